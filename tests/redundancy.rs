@@ -161,6 +161,12 @@ fn a_plane_four_bar_in_space_keeps_its_plane_reactions_whichever_rows_fold_to_no
         let count = mobility(&mechanism.model, &mechanism.system, &start);
         assert_eq!((count.gruebler, count.mobility, count.n_redundant), (-2, 1, 3), "{policy}");
         assert_eq!(count.redundant.len(), 4, "{policy}: {count:?}");
+        // Rows of the tree and rows that fold to 0 = 0 are told in both coordinates.
+        let words = count.repeated.iter().map(|of| of.condition.words(&mechanism.model));
+        let expected =
+            ["force along the z axis", "moment about the x axis", "moment about the y axis"];
+        let expected = expected.map(|words| format!("{words} of `D`"));
+        assert_eq!(words.collect::<Vec<_>>(), expected, "{policy}");
     }
     // In the plane nothing is shared.
     let mechanism = derive(model(&fixture("swinging-four-bar")));

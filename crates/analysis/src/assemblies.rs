@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
+use crate::assur::{Apart, Proof};
 use crate::curve::independent_rows;
-use crate::dyads::{Apart, Proof};
 use crate::error::AnalysisError;
 use crate::positions::Positions;
 use crate::rows::{Clock, RANK_TOLERANCE, Rows, wrapped};
@@ -77,7 +77,7 @@ pub fn assemblies(model: Model) -> Result<Assemblies, AnalysisError> {
     Ok(Assemblies { assemblies, held, proof })
 }
 
-/// Adds to `found` all assemblies of a linkage that comes apart into dyads; none where the start is not among them, or
+/// Adds to `found` all assemblies of a linkage that comes apart into Assur groups; none where the start is not among them, or
 /// one does not close.
 fn proved(
     positions: &Positions,
@@ -212,7 +212,7 @@ fn guess(rows: &Rows, start: &[f64], random: &mut Pcg64) -> Vec<f64> {
 
 /// Newton's iteration with bounded steps onto all rows; the nearest solution of each where some motions
 /// are free.
-fn closed(rows: &mut Rows, t: f64, mut x: Vec<f64>, u: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn closed(rows: &mut Rows, t: f64, mut x: Vec<f64>, u: &[f64]) -> Option<Vec<f64>> {
     const MOST: usize = 60;
     const LONGEST: f64 = 0.7;
     for _ in 0..MOST {

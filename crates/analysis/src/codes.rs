@@ -13,4 +13,5 @@ bksim_model::codes! {
     CUTTER = "Q010", "a cutter that does not fit into a hollow";
     UNKNOWN_CAM = "Q011", "a cam that the model has not";
     NOT_BALANCED = "Q012", "a start that no value balances";
+    NOT_PLANAR = "Q013", "a question about planar mechanisms, asked of one in space";
 }

@@ -29,6 +29,24 @@ pub enum AnalysisError {
         /// As written.
         name: String,
     },
+    /// No point, joint or body has this name.
+    #[error("no point, joint or body is called `{name}`")]
+    UnknownPoint {
+        /// As written.
+        name: String,
+    },
+    /// No body has this name.
+    #[error("no body is called `{name}`")]
+    UnknownBody {
+        /// As written.
+        name: String,
+    },
+    /// A question about mechanisms that move in a plane.
+    #[error("{what} belong to planar mechanisms, and this one moves in space")]
+    NotPlanar {
+        /// The answer that there is none of.
+        what: &'static str,
+    },
     /// A rate where a position was expected.
     #[error("`{name}` is a rate, not a position or an angle")]
     NotAPosition {
@@ -64,6 +82,20 @@ pub enum AnalysisError {
         /// Degrees of freedom.
         n_free: usize,
     },
+    /// Workspaces are those of mechanisms with more than one free motion.
+    #[error("{n_free} motions are free, too few for a workspace")]
+    OneMotion {
+        /// Degrees of freedom.
+        n_free: usize,
+    },
+    /// No mode has this number.
+    #[error("there is no mode {number}, of {n}")]
+    NoMode {
+        /// From one.
+        number: usize,
+        /// Number of modes.
+        n: usize,
+    },
     /// Ranges with different numbers of values.
     #[error("all ranges must have the same number of values, not {first} and {other}")]
     Counts {
@@ -95,6 +127,20 @@ pub enum AnalysisError {
     /// No equilibrium was found.
     #[error("no equilibrium was found")]
     NoEquilibrium,
+    /// A component of a reaction that equilibrium leaves open.
+    #[error("`{name}` is not unique: equilibrium leaves it open")]
+    NotUnique {
+        /// The component.
+        name: String,
+    },
+    /// A reaction that an effort changes directly, where the effort stands for no load of a kind.
+    #[error("`{output}` depends on how the effort on `{input}` works")]
+    EffortInReaction {
+        /// The component.
+        output: String,
+        /// The measure that the effort works on.
+        input: String,
+    },
     /// A response needs an input and an output.
     #[error("a frequency response needs an input and an output")]
     NoChannels,
@@ -151,6 +197,18 @@ impl AnalysisError {
                 "write `JOINT.angle`, `JOINT.position`, `BODY.angle`, `BODY.x` or `BODY.POINT.x`"
                     .to_owned(),
             ),
+            Self::UnknownPoint { .. } => (
+                codes::UNKNOWN_NAME,
+                "write `BODY.POINT`, the name of a joint, or that of a body for its centre of mass"
+                    .to_owned(),
+            ),
+            Self::UnknownBody { .. } => {
+                (codes::UNKNOWN_NAME, "write the name of one of `[bodies]`, or `ground`".to_owned())
+            }
+            Self::NotPlanar { .. } => (
+                codes::NOT_PLANAR,
+                "ask for the curves of points, which are traced in space, too".to_owned(),
+            ),
             Self::NotAPosition { .. } => (
                 codes::UNKNOWN_NAME,
                 "write `.angle`, `.position`, `.x` or `.y` at the end of the name".to_owned(),
@@ -175,6 +233,14 @@ impl AnalysisError {
                 "hold or free motions until one is left: limits belong to one free motion"
                     .to_owned(),
             ),
+            Self::OneMotion { .. } => (
+                codes::N_DRIVES,
+                "ask for the curve of the point, `--point`: one motion leads along a curve"
+                    .to_owned(),
+            ),
+            Self::NoMode { .. } => {
+                (codes::UNKNOWN_NAME, "write a number that `bksim modes` counts".to_owned())
+            }
             Self::NotReached { .. } => (
                 codes::NOT_REACHED,
                 "write a range within the limits that `bksim kinematics --limits` shows".to_owned(),
@@ -185,6 +251,16 @@ impl AnalysisError {
             Self::NoEquilibrium => (
                 codes::NO_EQUILIBRIUM,
                 "add what holds the mechanism: a spring, a drive, a stop".to_owned(),
+            ),
+            Self::NotUnique { .. } => (
+                codes::UNDETERMINED,
+                "name a component that is unique, or free what repeats others: `bksim doctor` tells how"
+                    .to_owned(),
+            ),
+            Self::EffortInReaction { .. } => (
+                codes::UNDETERMINED,
+                "write a load with a parameter as its force or torque, and make that parameter the input"
+                    .to_owned(),
             ),
             Self::NoChannels => (
                 codes::UNKNOWN_NAME,

@@ -54,6 +54,21 @@ pub fn kinematics(model: Model, prescribed: &Prescribed) -> Result<Kinematics, A
     }
 }
 
+/// The quantities of `positions` with rate and acceleration at the first values of the drives.
+pub(crate) fn at_first(positions: &Positions, drives: &[Drive]) -> Result<Vec<f64>, AnalysisError> {
+    let first = |drive: &Drive| {
+        let range = Range { from: drive.range.from, to: drive.range.from, n: 1 };
+        Drive { range, ..drive.clone() }
+    };
+    let drives: Vec<Drive> = drives.iter().map(first).collect();
+    let found = over_drives(positions, &drives, false)?;
+    let n_prescribed = 3 * drives.len();
+    let row = found.table.rows.first().map(|row| row[n_prescribed..].to_vec());
+    row.filter(|row| row.iter().all(|x| x.is_finite())).ok_or_else(|| AnalysisError::Singular {
+        name: drives.first().map_or(String::new(), |drive| drive.name.clone()),
+    })
+}
+
 fn over_drives(
     positions: &Positions,
     drives: &[Drive],

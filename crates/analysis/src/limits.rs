@@ -92,22 +92,14 @@ pub fn limits(model: Model, request: &LimitsRequest) -> Result<Limits, AnalysisE
     let others =
         if request.all_assemblies { closed_poses(&positions, &mut rows) } else { Vec::new() };
     let mut curve = free_curve(&mut rows, &positions, &x)?;
-    let mut traces: Vec<Trace> = Vec::new();
-    for x in std::iter::once(&x).chain(&others) {
-        let mut is_known = false;
-        for trace in &traces {
-            is_known |= trace.holds(&mut curve, x);
-        }
-        if !is_known && let Some(trace) = Trace::through(&mut curve, x) {
-            traces.push(trace);
-        }
-    }
+    let traces = Trace::all(&mut curve, &x, &others);
     let branches =
         traces.iter().map(|trace| branch(&mut curve, trace, &mut extremes, &mut outputs));
     Ok(Limits { branches: branches.collect() })
 }
 
-fn free_curve<'r>(
+/// The curve of the one motion that is free.
+pub(crate) fn free_curve<'r>(
     rows: &'r mut Rows,
     positions: &Positions,
     x: &[f64],

@@ -34,6 +34,8 @@ pub struct Mode {
     /// Changes of joint positions, body angles and points, real and imaginary parts; the largest of the body
     /// angles, else of all, is 1.
     pub shape: Vec<[f64; 2]>,
+    /// Changes of the generalised coordinates to the same scale.
+    pub coordinates: Vec<[f64; 2]>,
     /// Part of each body in the kinetic energy of the mode; the ground is left out.
     pub shares: Vec<f64>,
 }
@@ -49,6 +51,8 @@ pub struct Modes {
     pub quantities: Vec<Column>,
     /// Names of the bodies, for the shares.
     pub bodies: Vec<String>,
+    /// Generalised coordinates of the equilibrium.
+    pub q: Vec<f64>,
     /// Stability of the equilibrium.
     pub stability: Stability,
     /// Stops and friction that count as constraints.
@@ -61,8 +65,12 @@ pub struct Modes {
 /// # Errors
 /// [`AnalysisError`] when there is no equilibrium.
 pub fn modes(model: Model, about: About) -> Result<Modes, AnalysisError> {
-    let loaded = Loaded::of(model)?;
-    let mut balance = Balance::of(&loaded, &[], &[])?;
+    modes_of(&Loaded::of(model)?, about)
+}
+
+/// The modes of a mechanism whose start is found.
+pub(crate) fn modes_of(loaded: &Loaded, about: About) -> Result<Modes, AnalysisError> {
+    let mut balance = Balance::of(loaded, &[], &[])?;
     let found = match about {
         About::Static => balance.nearest()?,
         About::Start => balance.equilibrium(&loaded.q)?,
@@ -87,7 +95,7 @@ pub fn modes(model: Model, about: About) -> Result<Modes, AnalysisError> {
     // Finite modes, then shapes of all bodies and shares of energy.
     let (values, n_infinite) = pencil.finite_eigenvalues();
     let vectors = pencil.vectors(&values);
-    let mut energies = Energies::compile(&loaded)?;
+    let mut energies = Energies::compile(loaded)?;
     let mut scalars = loaded.scalars(&loaded.quantities)?;
     let mut modes = Vec::new();
     for (s, y) in values.iter().zip(vectors) {
@@ -95,14 +103,18 @@ pub fn modes(model: Model, about: About) -> Result<Modes, AnalysisError> {
         let along = parts.each_ref().map(|part| scalars.along(loaded.t, &found.q, part.as_slice()));
         let mut shape: Vec<Complex<f64>> =
             along[0].iter().zip(&along[1]).map(|(re, im)| Complex::new(*re, *im)).collect();
-        normalise(&mut shape, &loaded.quantities, loaded.model());
-        let shares = energies.shares(&loaded, &found.q, parts.each_ref().map(DVector::as_slice));
+        let unit = unit_of(&shape, &loaded.quantities, loaded.model());
+        shape.iter_mut().for_each(|c| *c /= unit);
+        let pairs = parts[0].iter().zip(parts[1].iter());
+        let coordinates = pairs.map(|(re, im)| Complex::new(*re, *im) / unit);
+        let shares = energies.shares(loaded, &found.q, parts.each_ref().map(DVector::as_slice));
         let omega = s.norm();
         modes.push(Mode {
             s: [s.re, s.im],
             omega,
             damping: if omega > 0.0 { -s.re / omega } else { 0.0 },
             shape: shape.iter().map(|c| [c.re, c.im]).collect(),
+            coordinates: coordinates.map(|c| [c.re, c.im]).collect(),
             shares,
         });
     }
@@ -113,6 +125,7 @@ pub fn modes(model: Model, about: About) -> Result<Modes, AnalysisError> {
         quantities: columns.collect(),
         bodies: loaded.model().bodies.iter().skip(1).map(|body| body.name.clone()).collect(),
         stability: found.stability,
+        q: found.q,
         held: loaded.held_contacts(),
     })
 }
@@ -315,8 +328,8 @@ fn least(values: &DVector<f64>) -> usize {
     (0..values.len()).min_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0)
 }
 
-/// Divides a shape by its largest body angle, or, where no body turns, by its largest entry.
-fn normalise(shape: &mut [Complex<f64>], quantities: &[PoseQuantity], model: &Model) {
+/// The largest body angle of a shape, or, where no body turns, its largest entry; one where all are zero.
+fn unit_of(shape: &[Complex<f64>], quantities: &[PoseQuantity], model: &Model) -> Complex<f64> {
     let is_body_angle = |quantity: &PoseQuantity| {
         model.bodies.iter().any(|body| quantity.names[0] == format!("{}.angle", body.name))
     };
@@ -326,12 +339,8 @@ fn normalise(shape: &mut [Complex<f64>], quantities: &[PoseQuantity], model: &Mo
     };
     let whole = largest(&|_| true).map_or(0.0, Complex::norm);
     let by_angle = largest(&is_body_angle).filter(|c| c.norm() > 1e-9 * whole);
-    let Some(unit) = by_angle.or_else(|| largest(&|_| true)).filter(|c| c.norm() > 0.0) else {
-        return;
-    };
-    for c in shape.iter_mut() {
-        *c /= unit;
-    }
+    let unit = by_angle.or_else(|| largest(&|_| true)).filter(|c| c.norm() > 0.0);
+    unit.unwrap_or(Complex::new(1.0, 0.0))
 }
 
 /// Kinetic energies of the bodies as functions of q and v.

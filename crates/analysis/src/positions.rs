@@ -1,5 +1,6 @@
 //! [`Positions`]: a mechanism at its start, as far as joints and drives tell.
 
+use bksim_expr::Expr;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Measure, Model};
@@ -52,6 +53,21 @@ impl Positions {
     /// All quantities of a pose.
     pub fn quantities(&self) -> &[PoseQuantity] {
         &self.quantities
+    }
+
+    /// The value of a measure at the start.
+    pub(crate) fn value(&self, measure: Measure) -> Result<f64, AnalysisError> {
+        let quantity = self.quantity_of("", measure);
+        Ok(self.scalars(&[quantity])?.values(self.t(), &self.q)[0])
+    }
+
+    /// The value of an expression of parameters.
+    pub(crate) fn constant(&self, e: Expr) -> f64 {
+        let known = self.model().parameters.iter().zip(&self.mechanism.parameters);
+        let value = |symbol| {
+            known.clone().find(|(parameter, _)| parameter.symbol == symbol).map(|(_, value)| *value)
+        };
+        self.model().pool.evaluate(e, &value).unwrap_or(f64::NAN)
     }
 
     pub(crate) fn rows(

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::DVector;
 
-use crate::curve::{Curve, Point};
+use crate::curve::{Curve, Equations, Point};
 use crate::path::Path;
 use crate::rows::wrapped;
 
@@ -30,10 +30,11 @@ impl Trace {
     /// Follows `curve` from `x` in one direction, and where it does not close, in the other, too.
     pub(crate) fn through(curve: &mut Curve<Path<'_>>, x: &[f64]) -> Option<Self> {
         let first = curve.first_point(curve.equations.unknowns(x))?;
-        let (mut points, mut steps, is_closed) = one_way(curve, &first);
+        let is_turn = curve.equations.rows.is_turn.clone();
+        let (mut points, mut steps, is_closed) = one_way(curve, &first, &is_turn);
         if !is_closed {
             let back = Point { tangent: -&first.tangent, z: first.z.clone() };
-            let (others, lengths, _) = one_way(curve, &back);
+            let (others, lengths, _) = one_way(curve, &back, &is_turn);
             let turned = others.into_iter().skip(1).rev();
             let turned = turned.map(|p| Point { tangent: -&p.tangent, z: p.z });
             points = turned.chain(points).collect();
@@ -42,10 +43,25 @@ impl Trace {
         Some(Self { points, steps, is_closed })
     }
 
+    /// The traces through `x` and through those of `others` that lie on none before.
+    pub(crate) fn all(curve: &mut Curve<Path<'_>>, x: &[f64], others: &[Vec<f64>]) -> Vec<Self> {
+        let mut traces: Vec<Self> = Vec::new();
+        for x in std::iter::once(x).chain(others.iter().map(Vec::as_slice)) {
+            let mut is_known = false;
+            for trace in &traces {
+                is_known |= trace.holds(curve, x);
+            }
+            if !is_known && let Some(trace) = Self::through(curve, x) {
+                traces.push(trace);
+            }
+        }
+        traces
+    }
+
     /// Whether a position, in units of the mechanism, lies on the curve.
     pub(crate) fn holds(&self, curve: &mut Curve<Path<'_>>, x: &[f64]) -> bool {
         for from in &self.points {
-            let z = nearest_turn(curve, x, &from.z);
+            let z = nearest_turn(&curve.equations.rows.is_turn, x, &from.z);
             let off = &z - &from.z;
             if off.norm() > 2.0 * STEP {
                 continue;
@@ -62,18 +78,38 @@ impl Trace {
 }
 
 /// A position with its angles within half a turn of those of another.
-pub(crate) fn nearest_turn(curve: &Curve<Path<'_>>, x: &[f64], to: &DVector<f64>) -> DVector<f64> {
-    let is_turn = &curve.equations.rows.is_turn;
+fn nearest_turn(is_turn: &[bool], x: &[f64], to: &DVector<f64>) -> DVector<f64> {
     DVector::from_fn(x.len(), |i, _| {
         let off = x[i] - to[i];
         to[i] + if is_turn[i] { wrapped(off) } else { off }
     })
 }
 
-fn one_way(curve: &mut Curve<Path<'_>>, first: &Point) -> (Vec<Point>, Vec<f64>, bool) {
+/// The points of a curve in both directions, or until it closes; `is_turn` tells the unknowns of which whole turns mean
+/// nothing.
+pub(crate) fn closed_way<E: Equations>(
+    curve: &mut Curve<E>,
+    first: &Point,
+    is_turn: &[bool],
+) -> Vec<Point> {
+    let (points, _, is_closed) = one_way(curve, first, is_turn);
+    if is_closed {
+        return points;
+    }
+    let back = Point { tangent: -&first.tangent, z: first.z.clone() };
+    let (others, ..) = one_way(curve, &back, is_turn);
+    let turned = others.into_iter().skip(1).rev();
+    turned.map(|p| Point { tangent: -&p.tangent, z: p.z }).chain(points).collect()
+}
+
+fn one_way<E: Equations>(
+    curve: &mut Curve<E>,
+    first: &Point,
+    is_turn: &[bool],
+) -> (Vec<Point>, Vec<f64>, bool) {
     let mut points = vec![first.clone()];
     let mut steps = Vec::new();
-    let n = curve.equations.rows.n();
+    let n = is_turn.len();
     let mut ds = STEP;
     let mut gone = 0.0;
     for _ in 0..MOST_STEPS {
@@ -83,7 +119,7 @@ fn one_way(curve: &mut Curve<Path<'_>>, first: &Point) -> (Vec<Point>, Vec<f64>,
         gone += length;
 
         // Back at the first point, in the same direction.
-        let home = nearest_turn(curve, &first.z.as_slice()[..n], &from.z);
+        let home = nearest_turn(is_turn, &first.z.as_slice()[..n], &from.z);
         let ahead = (&home - &from.z).dot(&from.tangent);
         let is_near = (&home - &from.z).norm() < 1.5 * length;
         if gone > 3.0 * length && is_near && ahead > 0.0 && ahead <= length {
@@ -95,7 +131,6 @@ fn one_way(curve: &mut Curve<Path<'_>>, first: &Point) -> (Vec<Point>, Vec<f64>,
                 return (points, steps, true);
             }
         }
-        let is_turn = &curve.equations.rows.is_turn;
         let slid = (0..n).filter(|&i| !is_turn[i]).map(|i| (to.z[i] - first.z[i]).abs());
         let turned =
             (0..n).filter(|&i| is_turn[i]).map(|i| (to.z[i] - first.z[i]).abs() / (20.0 * TAU));

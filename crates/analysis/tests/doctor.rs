@@ -2,7 +2,9 @@
 
 mod support;
 
-use bksim_analysis::{Doctor, doctor};
+use std::f64::consts::PI;
+
+use bksim_analysis::{Doctor, Singularity, doctor, singular_poses};
 use support::geometry;
 
 fn examined(text: &str) -> Doctor {
@@ -29,6 +31,11 @@ fn four_bar(space: &str, joints: [&str; 4]) -> String {
     )
 }
 
+/// The redundant conditions in words.
+fn redundant(found: &Doctor) -> Vec<&str> {
+    found.repeated.iter().map(|repeated| repeated.condition.words.as_str()).collect()
+}
+
 const TURN: &str = "type = \"revolute\", axis = [0, 0, 1]";
 
 fn spatial(joints: [&str; 4]) -> String {
@@ -42,7 +49,14 @@ fn a_planar_four_bar_in_space_repeats_three_conditions() {
     assert_eq!(found.count.mobility, 1);
     assert_eq!(found.count.n_redundant, 3);
     assert_eq!(found.repeated.len(), 3);
-    assert!(found.repeated.iter().all(|repeated| repeated.condition.of == "D"), "{found:?}");
+    assert_eq!(
+        redundant(&found),
+        [
+            "force along the z axis of `D`",
+            "moment about the x axis of `D`",
+            "moment about the y axis of `D`",
+        ]
+    );
     assert!(found.repeated.iter().all(|repeated| !repeated.by.is_empty()));
     assert_eq!(found.motions.len(), 1);
     let motion = &found.motions[0];
@@ -76,6 +90,48 @@ fn a_planar_four_bar_in_space_repeats_three_conditions() {
     }
 }
 
+/// What a joint gives up is redundant no more, and the rest still is.
+#[test]
+fn a_freed_direction_is_redundant_no_more() {
+    let slides = "type = \"cylindrical\", axis = [0, 0, 1]";
+    let found = examined(&spatial([TURN, TURN, TURN, slides]));
+    let rest = ["moment about the x axis of `D`", "moment about the y axis of `D`"];
+    assert_eq!(redundant(&found), rest);
+    let found = examined(&spatial([TURN, TURN, TURN, "type = \"spherical\""]));
+    assert_eq!(redundant(&found), ["force along the z axis of `D`"]);
+}
+
+/// The axes of a joint are those of the frame of its first point, and an oblique hinge has oblique directions.
+#[test]
+fn directions_are_in_the_axes_of_the_joint() {
+    let door = |frame: &str, axis: &str| {
+        format!(
+            "space = \"spatial\"\n[ground.points]\nL = {{ at = [0, 0, 0], {frame} }}\nU = {{ at = [0, 0, 1], {frame} }}\n\
+             [bodies.door]\npoints = {{ L = {{ at = [0, 0, 0], {frame} }}, U = {{ at = [0, 0, 1], {frame} }} }}\n[joints]\n\
+             lower = {{ type = \"revolute\", axis = {axis}, between = [\"ground.L\", \"door.L\"] }}\n\
+             upper = {{ type = \"cylindrical\", axis = {axis}, between = [\"ground.U\", \"door.U\"] }}\n"
+        )
+    };
+    // Turned by 90° about y, the frame has the world's z along its own −x.
+    let found = examined(&door("rpy = [0, \"90 deg\", 0]", "[1, 0, 0]"));
+    let words = [
+        "force along the y axis of `upper`",
+        "force along the z axis of `upper`",
+        "moment about the y axis of `upper`",
+        "moment about the z axis of `upper`",
+    ];
+    assert_eq!(redundant(&found), words);
+    // Turned by 45° about x, the hinge is oblique in its frame.
+    let found = examined(&door("rpy = [\"45 deg\", 0, 0]", "[0, 1, 1]"));
+    let axes: Vec<_> =
+        found.repeated.iter().filter_map(|repeated| repeated.condition.axis).collect();
+    assert_eq!(axes.len(), 4, "{found:?}");
+    for axis in axes {
+        let along = axis[1] + axis[2];
+        assert!(along.abs() < 1e-9, "{axis:?} is across the hinge");
+    }
+}
+
 #[test]
 fn a_door_needs_one_hinge_that_slides_and_swivels() {
     let text = "space = \"spatial\"\n[ground.points]\nU = [0, 0, 1]\n\
@@ -84,6 +140,7 @@ fn a_door_needs_one_hinge_that_slides_and_swivels() {
                 upper = { type = \"revolute\", axis = [0, 0, 1], between = [\"ground.U\", \"door.U\"] }\n";
     let found = examined(text);
     assert_eq!([found.count.counted, found.count.mobility, found.count.n_redundant], [-4, 1, 5]);
+    assert!(found.repeated.iter().all(|repeated| repeated.condition.of == "upper"), "{found:?}");
     assert_eq!(found.alignments.len(), 1);
     assert!(found.alignments[0].distance.expect("in line") < 1e-12);
     let first = &found.cures[0];
@@ -150,4 +207,64 @@ fn a_sarrus_linkage_is_cured_by_a_universal_joint() {
     assert!(found.cures.iter().any(|cure| cure.changes[0].2 == "universal"));
     let groups: Vec<usize> = found.alignments.iter().map(|of| of.joints.len()).collect();
     assert_eq!(groups, [3, 3], "two chains of three parallel axes");
+}
+
+/// Crank 1, coupler 3, rocker 2.5, ground 3.2: the rocker's dead points by the law of cosines in the stretched and the
+/// folded triangle; the crank turns round.
+#[test]
+fn dead_points_of_a_rocker_that_drives_are_located() {
+    let text = four_bar("planar", ["type = \"revolute\""; 4]);
+    let text = text.replace(", 0] }", "] }").replace("[3.2, 0, 0]", "[3.2, 0]");
+    let found = singular_poses(geometry(&text), "D.angle").expect("poses");
+    let dead: Vec<f64> = found
+        .iter()
+        .filter(|of| of.kind == Singularity::DeadPoint)
+        .map(|of| of.drive.abs())
+        .collect();
+    let at =
+        |reach: f64| PI - f64::acos((2.5 * 2.5 + 3.2 * 3.2 - reach * reach) / (2.0 * 2.5 * 3.2));
+    for expected in [at(4.0), at(2.0)] {
+        assert!(dead.iter().any(|angle| (angle - expected).abs() < 1e-9), "{dead:?}: {expected}");
+    }
+    assert_eq!(found.len(), 2, "{found:?}");
+    assert_eq!(singular_poses(geometry(&text), "A.angle").expect("poses"), []);
+}
+
+/// A parallelogram is flat at crank angles 0 and π, where it can become an antiparallelogram.
+#[test]
+fn a_parallelogram_branches_where_it_is_flat() {
+    let text = "[ground.points]\nD = [3, 0]\n[bodies]\ncrank = { points = { B = [1, 0] } }\n\
+                coupler = { points = { C = [3, 0] } }\nrocker = { points = { C = [1, 0] } }\n\
+                [joints]\nA = { type = \"revolute\", between = [\"ground\", \"crank\"] }\n\
+                B = { type = \"revolute\", between = [\"crank.B\", \"coupler\"] }\n\
+                C = { type = \"revolute\", between = [\"coupler.C\", \"rocker.C\"] }\n\
+                D = { type = \"revolute\", between = [\"ground.D\", \"rocker\"] }\n\
+                [initial]\nA = { angle = 1 }\nrocker = { guess = { angle = 1 } }\n";
+    let found = singular_poses(geometry(text), "A.angle").expect("poses");
+    let mut branches: Vec<f64> = found
+        .iter()
+        .filter(|of| of.kind == Singularity::BranchPoint)
+        .map(|of| of.drive.abs())
+        .collect();
+    branches.sort_by(f64::total_cmp);
+    assert_eq!(branches.len(), 2, "{found:?}");
+    assert!(branches[0] < 1e-6 && (branches[1] - PI).abs() < 1e-6, "{branches:?}");
+}
+
+#[test]
+fn the_drive_that_is_too_many_is_named() {
+    let text = "[ground.points]\nD = [3.2, 0]\n[bodies]\ncrank = { points = { B = [1, 0] } }\n\
+                coupler = { points = { C = [3, 0] } }\nrocker = { points = { C = [2.5, 0] } }\n\
+                [joints]\nA = { type = \"revolute\", between = [\"ground\", \"crank\"] }\n\
+                B = { type = \"revolute\", between = [\"crank.B\", \"coupler\"] }\n\
+                C = { type = \"revolute\", between = [\"coupler.C\", \"rocker.C\"] }\n\
+                D = { type = \"revolute\", between = [\"ground.D\", \"rocker\"] }\n\
+                [drives]\nfirst = { joint = \"A\", motion = \"0.5 + t\" }\n\
+                second = { joint = \"D\", motion = \"0.3 + 2*t\" }\n";
+    let found = examined(text);
+    let told: Vec<_> =
+        found.drives.iter().map(|d| (d.measure.as_str(), d.is_too_many, d.by.clone())).collect();
+    let expected = [("A.angle", false, vec![]), ("D.angle", true, vec!["A.angle".to_owned()])];
+    assert_eq!(told, expected);
+    assert_eq!(found.count.mobility, 1);
 }

@@ -17,7 +17,7 @@ use bksim_cad::write::from_model::{ModelSource as Drawn, Unwritten, from_model};
 use bksim_cad::write::graft::graft;
 use bksim_cad::write::template::{Template, template};
 use bksim_cad::write::trace::{
-    BodyShape, Course, Reaction, Selection, Traced, even_samples, trace,
+    BodyShape, Course, CurveKind, MotionCurve, Reaction, Selection, Traced, even_samples, trace,
 };
 use bksim_mbs::assemble::assemble;
 use bksim_model::Model;
@@ -293,6 +293,13 @@ fn turning(n: u32) -> (Course, Vec<BodyShape>) {
             at: [0.0, 0.0],
             force: (0..=n).map(force).collect(),
         }],
+        curves: vec![MotionCurve {
+            name: "bar.E".into(),
+            kind: CurveKind::Way,
+            body_idx: 0,
+            pieces: vec![vec![[0.1, 0.0], [0.0, 0.1], [-0.1, 0.0]]],
+            is_closed: true,
+        }],
     };
     (course, vec![BodyShape { body_idx: 1, paths: vec![path], frame: Frame::default() }])
 }
@@ -339,8 +346,8 @@ fn a_trace_adds_to_a_drawing_and_changes_nothing_else() {
         let old: Vec<&String> = after.iter().filter(|fact| !is_new(fact)).collect();
         assert_eq!(old, before.iter().collect::<Vec<_>>(), "{name}");
         let count = |start: &str| after.iter().filter(|f| f.starts_with(start)).count();
-        assert_eq!(count("layer BK_TRACE_"), 5, "{name}");
-        for layer in ["PATHS", "ENVELOPE", "HODOGRAPH", "REACTIONS", "GHOSTS"] {
+        assert_eq!(count("layer BK_TRACE_"), 6, "{name}");
+        for layer in ["PATHS", "ENVELOPE", "HODOGRAPH", "REACTIONS", "GHOSTS", "CURVES"] {
             assert!(count(&format!("entity BK_TRACE_{layer} ")) > 0, "{name}: {layer}");
         }
         // Byte for byte: the old file with one block in the layers, one in the entities, and

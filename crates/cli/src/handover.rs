@@ -52,6 +52,8 @@ fn unavailable(command: StudioCommand<'_>, error: &io::Error) -> Failure {
     let work = match command {
         StudioCommand::Export(..) => "an export as Parquet".to_owned(),
         StudioCommand::Bode(..) => "a picture of a frequency response".to_owned(),
+        StudioCommand::Polygons(..) => "a picture of polygons".to_owned(),
+        StudioCommand::Modes(_) => "a picture of a mode".to_owned(),
         command => format!("`bksim {}`", command.name()),
     };
     let why = match error.kind() {

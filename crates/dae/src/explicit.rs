@@ -18,6 +18,7 @@ mod stiffness;
 #[cfg(test)]
 mod tests;
 
+pub use self::control::Noise;
 use self::control::PiController;
 use self::stages::StageWork;
 use self::stiffness::StiffnessTest;
@@ -158,6 +159,11 @@ impl<S: Ode> ExplicitSolver<S> {
         self.stiffness.last
     }
 
+    /// Repeated steps whose error has not fallen with their size, since the solver began.
+    pub fn noise(&self) -> Noise {
+        self.controller.noise
+    }
+
     /// Takes one accepted step with dense output; `None` once `t_end` is reached.
     ///
     /// # Errors
@@ -230,7 +236,7 @@ impl<S: Ode> ExplicitSolver<S> {
         self.y.copy_from_slice(y);
         self.grid = (t, 0);
         self.last_state = LastStep::Missing;
-        self.controller = PiController::default();
+        self.controller = PiController { noise: self.controller.noise, ..PiController::default() };
         self.stiffness = StiffnessTest::default();
         self.begin()
     }
@@ -247,6 +253,8 @@ impl<S: Ode> ExplicitSolver<S> {
         saver.count(self.grid.1);
         saver.real(self.controller.last_error);
         saver.flag(self.controller.is_retry);
+        saver.count(self.controller.noise.count);
+        saver.real(self.controller.noise.log_error);
         saver.count(self.stiffness.n_beyond);
         saver.count(self.stiffness.n_within);
         saver.stats(&self.stats);
@@ -271,7 +279,9 @@ impl<S: Ode> ExplicitSolver<S> {
         loader.fill(&mut solver.ydot)?;
         solver.h = loader.real()?;
         solver.grid = (loader.real()?, loader.count()?);
-        solver.controller = PiController { last_error: loader.real()?, is_retry: loader.flag()? };
+        let (last_error, is_retry) = (loader.real()?, loader.flag()?);
+        let noise = Noise { count: loader.count()?, log_error: loader.real()? };
+        solver.controller = PiController { last_error, is_retry, rejected: None, noise };
         solver.stiffness.n_beyond = loader.count()?;
         solver.stiffness.n_within = loader.count()?;
         solver.stats = loader.stats()?;

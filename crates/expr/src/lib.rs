@@ -49,11 +49,13 @@ mod build;
 mod call;
 mod certificate;
 mod codegen;
+mod composed;
 mod diff;
 mod eval;
 mod handle;
 mod kink;
 mod lexer;
+mod listing;
 mod lower;
 mod named;
 mod number;
@@ -72,10 +74,12 @@ mod tape;
 
 pub use certificate::Certificate;
 pub use codegen::{CCode, CodegenError, Program, Quantity, Signature, TestPoint};
+pub use composed::{COMPOSED, Composed, function_names};
 pub use diff::SparseJacobian;
 pub use eval::{Batch, DomainFault, EvalError, Jit, Runner, Workspace};
 #[cfg(feature = "jit")]
 pub use eval::{JitError, MachineCode};
+pub use listing::ListingError;
 pub use lower::LowerError;
 pub use named::FunctionId;
 pub use number::Number;

@@ -105,6 +105,10 @@ impl Pool {
                 SyntaxKind::Quantity { value, factors, .. } => {
                     quantity(node, value.clone(), factors)?
                 }
+                SyntaxKind::Unit { operand, factors } => {
+                    let unit = quantity(node, Number::from(1), factors)?;
+                    self.mul(values[*operand], unit)
+                }
                 SyntaxKind::Name(name) => {
                     resolve(name, node.span.clone()).map_err(LowerError::Resolve)?
                 }
@@ -181,7 +185,7 @@ impl Pool {
     /// # Errors
     /// A [`ParseError`] names the first fault and its span.
     pub fn parse(&self, text: &str) -> Result<Expr, ParseError> {
-        let syntax = parse(text, &ParseOptions::default())?;
+        let syntax = parse(text, &ParseOptions::default())?.written_out(&|_| false);
         let mut resolve = |name: &str, _: Range<usize>| {
             Ok::<_, std::convert::Infallible>(if name == "pi" {
                 self.pi()

@@ -405,6 +405,25 @@ fn a_million_instructions_are_evaluated() {
     assert!(matches!(tape.machine_code(), Err(JitError::TooLong { .. })));
 }
 
+/// Tens of thousands of instructions are machine code in sections; values pass from each to those after it.
+#[test]
+fn long_bodies_pass_values_from_section_to_section() {
+    let pool = Pool::new();
+    let (x, y) = (pool.symbol("x"), pool.symbol("y"));
+    // Every value is used again by another one, half of the body later, and sines among them.
+    let mut values = vec![x, y];
+    for i in 2..24_000_usize {
+        let (near, far) = (values[i - 1], values[i / 2]);
+        let sum = pool.add(near, pool.mul(far, pool.rational(1, 3)));
+        values.push(if i % 500 == 0 { pool.sin(sum) } else { pool.mul(sum, y) });
+    }
+    let outputs: Vec<Expr> = values.iter().copied().step_by(997).chain([x]).collect();
+    let tape = compile(&pool, &outputs);
+    assert!(tape.len() > 55_000, "{} operations", tape.len());
+    let points = [vec![0.3, 0.7, 0.0], vec![-0.2, 0.6, 0.0]];
+    check_agreement(&tape, &[0.0; 2], &points);
+}
+
 #[test]
 #[should_panic(expected = "a workspace of this tape")]
 fn a_workspace_of_another_tape_is_refused() {

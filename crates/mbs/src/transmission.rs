@@ -14,6 +14,8 @@ pub struct Transmission {
     pub joint: JointId,
     /// The successor's joint point, world axes, m.
     pub at: Vector,
+    /// The axes of the joint, those of its first point's frame: unit vectors in world axes.
+    pub frame: [Vector; 3],
     /// Directions of force and moment there.
     pub directions: Directions,
 }
@@ -44,5 +46,6 @@ pub fn transmission(model: &Model, kinematics: &Kinematics, joint: JointId) -> T
         let positions = has_angles.then(|| kinematics.joint_positions(model, joint));
         Directions::AllBut(joint::motions_in_world(pool, of, positions.as_deref(), &sides))
     };
-    Transmission { joint, at: sides.p_world_successor, directions }
+    let frame = spatial::axes(pool).map(|axis| sides.predecessor.rotation.apply(pool, &axis));
+    Transmission { joint, at: sides.p_world_successor, frame, directions }
 }

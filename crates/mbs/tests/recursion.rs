@@ -124,6 +124,90 @@ fn a_chain_grows_by_the_same_work_and_text_with_every_link() {
     assert!(c.1 - b.1 < (b.1 - a.1) * 5 / 4, "characters: {a:?}, {b:?}, {c:?}");
 }
 
+/// A free body with two chains of joints about oblique axes: turns, slides, screws, crosses, balls.
+fn oblique_tree(n: usize) -> Model {
+    let mut text = String::from(
+        "space = \"spatial\"\ncoordinates = \"relative\"\n[bodies.base]\nmass = 3\ninertia = [1, 2, 3]\n\
+         com = [100, 0.2, -3]\npoints = { L = [99, 0, -3], R = { at = [101, 0, -3], rpy = [0.2, 0.1, 0.3] } }\n\
+         [joints.base_free]\ntype = \"free\"\nbetween = [\"ground\", \"base\"]\n",
+    );
+    let kinds = [
+        "type = \"revolute\"\naxis = [1, 2, 2]",
+        "type = \"spherical\"",
+        "type = \"prismatic\"\naxis = [0, 1, 2]",
+        "type = \"revolute\"\naxis = [0, 0, 1]",
+        "type = \"universal\"\naxis = [2, 1, 0]\nsecond = [0, 0, 1]",
+        "type = \"screw\"\naxis = [1, 0, 1]\nlead = 0.3",
+        "type = \"cylindrical\"\naxis = [2, 2, 1]",
+    ];
+    for (side, k) in ["L", "R"].into_iter().flat_map(|side| (1..=n).map(move |k| (side, k))) {
+        let before = match k {
+            1 => format!("base.{side}"),
+            _ => format!("{side}{}.end", k - 1),
+        };
+        text += &format!(
+            "[bodies.{side}{k}]\nmass = 1\ninertia = [0.2, 0.3, 0.15, 0.01, 0.02, 0]\ncom = [0.1, 0, 0.5]\n\
+             points = {{ end = [0.1, 0.2, 1] }}\n[joints.J{side}{k}]\n{}\n\
+             between = [\"{before}\", \"{side}{k}\"]\n",
+            kinds[(k - 1) % kinds.len()]
+        );
+    }
+    text += "[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, 0, -9.81]\n";
+    model(&text)
+}
+
+/// Columns of M are what unit accelerations add to the forces of the inverse dynamics, which Newton and Euler's passes
+/// give without it, in short trees and in long ones.
+#[test]
+fn the_mass_matrix_is_what_accelerations_add_to_the_inverse_dynamics() {
+    for model in [oblique_tree(1), oblique_tree(8), chain(12)] {
+        let system = assemble(&model);
+        assert_eq!(system.derivation, Derivation::Recursion);
+        let (pool, nq) = (&model.pool, system.coordinates().len());
+        let forces = tape(&model, &system, &system.inverse_dynamics(pool));
+        let entries: Vec<Expr> = (0..nq * nq)
+            .map(|k| system.mass_matrix.get(k / nq, k % nq).unwrap_or(pool.zero()))
+            .collect();
+        let matrix = tape(&model, &system, &entries);
+        let parameters: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
+        let state: Vec<f64> = (0..=2 * nq).map(|k| (1.7 * k as f64 + 0.4).sin()).collect();
+        let at = |tape: &Tape, accelerations: &[f64]| {
+            let mut out = vec![0.0; tape.n_outputs()];
+            let inputs = [&state[..], accelerations].concat();
+            tape.evaluate(&mut tape.workspace(&parameters), &inputs, &mut out);
+            out
+        };
+        let (m, rest) = (at(&matrix, &vec![0.0; nq]), at(&forces, &vec![0.0; nq]));
+        let largest = m.iter().chain(&rest).fold(0.0, |most: f64, x| most.max(x.abs()));
+        for j in 0..nq {
+            let mut unit = vec![0.0; nq];
+            unit[j] = 1.0;
+            for (i, (with, without)) in at(&forces, &unit).iter().zip(&rest).enumerate() {
+                let (expected, found) = (with - without, m[i * nq + j]);
+                let off = (found - expected).abs();
+                assert!(off < 1e-13 * largest, "{nq}: M[{i}, {j}] = {found}, not {expected}");
+            }
+        }
+    }
+}
+
+/// In the axes of the ground an entry is two scalar products; what a link takes once does not count in long chains.
+#[test]
+fn the_mass_matrix_of_a_long_chain_takes_few_operations_an_entry() {
+    let size = |n: usize| {
+        let model = chain(n);
+        let system = assemble(&model);
+        let nq = system.coordinates().len();
+        let below = (0..nq).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        let entries: Vec<Expr> = below.filter_map(|(i, j)| system.mass_matrix.get(i, j)).collect();
+        tape(&model, &system, &entries).operation_count()
+    };
+    let [half, whole] = [25, 50].map(size);
+    let n_entries = 50 * 51 / 2 - 25 * 26 / 2;
+    // From frame to frame it would be 30.
+    assert!(whole - half < 22 * n_entries, "{half} and {whole} operations");
+}
+
 #[test]
 fn the_recursion_is_read_with_names_and_certified() {
     let model = model(PUMA);

@@ -10,12 +10,14 @@ pub struct Budget {
     pub curves: usize,
     /// Formulas of one section of the equations; 120 kB unless given.
     pub equations: usize,
+    /// Corners and faces of solids; 600 kB unless given.
+    pub solids: usize,
 }
 
 impl Default for Budget {
     /// A page of less than 2 MB.
     fn default() -> Self {
-        Self { motion: 900_000, curves: 700_000, equations: 120_000 }
+        Self { motion: 900_000, curves: 700_000, equations: 120_000, solids: 600_000 }
     }
 }
 

@@ -142,6 +142,7 @@ const STAGE: &str = r#"<noscript><p class="notice">This page moves with JavaScri
 <button type="button" id="zoom-in" aria-label="Zoom in" title="Zoom in (+)">+</button>
 <button type="button" id="zoom-out" aria-label="Zoom out" title="Zoom out (−)">−</button>
 <button type="button" id="fit" aria-label="Show all" title="Show all (0)"></button>
+<select id="look" aria-label="Direction of view" title="Direction of view" hidden></select>
 </div>
 </div>
 <div class="controls">

@@ -1,5 +1,6 @@
 //! [`PageError`]: reasons that there is no page.
 
+use bksim::analysis::AnalysisError;
 use bksim::expr::{CodegenError, TapeError};
 use bksim::sim::run::Unreplayed;
 
@@ -13,6 +14,9 @@ pub enum PageError {
     /// The motion is not that of the mechanism.
     #[error(transparent)]
     Unreplayed(#[from] Unreplayed),
+    /// A curve that the mechanism has not.
+    #[error(transparent)]
+    Curves(#[from] AnalysisError),
     /// The poses cannot be compiled.
     #[error(transparent)]
     Tape(#[from] TapeError),

@@ -23,6 +23,7 @@ mod model_text;
 mod motion;
 mod poses;
 mod scene;
+mod solids;
 
 use bksim::playback::Playback;
 
@@ -35,6 +36,8 @@ pub use motion::Thinning;
 pub struct Options {
     /// The heading; the model's name unless given.
     pub title: Option<String>,
+    /// Curves laid over the mechanism, as [`bksim::overlay::overlays`] reads them.
+    pub curves: Vec<String>,
     /// Sizes of the parts.
     pub budget: Budget,
 }
@@ -70,12 +73,13 @@ pub fn page(playback: &mut Playback, options: &Options) -> Result<Page, PageErro
     let motion = motion::take(playback, options.budget.motion)?;
     let curves = curves::take(playback, &motion, options.budget.curves)?;
     let poses = poses::tape(playback.mechanism())?;
-    let scene = scene::write(playback)?;
+    let (scene, coarser) = scene::write(playback, options.budget.solids, &options.curves)?;
     let equations = equations::sections(playback.mechanism(), options.budget.equations);
 
     let mut remarks: Vec<String> = motion.thinning.iter().map(Thinning::words).collect();
     remarks.extend(curves.remark());
     remarks.extend(equations.remark.clone());
+    remarks.extend(coarser);
     let title = options.title.as_deref().unwrap_or(&playback.mechanism().model.name);
     let data = serde_json::json!({
         "span": motion.span(),

@@ -1,5 +1,6 @@
 //! The scene for the page: shapes with their paint in both themes.
 
+use bksim::overlay;
 use bksim::playback::Playback;
 use bksim::sim::redundancy::Uniqueness;
 use bksim_scene::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape, Span, Theme};
@@ -7,6 +8,7 @@ use serde_json::{Value, json};
 
 use crate::curves::shared_spans;
 use crate::error::PageError;
+use crate::solids::{self, PageSolid};
 
 /// Number of lengths at which a span's lines are given; between them the page interpolates.
 const N_LENGTHS: u32 = 9;
@@ -16,16 +18,25 @@ const N_INSTANTS: u32 = 200;
 /// Number of instants from which the lengths of guides and slots come.
 const N_POSES: usize = 100;
 
-/// The scene of a run as JSON.
-pub(crate) fn write(playback: &mut Playback) -> Result<Value, PageError> {
+/// The scene of a run as JSON, with solids in at most `budget` bytes, and a remark on what they left out.
+pub(crate) fn write(
+    playback: &mut Playback,
+    budget: usize,
+    curves: &[String],
+) -> Result<(Value, Option<String>), PageError> {
     let motion = playback.poses_over_run(N_POSES);
     let mechanism = playback.mechanism();
-    let scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &motion);
+    let mut scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &motion);
+    let read = || playback.log().model_with(&mechanism.parameters);
+    overlay::lay_over(&mut scene, &overlay::overlays(&read, curves)?);
     let lengths = lengths(playback, &scene)?;
 
     // Shapes, spans and markers; roles are numbered as they occur.
     let mut roles: Vec<Role> = Vec::new();
-    let shapes: Vec<Value> = scene.shapes.iter().map(|shape| drawn(shape, &mut roles)).collect();
+    let (solids, remark) = solids::take(&scene, budget);
+    let shapes = scene.shapes.iter().zip(&solids);
+    let shapes: Vec<Value> =
+        shapes.map(|(shape, solid)| drawn(shape, solid.as_ref(), &mut roles)).collect();
     let spans = scene.spans.iter().zip(lengths);
     let spans: Vec<Value> =
         spans.map(|(span, range)| spanned(span, range, scene.pin, &mut roles)).collect();
@@ -45,7 +56,7 @@ pub(crate) fn write(playback: &mut Playback) -> Result<Value, PageError> {
         let paints: Vec<_> = roles.iter().map(|&role| theme.paint(role)).collect();
         json!({ "colors": theme, "paints": paints })
     };
-    Ok(json!({
+    let written = json!({
         "planar": scene.is_planar,
         "bodies": scene.bodies,
         "shapes": shapes,
@@ -53,27 +64,28 @@ pub(crate) fn write(playback: &mut Playback) -> Result<Value, PageError> {
         "markers": markers,
         "pin": scene.pin,
         "themes": { "light": paint(Theme::LIGHT), "dark": paint(Theme::DARK) },
-    }))
+    });
+    Ok((written, remark))
 }
 
 /// A shape as lines in the frame of its body.
-fn drawn(shape: &Shape, roles: &mut Vec<Role>) -> Value {
+fn drawn(shape: &Shape, solid: Option<&PageSolid>, roles: &mut Vec<Role>) -> Value {
     let (kind, lines) = match &shape.form {
         Form::Region(rings) => ("region", rings.iter().map(|ring| flat(ring)).collect()),
         Form::Line { points, is_closed: true } => ("ring", vec![flat(points)]),
         Form::Line { points, is_closed: false } => ("line", vec![flat(points)]),
         Form::Rod { ends, .. } => ("rod", vec![flat(ends)]),
-        Form::Solid(solid) => ("solid", vec![flat(&solid.corners)]),
+        Form::Solid(_) => ("solid", Vec::new()),
     };
-    let (faces, edges) = match &shape.form {
-        Form::Solid(solid) => (json!(solid.faces), json!(solid.edges)),
-        _ => (json!([]), json!([])),
-    };
+    // The edges of solids follow from their faces.
+    let corners = solid.map_or(&[][..], |solid| solid.corners.as_flattened());
+    let faces = solid.map_or(&[][..], |solid| &solid.faces);
+    let lines = if solid.is_some() { json!([corners]) } else { json!(lines) };
     let radius = if let Form::Rod { radius, .. } = shape.form { radius } else { 0.0 };
     json!({
         "body": shape.body, "role": index_of(shape.role, roles),
         "front": shape.role.is_in_front(), "kind": kind, "lines": lines, "radius": radius,
-        "faces": faces, "edges": edges,
+        "faces": faces,
     })
 }
 

@@ -106,8 +106,8 @@ fn a_page_has_remarks_on_parts_that_do_not_fit() {
     }
     let mut playback = played(PENDULUM);
     let whole = page(&mut playback, &Options::default()).expect("a page");
-    let budget = Budget { motion: 4000, curves: 20_000, equations: 200 };
-    let small = page(&mut playback, &Options { budget, title: None }).expect("a page");
+    let budget = Budget { motion: 4000, curves: 20_000, equations: 200, ..Budget::default() };
+    let small = page(&mut playback, &Options { budget, ..Options::default() }).expect("a page");
     assert!(small.n_pieces < whole.n_pieces && small.html.len() < whole.html.len());
     let thinning = small.thinning.expect("a thinned motion");
     assert!(thinning.n_together > 1 && thinning.deviation > 1e-9, "{thinning:?}");
@@ -118,10 +118,67 @@ fn a_page_has_remarks_on_parts_that_do_not_fit() {
 
     // The coarsest page has its deviation, too.
     let budget = Budget { motion: 400, ..Budget::default() };
-    let coarse = page(&mut playback, &Options { budget, title: None }).expect("a page");
+    let coarse = page(&mut playback, &Options { budget, ..Options::default() }).expect("a page");
     assert_eq!(coarse.n_pieces, 1);
     let found = coarse.thinning.expect("a thinned motion").deviation;
     assert!(found > thinning.deviation, "{found}");
+}
+
+/// A ball of `2 n (n - 1)` triangles on a spherical joint.
+fn meshed(n: usize) -> String {
+    use std::f64::consts::PI;
+    let mut corners = vec!["[0, 0, -1]".to_owned(), "[0, 0, 1]".to_owned()];
+    for (ring, k) in (1..n).flat_map(|ring| (0..n).map(move |k| (ring, k))) {
+        let (polar, around) = (PI * ring as f64 / n as f64, 2.0 * PI * k as f64 / n as f64);
+        let [x, y] = [around.cos(), around.sin()].map(|part| polar.sin() * part);
+        corners.push(format!("[{x:.9}, {y:.9}, {:.9}]", -polar.cos()));
+    }
+    let mut faces = Vec::new();
+    for k in 0..n {
+        let next = (k + 1) % n;
+        let at = |ring: usize, k: usize| 2 + (ring - 1) * n + k;
+        faces.push([0, at(1, next), at(1, k)]);
+        faces.push([1, at(n - 1, k), at(n - 1, next)]);
+        for ring in 1..n - 1 {
+            faces.push([at(ring, k), at(ring, next), at(ring + 1, next)]);
+            faces.push([at(ring, k), at(ring + 1, next), at(ring + 1, k)]);
+        }
+    }
+    format!(
+        "space = \"spatial\"\n[bodies.ball]\nmass = 1\ninertia = [0.4, 0.4, 0.4]\n\
+         shapes = [{{ type = \"mesh\", corners = [{}], faces = {faces:?}, unit = \"m\" }}]\n\
+         [joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"ball\"]\n\
+         [initial]\nA = {{ rate = 1 }}\n[solve]\nt_end = 0.1\nevery = 0.1\n",
+        corners.join(", ")
+    )
+}
+
+#[test]
+fn a_page_of_a_mesh_of_twenty_thousand_faces_is_smaller_than_two_megabytes() {
+    if is_without_bundle() {
+        return;
+    }
+    let mut playback = played(&meshed(100));
+    let whole = page(&mut playback, &Options::default()).expect("a page");
+    let faces = |html: &str| {
+        let shapes = embedded(html)["scene"]["shapes"].clone();
+        let shapes = shapes.as_array().expect("shapes").iter();
+        shapes.map(|shape| shape["faces"].as_array().map_or(0, Vec::len)).max().unwrap_or(0)
+    };
+    assert_eq!(faces(&whole.html), 19_800);
+    assert_eq!(whole.remarks, Vec::<String>::new());
+    assert!(whole.html.len() < 2_000_000, "{} bytes", whole.html.len());
+
+    // What does not fit is drawn coarser, and said.
+    let budget = Budget { solids: 60_000, ..Budget::default() };
+    let coarse = page(&mut playback, &Options { budget, ..Options::default() }).expect("a page");
+    let kept = faces(&coarse.html);
+    assert!((500..4_000).contains(&kept), "{kept} faces");
+    assert!(
+        coarse.remarks.iter().any(|remark| remark.contains("19800 faces")),
+        "{:?}",
+        coarse.remarks
+    );
 }
 
 /// Numbers in base64.
@@ -191,7 +248,7 @@ fn a_large_run_is_thinned_and_its_reactions_with_it() {
 
     // With less space, the stated deviation is the true one.
     let budget = Budget { motion: 4000, ..Budget::default() };
-    let small = page(&mut playback, &Options { budget, title: None }).expect("a page");
+    let small = page(&mut playback, &Options { budget, ..Options::default() }).expect("a page");
     let stated = small.thinning.expect("a thinned motion").deviation;
     let [motion, reaction] = differences(&pieces(&embedded(&small.html)), &mut playback);
     assert!((0.3 * stated..3.0 * stated).contains(&motion), "{motion:.1e}, stated {stated:.1e}");

@@ -91,6 +91,18 @@ impl Figure {
     }
 }
 
+/// A picture of this size as the bytes of a file.
+///
+/// # Errors
+/// [`PlotError`] when a library refuses it.
+pub fn convert(svg: &str, format: Format, size: Size, title: &str) -> Result<Vec<u8>, PlotError> {
+    match format {
+        Format::Svg => Ok(svg.as_bytes().to_vec()),
+        Format::Png => to_png(&tree(svg)?, size, FINE),
+        Format::Pdf => to_pdf(&tree(svg)?, size, title),
+    }
+}
+
 fn tree(svg: &str) -> Result<Tree, PlotError> {
     let mut fonts = Database::new();
     for bytes in font::FONTS {

@@ -20,24 +20,41 @@ const SMALL: f64 = 1e-2;
 /// Number of digits from which labels are differences from the first tick.
 const MAX_DIGITS: usize = 7;
 
+/// Ticks that an axis has at least.
+const FEWEST: usize = 3;
+/// Steps that are tried, each finer than the one before, until there are so many.
+const FINER: usize = 5;
+
+/// The ticks of a linear axis from `low` to `high`: at most `max_n`, or one more, but three where there are fewer.
+pub fn round_numbers(low: f64, high: f64, max_n: usize) -> Vec<f64> {
+    Ticks::linear(low, high, max_n).values
+}
+
 impl Ticks {
     /// At most `max_n` multiples of 1, 2 or 5 times a power of ten from `low` to `high`, or one
-    /// more; at least one label however narrow the axis is.
+    /// more, but [three](FEWEST) if the digits of numbers tell them apart, however short the axis is; one label in any case.
     pub(crate) fn linear(low: f64, high: f64, max_n: usize) -> Self {
-        let coarse = step(high - low, max_n);
-        // A step larger than the span may have no multiple in it, as 5 for two ticks in 4.5.
-        let found = [coarse, finer(coarse)].into_iter().find_map(|(mantissa, power)| {
-            let counts = multiples(low, high, (mantissa, power));
-            (!counts.is_empty()).then(|| Self::labelled(&counts, power))
-        });
-        found.unwrap_or_else(|| Self::single(low))
+        let mut step = step(high - low, max_n);
+        let (mut counts, mut power) = (Vec::new(), step.1);
+        for _ in 0..FINER {
+            let more = multiples(low, high, step);
+            if more.len() > counts.len() {
+                (counts, power) = (more, step.1);
+            }
+            if counts.len() >= FEWEST {
+                break;
+            }
+            step = finer(step);
+        }
+        if counts.is_empty() { Self::single(low) } else { Self::labelled(&counts, power) }
     }
 
     /// Powers of ten from `low` to `high`, and 2 and 5 times those where there are few.
     pub(crate) fn logarithmic(low: f64, high: f64, max_n: usize) -> Self {
         let [first, last] = [low, high].map(f64::log10);
         let n_decades = (last.floor() - first.ceil() + 1.0).max(0.0);
-        let stride = (n_decades / max_n.max(1) as f64).ceil().max(1.0);
+        let stride = (n_decades / max_n.max(1) as f64).ceil();
+        let stride = stride.min((0.5 * (n_decades - 1.0)).floor()).max(1.0);
         let mantissas: &[f64] = if n_decades <= 2.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
         let mut ticks = Self { values: vec![], labels: vec![], exponent: 0, offset: None };
         let mut decade = (first.floor() / stride).floor() * stride;
@@ -52,7 +69,7 @@ impl Ticks {
             }
             decade += stride;
         }
-        if ticks.values.is_empty() { Self::linear(low, high, max_n) } else { ticks }
+        if ticks.values.len() < FEWEST { Self::linear(low, high, max_n) } else { ticks }
     }
 
     fn single(value: f64) -> Self {
@@ -230,8 +247,8 @@ mod tests {
             Some("12.34567890"),
         );
         check(0.0, 3600.0, &["0", "1000", "2000", "3000"], 0, None);
-        assert_eq!(Ticks::linear(-9.9e-12, 9.9e-12, 2).labels, ["0"]);
-        assert_eq!(Ticks::linear(-474.9, -470.2, 2).labels, ["−474", "−472"]);
+        assert_eq!(Ticks::linear(-9.9e-12, 9.9e-12, 2).labels, ["−5", "0", "5"]);
+        assert_eq!(Ticks::linear(-474.9, -470.2, 2).labels, ["−474", "−473", "−472", "−471"]);
     }
 
     #[test]
@@ -255,7 +272,7 @@ mod tests {
             let scale = 10f64.powi(power);
             let (low, high) = (scale * (middle - span), scale * (middle + span));
             let ticks = Ticks::linear(low, high, max_n);
-            prop_assert!((1..=max_n + 1).contains(&ticks.values.len()), "{ticks:?}");
+            prop_assert!((FEWEST..=(max_n + 1).max(6)).contains(&ticks.values.len()), "{ticks:?}");
             prop_assert_eq!(ticks.values.len(), ticks.labels.len());
             let offset = ticks.offset.as_ref().map_or(Ok(0.0), |text| text.parse::<f64>());
             let offset = offset.expect("a number");

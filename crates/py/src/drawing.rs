@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use bksim_scene::StandardView;
 use bksim_view::film::FilmError;
 use bksim_view::render::{Background, Format, RenderError, Request};
 use bksim_view::show::{Show, ShowOptions};
@@ -23,7 +24,7 @@ pub(crate) struct RenderRequest {
     speed: Option<f64>,
     size: Option<[u32; 2]>,
     density: Option<f32>,
-    view: Option<[f64; 2]>,
+    view: Option<View>,
     background: String,
     labels: bool,
     trails: Vec<String>,
@@ -32,6 +33,28 @@ pub(crate) struct RenderRequest {
     past: Option<f64>,
     /// Told the instant that is drawn, s, now and then.
     notify: Option<Py<PyAny>>,
+}
+
+/// A direction of view.
+#[derive(FromPyObject)]
+enum View {
+    /// A standard view by its word.
+    Named(String),
+    /// Azimuth and elevation, degrees.
+    Angles([f64; 2]),
+}
+
+impl View {
+    fn angles_deg(&self) -> Result<[f64; 2], Fault> {
+        let word = match self {
+            Self::Angles(angles) => return Ok(*angles),
+            Self::Named(word) => word,
+        };
+        StandardView::named(word).map(StandardView::angles_deg).ok_or_else(|| {
+            let words = StandardView::ALL.map(StandardView::word).join(", ");
+            Fault::Value(format!("view: {word:?} is none of {words}"))
+        })
+    }
 }
 
 /// Kinds of arrows.
@@ -63,7 +86,7 @@ impl RenderRequest {
             speed: self.speed,
             size: self.size,
             density: self.density,
-            view: self.view,
+            view: self.view.as_ref().map(View::angles_deg).transpose()?,
             background,
             options,
             trails: self.trails.clone(),

@@ -1,8 +1,9 @@
 //! Questions besides motion in time: a function for each, whose answer is that of the command of its name.
 
 use bksim::analysis::{
-    About, AnalysisError, Channels, LimitsRequest, Motion, assemblies, balanced, bode, doctor,
-    inverse, kinematics, limits, linearize, modes, statics, statics_over, verify,
+    About, AnalysisError, Channels, LimitsRequest, Motion, assemblies, balanced, bode, curves,
+    doctor, inverse, kinematics, limits, linearize, modes, singular_poses, statics, statics_over,
+    verify, workspaces,
 };
 use bksim::model::Model;
 use bksim_studio::questions::{self, Answer};
@@ -83,6 +84,34 @@ pub(crate) fn limits_of(
     let request = LimitsRequest { drive, outputs, all_assemblies };
     ask(py, engine.get(), move |name, model| {
         Ok(questions::kinematics::told_limits(name, &limits(model, &request)?))
+    })
+}
+
+/// Ways of points, instant centres and centrodes, swept regions.
+#[pyfunction]
+pub(crate) fn curves_of(
+    py: Python<'_>,
+    engine: Py<Engine>,
+    points: Vec<String>,
+    centrodes: Vec<String>,
+    swept: Vec<String>,
+    all_assemblies: bool,
+) -> PyResult<Told<'_>> {
+    ask(py, engine.get(), move |name, model| {
+        let request = questions::curves::request(&points, &centrodes, &swept, all_assemblies);
+        Ok(questions::curves::told(name, &curves(model, &request)?))
+    })
+}
+
+/// Regions that points of mechanisms with several free motions reach.
+#[pyfunction]
+pub(crate) fn workspaces_of(
+    py: Python<'_>,
+    engine: Py<Engine>,
+    points: Vec<String>,
+) -> PyResult<Told<'_>> {
+    ask(py, engine.get(), move |name, model| {
+        Ok(questions::curves::told_workspaces(name, &workspaces(model, &points)?))
     })
 }
 
@@ -188,8 +217,19 @@ pub(crate) fn inverse_of(
 
 /// Free motions, repeated conditions, cures.
 #[pyfunction]
-pub(crate) fn doctor_of(py: Python<'_>, engine: Py<Engine>) -> PyResult<Told<'_>> {
-    ask(py, engine.get(), |name, model| Ok(questions::doctor::told(name, &doctor(model)?)))
+pub(crate) fn doctor_of(
+    py: Python<'_>,
+    engine: Py<Engine>,
+    drive: Option<String>,
+) -> PyResult<Told<'_>> {
+    ask(py, engine.get(), move |name, model| {
+        let singular = match &drive {
+            Some(drive) => Some(singular_poses(model.snapshot().to_model(), drive)?),
+            None => None,
+        };
+        let along = drive.as_deref().zip(singular.as_deref());
+        Ok(questions::doctor::told(name, &doctor(model)?, along))
+    })
 }
 
 /// The run beside one in another way.

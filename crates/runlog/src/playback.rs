@@ -10,7 +10,8 @@ use crate::player::{Player, span, uniqueness};
 use crate::record::{Channels, INPUTS, Signal, overrides};
 use bksim_expr::TapeError;
 use bksim_log::{EndStatus, Header, LogError, LogReader, Note, Record, Topic};
-use bksim_model::diagnostic::Rejected;
+use bksim_model::Model;
+use bksim_model::diagnostic::{Diagnostic, Rejected};
 use bksim_model::file::{Source, read};
 use bksim_sim::Mechanism;
 use bksim_sim::input::{along, find_inputs};
@@ -110,21 +111,40 @@ impl RunLog {
     /// # Errors
     /// [`Rejected`] when this version refuses the model.
     pub fn mechanism(&self) -> Result<Mechanism, Rejected> {
-        let Header { model_text: text, model_name: name, options, .. } = &self.header;
-        let overrides = overrides(options);
-        let source = Source { overrides: &overrides, ..Source::new(text, name) };
-        let reading = read(&source);
-        let Some(mut model) = reading.model else { return Err(Rejected(reading.diagnostics)) };
+        let (mut model, diagnostics) = self.model()?;
         if let Some((_, topic)) = inputs_of(&self.header) {
             let names: Vec<&str> = topic.fields.iter().map(|field| field.name.as_str()).collect();
             let law = along(self.inputs.t.clone(), self.inputs.values.clone());
             // A log of another program may call what it likes so.
             if let Ok(inputs) = find_inputs(&model, &names) {
                 model.inputs = inputs;
-                return Mechanism::derive_with(model, Some(law), reading.diagnostics);
+                return Mechanism::derive_with(model, Some(law), diagnostics);
             }
         }
-        Mechanism::derive(model, reading.diagnostics)
+        Mechanism::derive(model, diagnostics)
+    }
+
+    /// The model with other values of its parameters, those of a mechanism of the run.
+    ///
+    /// # Errors
+    /// [`Rejected`] when this version refuses the model.
+    pub fn model_with(&self, parameters: &[f64]) -> Result<Model, Rejected> {
+        let (mut model, _) = self.model()?;
+        for (parameter, value) in model.parameters.iter_mut().zip(parameters) {
+            parameter.value = *value;
+        }
+        Ok(model)
+    }
+
+    fn model(&self) -> Result<(Model, Vec<Diagnostic>), Rejected> {
+        let Header { model_text: text, model_name: name, options, .. } = &self.header;
+        let overrides = overrides(options);
+        let source = Source { overrides: &overrides, ..Source::new(text, name) };
+        let reading = read(&source);
+        match reading.model {
+            Some(model) => Ok((model, reading.diagnostics)),
+            None => Err(Rejected(reading.diagnostics)),
+        }
     }
 }
 

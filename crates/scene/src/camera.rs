@@ -15,6 +15,50 @@ pub struct Camera {
     pub size: [f64; 2],
 }
 
+/// A direction from which drawings show a mechanism whose z is up.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum StandardView {
+    /// Along y: x to the right, z up.
+    Front,
+    /// From the right, against x: y to the right, z up.
+    Right,
+    /// From above: x to the right, y up.
+    Top,
+    /// All three axes equally short, z up.
+    Isometric,
+}
+
+impl StandardView {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Front, Self::Right, Self::Top, Self::Isometric];
+
+    /// Its word: `front`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Front => "front",
+            Self::Right => "right",
+            Self::Top => "top",
+            Self::Isometric => "isometric",
+        }
+    }
+
+    /// The view of this word.
+    pub fn named(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|view| view.word() == word)
+    }
+
+    /// Azimuth and elevation, degrees, as [`Camera::spatial`] takes them in radians.
+    pub fn angles_deg(self) -> [f64; 2] {
+        match self {
+            Self::Front => [0.0, 0.0],
+            Self::Right => [90.0, 0.0],
+            Self::Top => [0.0, 90.0],
+            // The eye on the diagonal of a cube: tan e = 1/√2.
+            Self::Isometric => [45.0, std::f64::consts::FRAC_1_SQRT_2.atan().to_degrees()],
+        }
+    }
+}
+
 /// Rotation of the view along −z, with x to the right.
 const FROM_ABOVE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -84,6 +128,32 @@ impl Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn standard_views_show_the_axes_of_the_world_as_drawings_do() {
+        let right_and_up = |view: StandardView, axis: usize| {
+            let [azimuth, elevation] = view.angles_deg().map(f64::to_radians);
+            let rows = Camera::spatial([400.0; 2], azimuth, elevation).r_view_from_world;
+            [rows[0][axis], rows[1][axis], rows[2][axis]]
+        };
+        let axes = [("front", 0, 2), ("right", 1, 2), ("top", 0, 1)];
+        for (word, to_the_right, up) in axes {
+            let view = StandardView::named(word).expect("a standard view");
+            for (axis, expected) in [(to_the_right, [1.0, 0.0]), (up, [0.0, 1.0])] {
+                let [x, y, _] = right_and_up(view, axis);
+                assert!((x - expected[0]).hypot(y - expected[1]) < 1e-15, "{word}, axis {axis}");
+            }
+        }
+        // Seen along the diagonal, all axes are √(2/3) long, and z is upright.
+        for axis in 0..3 {
+            let [x, y, near] = right_and_up(StandardView::Isometric, axis);
+            assert!((x.hypot(y) - (2.0f64 / 3.0).sqrt()).abs() < 1e-15);
+            assert!((near.abs() - (1.0f64 / 3.0).sqrt()).abs() < 1e-15);
+        }
+        let [x, y, _] = right_and_up(StandardView::Isometric, 2);
+        assert!(x.abs() < 1e-15 && y > 0.0);
+        assert_eq!(StandardView::named("behind"), None);
+    }
 
     #[test]
     fn what_is_fitted_lies_within_the_margin_and_unprojects_to_itself() {

@@ -4,9 +4,11 @@ use bksim_sim::pose::Pose;
 
 use crate::label::{Label, Labels};
 use crate::rod::{DUSK, lit_caps};
+use crate::rule::arrow_legend;
+use crate::vectors::ArrowKind;
 use crate::{
     Camera, Color, Form, Item, Marker, MarkerKind, Paint, Picture, Role, Scene, SeenFace, Shape,
-    Stroke, Theme, silhouette,
+    Span, SpanKind, Stroke, Theme, silhouette,
 };
 
 /// Additions to the picture of a mechanism: trails, arrows, names, ghosts.
@@ -18,6 +20,8 @@ pub struct Extras {
     pub arrows: Vec<Arrow>,
     /// Whether markers are labelled with their names.
     pub has_labels: bool,
+    /// Kinds of arrows whose scales are told in the lower left corner.
+    pub legend: Vec<ArrowKind>,
     /// Poses at other instants, drawn faintly under the mechanism.
     pub ghosts: Vec<Vec<Pose>>,
 }
@@ -63,6 +67,7 @@ pub fn picture(
     if extras.has_labels {
         painter.labels(poses, &along_arrows);
     }
+    painter.items.extend(arrow_legend(&extras.legend, camera, theme));
     let size = [single(camera.size[0]), single(camera.size[1])];
     Picture { size, background: Some(theme.background), items: painter.items }
 }
@@ -287,8 +292,21 @@ impl Painter<'_> {
         let is_at_joint = |at: [f32; 2]| {
             joints.iter().any(|j| (j[0] - at[0]).hypot(j[1] - at[1]) < 0.5 * pin.max(1.0))
         };
+        // A massless link goes by its name at its middle.
+        let middle = |marker: &Marker| {
+            let is_own = |span: &&Span| span.kind == SpanKind::Link && span.name == marker.name;
+            let span = self.scene.spans.iter().find(is_own)?;
+            let ends = span
+                .ends
+                .each_ref()
+                .map(|end| Some(self.pixel(poses.get(end.body)?.place(end.position))));
+            let [Some(a), Some(b)] = ends else { return None };
+            Some([0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])])
+        };
         let label = |marker: &Marker| {
-            let at = position(marker).filter(|at| at.iter().all(|x| x.is_finite()))?;
+            let at = middle(marker)
+                .or_else(|| position(marker))
+                .filter(|at| at.iter().all(|x| x.is_finite()))?;
             let is_redundant = marker.kind == MarkerKind::Point && is_at_joint(at);
             (!is_redundant).then(|| Label { at, text: marker.name.clone() })
         };

@@ -53,8 +53,10 @@ impl Scene {
         // Back to front; springs lie between the bodies and the pins, see `Role::is_in_front`.
         let mut shapes = sketch.ground();
         shapes.extend(sketch.curves());
-        let (blocks, others): (Vec<usize>, Vec<usize>) =
+        let (blocks, mut others): (Vec<usize>, Vec<usize>) =
             (1..model.bodies.len()).partition(|&body| sketch.is_slider(body));
+        // Wide plates lie under thin links, which they would hide.
+        others.sort_by(|&a, &b| sketch.width(b).total_cmp(&sketch.width(a)));
         for body in blocks.into_iter().chain(others) {
             shapes.extend(sketch.body(body));
         }
@@ -121,6 +123,21 @@ impl<'a> Sketch<'a> {
     fn is_slider(&self, body: usize) -> bool {
         let mut sliders = self.rails.iter().flatten().filter_map(|rail| rail.slider);
         sliders.any(|slider| slider.body == body)
+    }
+
+    /// Area of the box around the points of a plate in its own plane, in squares of pins; zero of what has two points
+    /// at most.
+    fn width(&self, body: usize) -> f64 {
+        let points = &self.attached[body];
+        if !self.is_planar() || points.len() < 3 || !self.model().bodies[body].outline.is_empty() {
+            return 0.0;
+        }
+        let across = |p: &[f64; 3], a: &[f64; 3], b: &[f64; 3]| {
+            ((b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])).abs()
+        };
+        let (first, rest) = (&points[0], &points[1..]);
+        let areas = rest.windows(2).map(|pair| across(&pair[1], first, &pair[0]));
+        areas.fold(0.0, f64::max) / (self.pin * self.pin)
     }
 
     fn role_of(&self, body: usize) -> Role {

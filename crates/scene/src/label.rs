@@ -1,6 +1,6 @@
 //! Positions of names around their points, where they hide neither each other nor an arrow.
 
-use crate::{Align, Color, Item};
+use crate::{Align, Color, Item, Stroke};
 
 /// Width of a letter against its height, on average over the letters of usual names.
 const LETTER: f32 = 0.58;
@@ -17,7 +17,12 @@ pub(crate) struct Label {
     pub(crate) text: String,
 }
 
-/// Places names, each at the best of eight positions around its point.
+/// Distances from their point at which names are tried, in gaps; from those that are far a line leads to the point.
+const REACH: [f32; 4] = [1.0, 2.6, 4.4, 6.5];
+/// Cost of a step farther away, in squares of letters.
+const FARTHER: f32 = 0.6;
+
+/// Places names, each at the best of eight positions around its point, or farther away where these are taken.
 pub(crate) struct Labels<'a> {
     /// Size of the picture, pixels.
     pub(crate) size: [f32; 2],
@@ -40,25 +45,29 @@ impl Labels<'_> {
             let n_letters = label.text.chars().count() as f32;
             let extent = [n_letters * LETTER * self.text, 1.1 * self.text];
             let candidates = self.candidates(label.at, extent);
-            let crowding = |area: &Area| {
+            let crowding = |area: &Area| -> f32 {
                 let names: f32 = placed.iter().map(|other| shared(area, other)).sum();
                 let hides = |p: &&[f32; 2]| is_inside(**p, area);
                 let arrows = self.taken.iter().filter(hides).count() as f32;
                 let pins = points.iter().filter(hides).count() as f32;
                 names + self.text * (3.0 * arrows + 2.0 * pins) + 5.0 * self.lost(area)
             };
-            let mut best = candidates[0];
+            let (mut best, mut is_far) = (candidates[0], false);
             if points.len() <= MANY {
                 let mut least = f32::INFINITY;
-                for area in candidates {
-                    let cost = crowding(&area);
+                for (place, area) in candidates.into_iter().enumerate() {
+                    let steps = (place / 8) as f32;
+                    let cost = crowding(&area) + FARTHER * steps * self.text * self.text;
                     // The first of equally good ones, for a picture that does not flicker.
                     if cost < least - 1.0 {
-                        (best, least) = (area, cost);
+                        (best, least, is_far) = (area, cost, place >= 8);
                     }
                 }
             }
             let area = self.within(best);
+            if is_far {
+                items.push(self.leader(label.at, &area));
+            }
             placed.push(area);
             items.push(Item::Text {
                 at: [area[0], area[3] - 0.28 * self.text],
@@ -71,9 +80,23 @@ impl Labels<'_> {
         items
     }
 
-    /// Boxes around a point: upper right first, then the other corners, then the sides.
-    fn candidates(&self, [x, y]: [f32; 2], [width, height]: [f32; 2]) -> [Area; 8] {
-        let (gap, side) = (0.75 * self.gap, self.gap);
+    /// A line from a point towards its name.
+    fn leader(&self, [x, y]: [f32; 2], area: &Area) -> Item {
+        let end = [x.clamp(area[0], area[2]), y.clamp(area[1], area[3])];
+        let long = (end[0] - x).hypot(end[1] - y).max(1.0);
+        let off = (0.7 * self.gap / long).min(1.0);
+        let from = [x + off * (end[0] - x), y + off * (end[1] - y)];
+        let stroke = Stroke { color: self.color.with_opacity(0.55), width: 0.8 };
+        Item::Line { points: vec![from, end], is_closed: false, stroke }
+    }
+
+    /// Boxes around a point, nearer ones first: each time upper right, then the other corners, then the sides.
+    fn candidates(&self, at: [f32; 2], extent: [f32; 2]) -> Vec<Area> {
+        REACH.iter().flat_map(|reach| self.around(at, extent, reach * self.gap)).collect()
+    }
+
+    fn around(&self, [x, y]: [f32; 2], [width, height]: [f32; 2], side: f32) -> [Area; 8] {
+        let gap = 0.75 * side;
         let area = |left: f32, top: f32| [left, top, left + width, top + height];
         let (middle, half) = (x - 0.5 * width, y - 0.5 * height);
         [
@@ -145,6 +168,21 @@ mod tests {
         for (i, a) in placed.iter().enumerate() {
             for b in &placed[..i] {
                 assert!(shared(a, b) < 1e-3, "{a:?} and {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn twenty_names_of_one_point_do_not_overlap() {
+        let label = |i: u8| Label { at: [150.0, 100.0], text: format!("link{i}") };
+        let items = labels(&[]).place((0..20).map(label).collect());
+        let (lines, names): (Vec<Item>, Vec<Item>) =
+            items.into_iter().partition(|item| matches!(item, Item::Line { .. }));
+        assert!(!lines.is_empty(), "far names have lines");
+        let placed = boxes(&names);
+        for (i, a) in placed.iter().enumerate() {
+            for b in &placed[..i] {
+                assert!(shared(a, b) < 1.0, "{a:?} and {b:?}");
             }
         }
     }

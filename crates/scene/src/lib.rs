@@ -27,13 +27,13 @@ mod svg;
 mod theme;
 pub mod vectors;
 
-pub use camera::Camera;
+pub use camera::{Camera, StandardView};
 pub use color::Color;
 pub use draw::{Arrow, Extras, picture};
 pub use picture::{Align, Item, Picture, Stroke};
 pub use rod::{sheets, silhouette};
 pub use rule::{scale_bar, world_axes};
 pub use scene::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape, Span, SpanKind};
-pub use solid::{Edge, SeenFace, Solid};
+pub use solid::{Edge, LIGHT, SeenFace, Solid};
 pub use svg::{svg, titled_svg};
 pub use theme::{Paint, Sizes, Theme};

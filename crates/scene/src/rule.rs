@@ -1,5 +1,6 @@
 //! Size and direction of the view: a bar of a round length, and the axes of the world.
 
+use crate::vectors::ArrowKind;
 use crate::{Align, Camera, Item, Stroke, Theme};
 
 /// Distance from the edges of the picture, pixels.
@@ -31,6 +32,42 @@ pub fn scale_bar(camera: &Camera, theme: &Theme) -> Vec<Item> {
             color: theme.faint,
         },
     ]
+}
+
+/// An arrow of a round size for each kind of arrow, above each other in the lower left corner.
+pub(crate) fn arrow_legend(kinds: &[ArrowKind], camera: &Camera, theme: &Theme) -> Vec<Item> {
+    let mut items = Vec::new();
+    #[expect(clippy::cast_possible_truncation, reason = "pixels")]
+    let mut y = camera.size[1] as f32 - EDGE;
+    for kind in kinds {
+        for (size, metres) in kind.scale.samples() {
+            #[expect(clippy::cast_possible_truncation, reason = "pixels")]
+            let width = (metres * camera.scale) as f32;
+            let (tip, head) = (EDGE + width, theme.sizes.head.min(width));
+            let stroke = Stroke { color: kind.color, width: theme.sizes.arrow };
+            let points = vec![[EDGE, y], [tip - head, y]];
+            items.push(Item::Line { points, is_closed: false, stroke });
+            let half = 0.35 * head;
+            let ring = vec![[tip, y], [tip - head, y - half], [tip - head, y + half]];
+            items.push(Item::Region { rings: vec![ring], fill: kind.color });
+            let text = format!("{} {}", kind.name, quantity(size, kind.unit));
+            let at = [tip + 6.0, y + 0.33 * theme.sizes.text];
+            let size = 0.9 * theme.sizes.text;
+            items.push(Item::Text { at, align: Align::Start, text, size, color: kind.color });
+            y -= 1.5 * theme.sizes.text;
+        }
+    }
+    items
+}
+
+/// A size with the prefix of its unit that leaves few digits: `50 kN`, `0.2 m/s`.
+fn quantity(size: f64, unit: &str) -> String {
+    let prefixes = [(1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ")];
+    let fits = prefixes.into_iter().find(|(factor, _)| size >= 0.999 * factor);
+    let (factor, prefix) = fits.filter(|_| unit == "N").unwrap_or((1.0, ""));
+    // Digits beyond the first are rounding errors.
+    let number = format!("{:.0e}", size / factor).parse::<f64>().unwrap_or(size / factor);
+    format!("{number} {prefix}{unit}")
 }
 
 /// The axes of the world as the camera sees them, in the lower right corner; an axis along the view

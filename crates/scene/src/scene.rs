@@ -86,13 +86,20 @@ pub enum Role {
     Damper,
     /// A massless link.
     Link,
+    /// A curve laid over the mechanism; the number chooses one of the colours.
+    Curve(u8),
+    /// A curve that counts less.
+    FaintCurve(u8),
+    /// A region under the mechanism that a body sweeps.
+    Swept(u8),
 }
 
 impl Role {
     /// Whether it is painted over springs, dampers and links.
     pub fn is_in_front(self) -> bool {
         let is_sign = matches!(self, Self::Weld | Self::Drive | Self::Torque);
-        is_sign || matches!(self, Self::Pin | Self::MassLight | Self::MassDark)
+        let is_curve = matches!(self, Self::Curve(_) | Self::FaintCurve(_));
+        is_sign || is_curve || matches!(self, Self::Pin | Self::MassLight | Self::MassDark)
     }
 }
 

@@ -5,10 +5,10 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use crate::Camera;
-use crate::geometry::{Point, cross3, dot3, sub3, unit3};
+use crate::geometry::{Plane, Point, along3, cross3, dot3, sub3, unit3};
 
 /// The direction to the light in the view: right, up, towards the eye.
-pub(crate) const LIGHT: [f64; 3] = [-0.35, 0.55, 0.758];
+pub const LIGHT: [f64; 3] = [-0.35, 0.55, 0.758];
 /// Faces whose normals are further apart than this (cosine) meet in an edge that is drawn from all sides.
 const SHARP: f64 = 0.9;
 
@@ -88,6 +88,13 @@ impl Solid {
             vec![i, next, n + next, n + i]
         };
         Self::new(corners, [bottom, top].into_iter().chain((0..n).map(side)).collect())
+    }
+
+    /// The block between these distances along u, v and u × v from the origin of a plane.
+    pub(crate) fn block(plane: &Plane, [[a, b], [c, d], heights]: [[f64; 2]; 3]) -> Self {
+        let normal = cross3(plane.u, plane.v);
+        let place = |[x, y, z]: [f64; 3]| along3(plane.lift([x, y]), z, normal);
+        Self::prism(&[[a, c], [b, c], [b, d], [a, d]], heights, place)
     }
 
     /// The faces that a camera sees of the solid placed in the world, the farthest first.

@@ -26,8 +26,10 @@ pub struct Theme {
     pub faint: Color,
     /// Areas of bodies, one after the other; curves too.
     pub palette: [Color; 6],
-    /// Arrows of reactions and of applied forces.
+    /// Arrows of reactions.
     pub force: Color,
+    /// Arrows of applied forces.
+    pub load: Color,
     /// Arrows of velocities.
     pub velocity: Color,
     /// Sizes that do not grow with the mechanism.
@@ -70,6 +72,7 @@ impl Theme {
             Color::opaque(0x4b_98_a3),
         ],
         force: Color::opaque(0xc4_27_27),
+        load: Color::opaque(0x8a_3f_b8),
         velocity: Color::opaque(0x1f_8a_4c),
         sizes: Sizes::SCREEN,
     };
@@ -89,6 +92,7 @@ impl Theme {
             Color::opaque(0x70_bf_ca),
         ],
         force: Color::opaque(0xff_6b_5e),
+        load: Color::opaque(0xcf_95_ee),
         velocity: Color::opaque(0x5a_d1_8a),
         sizes: Sizes::SCREEN,
     };
@@ -100,12 +104,13 @@ impl Theme {
         // A shape hides the ones under it: a tint is opaque.
         let tint =
             |color: Color, opacity: f32| Some(color.with_opacity(opacity).over(self.background));
+        let of_palette = |number: u8| self.palette[usize::from(number) % self.palette.len()];
         let (fill, stroke) = match role {
             Role::Ground => (tint(self.faint, 0.25), line(self.text, 1.5)),
             Role::Hatching => (None, line(self.faint, 1.0)),
             Role::Guide => (None, line(self.text, 1.5)),
             Role::Body(number) => {
-                let color = self.palette[usize::from(number) % self.palette.len()];
+                let color = of_palette(number);
                 (tint(color, 0.35), line(color, 1.8))
             }
             Role::Pin => (Some(self.background), line(self.text, 1.6)),
@@ -115,6 +120,14 @@ impl Theme {
             Role::MassDark | Role::Weld => (Some(self.text), line(self.text, 1.0)),
             Role::Spring | Role::Damper => (None, line(self.text, 1.6)),
             Role::Link => (None, line(self.text, 2.5)),
+            Role::Curve(number) => (None, line(of_palette(number + 1), 2.2)),
+            Role::FaintCurve(number) => {
+                (None, line(of_palette(number + 1).with_opacity(0.5).over(self.background), 1.4))
+            }
+            Role::Swept(number) => {
+                let color = of_palette(number + 1);
+                (tint(color, 0.14), line(color.with_opacity(0.6).over(self.background), 1.0))
+            }
         };
         Paint { fill, stroke }
     }

@@ -22,6 +22,70 @@ pub struct VectorAt {
 
 /// Length of the longest arrow of a run against the extent of the mechanism.
 const LONGEST: f64 = 0.25;
+/// Ratio of the largest to the least vector from which lengths are logarithmic.
+const SPREAD: f64 = 200.0;
+/// Powers of ten that a logarithmic scale has.
+const DECADES: f64 = 5.0;
+/// Vectors below this part of the largest are rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// From the sizes of vectors of one kind to the lengths of their arrows.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct ArrowScale {
+    /// Length of the longest arrow of the run, m; zero when there is nothing to draw.
+    longest: f64,
+    /// The size that it stands for, N or m/s.
+    largest: f64,
+    /// Whether a tenth of the size takes a fifth of the longest arrow off, so that sizes of many powers of ten are seen.
+    pub is_logarithmic: bool,
+}
+
+/// A kind of arrow in a picture, for its legend.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ArrowKind {
+    /// `reaction`, `force`, `velocity`.
+    pub name: &'static str,
+    /// Of the arrows.
+    pub color: Color,
+    /// Of the vectors.
+    pub unit: &'static str,
+    /// Of their lengths.
+    pub scale: ArrowScale,
+}
+
+impl ArrowScale {
+    /// The scale with which the largest vector of a run is drawn a quarter as long as the mechanism is large. `peaks` are
+    /// the largest sizes of each vector over the run.
+    pub fn of(peaks: &[f64], extent: f64) -> Self {
+        let largest = peaks.iter().copied().fold(0.0, f64::max);
+        let least = peaks.iter().copied().filter(|peak| *peak > ROUNDING * largest);
+        let least = least.fold(f64::INFINITY, f64::min);
+        let longest = arrow_scale(largest, extent) * largest;
+        let is_logarithmic = least.is_finite() && largest > SPREAD * least;
+        Self { longest, largest, is_logarithmic }
+    }
+
+    /// The length of an arrow, m.
+    pub fn length(&self, size: f64) -> f64 {
+        let part = size / self.largest;
+        if !(part.is_finite() && part > ROUNDING) {
+            return 0.0;
+        }
+        let length = if self.is_logarithmic { 1.0 + part.log10() / DECADES } else { part };
+        self.longest * length.max(0.0)
+    }
+
+    /// Sizes whose arrows a legend shows, with their lengths, m: a round one, and on a logarithmic scale a hundredth of it.
+    pub fn samples(&self) -> Vec<(f64, f64)> {
+        let power = 10f64.powf(self.largest.log10().floor());
+        let first = [5.0, 2.0, 1.0].into_iter().find(|f| f * power <= self.largest);
+        let Some(first) = first.filter(|_| self.longest > 0.0).map(|f| f * power) else {
+            return Vec::new();
+        };
+        let sizes = if self.is_logarithmic { vec![first, 0.01 * first] } else { vec![first] };
+        sizes.into_iter().map(|size| (size, self.length(size))).collect()
+    }
+}
 
 impl VectorAt {
     /// Its size, N or m/s; zero when it is no number.
@@ -77,28 +141,45 @@ pub fn applied_forces(loads: &mut LoadForces, sample: &Sample) -> impl Iterator<
 
 /// Metres per newton, or per metre a second, with which the largest of a run is drawn a quarter as
 /// long as the mechanism is large; zero when there is nothing to draw.
-pub fn arrow_scale(largest: f64, extent: f64) -> f64 {
+fn arrow_scale(largest: f64, extent: f64) -> f64 {
     let scale = LONGEST * extent / largest;
     if scale.is_finite() && scale > 0.0 { scale } else { 0.0 }
 }
 
-/// Vectors as arrows for [`crate::Extras`], `scale` metres long per unit; hollow where they are not unique.
+/// Vectors as arrows for [`crate::Extras`]; hollow where they are not unique.
 pub fn arrows(
     color: Color,
-    scale: f64,
+    scale: ArrowScale,
     vectors: impl IntoIterator<Item = VectorAt>,
 ) -> impl Iterator<Item = Arrow> {
-    vectors.into_iter().map(move |at| Arrow {
-        color,
-        from: at.point,
-        vector: at.vector.map(|x| scale * x),
-        is_hollow: !at.is_unique,
+    vectors.into_iter().map(move |at| {
+        let size = at.size();
+        let per_unit = if size > 0.0 { scale.length(size) / size } else { 0.0 };
+        let vector = at.vector.map(|x| per_unit * x);
+        Arrow { color, from: at.point, vector, is_hollow: !at.is_unique }
     })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_scale_fits_eighty_kilonewtons_and_five_newtons() {
+        let scale = ArrowScale::of(&[80e3, 5.0, 2e3], 4.0);
+        assert!(scale.is_logarithmic);
+        assert_eq!(scale.length(80e3), 1.0);
+        assert!(scale.length(5.0) > 0.15, "{}", scale.length(5.0));
+        assert!(scale.length(5.0) < scale.length(2e3) && scale.length(2e3) < 1.0);
+        assert_eq!(scale.length(80e3 * 1e-12), 0.0, "rounding is no result");
+        let sizes: Vec<f64> = scale.samples().into_iter().map(|(size, _)| size).collect();
+        assert_eq!(sizes, [50e3, 500.0]);
+        // Of like vectors twice the size is twice as long.
+        let scale = ArrowScale::of(&[50.0, 8.0, 1e-12], 4.0);
+        assert!(!scale.is_logarithmic);
+        assert_eq!(scale.length(50.0), 2.0 * scale.length(25.0));
+        assert!(ArrowScale::of(&[], 1.0).samples().is_empty());
+    }
 
     #[test]
     fn the_largest_of_a_run_is_a_quarter_of_the_mechanism() {

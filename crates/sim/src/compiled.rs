@@ -23,7 +23,9 @@ use crate::latch::Latches;
 use crate::modes::Modes;
 use crate::modes::indicators::EventIndicators;
 use crate::pressing::{Bearing, PressingMultipliers, bearings, pressing_symbols};
-use crate::redundancy::{Effort, MovingInstant, SelfStress, Transmissions, Uniqueness, resting};
+use crate::redundancy::{
+    Effort, MovingInstant, RepeatedCondition, SelfStress, Transmissions, Uniqueness, resting,
+};
 use crate::sampled::{SampledSignals, Sampling};
 use bksim_mbs::constraint::Source;
 use bksim_mbs::coordinate::CoordinateKind;
@@ -261,6 +263,16 @@ impl CompiledSystem {
     ) -> Uniqueness {
         let parameters = modes.parameters_with_modes(parameters);
         self.transmissions.uniqueness(&parameters, at, &|_| false)
+    }
+
+    /// The conditions of joints and couplings that follow from others, from an instant on.
+    pub(crate) fn repeated_conditions(
+        &self,
+        parameters: &[f64],
+        at: MovingInstant<'_>,
+        modes: &Modes,
+    ) -> Vec<RepeatedCondition> {
+        self.transmissions.lasting_conditions(&modes.parameters_with_modes(parameters), at)
     }
 
     /// A basis of the self-stresses at a position, in these modes.

@@ -1,12 +1,13 @@
 //! How many ways a mechanism can move: Grübler's count and the numeric rank.
 
+use crate::redundancy::RepeatedCondition;
 use crate::start::Start;
 use bksim_mbs::particle::particles;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{JointId, JointKind, Model, Space};
 
 /// Degrees of freedom, counted and computed.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Mobility {
     /// Grübler's (planar) or Kutzbach's (spatial) count, drives aside.
     pub gruebler: i64,
@@ -22,6 +23,8 @@ pub struct Mobility {
     pub redundant: Vec<JointId>,
     /// By joint: fx, fy, fz, mx, my, mz, true where the joints repeat no condition in that direction.
     pub unique: Vec<[bool; 6]>,
+    /// The redundant conditions, each with those that it follows from.
+    pub repeated: Vec<RepeatedCondition>,
 }
 
 /// Counts the degrees of freedom of `model` at its start.
@@ -36,12 +39,18 @@ pub fn mobility(model: &Model, system: &SymbolicSystem, start: &Start) -> Mobili
         n_redundant: redundancy.n_self_stresses,
         redundant: redundancy.shared_joints().collect(),
         unique: redundancy.reactions.clone(),
+        repeated: start.repeated.clone(),
     }
 }
 
 /// The freedoms of a body alone: 3 in a plane, 6 in space.
 pub fn freedoms_of_body(space: Space) -> i64 {
     if space == Space::Planar { 3 } else { 6 }
+}
+
+/// The turns of a body, which are no freedoms of a particle: 1 in a plane, 3 in space.
+pub fn turns(space: Space) -> i64 {
+    if space == Space::Planar { 1 } else { 3 }
 }
 
 /// The number of freedoms that a joint of a kind takes from a body.
@@ -62,10 +71,9 @@ pub fn taken(space: Space, kind: &JointKind) -> i64 {
 pub fn gruebler(model: &Model) -> i64 {
     let taken: i64 = model.joints.iter().map(|joint| taken(model.space, &joint.kind)).sum();
     let number = |n: usize| i64::try_from(n).unwrap_or(i64::MAX / 8);
-    let turns = if model.space == Space::Planar { 1 } else { 3 };
     let n_particles = particles(model).into_iter().filter(|is| *is).count();
     let moving = freedoms_of_body(model.space) * number(model.bodies.len() - 1);
-    moving - turns * number(n_particles) - taken - number(model.couplings.len())
+    moving - turns(model.space) * number(n_particles) - taken - number(model.couplings.len())
 }
 
 /// The joints of the loop that `joint` closes, in order around it, `joint` first.

@@ -18,14 +18,19 @@
 //! Source: M. Wojtyra and J. Frączek, *Solvability of reactions in rigid multibody systems with
 //! redundant nonholonomic constraints*, Multibody System Dynamics 30 (2013) 153.
 
+mod block;
 mod blocks;
+mod conditions;
 mod transmissions;
 
-use bksim_model::{CouplingId, DriveId, JointId, LoadId};
+use bksim_expr::{SymbolId, TapeError};
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::{CouplingId, DriveId, JointId, LoadId, Model};
 
 use crate::modes::indicators::EventIndicators;
 use crate::modes::{ContactMode, Modes};
 
+pub use self::conditions::{Condition, Direction, Keeper, RepeatedCondition};
 pub(crate) use self::transmissions::Transmissions;
 
 /// Which components of the reactions are the same in every solution of the equilibrium.
@@ -135,6 +140,38 @@ impl Transmissions {
         unique.n_self_stresses = here.len().min(ahead.len());
         unique
     }
+
+    /// The conditions that follow from others in the motion from an instant on: as many as there are self-stresses of the
+    /// joints alone.
+    pub(crate) fn lasting_conditions(
+        &self,
+        parameters: &[f64],
+        at: MovingInstant<'_>,
+    ) -> Vec<RepeatedCondition> {
+        let here = self.repeated_conditions(parameters, (at.t, at.q));
+        if here.is_empty() {
+            return here;
+        }
+        let ahead = self.repeated_conditions(parameters, (at.t, &at.ahead()));
+        if here.len() <= ahead.len() { here } else { ahead }
+    }
+}
+
+/// The conditions of the joints and couplings of `model` that follow from those before them, at the coordinates `q` of
+/// `system` and these values of the parameters.
+///
+/// # Errors
+/// [`TapeError`] when an expression cannot be compiled.
+pub fn repeated_conditions(
+    model: &Model,
+    system: &SymbolicSystem,
+    parameters: &[f64],
+    at: (f64, &[f64]),
+) -> Result<Vec<RepeatedCondition>, TapeError> {
+    let q: Vec<SymbolId> = system.coordinates().iter().map(|c| c.q).collect();
+    let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+    let transmissions = Transmissions::compile(model, system, &q, &symbols)?;
+    Ok(transmissions.repeated_conditions(parameters, at))
 }
 
 /// Contacts with friction that slips in name alone: something else holds the motion, and any force up to the one

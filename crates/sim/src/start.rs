@@ -21,7 +21,7 @@ use crate::modes::Modes;
 use crate::modes::indicators::ContactState;
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::pressing::Bearing;
-use crate::redundancy::{self, Uniqueness};
+use crate::redundancy::{self, RepeatedCondition, Uniqueness};
 use crate::sampled::NoSignal;
 pub use crate::start_error::{Conflict, Gap, Moved, Rival, StartError};
 use crate::state::State;
@@ -67,6 +67,8 @@ pub struct Start {
     pub uniqueness: Uniqueness,
     /// Which would be if nothing were driven, closed or stuck: the joints among themselves.
     pub(crate) redundancy: Uniqueness,
+    /// The conditions of joints and couplings that follow from others.
+    pub(crate) repeated: Vec<RepeatedCondition>,
 }
 
 impl Start {
@@ -238,6 +240,7 @@ pub fn start_at(
     let instant = redundancy::MovingInstant { t, q: &found.q, v: &found.v, a: &found.a };
     let uniqueness = compiled.uniqueness(parameters, instant, &found.modes);
     let redundancy = compiled.redundancy(parameters, instant, &found.modes);
+    let repeated = compiled.repeated_conditions(parameters, instant, &found.modes);
     if let Some(joint) = shared_axial.or_else(|| shared_reaction(compiled, &redundancy)) {
         return Err(StartError::SharedReaction { joint });
     }
@@ -246,6 +249,7 @@ pub fn start_at(
         state: State { t, q: found.q.clone(), v: found.v.clone() },
         uniqueness,
         redundancy,
+        repeated,
         q: found.q,
         v: found.v,
         a: found.a,

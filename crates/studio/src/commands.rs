@@ -3,6 +3,7 @@
 pub(crate) mod bode;
 pub(crate) mod page;
 pub(crate) mod plot;
+pub(crate) mod polygons;
 pub(crate) mod render;
 pub(crate) mod sweep;
 pub(crate) mod view;

@@ -5,6 +5,8 @@
 //! crate, `bksim-studio`, for them. That program has the whole command line.
 
 mod commands;
+mod curve_fault;
+mod modal;
 mod parquet;
 
 use std::ffi::OsString;
@@ -20,12 +22,14 @@ pub use bksim_cli::output_file;
 pub mod questions {
     pub use bksim_cli::commands::analysis::answer::Answer;
     pub use bksim_cli::commands::analysis::{
-        bode, doctor, inverse, kinematics, linearize, modes, statics, verify,
+        bode, curves, doctor, inverse, kinematics, linearize, modes, polygons, statics, verify,
     };
 }
 
-const PARQUET: TableFormat =
-    TableFormat { name: "parquet", write: |log, selection, out| to_parquet(log, selection, out) };
+const PARQUET: TableFormat = TableFormat {
+    name: "parquet",
+    write: |log, asked, out| to_parquet(log, &asked.selection, out),
+};
 
 /// Does what the arguments of `bksim` say, the name of the program first, all of it in this process,
 /// and gives its exit status; the rest as [`bksim_cli::run`].
@@ -38,8 +42,10 @@ fn studio(command: StudioCommand<'_>, common: Common) -> Result<Status, Failure>
     match command {
         StudioCommand::Bode(args, path) => commands::bode::run(args, path, json, nesting),
         StudioCommand::Export(args, path) => to_file(args, path, &PARQUET, json),
+        StudioCommand::Modes(args) => commands::render::run(args, json, nesting),
         StudioCommand::Page(args) => commands::page::run(args, json),
         StudioCommand::Plot(args) => commands::plot::run(args, json),
+        StudioCommand::Polygons(args, path) => commands::polygons::run(args, path, json, nesting),
         StudioCommand::Render(args) => commands::render::run(args, json, nesting),
         StudioCommand::Sweep(args) => commands::sweep::run(args, json, nesting),
         StudioCommand::View(args) => commands::view::run(args, json, nesting),

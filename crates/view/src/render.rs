@@ -5,6 +5,7 @@ use std::io::Write;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
+use bksim::analysis::AnalysisError;
 use bksim::sim::run::Unreplayed;
 pub use bksim_scene::request::{Background, DENSITIES, FACTORS, MOST_GHOSTS, SIDES};
 
@@ -119,6 +120,8 @@ pub struct Request {
     pub options: ShowOptions,
     /// Names of points that leave trails; the name of a body means its centre of mass.
     pub trails: Vec<String>,
+    /// Curves laid over the mechanism, as [`Show::lay_over`] reads them.
+    pub curves: Vec<String>,
 }
 
 /// Error of rendering.
@@ -179,6 +182,9 @@ pub enum RenderError {
     /// The motion is not that of the mechanism.
     #[error(transparent)]
     Unreplayed(#[from] Unreplayed),
+    /// A curve that the mechanism has not.
+    #[error(transparent)]
+    Curves(#[from] AnalysisError),
     /// There is no graphics adapter, or it fails.
     #[error(transparent)]
     Canvas(#[from] CanvasError),
@@ -212,6 +218,7 @@ impl Request {
             background: Background::default(),
             options: ShowOptions::default(),
             trails: Vec::new(),
+            curves: Vec::new(),
         }
     }
 
@@ -255,7 +262,9 @@ impl Request {
         let theme = self.background.theme();
         let trails = self.trails.iter().map(|name| marker(&show, name));
         let trails = trails.collect::<Result<_, _>>()?;
-        show.options = ShowOptions { trails, dark: theme.is_dark, ..self.options.clone() };
+        show.options =
+            ShowOptions { trails, legend: true, dark: theme.is_dark, ..self.options.clone() };
+        show.lay_over(&self.curves)?;
         let clip = self.clip(&show)?;
         if self.view.is_some() && show.scene().is_planar {
             return Err(RenderError::PlanarView);

@@ -4,22 +4,22 @@ mod arrows;
 #[cfg(test)]
 mod pendulum;
 mod reach;
-mod solve;
 mod trail;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use bksim::analysis::AnalysisError;
+use bksim::overlay;
 use bksim::playback::Playback;
 use bksim::sim::pose::Pose;
 use bksim::sim::run::{Sample, Unreplayed};
+use bksim_scene::vectors::ArrowKind;
 use bksim_scene::{Arrow, Extras, Scene, Theme};
 
 use self::arrows::Arrows;
-pub use self::arrows::Scales;
 #[cfg(test)]
 pub(crate) use self::pendulum::pendulum;
-pub use self::solve::{Solved, solve};
 use self::trail::Past;
 
 /// Additions to the mechanism, and the colours.
@@ -38,6 +38,8 @@ pub struct ShowOptions {
     pub velocities: bool,
     /// Arrows of applied forces.
     pub forces: bool,
+    /// Whether the scales of arrows are told in the picture.
+    pub legend: bool,
     /// Number of earlier instants at which the mechanism is drawn faintly.
     pub ghosts: usize,
     /// Light on dark.
@@ -53,6 +55,7 @@ impl Default for ShowOptions {
             reactions: false,
             velocities: false,
             forces: false,
+            legend: false,
             ghosts: 0,
             dark: false,
         }
@@ -95,6 +98,19 @@ impl Show {
         let options = ShowOptions::default();
         let (patience, arrows, reach, is_whole) = (None, None, None, true);
         Self { options, patience, playback, scene, t, past, arrows, reach, is_whole }
+    }
+
+    /// Lays curves of the mechanism over it, as [`bksim::overlay::overlays`] reads their texts.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] for curves that the mechanism has not.
+    pub fn lay_over(&mut self, texts: &[String]) -> Result<(), AnalysisError> {
+        let playback = &self.playback;
+        let read = || playback.log().model_with(&playback.mechanism().parameters);
+        let overlays = overlay::overlays(&read, texts)?;
+        overlay::lay_over(Arc::make_mut(&mut self.scene), &overlays);
+        self.reach = None;
+        Ok(())
     }
 
     /// The run.
@@ -153,7 +169,8 @@ impl Show {
         let trails = trails.points.into_iter().enumerate().map(coloured).collect();
         // Arrows appear once their scale is known.
         let arrows = arrows.unwrap_or_default();
-        Ok(Extras { trails, arrows, has_labels: self.options.labels, ghosts })
+        let legend = if self.options.legend { self.arrow_kinds() } else { Vec::new() };
+        Ok(Extras { trails, arrows, has_labels: self.options.labels, legend, ghosts })
     }
 
     /// Whether the last additions are complete; otherwise later calls give more.
@@ -177,10 +194,10 @@ impl Show {
         Ok(arrows.is_known().then(|| arrows.at(playback, scene, options, theme)))
     }
 
-    /// The scales of arrows, once they are known.
-    pub fn scales(&self) -> Option<Scales> {
+    /// The kinds of arrows that are shown, with their scales, once these are known.
+    pub fn arrow_kinds(&self) -> Vec<ArrowKind> {
         let known = self.arrows.as_ref().filter(|arrows| arrows.is_known());
-        known.map(|arrows| arrows.scales(&self.options))
+        known.map_or_else(Vec::new, |arrows| arrows.kinds(&self.options, self.theme()))
     }
 
     /// Outermost points of the mechanism over the whole run, for [`bksim_scene::Camera::fitted`].

@@ -21,6 +21,7 @@ mod clock;
 mod controls;
 mod curves;
 mod eye;
+mod grid;
 mod icon;
 mod measure;
 mod number;

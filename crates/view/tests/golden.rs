@@ -390,6 +390,7 @@ fn arrows_and_trails_and_names_are_drawn() {
             }],
             has_labels: true,
             ghosts: Vec::new(),
+            legend: Vec::new(),
         };
         check(name, &draw(scene.clone(), &[Pose::default(); 3], &extras, &camera(), theme));
     }

@@ -110,8 +110,8 @@ pub(super) struct Placed {
     /// Unit of each coordinate.
     pub(super) units: Vec<f64>,
     unit_of_row: Vec<f64>,
-    parameters: Vec<f64>,
-    t: f64,
+    pub(super) parameters: Vec<f64>,
+    pub(super) t: f64,
 }
 
 impl Placed {

@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use bksim::analysis::{AnalysisError, ModeRequest, quantity};
 use clap::{Args, ValueEnum};
 
+use super::render::Render;
 use super::{ModelArgs, assignment};
 
 /// Where the table of an answer goes.
@@ -15,6 +17,15 @@ pub(crate) struct TableArgs {
     /// Overwrite an existing table.
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+impl TableArgs {
+    /// The file, if its ending is that of a figure.
+    fn picture(&self) -> Option<&std::path::Path> {
+        let path = self.file.as_deref()?;
+        let ending = path.extension()?.to_str()?;
+        ["svg", "png", "pdf"].contains(&ending).then_some(path)
+    }
 }
 
 #[derive(Args, Debug)]
@@ -50,6 +61,56 @@ pub(crate) struct Kinematics {
     pub(crate) assemblies: bool,
     #[command(flatten)]
     pub(crate) table: TableArgs,
+}
+
+/// With nothing named, the points that no joint connects.
+#[derive(Args, Debug)]
+pub(crate) struct Curves {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// A point whose way is traced: `coupler.P`, a joint, or a body for its centre of mass; may be repeated.
+    #[arg(long, value_name = "POINT")]
+    pub(crate) point: Vec<String>,
+    /// A body whose centrodes are traced against the ground, or against another body, `coupler/crank`; may be
+    /// repeated.
+    #[arg(long, value_name = "BODY[/BODY]")]
+    pub(crate) centrode: Vec<String>,
+    /// A body whose swept region is told; may be repeated.
+    #[arg(long, value_name = "BODY")]
+    pub(crate) swept: Vec<String>,
+    /// Tell where a point of a mechanism with two free motions or more can be brought; may be repeated.
+    #[arg(long, value_name = "POINT", conflicts_with_all = ["point", "centrode", "swept", "all"])]
+    pub(crate) workspace: Vec<String>,
+    /// Trace all assemblies, not that of the start alone.
+    #[arg(long)]
+    pub(crate) all: bool,
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
+}
+
+/// The arguments of `bksim polygons`. A FILE of -o that ends in .svg, .png or .pdf is drawn.
+#[derive(Args, Debug)]
+pub struct Polygons {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// The pose: a value of a measure for each free motion, `crank.angle=40 deg`; may be repeated.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
+    pub(crate) drive: Vec<(String, String)>,
+    /// Rate of a drive, `25` (rad/s or m/s) or `10 deg/s`; 1 unless given. One for each drive.
+    #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
+    pub(crate) rate: Vec<String>,
+    /// Acceleration of a drive; 0 unless given. One for each drive.
+    #[arg(long, value_name = "ACCELERATION", allow_negative_numbers = true)]
+    pub(crate) acceleration: Vec<String>,
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
+}
+
+impl Polygons {
+    /// The file to draw in, by its ending.
+    pub(crate) fn picture(&self) -> Option<&std::path::Path> {
+        self.table.picture()
+    }
 }
 
 #[derive(Args, Debug)]
@@ -91,7 +152,7 @@ pub(crate) struct Static {
 
 /// The state that equations are linearised about.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub(crate) enum About {
+pub enum About {
     /// The equilibrium nearest to the start, a stable one if there is any.
     Static,
     /// The start as it is.
@@ -119,15 +180,71 @@ pub(crate) struct Linearize {
     pub(crate) table: TableArgs,
 }
 
+/// The arguments of `bksim modes`. A FILE of -o that ends in .gif, .mp4, .apng, .svg or .png shows the mode --mode.
 #[derive(Args, Debug)]
-pub(crate) struct Modes {
+pub struct Modes {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
     /// The state that motions are small about.
     #[arg(long, value_enum, default_value_t = About::Static)]
     pub(crate) at: About,
+    /// The mode that a film or picture shows: 1 is the first one, which it is unless given.
+    #[arg(long, value_name = "N")]
+    pub(crate) mode: Option<usize>,
+    /// Its largest change of a body's angle, `10 deg`, or, where no body turns, of a position, `5 mm`.
+    #[arg(long, value_name = "SIZE")]
+    pub(crate) amplitude: Option<String>,
     #[command(flatten)]
     pub(crate) table: TableArgs,
+}
+
+impl Modes {
+    /// The film or picture that is asked for, if one is.
+    pub fn picture(&self) -> Option<Render> {
+        let path = self.table.file.as_deref()?;
+        let ending = path.extension()?.to_str()?;
+        if !["gif", "mp4", "apng", "svg", "png"].contains(&ending) {
+            return None;
+        }
+        let mode = ModeArgs {
+            mode: Some(self.mode.unwrap_or(1)),
+            amplitude: self.amplitude.clone(),
+            mode_at: self.at,
+        };
+        let force = self.table.force;
+        Some(Render { force, mode, ..Render::of(&self.model, path) })
+    }
+}
+
+/// A mode of small motions in place of the run.
+#[derive(Args, Clone, Debug)]
+pub struct ModeArgs {
+    /// Show this mode of small motions in place of the run: 1 is the first one of `bksim modes`.
+    #[arg(long, value_name = "N")]
+    pub mode: Option<usize>,
+    /// The mode's largest change of a body's angle, `10 deg`, or, where no body turns, of a position, `5 mm`.
+    #[arg(long, value_name = "SIZE", requires = "mode")]
+    pub amplitude: Option<String>,
+    /// The state that the mode is about.
+    #[arg(long, value_enum, default_value_t = About::Static, requires = "mode")]
+    pub mode_at: About,
+}
+
+impl ModeArgs {
+    /// The mode that is asked for, if one is.
+    ///
+    /// # Errors
+    /// [`AnalysisError::BadRange`] for an amplitude that is neither an angle nor a length.
+    pub fn request(&self) -> Result<Option<ModeRequest>, AnalysisError> {
+        let Some(number) = self.mode else { return Ok(None) };
+        let read = |text: &String| quantity(text, "rad").or_else(|_| quantity(text, "m"));
+        let amplitude = self.amplitude.as_ref().map(read).transpose()?;
+        let about = match self.mode_at {
+            About::Static => bksim::analysis::About::Static,
+            About::Start => bksim::analysis::About::Start,
+        };
+        Ok(Some(ModeRequest { number, amplitude, about }))
+    }
 }
 
 /// The arguments of `bksim bode`.
@@ -154,9 +271,7 @@ pub struct Bode {
 impl Bode {
     /// The file to draw in, by its ending.
     pub(crate) fn picture(&self) -> Option<&std::path::Path> {
-        let path = self.table.file.as_deref()?;
-        let ending = path.extension()?.to_str()?;
-        ["svg", "png", "pdf"].contains(&ending).then_some(path)
+        self.table.picture()
     }
 }
 
@@ -175,6 +290,9 @@ pub(crate) struct Verify {
 pub(crate) struct Doctor {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
+    /// Tell the singular poses along the whole motion with this measure as its drive, `crank.angle`.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) drive: Option<String>,
     #[command(flatten)]
     pub(crate) table: TableArgs,
 }

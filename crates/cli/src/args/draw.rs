@@ -74,6 +74,10 @@ pub(crate) struct Trace {
     #[arg(long, value_name = "S", value_delimiter = ',', allow_negative_numbers = true,
           value_parser = time)]
     pub(crate) at: Vec<f64>,
+    /// Draw a curve of the whole motion: the way of a point (`coupler.P`), `centrode:coupler`, `swept:rocker`,
+    /// `workspace:arm.P`; may be repeated.
+    #[arg(long, value_name = "CURVE")]
+    pub(crate) curve: Vec<String>,
     /// Draw the curves of the points.
     #[arg(long)]
     pub(crate) paths: bool,

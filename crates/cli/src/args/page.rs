@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::analysis::ModeArgs;
+
 /// A run as one page of HTML.
 #[derive(Args, Debug)]
 pub struct Page {
@@ -15,6 +17,13 @@ pub struct Page {
     /// Heading of the page; the model's name unless given.
     #[arg(long, value_name = "TEXT")]
     pub title: Option<String>,
+    /// Lay a curve of the whole motion over the mechanism: the way of a point (`coupler.P`),
+    /// `centrode:coupler`, `swept:rocker`, `workspace:arm.P`; may be repeated.
+    #[arg(long, value_name = "CURVE")]
+    pub curve: Vec<String>,
+    /// A mode in place of the run.
+    #[command(flatten)]
+    pub mode: ModeArgs,
     /// Overwrite an existing file.
     #[arg(long)]
     pub force: bool,

@@ -1,12 +1,14 @@
 //! The arguments of `bksim render`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use bksim_scene::StandardView;
 use bksim_scene::request::{Background, DENSITIES, FACTORS, MOST_GHOSTS, SIDES};
 use clap::{Args, ValueEnum};
 
+use super::analysis::{About, ModeArgs};
 use super::time::time;
-use super::{DrawingArgs, assignment};
+use super::{DrawingArgs, ModelArgs, assignment};
 
 /// Pictures show one instant; films show the motion from --from to --to.
 #[derive(Args, Debug)]
@@ -63,12 +65,48 @@ pub struct Render {
     /// Draw the way of this joint, point (`crank.P`) or centre of mass (`crank`); may be repeated.
     #[arg(long, value_name = "POINT")]
     pub trail: Vec<String>,
+    /// Lay a curve of the whole motion over the mechanism: the way of a point (`coupler.P`),
+    /// `centrode:coupler`, `swept:rocker`, `workspace:arm.P`; may be repeated.
+    #[arg(long, value_name = "CURVE")]
+    pub curve: Vec<String>,
     /// Arrows, to one scale over the whole motion.
     #[arg(long, value_enum, value_name = "KINDS", value_delimiter = ',')]
     pub arrows: Vec<Arrows>,
-    /// From where a spatial mechanism is seen: azimuth and elevation in degrees.
-    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = view, allow_hyphen_values = true)]
+    /// A mode in place of the run.
+    #[command(flatten)]
+    pub mode: ModeArgs,
+    /// From where a spatial mechanism is seen: front, right, top, isometric, or azimuth and elevation in degrees.
+    #[arg(long, value_name = "VIEW", value_parser = view, allow_hyphen_values = true)]
     pub view: Option<[f64; 2]>,
+}
+
+impl Render {
+    /// The picture or film of a model with nothing else said.
+    pub(crate) fn of(model: &ModelArgs, output: &Path) -> Self {
+        Self {
+            input: model.model.clone(),
+            output: output.to_owned(),
+            force: false,
+            set: model.set.clone(),
+            drawing: model.drawing.clone(),
+            at: None,
+            from: None,
+            to: None,
+            size: None,
+            density: None,
+            fps: None,
+            speed: None,
+            background: Background::default(),
+            ghosts: 0,
+            past: None,
+            labels: false,
+            trail: Vec::new(),
+            curve: Vec::new(),
+            arrows: Vec::new(),
+            mode: ModeArgs { mode: None, amplitude: None, mode_at: About::Static },
+            view: None,
+        }
+    }
 }
 
 const EXAMPLES: &str = "\
@@ -111,7 +149,13 @@ fn density(text: &str) -> Result<f32, String> {
 }
 
 fn view(text: &str) -> Result<[f64; 2], String> {
-    let wrong = || "expected azimuth and elevation in degrees, such as 30,20".to_owned();
+    if let Some(view) = StandardView::named(text) {
+        return Ok(view.angles_deg());
+    }
+    let wrong = || {
+        let names = StandardView::ALL.map(StandardView::word).join(", ");
+        format!("expected {names}, or azimuth and elevation in degrees, such as 30,20")
+    };
     let (azimuth, elevation) = text.split_once(',').ok_or_else(wrong)?;
     let angle = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.abs() <= 360.0);
     angle(azimuth).zip(angle(elevation)).map(|(a, e)| [a, e]).ok_or_else(wrong)

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{ArgAction, Args};
 
+use super::analysis::ModeArgs;
 use super::time::time;
 use super::{DrawingArgs, assignment};
 
@@ -21,6 +22,13 @@ pub struct View {
     /// How a drawing is read.
     #[command(flatten)]
     pub drawing: DrawingArgs,
+    /// Lay a curve of the whole motion over the mechanism: the way of a point (`coupler.P`),
+    /// `centrode:coupler`, `swept:rocker`, `workspace:arm.P`; may be repeated.
+    #[arg(long, value_name = "CURVE")]
+    pub curve: Vec<String>,
+    /// A mode in place of the run.
+    #[command(flatten)]
+    pub mode: ModeArgs,
     /// The instant to begin at, s; that of the motion unless given.
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = instant)]
     pub t: Option<f64>,

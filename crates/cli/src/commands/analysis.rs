@@ -3,10 +3,12 @@
 pub mod answer;
 pub mod bode;
 pub(crate) mod cam;
+pub mod curves;
 pub mod doctor;
 pub mod inverse;
 pub mod kinematics;
 pub mod linearize;
 pub mod modes;
+pub mod polygons;
 pub mod statics;
 pub mod verify;

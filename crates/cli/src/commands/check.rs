@@ -59,7 +59,7 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
         row("constraints", found.n_constraints.to_string(), format!("{} independent", found.rank)),
         count(model, found),
         row("true mobility", found.mobility.to_string(), String::new()),
-        row("redundant conditions", found.n_redundant.to_string(), String::new()),
+        row("redundant conditions", found.n_redundant.to_string(), redundant(model, found)),
         counted("redundant joints", joint_names(mechanism, &found.redundant)),
     ];
     rows.retain(|row| {
@@ -68,6 +68,12 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
                 .contains(&row[0].as_str())
     });
     format!("{}: no errors\n{}", model.name, table(&rows))
+}
+
+/// The redundant conditions, by joint and direction.
+fn redundant(model: &Model, found: &Mobility) -> String {
+    let words = found.repeated.iter().map(|repeated| repeated.condition.words(model));
+    words.collect::<Vec<_>>().join("; ")
 }
 
 /// The row of Grübler's count; in space Kutzbach's, with what bodies have and the joints take, those that take

@@ -1,8 +1,11 @@
-//! Machine code for a tape, one function of three arrays.
+//! Machine code for a tape, functions of three arrays that are called one after the other.
 //!
 //! ```text
-//! f(registers, inputs, outputs)
+//! f₁(registers, inputs, outputs); f₂(registers, inputs, outputs); …
 //! ```
+//!
+//! Each function is one section of the body. The time that the code generator takes for a function grows faster
+//! than its length, so long bodies have many; what a later section uses is stored in the workspace.
 //!
 //! Numbers in the workspace (constants, parameters, the prologue's results, sines and cosines) and
 //! inputs are read from memory each time they are used: an operand in memory costs nothing,
@@ -13,6 +16,7 @@
 #![expect(unsafe_code, reason = "machine code is called through raw pointers")]
 
 use super::interpreter::Workspace;
+use super::sections::{Body, SECTION, Section};
 use crate::op::{Function, power};
 use crate::sincos::{FEW, sin_cos_few};
 use crate::tape::{Action, Instruction, Tape};
@@ -48,9 +52,8 @@ pub enum JitError {
     Generator(#[from] Box<ModuleError>),
 }
 
-/// Longest body that is compiled: a fifth of a second, and at worst 400 kB of stack where all
-/// values are alive at once.
-const MOST_INSTRUCTIONS: usize = 50_000;
+/// Longest body that is compiled: some two seconds, and as many bytes of code as ten times its instructions.
+const MOST_INSTRUCTIONS: usize = 500_000;
 
 /// Machine code of one [`Tape`].
 ///
@@ -75,8 +78,9 @@ const MOST_INSTRUCTIONS: usize = 50_000;
 /// # }
 /// ```
 pub struct MachineCode {
-    function: Compiled,
-    /// Owns the memory of `function`; always present until dropped.
+    /// One for each section of the body, in order.
+    functions: Vec<Compiled>,
+    /// Owns the memory of `functions`; always present until dropped.
     module: Mutex<Option<JITModule>>,
     n_registers: usize,
     n_inputs: usize,
@@ -97,7 +101,7 @@ impl Tape {
     /// Compiles the body to machine code.
     ///
     /// # Errors
-    /// [`JitError::TooLong`] for bodies beyond 50 000 instructions, [`JitError::Host`] where the
+    /// [`JitError::TooLong`] for bodies beyond 500 000 instructions, [`JitError::Host`] where the
     /// processor is not supported.
     pub fn machine_code(&self) -> Result<MachineCode, JitError> {
         if self.body.len() > MOST_INSTRUCTIONS {
@@ -106,13 +110,16 @@ impl Tape {
         }
         let mut module = module()?;
         match define(&mut module, self) {
-            Ok(id) => {
-                let address = module.get_finalized_function(id);
-                // SAFETY: the function was declared with three pointers and no result, in the
-                // calling convention of the host, and its memory lives as long as the module.
-                let function = unsafe { std::mem::transmute::<*const u8, Compiled>(address) };
+            Ok(ids) => {
+                let function = |id| {
+                    let address = module.get_finalized_function(id);
+                    // SAFETY: the function was declared with three pointers and no result, in the
+                    // calling convention of the host, and its memory lives as long as the module.
+                    unsafe { std::mem::transmute::<*const u8, Compiled>(address) }
+                };
+                let functions = ids.into_iter().map(function).collect();
                 Ok(MachineCode {
-                    function,
+                    functions,
                     module: Mutex::new(Some(module)),
                     n_registers: self.n_registers,
                     n_inputs: self.n_inputs,
@@ -137,8 +144,10 @@ impl MachineCode {
         assert_eq!(inputs.len(), self.n_inputs, "number of inputs");
         assert_eq!(out.len(), self.n_outputs, "number of outputs");
         assert_eq!(ws.registers.len(), self.n_registers, "a workspace of this tape");
-        // SAFETY: the code stays within the three lengths that were just checked.
-        unsafe { (self.function)(ws.registers.as_mut_ptr(), inputs.as_ptr(), out.as_mut_ptr()) }
+        for function in &self.functions {
+            // SAFETY: the code stays within the three lengths that were just checked.
+            unsafe { function(ws.registers.as_mut_ptr(), inputs.as_ptr(), out.as_mut_ptr()) }
+        }
     }
 }
 
@@ -146,7 +155,7 @@ impl Drop for MachineCode {
     fn drop(&mut self) {
         let module = self.module.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
         if let Some(module) = module.take() {
-            // SAFETY: `function` is private and only called through a borrow of `self`.
+            // SAFETY: `functions` are private and only called through a borrow of `self`.
             unsafe { module.free_memory() };
         }
     }
@@ -202,8 +211,8 @@ fn module() -> Result<JITModule, JitError> {
     Ok(JITModule::new(builder))
 }
 
-/// Compiles the body of the tape.
-fn define(module: &mut JITModule, tape: &Tape) -> Result<FuncId, Box<ModuleError>> {
+/// Compiles the body of the tape, section by section.
+fn define(module: &mut JITModule, tape: &Tape) -> Result<Vec<FuncId>, Box<ModuleError>> {
     let mut import = |name: &str, parameters: &[_], result: Option<_>| {
         let mut signature = module.make_signature();
         signature.params.extend(parameters.iter().map(|&kind| AbiParam::new(kind)));
@@ -217,26 +226,33 @@ fn define(module: &mut JITModule, tape: &Tape) -> Result<FuncId, Box<ModuleError
     let elementary = import("elementary", &[I64, F64, F64], Some(F64))?;
     let power = import("power", &[F64, F64], Some(F64))?;
 
-    let mut context = module.make_context();
-    context.func.signature = signature(module);
-    let id = module.declare_function("tape", Linkage::Export, &context.func.signature);
-    let id = id.map_err(Box::new)?;
+    let body = Body::of(tape);
     let mut scratch = FunctionBuilderContext::new();
-    let mut builder = FunctionBuilder::new(&mut context.func, &mut scratch);
-    let mut callee = |id| module.declare_func_in_func(id, builder.func);
-    let turns = turns.into_iter().map(&mut callee).collect();
-    let callees = Callees { turns, elementary: callee(elementary), power: callee(power) };
-    let block = builder.create_block();
-    builder.append_block_params_for_function_params(block);
-    builder.switch_to_block(block);
-    builder.seal_block(block);
-    let mut emitter = Emitter::new(tape, builder, callees);
-    emitter.emit_body();
-    emitter.builder.ins().return_(&[]);
-    emitter.builder.finalize(module.target_config());
-    module.define_function(id, &mut context).map_err(Box::new)?;
+    let mut context = module.make_context();
+    let mut ids = Vec::with_capacity(body.sections.len());
+    for (number, section) in body.sections.iter().enumerate() {
+        context.func.signature = signature(module);
+        let name = format!("section_{number}");
+        let id = module.declare_function(&name, Linkage::Export, &context.func.signature);
+        let id = id.map_err(Box::new)?;
+        let mut builder = FunctionBuilder::new(&mut context.func, &mut scratch);
+        let mut callee = |id| module.declare_func_in_func(id, builder.func);
+        let turns = turns.iter().map(|&id| callee(id)).collect();
+        let callees = Callees { turns, elementary: callee(elementary), power: callee(power) };
+        let block = builder.create_block();
+        builder.append_block_params_for_function_params(block);
+        builder.switch_to_block(block);
+        builder.seal_block(block);
+        let mut emitter = Emitter::new(&body, *section, builder, callees);
+        emitter.emit();
+        emitter.builder.ins().return_(&[]);
+        emitter.builder.finalize(module.target_config());
+        module.define_function(id, &mut context).map_err(Box::new)?;
+        module.clear_context(&mut context);
+        ids.push(id);
+    }
     module.finalize_definitions().map_err(Box::new)?;
-    Ok(id)
+    Ok(ids)
 }
 
 fn signature(module: &JITModule) -> Signature {
@@ -260,17 +276,17 @@ enum Location {
     Value(Value),
 }
 
-/// Writes the code of one tape.
+/// Writes the code of one section.
 struct Emitter<'a> {
-    tape: &'a Tape,
+    body: &'a Body<'a>,
+    section: Section,
     builder: FunctionBuilder<'a>,
     callees: Callees,
     registers: Value,
+    inputs: Value,
     out: Value,
-    /// Locations of the registers so far.
+    /// Locations of the section's results so far.
     locations: Vec<Location>,
-    /// Outputs by the register that holds them, in ascending order.
-    outputs: Vec<(usize, usize)>,
 }
 
 /// Accesses never trap: lengths are checked before the call.
@@ -282,48 +298,70 @@ fn offset(n: usize) -> i32 {
 }
 
 impl<'a> Emitter<'a> {
-    fn new(tape: &'a Tape, builder: FunctionBuilder<'a>, callees: Callees) -> Self {
+    fn new(
+        body: &'a Body<'a>,
+        section: Section,
+        builder: FunctionBuilder<'a>,
+        callees: Callees,
+    ) -> Self {
         let block = builder.current_block().expect("the entry block is current");
         let &[registers, inputs, out] = builder.block_params(block) else {
             unreachable!("the signature has three parameters")
         };
-        let memory = |base| move |n| Location::Memory { base, offset: offset(n) };
-        let mut locations: Vec<Location> = (0..tape.first_body).map(memory(registers)).collect();
-        locations.splice(tape.input_registers(), (0..tape.n_inputs).map(memory(inputs)));
-        let mut outputs: Vec<(usize, usize)> =
-            tape.outputs.iter().map(|&register| register as usize).zip(0..).collect();
-        outputs.sort_unstable();
-        Self { tape, builder, callees, registers, out, locations, outputs }
+        let locations = Vec::with_capacity(SECTION);
+        Self { body, section, builder, callees, registers, inputs, out, locations }
     }
 
-    /// The whole body; outputs are stored as soon as they are known.
-    fn emit_body(&mut self) {
-        self.store_outputs(0);
-        for instruction in &self.tape.body {
-            let first = self.locations.len();
+    /// The whole section; outputs, and what later sections use, are stored as soon as they are known.
+    fn emit(&mut self) {
+        let tape = self.body.tape;
+        let [start, end] = self.section.instructions;
+        if start == 0 {
+            self.store_outputs(0);
+        }
+        for instruction in &tape.body[start..end] {
+            let first = self.next_register();
             if instruction.action == Action::Turn {
                 self.turn(instruction);
             } else {
                 let value = self.value(instruction);
                 self.locations.push(Location::Value(value));
+                if self.body.is_used_later[first - tape.first_body] {
+                    self.builder.ins().store(TRUSTED, value, self.registers, offset(first));
+                }
             }
             self.store_outputs(first);
         }
     }
 
+    /// The register of the next result.
+    fn next_register(&self) -> usize {
+        self.section.first + self.locations.len()
+    }
+
     /// Stores the outputs that are held by registers from `first` on.
     fn store_outputs(&mut self, first: usize) {
-        let start = self.outputs.partition_point(|&(register, _)| register < first);
-        let end = self.outputs.partition_point(|&(register, _)| register < self.locations.len());
-        for i in start..end {
-            let (register, position) = self.outputs[i];
+        let (outputs, next) = (&self.body.outputs, self.next_register());
+        let start = outputs.partition_point(|&(register, _)| register < first);
+        let end = outputs.partition_point(|&(register, _)| register < next);
+        for &(register, position) in &outputs[start..end] {
             let value = self.read(register);
             self.builder.ins().store(TRUSTED, value, self.out, offset(position));
         }
     }
 
     fn read(&mut self, register: usize) -> Value {
-        match self.locations[register] {
+        let tape = self.body.tape;
+        let own = register.checked_sub(self.section.first);
+        let location = match own {
+            Some(result) => self.locations[result],
+            None if tape.input_registers().contains(&register) => {
+                let offset = offset(register - tape.first_input());
+                Location::Memory { base: self.inputs, offset }
+            }
+            None => Location::Memory { base: self.registers, offset: offset(register) },
+        };
+        match location {
             Location::Value(value) => value,
             Location::Memory { base, offset } => {
                 self.builder.ins().load(F64, TRUSTED, base, offset)
@@ -333,8 +371,8 @@ impl<'a> Emitter<'a> {
 
     /// Hands over a few angles at a time; the results lie in the workspace's own registers.
     fn turn(&mut self, instruction: &Instruction) {
-        let angles = self.tape.angles_of(instruction);
-        let first = self.locations.len();
+        let angles = self.body.tape.angles_of(instruction);
+        let first = self.next_register();
         for (chunk, angles_here) in angles.chunks(FEW).enumerate() {
             let angle = |lane| *angles_here.get(lane).unwrap_or(&angles_here[0]) as usize;
             let sines = first + chunk * FEW;

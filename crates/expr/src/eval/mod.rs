@@ -4,7 +4,7 @@
 //! reference     the graph itself, one expression at one point
 //! interpreter   a tape at one point: the reference for all that follow
 //! batch         a tape at many points, some dozens of them at each instruction
-//! jit           a tape as machine code, one point at a time (feature `jit`)
+//! jit           a tape as machine code, one point at a time (feature `jit`); sections: in several functions
 //! runner        a tape that is interpreted until machine code pays
 //! ```
 //!
@@ -19,6 +19,8 @@ mod interpreter;
 mod jit;
 mod reference;
 mod runner;
+#[cfg(feature = "jit")]
+mod sections;
 
 pub use batch::Batch;
 pub use interpreter::Workspace;

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use bksim_expr::{Expr, Pool};
 use bksim_model::{MotionKind, Vector};
 
+use super::ground_axes::{self, GroundFrame, GroundScrew};
 use super::links::{Link, LinkBody, Links, Screw};
 use crate::sparse::SparseMatrix;
 use crate::spatial;
@@ -75,37 +76,72 @@ impl Composite {
     }
 }
 
+/// Entries of M by row and column.
+#[derive(Default)]
+struct Entries(BTreeMap<(usize, usize), Expr>);
+
+impl Entries {
+    /// Adds an entry of one link; off the diagonal its mirror image, too.
+    fn add(&mut self, pool: &Pool, [i, j]: [usize; 2], entry: Expr) {
+        self.add_one(pool, (i, j), entry);
+        if i != j {
+            self.add_one(pool, (j, i), entry);
+        }
+    }
+
+    /// Adds an entry between two links and its mirror image: the turn and the slide of a screw joint have one
+    /// coordinate, so that both are on its diagonal.
+    fn add_both(&mut self, pool: &Pool, [i, j]: [usize; 2], entry: Expr) {
+        self.add_one(pool, (i, j), entry);
+        self.add_one(pool, (j, i), entry);
+    }
+
+    fn add_one(&mut self, pool: &Pool, at: (usize, usize), entry: Expr) {
+        let sum = self.0.entry(at).or_insert(pool.zero());
+        *sum = pool.add(*sum, entry);
+    }
+}
+
 /// M, nq × nq, without entries that are zero.
 pub(super) fn mass_matrix(pool: &Pool, links: &Links) -> SparseMatrix {
-    let mut composites = vec![Composite::nothing(pool); links.links.len()];
-    let mut entries: BTreeMap<(usize, usize), Expr> = BTreeMap::new();
-    let mut add = |at: (usize, usize), entry: Expr| {
-        let sum = entries.entry(at).or_insert(pool.zero());
-        *sum = pool.add(*sum, entry);
+    let composites = composites(pool, links);
+    let entries = if ground_axes::is_shorter(links) {
+        entries_in_ground_axes(pool, links, &composites)
+    } else {
+        entries_by_handing_on(pool, links, &composites)
     };
+    let entries = entries.0.into_iter().map(|((i, j), entry)| (i, j, entry));
+    let entries = entries.filter(|&(.., entry)| !pool.is_zero(entry));
+    SparseMatrix::new(links.n_coordinates, links.n_coordinates, entries)
+}
+
+/// Each link with all that it carries.
+fn composites(pool: &Pool, links: &Links) -> Vec<Composite> {
+    let mut composites = vec![Composite::nothing(pool); links.links.len()];
     for (link_idx, link) in links.links.iter().enumerate().rev() {
         // The link's own body joins what the links after it have handed on.
         if let Some(body) = &link.body {
             composites[link_idx] = composites[link_idx].with(pool, &Composite::of(pool, body));
         }
-        let composite = composites[link_idx].clone();
         if let Some(parent) = link.parent {
-            let handed_on = composite.to_parent(pool, link);
+            let handed_on = composites[link_idx].to_parent(pool, link);
             composites[parent.0] = composites[parent.0].with(pool, &handed_on);
         }
+    }
+    composites
+}
 
-        // A unit acceleration of each coordinate of the link, felt by all coordinates before it.
+/// A unit acceleration of each coordinate, felt by all before it as its wrench goes from frame to frame.
+fn entries_by_handing_on(pool: &Pool, links: &Links, composites: &[Composite]) -> Entries {
+    let mut entries = Entries::default();
+    for (link, composite) in links.links.iter().zip(composites) {
         let own = link.motion.screws(pool);
         for (own_idx, screw) in own.iter().enumerate() {
             let i = screw.coordinate_idx;
             let (mut force, mut moment) = composite.wrench(pool, screw);
             for other in &own[..=own_idx] {
-                let j = other.coordinate_idx;
                 let entry = along(pool, other, &force, &moment);
-                add((i, j), entry);
-                if i != j {
-                    add((j, i), entry);
-                }
+                entries.add(pool, [i, other.coordinate_idx], entry);
             }
             let mut at = link;
             while let Some(parent) = at.parent {
@@ -113,18 +149,45 @@ pub(super) fn mass_matrix(pool: &Pool, links: &Links) -> SparseMatrix {
                 let arm = spatial::cross(pool, &at.origin(pool), &force);
                 moment = spatial::add(pool, &at.to_parent(pool, &moment), &arm);
                 at = &links.links[parent.0];
-                // The turn and the slide of a screw joint are links of their own with one coordinate.
                 for other in at.motion.screws(pool) {
-                    let (j, entry) = (other.coordinate_idx, along(pool, &other, &force, &moment));
-                    add((i, j), entry);
-                    add((j, i), entry);
+                    let entry = along(pool, &other, &force, &moment);
+                    entries.add_both(pool, [i, other.coordinate_idx], entry);
                 }
             }
         }
     }
-    let entries = entries.into_iter().map(|((i, j), entry)| (i, j, entry));
-    let entries = entries.filter(|&(.., entry)| !pool.is_zero(entry));
-    SparseMatrix::new(links.n_coordinates, links.n_coordinates, entries)
+    entries
+}
+
+/// The same with all wrenches and motions in the axes of the ground.
+fn entries_in_ground_axes(pool: &Pool, links: &Links, composites: &[Composite]) -> Entries {
+    let frames = GroundFrame::all(pool, links);
+    let screws: Vec<Vec<Screw>> = links.links.iter().map(|link| link.motion.screws(pool)).collect();
+    let in_ground = |(frame, own): (&GroundFrame, &Vec<Screw>)| -> Vec<GroundScrew> {
+        own.iter().map(|screw| frame.screw(pool, screw)).collect()
+    };
+    let turned: Vec<Vec<GroundScrew>> = frames.iter().zip(&screws).map(in_ground).collect();
+    let mut entries = Entries::default();
+    for (link_idx, link) in links.links.iter().enumerate() {
+        for (own_idx, screw) in screws[link_idx].iter().enumerate() {
+            let i = screw.coordinate_idx;
+            // On its own axes a link needs no turn.
+            let wrench = composites[link_idx].wrench(pool, screw);
+            for other in &screws[link_idx][..=own_idx] {
+                let entry = along(pool, other, &wrench.0, &wrench.1);
+                entries.add(pool, [i, other.coordinate_idx], entry);
+            }
+            let wrench = frames[link_idx].wrench(pool, &wrench);
+            let mut before = link.parent;
+            while let Some(parent) = before {
+                for other in &turned[parent.0] {
+                    entries.add_both(pool, [i, other.coordinate_idx], other.along(pool, &wrench));
+                }
+                before = links.links[parent.0].parent;
+            }
+        }
+    }
+    entries
 }
 
 /// The part of a wrench at a link's origin that acts along a screw.

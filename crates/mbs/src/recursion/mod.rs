@@ -16,6 +16,7 @@
 
 mod composite;
 mod energy;
+mod ground_axes;
 mod links;
 mod naming;
 mod newton_euler;

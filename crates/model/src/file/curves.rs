@@ -14,7 +14,7 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::{CurveId, Vector};
 
 /// The types of curve and their keys.
-const CURVES: [(&str, &[&str]); 4] = [
+pub(super) const CURVES: [(&str, &[&str]); 4] = [
     ("formula", &["type", "formula", "parameter", "range"]),
     ("points", &["type", "points"]),
     ("cam-law", &["type", "segments", "turns"]),

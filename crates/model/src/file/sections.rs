@@ -13,7 +13,7 @@ use crate::joint::Joint;
 use crate::model::{CoordinatePolicy, Model, Space};
 
 /// The tables of a model file.
-const SECTIONS: &[&str] = &[
+pub(super) const SECTIONS: &[&str] = &[
     "name",
     "drawing",
     "use",

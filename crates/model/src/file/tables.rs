@@ -17,6 +17,9 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::message::short;
 use crate::table::TableCall;
 
+/// Keys of a table of values.
+pub(super) const TABLE_KEYS: [&str; 4] = ["points", "units", "interpolation", "extrapolate"];
+
 impl Reader<'_> {
     /// Gathers the names of all tables, and reads those that are without fault.
     pub(super) fn read_tables(&mut self, root: &Table) {
@@ -45,8 +48,7 @@ impl Reader<'_> {
 
     fn read_table(&mut self, name: &str, table: &Table, span: Span) -> Option<TableForm> {
         let owner = format!("table `{name}`");
-        let keys = &["points", "units", "interpolation", "extrapolate"];
-        let fields = Fields::open(self, table, owner, span, keys);
+        let fields = Fields::open(self, table, owner, span, &TABLE_KEYS);
         let ways = [("smooth", Interpolation::Smooth), ("linear", Interpolation::Linear)];
         let way = match fields.get("interpolation") {
             Some(node) => self.choice(node, &fields.what("interpolation"), &ways)?,

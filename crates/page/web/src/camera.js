@@ -1,5 +1,13 @@
 // The camera: the map from the world to pixels, without perspective.
 
+/** Azimuth and elevation of the standard views, rad. */
+export const VIEWS = {
+  front: [0, 0],
+  right: [Math.PI / 2, 0],
+  top: [0, Math.PI / 2],
+  isometric: [Math.PI / 4, Math.atan(Math.SQRT1_2)],
+};
+
 export class Camera {
   constructor(isPlanar) {
     this.isPlanar = isPlanar;
@@ -22,6 +30,12 @@ export class Camera {
     this.rows = this.isPlanar
       ? [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
       : [[ca, sa, 0], [-sa * se, ca * se, ce], [sa * ce, -ca * ce, se]];
+  }
+
+  /** Looks from a standard direction. */
+  look(name) {
+    [this.azimuth, this.elevation] = VIEWS[name];
+    this.turn(0, 0);
   }
 
   /** A vector of the world as pixels to the right, pixels down, and metres towards the eye. */

@@ -1,5 +1,7 @@
 // Buttons, lists, keys and pointers.
 
+import { VIEWS } from './camera.js';
+
 const ICONS = {
   play: 'M8 5v14l11-7z',
   pause: 'M7 5h4v14H7zM13 5h4v14h-4z',
@@ -106,8 +108,8 @@ export function checklist(container, groups, onChange) {
   }
 }
 
-/** Panning, zooming and turning of the picture, by pointer, wheel and keys. */
-export function view(canvas, camera, fit, redraw) {
+/** Panning, zooming and turning of the picture, by pointer, wheel and keys; `turned` is told of the latter. */
+export function view(canvas, camera, fit, redraw, turned) {
   setIcon(element('fit'), 'fit');
   const zoom = (factor, at) => {
     camera.zoom(factor, at);
@@ -117,6 +119,16 @@ export function view(canvas, camera, fit, redraw) {
   element('zoom-out').addEventListener('click', () => zoom(0.8));
   element('fit').addEventListener('click', fit);
   canvas.addEventListener('dblclick', fit);
+  const look = element('look');
+  look.hidden = camera.isPlanar;
+  look.add(new Option('view', '', true, true));
+  for (const name of Object.keys(VIEWS)) look.add(new Option(name, name));
+  look.addEventListener('change', () => {
+    if (look.value) camera.look(look.value);
+    fit();
+    // Turned by hand, the view is none of them; and each can be chosen again.
+    look.value = '';
+  });
   const pixelOf = (event) => {
     const { left, top } = canvas.getBoundingClientRect();
     return [event.clientX - left, event.clientY - top];
@@ -152,6 +164,9 @@ export function view(canvas, camera, fit, redraw) {
       camera.pan(dx, dy);
     } else {
       camera.turn(-0.01 * dx, 0.01 * dy);
+      pointers.set(event.pointerId, now);
+      turned();
+      return;
     }
     pointers.set(event.pointerId, now);
     redraw(true);
@@ -163,11 +178,15 @@ export function view(canvas, camera, fit, redraw) {
   const arrows = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   canvas.addEventListener('keydown', (event) => {
     const arrow = arrows[event.key];
-    if (arrow && !camera.isPlanar && !event.shiftKey) camera.turn(0.1 * arrow[0], 0.1 * arrow[1]);
-    else if (arrow) camera.pan(40 * arrow[0], 40 * arrow[1]);
-    else return;
+    if (!arrow) return;
     event.preventDefault();
-    redraw(true);
+    if (camera.isPlanar || event.shiftKey) {
+      camera.pan(40 * arrow[0], 40 * arrow[1]);
+      redraw(true);
+    } else {
+      camera.turn(0.1 * arrow[0], 0.1 * arrow[1]);
+      turned();
+    }
   });
   return { zoom };
 }

@@ -1,5 +1,6 @@
 // Additions to the mechanism: trails of chosen points, arrows of velocities and reactions.
 
+import { ArrowScale } from './arrows.js';
 import { isWithin } from './spans.js';
 import { markerPosition, markerVelocity } from './scene.js';
 
@@ -57,19 +58,19 @@ export class Extras {
     if (this.hasVelocities) {
       const scale = this.scaleOf('velocities');
       for (const marker of this.moving()) {
-        const vector = markerVelocity(numbers, marker).map((x) => x * scale);
+        const vector = scale.scaled(markerVelocity(numbers, marker));
         arrows.push({ from: markerPosition(numbers, marker), vector, color: colors.velocity });
       }
     }
     if (this.hasReactions) {
       const scale = this.scaleOf('reactions');
       for (const marker of this.joints()) {
-        const vector = this.run.forceAt(marker.joint).map((x) => x * scale);
+        const vector = scale.scaled(this.run.forceAt(marker.joint));
         const isHollow = isWithin(marker.shared ?? [], t);
         arrows.push({ from: markerPosition(numbers, marker), vector, color: colors.force, isHollow });
       }
     }
-    return { trails, arrows, hasNames: this.hasNames };
+    return { trails, arrows, hasNames: this.hasNames, legend: this.legend(theme) };
   }
 
   /** Markers whose velocities are shown: joints, centres of mass, and points with a trail. */
@@ -99,24 +100,36 @@ export class Extras {
     return this.run.scene.markers.filter(({ kind }) => kind === 'joint');
   }
 
-  /** Metres of arrow for each m/s or N: the longest arrow is the size that only a twentieth of the run
-      exceeds. */
+  /** The scale of arrows of velocities or reactions, over the whole run. */
   scaleOf(quantity) {
     this.scales ??= new Map();
     if (!this.scales.has(quantity)) {
-      const sizes = [];
+      const peaks = [];
       for (let k = 0; k < this.times.length; k += 4) {
         const numbers = this.run.at(this.times[k]);
         const vectors =
           quantity === 'velocities'
             ? this.moving().map((marker) => markerVelocity(numbers, marker))
             : this.joints().map(({ joint }) => this.run.forceAt(joint));
-        sizes.push(Math.max(0, ...vectors.map((v) => Math.hypot(...v)).filter(Number.isFinite)));
+        vectors.forEach((v, i) => {
+          const size = Math.hypot(...v);
+          if (Number.isFinite(size)) peaks[i] = Math.max(peaks[i] ?? 0, size);
+        });
       }
-      sizes.sort((a, b) => a - b);
-      const usual = sizes[Math.floor(0.95 * (sizes.length - 1))];
-      this.scales.set(quantity, usual > 0 ? (ARROW * this.size) / usual : 0);
+      this.scales.set(quantity, new ArrowScale(Object.values(peaks), ARROW * this.size));
     }
     return this.scales.get(quantity);
+  }
+
+  /** The kinds of arrows that are shown, for their legend. */
+  legend({ colors }) {
+    const kinds = [];
+    if (this.hasReactions) {
+      kinds.push({ name: 'reaction', unit: 'N', color: colors.force, scale: this.scaleOf('reactions') });
+    }
+    if (this.hasVelocities) {
+      kinds.push({ name: 'velocity', unit: 'm/s', color: colors.velocity, scale: this.scaleOf('velocities') });
+    }
+    return kinds;
   }
 }

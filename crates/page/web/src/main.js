@@ -141,7 +141,11 @@ function switches() {
 trails();
 channels();
 switches();
-const { zoom } = view(canvas, camera, fit, redraw);
+// A picture that was not moved by hand shows all of the mechanism from every side.
+const { zoom } = view(canvas, camera, fit, redraw, () => {
+  if (isFitted) camera.fit(extent, MARGIN);
+  redraw();
+});
 keys(clock, zoom, fit);
 themes((name) => {
   theme = scene.themes[name];

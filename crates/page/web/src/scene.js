@@ -1,5 +1,6 @@
 // The drawing: shapes on bodies, springs, dampers and links, trails, arrows and names.
 
+import { quantityText } from './arrows.js';
 import { positionOf, velocityOf } from './poses.js';
 
 // The direction to the light in the view: right, up, towards the eye.
@@ -11,12 +12,47 @@ export function css([r, g, b, opacity], part = 1) {
   return `rgb(${r} ${g} ${b} / ${((opacity / 255) * part).toFixed(3)})`;
 }
 
+/** The colour of a face that is turned away from the light by `shade`, 0 to 1. */
+function shaded({ fill, stroke }, shade) {
+  if (!stroke) return fill;
+  const part = 0.6 * shade;
+  return fill.map((x, i) => (i < 3 ? (1 - part) * x + part * stroke.color[i] : x));
+}
+
+/** Faces whose normals are further apart than this (cosine) meet in an edge that is drawn from all sides. */
+const SHARP = 0.9;
+
+/** The edges of a solid: each with its corners, the faces on either side, and whether it is drawn from all sides. */
+function edgesOf({ lines: [line], faces }) {
+  const corner = (i) => line.slice(3 * i, 3 * i + 3);
+  const normals = faces.map((face) => normalOf(face.map(corner)));
+  const open = new Map();
+  const edges = [];
+  faces.forEach((face, number) => {
+    face.forEach((from, i) => {
+      const to = face[(i + 1) % face.length];
+      const other = open.get(`${to},${from}`);
+      if (other === undefined) {
+        open.set(`${from},${to}`, number);
+        return;
+      }
+      open.delete(`${to},${from}`);
+      const cosine = normals[number].reduce((sum, part, k) => sum + part * normals[other][k], 0);
+      edges.push({ corners: [from, to], faces: [other, number], isSharp: cosine < SHARP });
+    });
+  });
+  return edges;
+}
+
 export class Drawing {
   constructor(canvas, scene, camera) {
     this.context = canvas.getContext('2d');
     this.canvas = canvas;
     this.scene = scene;
     this.camera = camera;
+    for (const shape of scene.shapes) {
+      if (shape.kind === 'solid') shape.edges = edgesOf(shape);
+    }
     // Joints come before points, which are often at the same position.
     const ofKind = (name) => scene.markers.filter(({ kind }) => kind === name);
     this.named = [...ofKind('joint'), ...ofKind('point')];
@@ -45,6 +81,7 @@ export class Drawing {
     for (const arrow of extras.arrows) this.drawArrow(arrow);
     if (extras.hasNames) this.drawNames(numbers, theme);
     this.drawScale(theme);
+    this.drawLegend(extras.legend ?? []);
   }
 
   /** Functions that draw shapes and spans from back to front: in the scene's order, in space by depth. */
@@ -132,7 +169,24 @@ export class Drawing {
     context.arc(bx, by, radius, angle - Math.PI / 2, angle + Math.PI / 2);
     context.arc(ax, ay, radius, angle + Math.PI / 2, angle + 1.5 * Math.PI);
     context.closePath();
-    this.paint(theme.paints[shape.role], true);
+    const paint = theme.paints[shape.role];
+    if (!paint.fill || line.slice(0, 3).some((x, i) => x !== line[i + 3])) {
+      this.paint(paint, true);
+      return;
+    }
+    // A ball is lit: the colour goes from where the light comes from to the edge that is across it.
+    const [light, up] = LIGHT;
+    const gradient = context.createRadialGradient(ax + radius * light, ay - radius * up, 0, ax, ay, radius);
+    for (const part of [0, 0.25, 0.5, 0.75, 1]) {
+      gradient.addColorStop(part, css(shaded(paint, part * part)));
+    }
+    context.fillStyle = gradient;
+    context.fill();
+    if (paint.stroke) {
+      context.strokeStyle = css(paint.stroke.color);
+      context.lineWidth = paint.stroke.width;
+      context.stroke();
+    }
   }
 
   /** Draws the faces of a solid that look towards the eye, the farthest first, each in a shade of its own. */
@@ -151,12 +205,15 @@ export class Drawing {
       const normal = normalOf(ring);
       const lit = LIGHT.reduce((sum, part, i) => sum + part * normal[i], 0);
       const depth = ring.reduce((sum, [, , z]) => sum + z, 0) / ring.length;
-      return { ring, depth, shade: 1 - Math.min(1, Math.max(0, lit)), isSeen: normal[2] > 1e-9, lines: [] };
+      return { ring, depth, shade: 1 - Math.min(1, Math.max(0, lit)), isSeen: normal[2] > 1e-9, place: -1, lines: [] };
     });
     const seen = faces.filter(({ isSeen }) => isSeen).sort((a, b) => a.depth - b.depth);
     // Sharp edges and the outline go with the nearer of their faces.
-    for (const { corners: ends, faces: sides, is_sharp: isSharp } of shape.edges) {
-      const [near, far] = sides.map((side) => faces[side]).sort((a, b) => seen.indexOf(b) - seen.indexOf(a));
+    seen.forEach((face, place) => {
+      face.place = place;
+    });
+    for (const { corners: ends, faces: sides, isSharp } of shape.edges) {
+      const [near, far] = sides.map((side) => faces[side]).sort((a, b) => b.place - a.place);
       if (near.isSeen && (isSharp || !far.isSeen)) near.lines.push(ends.map((end) => corners[end]));
     }
     const path = (points) => {
@@ -166,8 +223,7 @@ export class Drawing {
     for (const { ring, shade, lines } of seen) {
       path(ring);
       context.closePath();
-      const part = 0.6 * shade;
-      context.fillStyle = css(fill.map((x, i) => (i < 3 ? (1 - part) * x + part * stroke.color[i] : x)));
+      context.fillStyle = css(shaded({ fill, stroke }, shade));
       context.fill();
       // A line of the same colour closes the gap that smooth edges leave to the next face.
       context.strokeStyle = context.fillStyle;
@@ -301,6 +357,33 @@ export class Drawing {
     context.stroke();
     context.font = '12px system-ui, sans-serif';
     context.fillText(lengthText(length), x + 4, y - 6);
+  }
+
+  /** Draws an arrow of a round size for each kind of arrow, above the scale bar. */
+  drawLegend(kinds) {
+    const { context, camera } = this;
+    let y = camera.size[1] - 44;
+    context.font = '12px system-ui, sans-serif';
+    for (const { name, unit, color, scale } of kinds) {
+      for (const [size, metres] of scale.samples()) {
+        const width = metres * camera.scale;
+        const head = Math.min(10, width);
+        context.strokeStyle = css(color);
+        context.fillStyle = css(color);
+        context.lineWidth = 2;
+        context.beginPath();
+        context.moveTo(14, y);
+        context.lineTo(14 + width - head, y);
+        context.stroke();
+        context.beginPath();
+        context.moveTo(14 + width, y);
+        context.lineTo(14 + width - head, y - 0.35 * head);
+        context.lineTo(14 + width - head, y + 0.35 * head);
+        context.fill();
+        context.fillText(`${name} ${quantityText(size, unit)}`, 14 + width + 8, y + 4);
+        y -= 20;
+      }
+    }
   }
 }
 

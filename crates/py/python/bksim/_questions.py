@@ -170,6 +170,24 @@ class Questions:
         found = _bksim.limits_of(self._engine(), drive, names("of", of), all_assemblies)
         return Answer(found)
 
+    def curves(
+        self,
+        points: str | Sequence[str] = (),
+        *,
+        centrodes: str | Sequence[str] = (),
+        swept: str | Sequence[str] = (),
+        all_assemblies: bool = False,
+    ) -> Answer:
+        """Ways of points with their double points and cusps, instant centres at the start, centrodes of bodies
+        (``"coupler"``, ``"coupler/crank"``) and the regions that bodies sweep; with nothing named, the ways of the
+        points that no joint connects."""
+        asked = (names("points", points), names("centrodes", centrodes), names("swept", swept))
+        return Answer(_bksim.curves_of(self._engine(), *asked, all_assemblies))
+
+    def workspaces(self, points: str | Sequence[str]) -> Answer:
+        """Where points of a mechanism with two free motions or more can be brought."""
+        return Answer(_bksim.workspaces_of(self._engine(), names("points", points)))
+
     def assemblies(self) -> Answer:
         """The ways in which the start closes."""
         return Answer(_bksim.assemblies_of(self._engine()))
@@ -249,9 +267,12 @@ class Questions:
         smooth = real("smoothing", smoothing) or 0.0
         return Answer(_bksim.inverse_of(self._engine(), motions, smooth, asked))
 
-    def doctor(self) -> Answer:
-        """Free motions, conditions that repeat others, and changes of joints that cure them."""
-        return Answer(_bksim.doctor_of(self._engine()))
+    def doctor(self, drive: str | None = None) -> Answer:
+        """Free motions, conditions that repeat others, and changes of joints that cure them.
+
+        With ``drive``, such as ``"crank.angle"``, also the singular poses along the whole motion.
+        """
+        return Answer(_bksim.doctor_of(self._engine(), drive))
 
     def verify(self, t_end: float | None = None) -> Answer:
         """The run beside the same motion in other coordinates by another method: the table has the differences of

@@ -1,8 +1,10 @@
 //! The parts of a mechanism and its mobility.
 
 use bksim_mbs::coordinate::CoordinateKind;
+use bksim_mbs::particle::particles;
 use bksim_model::{CoordinatePolicy, JointId, Space};
-use bksim_sim::mobility::Mobility;
+use bksim_sim::mobility::{Mobility, freedoms_of_body, taken, turns};
+use bksim_sim::redundancy::{Condition, RepeatedCondition};
 use serde_json::{Value, json};
 
 use bksim_sim::Mechanism;
@@ -32,7 +34,49 @@ pub fn parts(mechanism: &Mechanism, found: &Mobility) -> Value {
         "mobility": found.mobility,
         "redundant_conditions": found.n_redundant,
         "redundant_joints": joint_names(mechanism, &found.redundant),
+        "count": count(mechanism, found),
+        "redundant": found.repeated.iter().map(|of| repeated(mechanism, of)).collect::<Vec<_>>(),
     })
+}
+
+/// The terms of Grübler's or Kutzbach's count, by name.
+fn count(mechanism: &Mechanism, found: &Mobility) -> Value {
+    let model = &mechanism.model;
+    let names = |of: &mut dyn Iterator<Item = &String>| of.cloned().collect::<Vec<_>>();
+    let is_particle = particles(model);
+    let of_particles =
+        model.bodies.iter().zip(&is_particle).filter(|(_, is_particle)| **is_particle);
+    let joints = model.joints.iter().map(|joint| {
+        let taken = taken(model.space, &joint.kind);
+        json!({ "name": joint.name, "type": joint.kind.word(), "taken": taken })
+    });
+    json!({
+        "freedoms_of_body": freedoms_of_body(model.space),
+        "bodies": names(&mut model.bodies.iter().skip(1).map(|body| &body.name)),
+        "turns_of_particle": turns(model.space),
+        "particles": names(&mut of_particles.map(|(body, _)| &body.name)),
+        "joints": joints.collect::<Vec<_>>(),
+        "couplings": names(&mut model.couplings.iter().map(|coupling| &coupling.name)),
+        "counted": found.gruebler,
+        "mobility": found.mobility,
+        "redundant": found.n_redundant,
+    })
+}
+
+/// A condition that follows from others, and these.
+fn repeated(mechanism: &Mechanism, of: &RepeatedCondition) -> Value {
+    let model = &mechanism.model;
+    let condition = |condition: &Condition| {
+        json!({
+            "of": condition.name(model),
+            "direction": condition.direction_word(model),
+            "effort": condition.effort(),
+            "axis": condition.direction.axis(),
+            "text": condition.words(model),
+        })
+    };
+    let by = of.by.iter().map(condition);
+    json!({ "condition": condition(&of.condition), "repeats": by.collect::<Vec<_>>() })
 }
 
 /// Names of the generalised coordinates; the integrals of states are none.

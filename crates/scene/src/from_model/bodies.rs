@@ -164,10 +164,7 @@ impl Sketch<'_> {
                 shapes.push(Shape::region(body, role, &plane, &[ring]));
                 continue;
             }
-            let normal = cross3(plane.u, plane.v);
-            let place = |[x, y, z]: [f64; 3]| along3(plane.lift([x, y]), z, normal);
-            let ring = [[a, c], [b, c], [b, d], [a, d]];
-            let form = Form::Solid(Solid::prism(&ring, [c, d], place));
+            let form = Form::Solid(Solid::block(&plane, [[a, b], [c, d], [c, d]]));
             shapes.push(Shape { body, role, form });
         }
         shapes

@@ -9,7 +9,7 @@ use super::rail::{Rail, SLOT};
 use crate::geometry::{
     Plane, Point, add, along3, block, direction, distance, distance3, left, scaled, sub, unit,
 };
-use crate::{Attached, Form, Role, Shape};
+use crate::{Attached, Form, Role, Shape, Solid};
 
 /// Height and half width of the triangle under a pin, radii of a pin.
 const TRIANGLE: [f64; 2] = [4.0, 2.6];
@@ -196,9 +196,13 @@ impl Sketch<'_> {
         for slider in sliders.filter(|slider| slider.body == 0) {
             let half = [4.2, SLOT + 0.8].map(|x| x * self.pin);
             let [from, to] = [[-half[0], -half[1]], [half[0], -half[1]]];
-            if self.is_planar() {
-                shapes.extend(self.hatched(&slider.plane, from, to));
+            if !self.is_planar() {
+                let [a, b] = half;
+                let form = Form::Solid(Solid::block(&slider.plane, [[-a, a], [-b, b], [-b, b]]));
+                shapes.push(Shape { body: 0, role: Role::Ground, form });
+                continue;
             }
+            shapes.extend(self.hatched(&slider.plane, from, to));
             let ring = block([0.0; 2], [1.0, 0.0], half);
             shapes.push(Shape::region(0, Role::Ground, &slider.plane, &[ring]));
         }

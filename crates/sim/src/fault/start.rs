@@ -133,6 +133,7 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
                 .at(first.span.clone(), "one of the redundant joints")
                 .note("the motion is unique; some reactions of these joints are not")
                 .note(format!("not unique: {}", shared_directions(model, mobility)))
+                .note(format!("redundant: {}", repeated_conditions(model, mobility)))
                 .help(help),
         );
     }
@@ -171,6 +172,12 @@ fn shared_directions(model: &Model, mobility: &Mobility) -> String {
         format!("{} of {}", shared.join(", "), listed(names))
     };
     groups.iter().map(told).collect::<Vec<_>>().join("; ")
+}
+
+/// The redundant conditions, by joint and direction.
+fn repeated_conditions(model: &Model, mobility: &Mobility) -> String {
+    let words = mobility.repeated.iter().map(|repeated| repeated.condition.words(model));
+    words.collect::<Vec<_>>().join("; ")
 }
 
 /// Bars that could go: bodies on two joints, and massless links, whose neighbours stay held by two

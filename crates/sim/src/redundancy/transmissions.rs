@@ -1,24 +1,16 @@
 //! [`Transmissions`]: the wrenches that the joints of loops transmit, as numbers, and their self-stresses.
 
-use std::collections::BTreeMap;
-
 use bksim_expr::{Expr, SymbolId, TapeError};
 use bksim_mbs::constraint::{Constraint, Source};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_mbs::transmission::{Directions, transmission};
 use bksim_model::{BodyId, DriveId, JointId, LoadKind, Model, MotionKind, Space};
 
+use super::block::{Block, CouplingPart, JointPart};
 use super::blocks::blocks;
+use super::conditions::RepeatedCondition;
 use super::{Effort, SelfStress, Uniqueness};
 use crate::function::Function;
-use crate::linear::rank::vanishing_combinations;
-use crate::linear::rows::SparseRows;
-
-/// Force and moment; the moment over a length where both are compared.
-type Wrench = [f64; 6];
-
-/// Parts of a self-stress below this are rounding, relative to its largest one.
-const PART: f64 = 1e-6;
 
 /// The joints that may have self-stresses, with their geometry as one function of (t, q).
 #[derive(Clone, Debug)]
@@ -30,38 +22,6 @@ pub(crate) struct Transmissions {
     axes: &'static [usize],
     /// Joints, couplings, drives and contacts of the mechanism.
     sizes: [usize; 4],
-}
-
-/// Joints whose loops share joints, with the efforts in them.
-#[derive(Clone, Debug, Default)]
-struct Block {
-    parts: Vec<JointPart>,
-    /// Each with the index of its part and the motion that it acts along.
-    efforts: Vec<(Effort, usize, usize)>,
-    couplings: Vec<CouplingPart>,
-}
-
-/// The wrenches of a coupling for a unit multiplier.
-#[derive(Clone, Debug)]
-struct CouplingPart {
-    effort: Effort,
-    is_moment: bool,
-    /// The bodies, numbered within the block, `None` for the ground; each with the first number of its point,
-    /// force and moment among the results of the function.
-    wrenches: Vec<(Option<usize>, usize)>,
-}
-
-/// A joint of a block.
-#[derive(Clone, Debug)]
-struct JointPart {
-    joint: JointId,
-    /// Predecessor and successor, numbered within the block; `None` is the ground.
-    bodies: [Option<usize>; 2],
-    /// The motions that the joint allows; `None` of a link or a contact.
-    motions: Option<Vec<MotionKind>>,
-    /// Its first number among the results of the function: the joint point, then an axis for each
-    /// motion and a pitch for each, or the force and the moment of a link or a contact.
-    first: usize,
 }
 
 impl Transmissions {
@@ -139,6 +99,7 @@ impl Transmissions {
             let transmission = transmission(model, &system.kinematics, JointId(joint_idx));
             let first = outputs.len();
             outputs.extend(transmission.at);
+            outputs.extend(transmission.frame.as_flattened());
             let motions = match transmission.directions {
                 Directions::Alone(wrench) => {
                     outputs.extend(wrench.force);
@@ -206,13 +167,27 @@ impl Transmissions {
         (t, q): (f64, &[f64]),
         acts: &dyn Fn(Effort) -> bool,
     ) -> Vec<SelfStress> {
-        let Some(function) = &self.function else { return Vec::new() };
+        let Some(values) = self.values(parameters, (t, q)) else { return Vec::new() };
+        self.blocks.iter().flat_map(|block| block.self_stresses(&values, self.axes, acts)).collect()
+    }
+
+    /// The conditions of joints and couplings that follow from those before them at a position, as many as there are
+    /// self-stresses without efforts.
+    pub(crate) fn repeated_conditions(
+        &self,
+        parameters: &[f64],
+        at: (f64, &[f64]),
+    ) -> Vec<RepeatedCondition> {
+        let Some(values) = self.values(parameters, at) else { return Vec::new() };
+        self.blocks.iter().flat_map(|block| block.repeated_conditions(&values, self.axes)).collect()
+    }
+
+    /// The geometry at a position, if it is finite there.
+    fn values(&self, parameters: &[f64], (t, q): (f64, &[f64])) -> Option<Vec<f64>> {
+        let function = self.function.as_ref()?;
         let mut buffers = function.buffers(parameters);
         let values = function.evaluate(&mut buffers, &[&[t], q]);
-        if values.iter().any(|value| !value.is_finite()) {
-            return Vec::new();
-        }
-        self.blocks.iter().flat_map(|block| block.self_stresses(values, self.axes, acts)).collect()
+        values.iter().all(|value| value.is_finite()).then(|| values.to_vec())
     }
 }
 
@@ -240,231 +215,4 @@ fn efforts(model: &Model, system: &SymbolicSystem) -> Vec<(Effort, JointId, usiz
         Some((Effort::Contact(k, contact.load), joint, motion_idx))
     });
     drives.chain(contacts).collect()
-}
-
-/// A wrench of a block whose size the equilibrium is to give.
-#[derive(Clone, Copy)]
-enum Unknown {
-    /// Through a joint, on the successor at the joint point, moments over the length.
-    Through {
-        part_idx: usize,
-        /// `None` of the joint's own reaction.
-        effort: Option<Effort>,
-        wrench: Wrench,
-    },
-    /// Of the coupling of this index.
-    Of(usize),
-}
-
-impl Block {
-    fn self_stresses(
-        &self,
-        values: &[f64],
-        axes: &[usize],
-        acts: &dyn Fn(Effort) -> bool,
-    ) -> Vec<SelfStress> {
-        let triple = |first: usize| [values[first], values[first + 1], values[first + 2]];
-        let (center, length) = extent(self.parts.iter().map(|part| triple(part.first)));
-
-        // The unknowns: reactions, then efforts.
-        let mut unknowns: Vec<Unknown> = Vec::new();
-        for (part_idx, part) in self.parts.iter().enumerate() {
-            let wrenches = match &part.motions {
-                None => {
-                    let moment = triple(part.first + 6).map(|part| part / length);
-                    vec![unit_wrench(triple(part.first + 3), moment)]
-                }
-                Some(motions) => {
-                    let pitches = part.first + 3 * (motions.len() + 1);
-                    let free = motions.iter().enumerate().map(|(k, &kind)| {
-                        let axis = triple(part.first + 3 * (k + 1));
-                        twist(kind, axis, values[pitches + k] / length)
-                    });
-                    complement(&free.collect::<Vec<_>>(), axes)
-                }
-            };
-            let unknown = |wrench| Unknown::Through { part_idx, effort: None, wrench };
-            unknowns.extend(wrenches.into_iter().map(unknown));
-        }
-        for &(of, part_idx, motion_idx) in self.efforts.iter().filter(|(of, ..)| acts(*of)) {
-            let part = &self.parts[part_idx];
-            let Some(motions) = &part.motions else { continue };
-            let axis = triple(part.first + 3 * (motion_idx + 1));
-            let wrench = effort(motions[motion_idx], axis);
-            unknowns.push(Unknown::Through { part_idx, effort: Some(of), wrench });
-        }
-        unknowns.extend((0..self.couplings.len()).map(Unknown::Of));
-
-        // Columns of W as rows: the wrench about the centre, on the successor and reversed on the
-        // predecessor.
-        let coupled = self.couplings.iter().flat_map(|c| &c.wrenches).filter_map(|(body, _)| *body);
-        let n_bodies =
-            self.parts.iter().flat_map(|part| part.bodies).flatten().chain(coupled).max();
-        let mut columns = SparseRows::new(6 * n_bodies.map_or(0, |last| last + 1));
-        for unknown in &unknowns {
-            let arm = |p: [f64; 3]| std::array::from_fn(|i| (p[i] - center[i]) / length);
-            let mut on: Vec<(usize, Wrench)> = Vec::new();
-            match *unknown {
-                Unknown::Through { part_idx, wrench, .. } => {
-                    let part = &self.parts[part_idx];
-                    let about = about_center(wrench, arm(triple(part.first)));
-                    let both = part.bodies.iter().zip([-1.0, 1.0]);
-                    on.extend(
-                        both.filter_map(|(body, sign)| Some(((*body)?, about.map(|w| sign * w)))),
-                    );
-                }
-                Unknown::Of(coupling_idx) => {
-                    for &(body, first) in &self.couplings[coupling_idx].wrenches {
-                        let [at, force, moment] = [0, 3, 6].map(|offset| triple(first + offset));
-                        let [[fx, fy, fz], [mx, my, mz]] = [force, moment.map(|m| m / length)];
-                        let about = about_center([fx, fy, fz, mx, my, mz], arm(at));
-                        on.extend(body.map(|body| (body, about)));
-                    }
-                }
-            }
-            columns.push(summed(on));
-        }
-        let combinations = vanishing_combinations(&columns).into_iter();
-        combinations.map(|combination| self.stress(&combination, &unknowns, length)).collect()
-    }
-
-    /// The reactions and efforts of a combination of the unknowns.
-    fn stress(
-        &self,
-        combination: &[(usize, f64)],
-        unknowns: &[Unknown],
-        length: f64,
-    ) -> SelfStress {
-        let mut sums = vec![[0.0; 6]; self.parts.len()];
-        let mut efforts: Vec<(Effort, f64, f64)> = Vec::new();
-        for &(unknown_idx, factor) in combination {
-            let (part_idx, effort, wrench) = match unknowns[unknown_idx] {
-                Unknown::Through { part_idx, effort, wrench } => (part_idx, effort, wrench),
-                Unknown::Of(coupling_idx) => {
-                    let CouplingPart { effort, is_moment, .. } = self.couplings[coupling_idx];
-                    efforts.push((effort, factor, if is_moment { length } else { 1.0 }));
-                    continue;
-                }
-            };
-            match effort {
-                None => {
-                    sums[part_idx].iter_mut().zip(wrench).for_each(|(sum, w)| *sum += factor * w);
-                }
-                Some(of) => {
-                    let is_moment = wrench[..3].iter().all(|&f| f == 0.0);
-                    efforts.push((of, factor, if is_moment { length } else { 1.0 }));
-                }
-            }
-        }
-        let parts = sums.as_flattened().iter().copied().chain(efforts.iter().map(|e| e.1));
-        let largest = parts.fold(0.0, |largest: f64, part| largest.max(part.abs()));
-        let cleaned = |part: f64, unit: f64| {
-            let relative = part / largest;
-            if relative.abs() > PART { relative * unit } else { 0.0 }
-        };
-        let reactions = self.parts.iter().zip(sums).map(|(part, sum)| {
-            let unit = |i: usize| if i < 3 { 1.0 } else { length };
-            (part.joint, std::array::from_fn(|i| cleaned(sum[i], unit(i))))
-        });
-        let reactions = reactions.filter(|(_, six)| *six != [0.0; 6]).collect();
-        let efforts = efforts.into_iter().map(|(of, part, unit)| (of, cleaned(part, unit)));
-        SelfStress { reactions, efforts: efforts.filter(|(_, part)| *part != 0.0).collect() }
-    }
-}
-
-/// Wrenches on bodies as the entries of a column: one for each component of a body that is not zero.
-fn summed(on: Vec<(usize, Wrench)>) -> Vec<(usize, f64)> {
-    let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
-    for (body, wrench) in on {
-        for (i, part) in wrench.into_iter().enumerate() {
-            *sums.entry(6 * body + i).or_default() += part;
-        }
-    }
-    sums.into_iter().filter(|(_, part)| *part != 0.0).collect()
-}
-
-/// The middle of some points and how far they lie from it; a metre where they are one point.
-fn extent(points: impl Iterator<Item = [f64; 3]> + Clone) -> ([f64; 3], f64) {
-    let (mut sum, mut n) = ([0.0; 3], 0.0);
-    for point in points.clone() {
-        sum = std::array::from_fn(|i| sum[i] + point[i]);
-        n += 1.0;
-    }
-    let center = sum.map(|part| part / n);
-    let far = |p: [f64; 3]| (0..3).map(|i| (p[i] - center[i]).powi(2)).sum::<f64>().sqrt();
-    let length = points.map(far).fold(0.0, f64::max);
-    (center, if length > 0.0 { length } else { 1.0 })
-}
-
-fn effort(kind: MotionKind, axis: [f64; 3]) -> Wrench {
-    let [x, y, z] = axis;
-    match kind {
-        MotionKind::Translation => [x, y, z, 0.0, 0.0, 0.0],
-        MotionKind::Rotation => [0.0, 0.0, 0.0, x, y, z],
-    }
-}
-
-/// The motion along or about an axis, a turn with the slide `pitch` that goes with it: translation and
-/// rotation in the order of force and moment.
-fn twist(kind: MotionKind, axis: [f64; 3], pitch: f64) -> Wrench {
-    let mut twist = effort(kind, axis);
-    if kind == MotionKind::Rotation {
-        twist[..3].iter_mut().zip(axis).for_each(|(part, a)| *part = pitch * a);
-    }
-    twist
-}
-
-/// The wrench with a force of the size one.
-fn unit_wrench(force: [f64; 3], moment: [f64; 3]) -> Wrench {
-    let norm = force.iter().map(|part| part * part).sum::<f64>().sqrt();
-    let [[fx, fy, fz], [mx, my, mz]] = [force, moment].map(|v| v.map(|part| part / norm));
-    [fx, fy, fz, mx, my, mz]
-}
-
-/// (F, M + arm × F).
-fn about_center([fx, fy, fz, mx, my, mz]: Wrench, [x, y, z]: [f64; 3]) -> Wrench {
-    [fx, fy, fz, mx + y * fz - z * fy, my + z * fx - x * fz, mz + x * fy - y * fx]
-}
-
-/// Orthonormal wrenches along some axes that do no work on the motions `free`: the axes themselves
-/// where they can be.
-fn complement(free: &[Wrench], axes: &[usize]) -> Vec<Wrench> {
-    let dot = |a: &Wrench, b: &Wrench| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let freed = |mut rest: Wrench, basis: &[Wrench]| {
-        for direction in basis.iter().chain(basis) {
-            let along = dot(direction, &rest);
-            rest.iter_mut().zip(direction).for_each(|(part, d)| *part -= along * d);
-        }
-        rest
-    };
-    let normed = |w: &Wrench| {
-        let norm = dot(w, w).sqrt();
-        w.map(|part| part / norm)
-    };
-    // Motions that repeat others, as those of a cylinder do, free nothing more.
-    let mut basis: Vec<Wrench> = Vec::new();
-    for motion in free {
-        let rest = freed(*motion, &basis);
-        if dot(&rest, &rest) > PART * PART * dot(motion, motion) {
-            basis.push(normed(&rest));
-        }
-    }
-    let n_free = basis.len();
-    // Of the axes, always the one of which the most is left.
-    while basis.len() < axes.len() {
-        let rests = axes.iter().map(|&axis| {
-            let mut unit = [0.0; 6];
-            unit[axis] = 1.0;
-            freed(unit, &basis)
-        });
-        let largest =
-            rests.reduce(
-                |best, rest| {
-                    if dot(&rest, &rest) > dot(&best, &best) + PART { rest } else { best }
-                },
-            );
-        let Some(largest) = largest else { break };
-        basis.push(normed(&largest));
-    }
-    basis.split_off(n_free)
 }

@@ -11,8 +11,8 @@
 //! J. Numer. Anal. 30 (1993).
 
 use bksim_dae::{
-    Checkpoint, ExplicitSolver, Index, Layout, Loader, Method, NotFinite, Ode, Saver, Settings,
-    SolveError, Standstill, Start as From, Stats, Step, StepControl, Tolerance,
+    Checkpoint, ExplicitSolver, Index, Layout, Loader, Method, Noise, NotFinite, Ode, Saver,
+    Settings, SolveError, Standstill, Start as From, Stats, Step, StepControl, Tolerance,
 };
 
 use super::dense::DenseOutput;
@@ -242,6 +242,10 @@ impl Stepper for ExplicitStepper<'_> {
 
     fn stability(&self) -> f64 {
         self.solver.stability()
+    }
+
+    fn noise(&self) -> Noise {
+        self.solver.noise()
     }
 
     fn account(&self) -> Standstill {

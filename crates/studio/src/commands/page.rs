@@ -9,6 +9,9 @@ use bksim::playback::{Playback, PlaybackError};
 use bksim_page::{IS_BUNDLED, Options, PageError, page};
 use serde_json::json;
 
+use crate::curve_fault::no_curve;
+use crate::modal::mode_of_run;
+use bksim_cli::args::ModelArgs;
 use bksim_cli::args::page::Page;
 use bksim_cli::exit::{Failure, Status};
 use bksim_cli::origin::{is_of_model, stamped};
@@ -36,8 +39,16 @@ pub(crate) fn run(args: &Page, as_json: bool) -> Result<Status, Failure> {
         "nothing was written",
     )?;
     let mut playback = Playback::open(log).map_err(|e| unplayable(&args.log, &e))?;
-    let options = Options { title: args.title.clone(), ..Options::default() };
-    let page = page(&mut playback, &options).map_err(|e| no_page(&args.log, &e, None))?;
+    if let Some(request) = args.mode.request().map_err(|e| no_curve(&args.log, &e))? {
+        let model = ModelArgs::of(&args.log);
+        playback = mode_of_run(&playback, &model, &request)?.playback;
+    }
+    let options =
+        Options { title: args.title.clone(), curves: args.curve.clone(), ..Options::default() };
+    let page = page(&mut playback, &options).map_err(|e| match e {
+        PageError::Curves(error) => no_curve(&args.log, &error),
+        other => no_page(&args.log, &other, None),
+    })?;
     let mut out = output.create()?;
     let html = stamped(&path, page.html.into_bytes(), &model_name);
     out.write_all(&html).map_err(|e| Failure::writing(&path, &e))?;

@@ -1,17 +1,18 @@
 //! `bksim render`: pictures and films of a motion, without a window.
 
 mod faults;
-mod motion;
 
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::time::Instant;
 
+use bksim::modal::Swinging;
 use bksim_view::render::{Format, RenderError, Rendering, Request};
-use bksim_view::show::ShowOptions;
+use bksim_view::show::{Show, ShowOptions};
 use serde_json::{Value, json};
 
-use self::motion::Opened;
+use crate::curve_fault::no_curve;
+use crate::modal::mode_of;
 use bksim_cli::args::ModelArgs;
 use bksim_cli::args::render::{Arrows, Render};
 use bksim_cli::exit::{Failure, Status};
@@ -19,10 +20,12 @@ use bksim_cli::origin::{is_of_model, stamped};
 use bksim_cli::output;
 use bksim_cli::output_file::OutputFile;
 use bksim_cli::progress::{Progress, StopWish};
+use bksim_cli::source::logged::unplayable;
+use bksim_cli::source::motion::{self, Opened, Opening};
 
 pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let begun = Instant::now();
-    let order = order(args)?;
+    let mut order = order(args)?;
     order.check().map_err(|e| refused(args, &e))?;
     let plan = |may_replace: bool| {
         let inputs = ("motion", &[args.input.as_path()][..]);
@@ -37,7 +40,23 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
         drawing: args.drawing.clone(),
     };
     let stop = StopWish::watch().map_err(|e| Failure::writing(&args.output, &e))?;
-    let Opened { show, is_complete, diagnostics } = motion::open(&model, nesting, as_json, &stop)?;
+    let request = args.mode.request().map_err(|e| no_curve(&args.input, &e))?;
+    let (opened, period) = match request {
+        Some(request) => {
+            let Swinging { playback, period, .. } = mode_of(&model, nesting, &request)?;
+            let diagnostics = json!([]);
+            (Opened { playback, is_complete: true, diagnostics }, Some(period))
+        }
+        None => {
+            let opening = Opening { cannot: "drawn", nesting, as_json, stop: &stop };
+            (motion::open(&model, opening)?, None)
+        }
+    };
+    let Opened { playback, is_complete, diagnostics } = opened;
+    let show = Show::new(playback);
+    if let Some(period) = period {
+        suit_mode(&mut order, &show, period);
+    }
     if let Some(status) = stop.status() {
         return Ok(status);
     }
@@ -81,6 +100,26 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
 }
 
 /// The request of the command line.
+/// Seconds of film that a period of a mode takes.
+const PERIOD_S: f64 = 2.0;
+/// Ghosts in the picture of a mode.
+const MODE_GHOSTS: usize = 4;
+
+/// What suits a mode where nothing is said: a film of two seconds, a picture of one end with ghosts from the other.
+fn suit_mode(order: &mut Request, show: &Show, period: f64) {
+    let [first, _] = show.span();
+    if order.format.is_film() {
+        order.speed = order.speed.or(Some(period / PERIOD_S));
+        // The last instant is the first one again.
+        order.to = order.to.or(Some(first + period * (1.0 - 1.0 / 50.0)));
+    } else if order.at.is_none() {
+        order.at = Some(first + 0.5 * period);
+        if order.options.ghosts == 0 {
+            order.options.ghosts = MODE_GHOSTS;
+        }
+    }
+}
+
 fn order(args: &Render) -> Result<Request, Failure> {
     let has = |kind| args.arrows.contains(&kind);
     let options = ShowOptions {
@@ -105,6 +144,7 @@ fn order(args: &Render) -> Result<Request, Failure> {
         background: args.background,
         options,
         trails: args.trail.clone(),
+        curves: args.curve.clone(),
     })
 }
 
@@ -151,7 +191,8 @@ fn refused(args: &Render, error: &RenderError) -> Failure {
             let help = if known.is_empty() { "nothing in it has a name" } else { &help };
             Failure::usage(format!("nothing that can leave a trail is called `{name}`"), help)
         }
-        RenderError::Unreplayed(error) => motion::unreplayed(&args.input, *error),
+        RenderError::Curves(error) => no_curve(&args.input, error),
+        RenderError::Unreplayed(error) => unplayable(&args.input, "drawn", error),
         RenderError::Canvas(error) => faults::undrawn(args, error),
         RenderError::Film(error) => faults::unwritten(args, error),
         other => Failure::usage(other.to_string(), "`bksim render --help` shows what can be"),

@@ -11,6 +11,7 @@ use bksim_view::window::{Look, Outcome, Report, Source, WindowError, WindowOptio
 use serde_json::{Value, json};
 
 use self::motion::Motion;
+use crate::curve_fault::no_curve;
 use bksim_cli::args::ModelArgs;
 use bksim_cli::args::view::View;
 use bksim_cli::exit::{Failure, Status};
@@ -26,7 +27,8 @@ pub(crate) fn run(args: &View, as_json: bool, nesting: usize) -> Result<Status, 
         set: args.set.clone(),
         drawing: args.drawing.clone(),
     };
-    let motion = Motion { model, nesting };
+    let mode = args.mode.request().map_err(|e| no_curve(&args.input, &e))?;
+    let motion = Motion { model, nesting, curves: args.curve.clone(), mode };
     let source = Source {
         name: args.input.display().to_string(),
         files: vec![args.input.clone()],

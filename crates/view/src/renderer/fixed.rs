@@ -118,7 +118,10 @@ impl Builder<'_> {
         let rod =
             Primitive { a, b, body: self.body, before: [radius, 0.0, 0.0], ..Primitive::default() };
         if let Some(fill) = paint.fill {
-            self.primitives.push(Primitive { color: packed(fill), kind: Kind::Rod.bits(), ..rod });
+            let Color([red, green, blue, _]) = paint.shaded(1.0).unwrap_or(fill);
+            let after = [red, green, blue].map(|part| f32::from(part) / 255.0);
+            let kind = if a == b { Kind::Ball } else { Kind::Rod }.bits();
+            self.primitives.push(Primitive { color: packed(fill), after, kind, ..rod });
         }
         if let Some(Stroke { color, width }) = paint.stroke {
             let (color, half_width) = (packed(color), 0.5 * width);

@@ -105,7 +105,7 @@ impl Drawing {
             let ghost = self.add_layer(fixed, frame, poses, GHOST);
             self.mechanism(scene, fixed, frame, poses, ghost);
         }
-        let Extras { trails, arrows, has_labels, .. } = frame.extras;
+        let Extras { trails, arrows, has_labels, legend, .. } = frame.extras;
         if !trails.is_empty() {
             let world = world(fixed, frame);
             for (color, points) in trails {
@@ -116,8 +116,9 @@ impl Drawing {
         }
         self.mechanism(scene, fixed, frame, frame.poses, layer);
         if !arrows.is_empty() || *has_labels {
-            let (arrows, has_labels) = (arrows.clone(), *has_labels);
-            self.overlay(fixed, frame, &Extras { arrows, has_labels, ..Extras::default() }, layer);
+            let (arrows, has_labels, legend) = (arrows.clone(), *has_labels, legend.clone());
+            let extras = Extras { arrows, has_labels, legend, ..Extras::default() };
+            self.overlay(fixed, frame, &extras, layer);
         }
     }
 

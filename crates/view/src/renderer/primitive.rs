@@ -6,7 +6,8 @@ use bytemuck::{Pod, Zeroable};
 ///
 /// A triangle has the corners `a`, `b`, `before`. A segment goes from `a` to `b` and knows the
 /// points before and after it, so that neighbours share the pixels about their joint without
-/// painting any twice. A rod goes from `a` to `b`, and `before` begins with its radius, m.
+/// painting any twice. A rod goes from `a` to `b`, and `before` begins with its radius, m; of a ball
+/// `after` is its red, green and blue across the light.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Primitive {
@@ -22,7 +23,7 @@ pub(super) struct Primitive {
     pub(super) before: [f32; 3],
     /// Red, green, blue, opacity, the red in the lowest byte.
     pub(super) color: u32,
-    /// Point after `b`.
+    /// Point after `b`; of a ball a colour, 0 to 1.
     pub(super) after: [f32; 3],
     /// [`Kind::bits`].
     pub(super) kind: u32,
@@ -44,6 +45,8 @@ pub(super) enum Kind {
     Rod,
     /// The edge of a rod.
     Rim,
+    /// The area of a ball, in the light.
+    Ball,
 }
 
 impl Kind {
@@ -67,6 +70,7 @@ impl Kind {
             }
             Self::Rod => Self::ROD,
             Self::Rim => Self::ROD | 1,
+            Self::Ball => Self::ROD | 2,
         }
     }
 }
@@ -107,6 +111,7 @@ mod tests {
             ("HAS_AFTER", Kind::HAS_AFTER),
             ("ROD", Kind::Rod.bits()),
             ("RIM", Kind::Rim.bits()),
+            ("BALL", Kind::Ball.bits()),
         ];
         assert_eq!(shader_constants(), BTreeMap::from(expected));
     }
@@ -125,6 +130,13 @@ mod tests {
         assert_eq!(flat, [0, 1, 3, 5, 7]);
         // The shader asks for `kind >= ROD`.
         assert!(flat.iter().all(|&bits| bits < Kind::Rod.bits()));
-        assert!(Kind::Rim.bits() > Kind::Rod.bits());
+        let rods = [Kind::Rod, Kind::Rim, Kind::Ball].map(Kind::bits);
+        assert!(rods.is_sorted_by(|a, b| a < b), "{rods:?}");
+    }
+
+    #[test]
+    fn the_shader_has_the_light_of_all_pictures() {
+        let parts = bksim_scene::LIGHT.map(|part| part.to_string()).join(", ");
+        assert!(include_str!("rod.wgsl").contains(&format!("const LIGHT = vec3f({parts});")));
     }
 }

@@ -45,6 +45,7 @@ const HAS_BEFORE = 2u;
 const HAS_AFTER = 4u;
 const ROD = 8u;
 const RIM = 9u;
+const BALL = 10u;
 
 struct Painted {
     @builtin(position) position: vec4f,
@@ -88,9 +89,10 @@ fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) layer_idx
         out.pixel = triangle_corner(a, b, before, corner);
     } else {
         if primitive.kind >= ROD {
-            // A rod has no neighbours: in their stead, the distance from the line where a rim begins.
+            // A rod has no neighbours: in their stead, the distance from the line where a rim begins, and the
+            // colour of a ball across the light.
             let radius = primitive.before.x * globals.pixels_per_metre;
-            out.neighbours = vec4f(radius - out.half_width, 0.0, 0.0, 0.0);
+            out.neighbours = vec4f(radius - out.half_width, primitive.after);
             out.half_width += radius;
         }
         out.pixel = segment_corner(a, b, out.half_width, corner);
@@ -113,6 +115,9 @@ fn fragment(in: Painted) -> @location(0) vec4f {
     }
     let alpha = in.color.a * coverage;
     var rgb = in.color.rgb;
+    if in.kind == BALL {
+        rgb = mix(rgb, in.neighbours.yzw, ball_shade(in.pixel, in));
+    }
     if is_linear {
         rgb = linear_from_srgb(rgb);
     }

@@ -5,32 +5,25 @@ use std::time::Instant;
 use bksim::playback::Playback;
 use bksim::sim::load_forces::LoadForces;
 use bksim::sim::run::Unreplayed;
-use bksim_scene::vectors::{VectorAt, applied_forces, arrow_scale, arrows, reactions, velocities};
+use bksim_scene::vectors::{
+    ArrowKind, ArrowScale, VectorAt, applied_forces, arrows, reactions, velocities,
+};
 use bksim_scene::{Arrow, Scene, Theme};
 
 use super::ShowOptions;
 use super::reach::{INSTANTS, instant};
-
-/// Scales of arrows.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Scales {
-    /// Metres per newton.
-    pub force: f64,
-    /// Metres per metre a second.
-    pub velocity: f64,
-}
 
 /// The largest vectors of a run, which decide the scales of its arrows.
 #[derive(Debug)]
 pub(super) struct Arrows {
     /// The forces of the loads; `None` if they have none that can be computed.
     loads: Option<LoadForces>,
-    /// Largest reaction over the run, N.
-    reaction: f64,
-    /// Largest applied force over the run, N.
-    applied: f64,
-    /// Largest velocity over the run, m/s.
-    velocity: f64,
+    /// Largest size of each reaction over the run, N.
+    reactions: Vec<f64>,
+    /// Largest size of each applied force over the run, N.
+    applied: Vec<f64>,
+    /// Largest size of each velocity over the run, m/s.
+    velocities: Vec<f64>,
     /// Diagonal of the box that the mechanism moves in, m.
     extent: f64,
     /// Number of instants that the largest vectors are from so far.
@@ -45,7 +38,8 @@ impl Arrows {
         let loads =
             LoadForces::compile(model, &mechanism.system, &mechanism.compiled, parameters).ok();
         let extent = extent(reach);
-        Self { loads, reaction: 0.0, applied: 0.0, velocity: 0.0, extent, n_seen: 0 }
+        let (reactions, applied, velocities) = (Vec::new(), Vec::new(), Vec::new());
+        Self { loads, reactions, applied, velocities, extent, n_seen: 0 }
     }
 
     /// Whether the largest vectors of the run are known, and with them the scales.
@@ -65,10 +59,10 @@ impl Arrows {
             playback.seek(instant(playback.span(), self.n_seen))?;
             let (sample, poses) = (playback.sample(), playback.poses());
             let uniqueness = playback.uniqueness_at(sample.t);
-            self.reaction = largest(reactions(scene, poses, sample, uniqueness), self.reaction);
-            self.velocity = largest(velocities(scene, poses), self.velocity);
+            raise(&mut self.reactions, reactions(scene, poses, sample, uniqueness));
+            raise(&mut self.velocities, velocities(scene, poses));
             if let Some(loads) = &mut self.loads {
-                self.applied = largest(applied_forces(loads, sample), self.applied);
+                raise(&mut self.applied, applied_forces(loads, sample));
             }
             self.n_seen += 1;
             if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
@@ -78,15 +72,18 @@ impl Arrows {
         Ok(())
     }
 
-    /// Scales for the arrows shown: reactions and forces share one, so that they can be compared.
-    pub(super) fn scales(&self, options: &ShowOptions) -> Scales {
-        let if_shown = |is_shown: bool, largest: f64| if is_shown { largest } else { 0.0 };
-        let reaction = if_shown(options.reactions, self.reaction);
-        let force = reaction.max(if_shown(options.forces, self.applied));
-        Scales {
-            force: arrow_scale(force, self.extent),
-            velocity: arrow_scale(self.velocity, self.extent),
-        }
+    /// The kinds of arrows that are shown, each to a scale of its own.
+    pub(super) fn kinds(&self, options: &ShowOptions, theme: &Theme) -> Vec<ArrowKind> {
+        let kind = |is_shown: bool, name, color, unit, peaks: &[f64]| {
+            let scale = ArrowScale::of(peaks, self.extent);
+            is_shown.then_some(ArrowKind { name, color, unit, scale })
+        };
+        let all = [
+            kind(options.reactions, "reaction", theme.force, "N", &self.reactions),
+            kind(options.forces, "force", theme.load, "N", &self.applied),
+            kind(options.velocities, "velocity", theme.velocity, "m/s", &self.velocities),
+        ];
+        all.into_iter().flatten().collect()
     }
 
     /// The requested arrows at the playback's instant.
@@ -97,27 +94,36 @@ impl Arrows {
         options: &ShowOptions,
         theme: &Theme,
     ) -> Vec<Arrow> {
-        let scales = self.scales(options);
         let (sample, poses) = (playback.sample(), playback.poses());
         let mut all = Vec::new();
-        if options.velocities {
-            all.extend(arrows(theme.velocity, scales.velocity, velocities(scene, poses)));
-        }
-        if let (true, Some(loads)) = (options.forces, &mut self.loads) {
-            all.extend(arrows(theme.force, scales.force, applied_forces(loads, sample)));
-        }
-        if options.reactions {
-            let uniqueness = playback.uniqueness_at(sample.t);
-            let reactions = reactions(scene, poses, sample, uniqueness);
-            all.extend(arrows(theme.force, scales.force, reactions));
+        for kind in self.kinds(options, theme) {
+            match (kind.name, &mut self.loads) {
+                ("velocity", _) => {
+                    all.extend(arrows(kind.color, kind.scale, velocities(scene, poses)));
+                }
+                ("force", Some(loads)) => {
+                    all.extend(arrows(kind.color, kind.scale, applied_forces(loads, sample)));
+                }
+                ("reaction", _) => {
+                    let uniqueness = playback.uniqueness_at(sample.t);
+                    let reactions = reactions(scene, poses, sample, uniqueness);
+                    all.extend(arrows(kind.color, kind.scale, reactions));
+                }
+                _ => (),
+            }
         }
         all
     }
 }
 
-/// The largest magnitude of some vectors, or `so_far` if that is larger.
-fn largest(vectors: impl IntoIterator<Item = VectorAt>, so_far: f64) -> f64 {
-    vectors.into_iter().map(|at| at.size()).fold(so_far, f64::max)
+/// Raises the largest sizes of vectors, one by one, to those of other ones.
+fn raise(peaks: &mut Vec<f64>, vectors: impl IntoIterator<Item = VectorAt>) {
+    for (idx, at) in vectors.into_iter().enumerate() {
+        match peaks.get_mut(idx) {
+            Some(peak) => *peak = peak.max(at.size()),
+            None => peaks.push(at.size()),
+        }
+    }
 }
 
 /// Diagonal of the box about points, m.

@@ -1,6 +1,7 @@
 //! [`Action`]: the actions of keys and buttons; and the table of keys, which the help is made from,
 //! too.
 
+use bksim_scene::StandardView;
 use egui::{Key, Modifiers};
 
 /// An action of a key or a button.
@@ -27,6 +28,8 @@ pub(super) enum Action {
     Loop,
     /// Fits the whole motion into the picture.
     Fit,
+    /// Looks at a spatial mechanism from a standard direction.
+    Look(StandardView),
     /// Shows or hides the names of joints and points.
     Labels,
     /// Shows the trails of all points, or hides all trails.
@@ -71,7 +74,7 @@ const fn also(key: Key, modifiers: Modifiers, action: Action) -> Binding {
 }
 
 /// All keys. Those with modifiers come first: the first that fits is taken.
-pub(super) const BINDINGS: [Binding; 28] = [
+pub(super) const BINDINGS: [Binding; 32] = [
     key(Key::Space, Action::Play, "Space", "play, pause"),
     Binding {
         key: Key::ArrowRight,
@@ -92,6 +95,10 @@ pub(super) const BINDINGS: [Binding; 28] = [
     key(Key::O, Action::Loop, "O", "go round, or stop at the end"),
     key(Key::F, Action::Fit, "F, Home", "fit the whole motion"),
     also(Key::Home, Modifiers::NONE, Action::Fit),
+    key(Key::Num2, Action::Look(StandardView::Front), "2, 3, 4, 5", "front, right, top, isometric"),
+    also(Key::Num3, Modifiers::NONE, Action::Look(StandardView::Right)),
+    also(Key::Num4, Modifiers::NONE, Action::Look(StandardView::Top)),
+    also(Key::Num5, Modifiers::NONE, Action::Look(StandardView::Isometric)),
     key(Key::L, Action::Labels, "L", "labels"),
     key(Key::T, Action::Trails, "T", "trails of all points"),
     key(Key::R, Action::Reactions, "R", "arrows of joint reactions"),

@@ -31,6 +31,8 @@ pub(super) struct App<'a> {
     loader: Loader,
     /// The last fault, until the files are read without one.
     fault: Option<String>,
+    /// Whether it ended the motion that is shown.
+    is_fault_of_shown: bool,
     is_help_open: bool,
     reporting: Reporting<'a>,
 }
@@ -97,6 +99,7 @@ impl<'a> App<'a> {
             panel: CurvePanel::new(options.size[0] >= WIDE),
             loader,
             fault: None,
+            is_fault_of_shown: false,
             is_help_open: false,
             reporting: Reporting { measure: Measure::new(options), report, outcome },
         })
@@ -112,6 +115,7 @@ impl<'a> App<'a> {
                 }
                 News::Loaded(loaded, seconds) => {
                     self.reporting.measure.mark_loaded();
+                    self.is_fault_of_shown = loaded.show.is_some();
                     if let Some(show) = loaded.show {
                         self.take_show(show);
                     }
@@ -162,6 +166,7 @@ impl<'a> App<'a> {
             Action::RealSpeed => clock.set_speed(1.0),
             Action::Loop => clock.is_looping = !clock.is_looping,
             Action::Fit => self.viewport.fit(),
+            Action::Look(view) => self.viewport.look(view),
             Action::Panel => self.panel.is_open = !self.panel.is_open,
             Action::Labels
             | Action::Trails
@@ -230,7 +235,12 @@ impl<'a> App<'a> {
     fn overlays(&mut self, ui: &Ui, picture: Rect) {
         let has_motion = self.viewport.show.is_some();
         if let Some(fault) = &self.fault {
-            overlay::fault(ui, picture, fault, has_motion);
+            let beneath = match (has_motion, self.is_fault_of_shown) {
+                (false, _) => overlay::Beneath::Nothing,
+                (true, false) => overlay::Beneath::Earlier,
+                (true, true) => overlay::Beneath::Own,
+            };
+            overlay::fault(ui, picture, fault, beneath);
         }
         if let Some(part) = self.loader.task.part() {
             let words = if has_motion { "loading again" } else { "loading" };

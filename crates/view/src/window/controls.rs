@@ -7,7 +7,7 @@ use super::choices::{Choices, moving};
 use super::clock::{Clock, SPEEDS};
 use super::icon::{self, Icon};
 use super::{number, style};
-use bksim_scene::Scene;
+use bksim_scene::{Scene, StandardView};
 
 /// Height of the slider of time, points.
 const SCRUB: f32 = 20.0;
@@ -128,6 +128,23 @@ fn tools(
     ui.menu_button("Show", |ui| show_menu(ui, choices, scene, actions))
         .response
         .on_hover_text("labels, arrows, trails, light and dark");
+    if scene.is_some_and(|scene| !scene.is_planar) {
+        ui.menu_button("View", |ui| {
+            for (view, key) in StandardView::ALL.into_iter().zip(["2", "3", "4", "5"]) {
+                ui.horizontal(|ui| {
+                    if ui.button(view.word()).clicked() {
+                        actions.push(Action::Look(view));
+                        ui.close();
+                    }
+                    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                        ui.weak(key);
+                    });
+                });
+            }
+        })
+        .response
+        .on_hover_text("front, right, top, isometric (2, 3, 4, 5)");
+    }
     ui.menu_button(RichText::new(number::speed(clock.speed())), |ui| {
         for factor in SPEEDS.into_iter().rev() {
             let is_now = factor == clock.speed();

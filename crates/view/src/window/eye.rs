@@ -1,6 +1,6 @@
 //! [`Eye`]: the camera of the window, moved by fits, drags and turns of the wheel.
 
-use bksim_scene::Camera;
+use bksim_scene::{Camera, StandardView};
 
 /// Margin on each side of a fitted motion, as a fraction of the picture.
 const MARGIN: f64 = 0.1;
@@ -86,6 +86,15 @@ impl Eye {
         self.is_fitted = false;
     }
 
+    /// Looks from a standard direction; the middle and the enlargement stay.
+    pub(super) fn look(&mut self, view: StandardView) {
+        if self.is_planar {
+            return;
+        }
+        [self.azimuth, self.elevation] = view.angles_deg().map(f64::to_radians);
+        self.turn();
+    }
+
     /// Sets the direction of the camera to the angles.
     fn turn(&mut self) {
         let Camera { centre, scale, size, .. } = self.camera;
@@ -155,10 +164,16 @@ mod tests {
         let [_, up, towards] = eye.camera().r_view_from_world;
         assert!(up[2].abs() < 1e-12 && (towards[2] - 1.0).abs() < 1e-12);
 
+        eye.look(StandardView::Front);
+        assert_eq!(eye.camera().centre, centre);
+        let [right, up, _] = eye.camera().r_view_from_world;
+        assert_eq!((right, up), ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]));
+
         let mut flat = Eye::new(true);
         flat.fit([400.0, 300.0], &CUBE);
         let before = flat.clone();
         flat.orbit(1.0, 1.0);
+        flat.look(StandardView::Right);
         assert_eq!(flat, before);
     }
 }

@@ -1,7 +1,8 @@
 //! Overlays of the picture: faults, progress, scales, and the list of keys.
 
+use bksim_scene::vectors::ArrowKind;
 use bksim_scene::{Camera, Scene, Theme};
-use egui::{Align2, Color32, FontId, Margin, Painter, Rect, RichText, Stroke, Ui, pos2, vec2};
+use egui::{Align2, FontId, Margin, Painter, Rect, RichText, Stroke, Ui, pos2, vec2};
 
 use super::action::{BINDINGS, MOUSE};
 use super::{number, style};
@@ -23,8 +24,32 @@ fn frame(ui: &Ui) -> egui::Frame {
         .inner_margin(Margin::same(12))
 }
 
+/// The motion in the picture below a fault.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Beneath {
+    /// None.
+    Nothing,
+    /// That of an earlier state of the files.
+    Earlier,
+    /// That of the files, as far as it came.
+    Own,
+}
+
+impl Beneath {
+    /// The headline of the fault.
+    fn title(self) -> &'static str {
+        match self {
+            Self::Nothing => "Nothing to show until this is put right",
+            Self::Earlier => {
+                "Not what is shown: the last good motion stays until this is put right"
+            }
+            Self::Own => "The motion ended early: it is shown as far as it came",
+        }
+    }
+}
+
 /// A fault, over the upper part of the picture.
-pub(super) fn fault(ui: &Ui, picture: Rect, text: &str, has_motion: bool) {
+pub(super) fn fault(ui: &Ui, picture: Rect, text: &str, beneath: Beneath) {
     let width = picture.width() - 2.0 * EDGE;
     let area = egui::Area::new(ui.scope_id().with("fault"))
         .order(egui::Order::Middle)
@@ -34,19 +59,14 @@ pub(super) fn fault(ui: &Ui, picture: Rect, text: &str, has_motion: bool) {
         let red = ui.visuals().error_fg_color;
         frame(ui).stroke(Stroke::new(1.5, red)).show(ui, |ui| {
             ui.set_width((width - 27.0).max(80.0));
-            let title = if has_motion {
-                "Not what is shown: the last good motion stays until this is put right"
-            } else {
-                "Nothing to show until this is put right"
-            };
-            ui.label(RichText::new(title).strong().color(red));
+            ui.label(RichText::new(beneath.title()).strong().color(red));
             ui.add_space(2.0);
-            // The last good motion stays visible below it.
-            let part = if has_motion { 0.28 } else { 0.8 };
-            let area = egui::ScrollArea::both().max_height(part * picture.height());
+            // A motion stays visible below it.
+            let part = if beneath == Beneath::Nothing { 0.8 } else { 0.28 };
+            let area = egui::ScrollArea::vertical().max_height(part * picture.height());
             area.auto_shrink([false, true]).show(ui, |ui| {
                 let text = RichText::new(text).monospace();
-                ui.add(egui::Label::new(text).extend().selectable(true));
+                ui.add(egui::Label::new(text).wrap().selectable(true));
             });
         });
     });
@@ -89,26 +109,31 @@ pub(super) fn marker_at(
     nearest.map(|(_, idx, at)| (idx, at))
 }
 
-/// Scale bars of lengths, and of each kind of arrow that is shown, given by its colour, metres per
-/// unit, and unit.
+/// Scale bars of lengths, and of each kind of arrow that is shown; `scale` is the number of pixels in a metre.
 pub(super) fn scales(
     painter: &Painter,
     picture: Rect,
     scale: f64,
-    arrows: &[(Color32, f64, &str)],
+    arrows: &[ArrowKind],
     theme: &Theme,
 ) {
-    let faint = style::color32(theme.faint);
-    let scales = std::iter::once((faint, 1.0, "m")).chain(arrows.iter().copied());
+    let bar = Some(number::round_below(110.0 / scale)).filter(|metres| *metres > 0.0);
+    let bar = bar
+        .map(|metres| (style::color32(theme.faint), scale * metres, number::quantity(metres, "m")));
+    let arrows = arrows.iter().flat_map(|kind| {
+        let samples = kind.scale.samples();
+        samples.into_iter().map(|(size, metres)| {
+            let words = format!("{} {}", kind.name, number::quantity(size, kind.unit));
+            (style::color32(kind.color), scale * metres, words)
+        })
+    });
     let mut y = picture.bottom() - EDGE;
-    for (idx, (color, metres, unit)) in scales.enumerate() {
-        let pixels = scale * metres;
-        let round = number::round_below(110.0 / pixels);
-        if round <= 0.0 || picture.width() < 260.0 {
+    for (idx, (color, pixels, words)) in bar.into_iter().chain(arrows).enumerate() {
+        if picture.width() < 260.0 {
             continue;
         }
-        #[expect(clippy::cast_possible_truncation, reason = "up to 110")]
-        let width = (round * pixels) as f32;
+        #[expect(clippy::cast_possible_truncation, reason = "pixels")]
+        let width = pixels as f32;
         let left = pos2(picture.left() + EDGE, y - 4.0);
         let stroke = Stroke::new(1.6, color);
         if idx == 0 {
@@ -124,7 +149,6 @@ pub(super) fn scales(
             painter.add(egui::Shape::convex_polygon(head, color, Stroke::NONE));
         }
         let text = left + vec2(width + 8.0, 0.0);
-        let words = number::quantity(round, unit);
         painter.text(text, Align2::LEFT_CENTER, words, FontId::proportional(12.0), color);
         y -= 20.0;
     }

@@ -6,7 +6,7 @@ use egui_plot::{AxisHints, Line, LineStyle, Plot, PlotPoints, VLine};
 
 use super::clock::Clock;
 use super::curves::{Curve, Curves};
-use super::{number, style};
+use super::{grid, number, style};
 use crate::show::Show;
 
 /// Least height of a plot, points; the panel scrolls if they do not all fit.
@@ -91,6 +91,9 @@ fn legend(ui: &mut Ui, color: Color32, curve: &Curve, show: &Show) {
     });
 }
 
+/// Distances of labels, points: the grid has no lines that are too near.
+const ANY: std::ops::RangeInclusive<f32> = 1.0..=2.0;
+
 /// Curves of one unit.
 fn plot(ui: &mut Ui, group_idx: usize, group: &[(usize, &Curve)], height: f32, clock: &mut Clock) {
     let theme = style::theme(ui.visuals().dark_mode);
@@ -109,10 +112,12 @@ fn plot(ui: &mut Ui, group_idx: usize, group: &[(usize, &Curve)], height: f32, c
         .show_x(false)
         .show_y(false)
         .show_crosshair(false)
-        .y_axis_min_width(44.0)
         .grid_spacing(28.0..=300.0)
         .grid_color(style::color32(theme.text.with_opacity(0.25)))
-        .custom_x_axes(vec![AxisHints::new_x().label_spacing(24.0..=50.0)])
+        .x_grid_spacer(grid::marks)
+        .y_grid_spacer(grid::marks)
+        .custom_x_axes(vec![AxisHints::new_x().label_spacing(ANY)])
+        .custom_y_axes(vec![AxisHints::new_y().label_spacing(ANY).min_thickness(44.0)])
         .set_margin_fraction(vec2(0.0, 0.08))
         .label_formatter(|_| None);
     let response = plot.show(ui, |ui| {

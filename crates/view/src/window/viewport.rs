@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use bksim::sim::run::Unreplayed;
-use bksim_scene::Extras;
+use bksim_scene::{Extras, StandardView};
 use eframe::egui_wgpu;
-use egui::{Color32, Painter, PointerButton, Rect, Response, Sense, Ui, vec2};
+use egui::{Painter, PointerButton, Rect, Response, Sense, Ui, vec2};
 
 use super::choices::Choices;
 use super::eye::Eye;
@@ -110,6 +110,12 @@ impl Viewport {
         self.eye.fit(size, show.points_over_run());
     }
 
+    /// Looks at a spatial mechanism from a standard direction, with the whole motion in the picture.
+    pub(super) fn look(&mut self, view: StandardView) {
+        self.eye.look(view);
+        self.fit();
+    }
+
     /// Shows the picture in all the space that is left; returns its rectangle.
     pub(super) fn ui(&mut self, ui: &mut Ui, measure: &mut Measure) -> Rect {
         let picture = ui.max_rect();
@@ -127,7 +133,7 @@ impl Viewport {
         if let Some(show) = &self.show {
             measure.count(self.paint(show, &painter, picture));
             let scale = self.eye.camera().scale;
-            overlay::scales(&painter, picture, scale, &self.arrow_scales(show), show.theme());
+            overlay::scales(&painter, picture, scale, &show.arrow_kinds(), show.theme());
         }
         self.point(ui, response, &painter, picture);
         picture
@@ -148,20 +154,6 @@ impl Viewport {
         let counts = renderer.prepare(&frame);
         paint_words(painter, picture.min, renderer.words());
         counts
-    }
-
-    /// Colour, metres per unit and unit of each kind of arrow that is shown.
-    fn arrow_scales(&self, show: &Show) -> Vec<(Color32, f64, &'static str)> {
-        let (mut arrows, theme) = (Vec::new(), show.theme());
-        if let Some(scales) = show.scales() {
-            if self.choices.reactions || self.choices.forces {
-                arrows.push((style::color32(theme.force), scales.force, "N"));
-            }
-            if self.choices.velocities {
-                arrows.push((style::color32(theme.velocity), scales.velocity, "m/s"));
-            }
-        }
-        arrows
     }
 
     /// Names the point under the pointer; a click switches its trail.

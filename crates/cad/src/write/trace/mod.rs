@@ -6,13 +6,14 @@
 //! BK_TRACE_HODOGRAPH   the velocity of each chosen point as a curve, with its scale
 //! BK_TRACE_REACTIONS   the forces in the joints at some times, with their scale
 //! BK_TRACE_GHOSTS      the outlines of the bodies at some times
+//! BK_TRACE_CURVES      curves of the whole motion: ways of points, with all that the run leaves out
+//! BK_TRACE_CENTRODES   fixed and moving centrodes, these where the bodies are as drawn
+//! BK_TRACE_REGIONS     swept regions and workspaces
 //! ```
 
-mod envelope;
-
+use bksim_analysis::union;
 use bksim_sim::pose::PlanarPose;
 
-use self::envelope::union;
 use super::canvas::Mark;
 use super::graft::Addition;
 use super::symbol::arrow;
@@ -25,9 +26,21 @@ const HODOGRAPH: &str = "BK_TRACE_HODOGRAPH";
 const REACTIONS: &str = "BK_TRACE_REACTIONS";
 const GHOSTS: &str = "BK_TRACE_GHOSTS";
 
+const CURVES: &str = "BK_TRACE_CURVES";
+const CENTRODES: &str = "BK_TRACE_CENTRODES";
+const REGIONS: &str = "BK_TRACE_REGIONS";
+
 /// Layers with their colours.
-const LAYERS: [(&str, u8); 5] =
-    [(PATHS, 1), (ENVELOPE, 4), (HODOGRAPH, 6), (REACTIONS, 3), (GHOSTS, 8)];
+const LAYERS: [(&str, u8); 8] = [
+    (PATHS, 1),
+    (ENVELOPE, 4),
+    (HODOGRAPH, 6),
+    (REACTIONS, 3),
+    (GHOSTS, 8),
+    (CURVES, 5),
+    (CENTRODES, 30),
+    (REGIONS, 94),
+];
 
 /// More corners than this does no curve need.
 const MOST_CORNERS: usize = 2000;
@@ -69,6 +82,32 @@ pub struct Reaction {
     pub force: Vec<Point>,
 }
 
+/// A curve of the whole motion.
+#[derive(Clone, PartialEq, Debug)]
+pub struct MotionCurve {
+    /// Its name, written beside it.
+    pub name: String,
+    /// Its kind, which chooses the layer.
+    pub kind: CurveKind,
+    /// Number of the body in whose frame it stands, the ground 0.
+    pub body_idx: usize,
+    /// Its pieces in that frame, m.
+    pub pieces: Vec<Vec<Point>>,
+    /// Whether each piece comes back to where it began.
+    pub is_closed: bool,
+}
+
+/// Kind of a curve of the whole motion.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum CurveKind {
+    /// The way of a point.
+    Way,
+    /// Where an instant centre goes.
+    Centrode,
+    /// The boundary of a region.
+    Region,
+}
+
 /// A run, sampled.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Course {
@@ -80,6 +119,8 @@ pub struct Course {
     pub points: Vec<Traced>,
     /// Joints whose forces are drawn.
     pub reactions: Vec<Reaction>,
+    /// Curves of the whole motion, which are drawn in any case.
+    pub curves: Vec<MotionCurve>,
 }
 
 /// The parts of a run that are drawn.
@@ -116,6 +157,7 @@ pub fn trace(
     if selection.hodograph {
         tracing.hodographs(extent);
     }
+    tracing.curves();
     tracing.reactions(&selection.reactions, extent);
     tracing.ghosts(&selection.ghosts);
     let is_used = |(layer, _): &(&str, u8)| tracing.marks.iter().any(|(of, _)| of == layer);
@@ -238,6 +280,30 @@ impl Tracing<'_> {
             }
             for boundary in union(&swept) {
                 self.draw(ENVELOPE, Mark::chain(&boundary, true));
+            }
+        }
+    }
+
+    /// Curves of the whole motion; those of moving bodies where these are at the first sample.
+    fn curves(&mut self) {
+        for curve in &self.course.curves {
+            let layer = match curve.kind {
+                CurveKind::Way => CURVES,
+                CurveKind::Centrode => CENTRODES,
+                CurveKind::Region => REGIONS,
+            };
+            let Some(pose) = self.course.poses.first().and_then(|of| of.get(curve.body_idx)) else {
+                continue;
+            };
+            for piece in &curve.pieces {
+                let drawn: Vec<Point> = piece.iter().map(|p| self.drawn(pose.place(*p))).collect();
+                self.marks.push((layer, Mark::chain(&drawn, curve.is_closed)));
+            }
+            let first = curve.pieces.first().and_then(|piece| piece.first());
+            if let Some(first) = first {
+                let [x, y] = self.drawn(pose.place(*first));
+                let at = [x + 0.4 * self.size, y + 0.4 * self.size];
+                self.marks.push((layer, Mark::text(at, 0.7 * self.size, curve.name.clone())));
             }
         }
     }

@@ -4,16 +4,20 @@ use std::fs::File;
 use std::io::BufReader;
 
 use bksim::Mechanism;
+use bksim::Rejected;
 use bksim::cad::codes;
 use bksim::cad::compose::Composition;
 use bksim::cad::open::{OpenOptions, check};
 use bksim::cad::write::graft::{Ungrafted, graft};
 use bksim::cad::write::trace::{
-    BodyShape, Course, Reaction, Selection, Traced, even_samples, nearest_sample, trace,
+    BodyShape, Course, CurveKind, MotionCurve, Reaction, Selection, Traced, even_samples,
+    nearest_sample, trace,
 };
 use bksim::log::Log;
 use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::{Source, read};
 use bksim::model::{Body, Model};
+use bksim::overlay::{Overlay, OverlayKind, overlays};
 use bksim::sim::pose::{Pose, Poses};
 
 use super::{is_missing_mass, parts, written};
@@ -41,6 +45,7 @@ pub(super) fn run(args: &Trace, as_json: bool, nesting: usize) -> Result<Status,
 
     // What is to be drawn.
     course.points = points(args, &course, &mechanism)?;
+    course.curves = curves(args, &log, &mechanism)?;
     let selection = selection(args, &course.times);
     let number = |name: &str| mechanism.model.bodies.iter().position(|body| body.name == name);
     let shape = |body: &bksim::cad::compose::BodyReport| {
@@ -117,7 +122,7 @@ fn course(args: &Trace, mechanism: &Mechanism, log: &Log) -> Result<Course, Fail
         Some(Reaction { name: joint.name.clone(), body_idx: joint.successor.body.0, at, force })
     };
     let reactions = model.joints.iter().filter_map(reaction).collect();
-    Ok(Course { times: state.t.clone(), poses, points: Vec::new(), reactions })
+    Ok(Course { times: state.t.clone(), poses, points: Vec::new(), reactions, curves: Vec::new() })
 }
 
 /// The numbers of a point in the frame of its body, m.
@@ -162,6 +167,36 @@ fn points(args: &Trace, course: &Course, mechanism: &Mechanism) -> Result<Vec<Tr
     found.collect()
 }
 
+/// The curves of the whole motion that are asked for.
+fn curves(args: &Trace, log: &Log, mechanism: &Mechanism) -> Result<Vec<MotionCurve>, Failure> {
+    let source = Text::new(args.log.clone(), String::new());
+    let read = || {
+        let reading = read(&Source::new(&log.header.model_text, &log.header.model_name));
+        let mut model = reading.model.ok_or(Rejected(reading.diagnostics))?;
+        for (parameter, value) in model.parameters.iter_mut().zip(&mechanism.parameters) {
+            parameter.value = *value;
+        }
+        Ok(model)
+    };
+    let found = overlays(&read, &args.curve).map_err(|e| source.rejected(e.diagnostics()))?;
+    let curve = |overlay: Overlay| MotionCurve {
+        name: overlay.name,
+        kind: match overlay.kind {
+            OverlayKind::Way => CurveKind::Way,
+            OverlayKind::FixedCentrode | OverlayKind::MovingCentrode => CurveKind::Centrode,
+            OverlayKind::Swept | OverlayKind::Workspace | OverlayKind::Barrier => CurveKind::Region,
+        },
+        body_idx: overlay.body,
+        pieces: overlay
+            .lines
+            .iter()
+            .map(|line| line.iter().map(|p| [p[0], p[1]]).collect())
+            .collect(),
+        is_closed: overlay.is_closed,
+    };
+    Ok(found.into_iter().map(curve).collect())
+}
+
 fn position(body: &Body, point: Option<&str>) -> Option<bksim::model::Vector> {
     match point {
         None => Some(body.com),
@@ -198,8 +233,9 @@ fn far(a: [f64; 2], b: [f64; 2]) -> bool {
 }
 
 fn selection(args: &Trace, times: &[f64]) -> Selection {
-    let all =
-        !(args.paths || args.envelope || args.hodograph || args.reactions) && args.ghosts.is_none();
+    let all = !(args.paths || args.envelope || args.hodograph || args.reactions)
+        && args.ghosts.is_none()
+        && args.curve.is_empty();
     let at = match args.at.as_slice() {
         // Without the last one, which in many motions is the first again.
         [] => even_samples(times, 5).into_iter().take(4).collect(),

@@ -2,10 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use bksim::analysis::ModeRequest;
 use bksim::playback::PlaybackError;
-use bksim_view::show::{Show, solve};
+use bksim::solved::solve;
+use bksim_view::show::Show;
 use bksim_view::window::{Loaded, Task};
 
+use crate::curve_fault::no_curve;
+use crate::modal::mode_of;
 use bksim_cli::args::ModelArgs;
 use bksim_cli::exit::Failure;
 use bksim_cli::render;
@@ -16,15 +20,45 @@ use bksim_cli::source::{Text, derive, load};
 pub(super) struct Motion {
     pub(super) model: ModelArgs,
     pub(super) nesting: usize,
+    /// Curves laid over the mechanism.
+    pub(super) curves: Vec<String>,
+    /// The mode that is shown in place of the run.
+    pub(super) mode: Option<ModeRequest>,
 }
 
 impl Motion {
     /// Reads the file, and solves it if it is a model.
     pub(super) fn load(&self, task: &Task) -> Loaded {
         let path = &self.model.model;
-        let mut loaded = if is_log(path) { Self::log(path) } else { self.solved(task) };
+        let loaded = match &self.mode {
+            Some(request) => self.swinging(request),
+            None if is_log(path) => Self::log(path),
+            None => self.solved(task),
+        };
+        let mut loaded = self.with_curves(loaded);
         // The file itself is watched whatever is wrong with it.
         loaded.files.push(path.clone());
+        loaded
+    }
+
+    /// A mode of small motions.
+    fn swinging(&self, request: &ModeRequest) -> Loaded {
+        match mode_of(&self.model, self.nesting, request) {
+            Ok(swinging) => {
+                let show = Some(Box::new(Show::new(swinging.playback)));
+                Loaded { show, ..Loaded::default() }
+            }
+            Err(failure) => faulty(&failure),
+        }
+    }
+
+    /// The motion with its curves, or why there are none.
+    fn with_curves(&self, mut loaded: Loaded) -> Loaded {
+        if let Some(show) = &mut loaded.show
+            && let Err(error) = show.lay_over(&self.curves)
+        {
+            loaded.fault = Some(render::failure_text(&no_curve(&self.model.model, &error)));
+        }
         loaded
     }
 

@@ -8,7 +8,10 @@ use egui_plot::{
 
 use super::clip::{Bounds, between, clipped, thinned};
 use super::graph::{Graph, Line, Measured, ends};
-use crate::window::number;
+use crate::window::{grid, number};
+
+/// Distances of labels, points: the grid has no lines that are too near.
+const ANY: std::ops::RangeInclusive<f32> = 1.0..=2.0;
 
 /// Enlargement per point of scrolling: a notch of the wheel is about a fifth.
 const PER_POINT: f32 = 0.004;
@@ -122,10 +125,13 @@ fn plot<'a>(graph: &'a Graph, view: &View, theme: &Theme) -> Plot<'a> {
         .label_formatter(|_| None)
         .grid_spacing(36.0..=300.0)
         .grid_color(color32(theme.axis).gamma_multiply(0.4))
-        .custom_x_axes(vec![axis(AxisHints::new_x(), &graph.x).label_spacing(38.0..=60.0)])
+        .custom_x_axes(vec![axis(AxisHints::new_x(), &graph.x).label_spacing(ANY)])
         .custom_y_axes(vec![
-            axis(AxisHints::new_y(), &graph.y).label_spacing(20.0..=36.0).min_thickness(52.0),
+            axis(AxisHints::new_y(), &graph.y).label_spacing(ANY).min_thickness(52.0),
         ]);
+    // Positions on a logarithmic axis are whole where the numbers are powers of ten.
+    let plot = if graph.x.is_logarithmic { plot } else { plot.x_grid_spacer(grid::marks) };
+    let plot = if graph.y.is_logarithmic { plot } else { plot.y_grid_spacer(grid::marks) };
     if graph.is_equal { plot.data_aspect(1.0) } else { plot }
 }
 

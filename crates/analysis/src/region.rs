@@ -1,9 +1,9 @@
-//! The region that a body sweeps: the union of its outlines at all times.
+//! Regions of the plane: unions of polygons.
 
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::float::simplify::SimplifyShape;
 
-use crate::geometry::Point;
+type Point = [f64; 2];
 
 /// Polygons that are united at once: few, since each may cross all others.
 const AT_ONCE: usize = 4;
@@ -12,7 +12,7 @@ const AT_ONCE: usize = 4;
 ///
 /// United by fours, and those unions again, so that what lies inside is gone early. The grid of
 /// 2³² lines makes one of edges that differ by rounding alone, as those of a periodic motion do.
-pub(super) fn union(polygons: &[Vec<Point>]) -> Vec<Vec<Point>> {
+pub fn union(polygons: &[Vec<Point>]) -> Vec<Vec<Point>> {
     let counter_clockwise = |polygon: &Vec<Point>| {
         let mut polygon = polygon.clone();
         if doubled_area(&polygon) < 0.0 {
@@ -33,8 +33,37 @@ pub(super) fn union(polygons: &[Vec<Point>]) -> Vec<Vec<Point>> {
     }
 }
 
+/// The smallest convex polygon around points, counter-clockwise: Andrew's monotone chains.
+pub(crate) fn hull(points: &[Point]) -> Vec<Point> {
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    let mut hull: Vec<Point> = Vec::new();
+    for pass in 0..2 {
+        let first = hull.len();
+        for p in &sorted {
+            while hull.len() >= first + 2
+                && turn(hull[hull.len() - 2], hull[hull.len() - 1], *p) <= 0.0
+            {
+                hull.pop();
+            }
+            hull.push(*p);
+        }
+        // The last of a chain is the first of the next one.
+        hull.pop();
+        if pass == 0 {
+            sorted.reverse();
+        }
+    }
+    hull
+}
+
+/// Twice the area of a triangle, positive to the left.
+fn turn(a: Point, b: Point, c: Point) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
 /// Twice the area of a polygon, positive when counter-clockwise.
-pub(super) fn doubled_area(polygon: &[Point]) -> f64 {
+pub(crate) fn doubled_area(polygon: &[Point]) -> f64 {
     let next = polygon.iter().cycle().skip(1);
     polygon.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum()
 }

@@ -1,49 +1,59 @@
-//! The motion that is drawn: of a log, or of a model, which is solved in memory.
-
-use std::path::Path;
+//! A motion to look at: of a log, or of a model, which is solved in memory.
 
 use bksim::log::Outcome;
-use bksim::playback::PlaybackError;
-use bksim::sim::run::Unreplayed;
-use bksim_view::show::{Show, Solved, solve};
+use bksim::playback::{Playback, PlaybackError};
+use bksim::solved::{Solved, solve};
 use serde_json::{Value, json};
 
-use bksim_cli::args::ModelArgs;
-use bksim_cli::exit::Failure;
-use bksim_cli::progress::{Progress, StopWish};
-use bksim_cli::render;
-use bksim_cli::source::logged::{is_log, playback, unplayable};
-use bksim_cli::source::{derive, load};
+use super::logged::{is_log, playback, unplayable};
+use super::{derive, load};
+use crate::args::ModelArgs;
+use crate::exit::Failure;
+use crate::progress::{Progress, StopWish};
+use crate::render;
 
-/// A motion to draw.
-pub(super) struct Opened {
-    pub(super) show: Show,
+/// A motion that can be looked at.
+#[derive(Debug)]
+pub struct Opened {
+    /// The motion, at its start.
+    pub playback: Playback,
     /// Whether it reached its end.
-    pub(super) is_complete: bool,
+    pub is_complete: bool,
     /// Warnings of the model, and why it was not solved to its end.
-    pub(super) diagnostics: Value,
+    pub diagnostics: Value,
 }
 
-/// Opens a log, or reads and solves a model; prints what is wrong with it unless it goes into JSON.
-/// A wish to stop ends the solving.
-pub(super) fn open(
-    args: &ModelArgs,
-    nesting: usize,
-    as_json: bool,
-    stop: &StopWish,
-) -> Result<Opened, Failure> {
+/// The way a motion is opened.
+#[derive(Clone, Copy, Debug)]
+pub struct Opening<'a> {
+    /// The word for what comes to nothing without it: `drawn`.
+    pub cannot: &'a str,
+    /// Levels to which a model may nest.
+    pub nesting: usize,
+    /// Whether faults go into JSON; they are printed otherwise.
+    pub as_json: bool,
+    /// Ends the solving.
+    pub stop: &'a StopWish,
+}
+
+/// Opens a log, or reads and solves a model.
+///
+/// # Errors
+/// A file that cannot be read, faults of the model, a log without motion.
+pub fn open(args: &ModelArgs, opening: Opening<'_>) -> Result<Opened, Failure> {
+    let Opening { cannot, as_json, .. } = opening;
     let path = &args.model;
     if !is_log(path) {
-        return solved(args, nesting, as_json, stop);
+        return solved(args, opening);
     }
     let of_models = [!args.set.is_empty(), args.drawing.units.is_some()];
     if of_models.contains(&true) || args.drawing.tolerance.is_some() {
         return Err(Failure::usage(
             "--set, --units and --tolerance are for models, and this is a log",
-            "solve the model with them, or render the model",
+            "solve the model with them, or name the model",
         ));
     }
-    let playback = playback(path, "drawn")?;
+    let playback = playback(path, cannot)?;
     let end = playback.log().end.as_ref();
     let is_complete = end.is_some_and(|end| end.outcome == Outcome::ReachedEnd);
     if end.is_none() && !as_json {
@@ -51,15 +61,11 @@ pub(super) fn open(
         let path = path.display();
         render::warning(&format!("`{path}` was cut off before its run ended, at t = {t} s"));
     }
-    Ok(Opened { show: Show::new(playback), is_complete, diagnostics: json!([]) })
+    Ok(Opened { playback, is_complete, diagnostics: json!([]) })
 }
 
-fn solved(
-    args: &ModelArgs,
-    nesting: usize,
-    as_json: bool,
-    stop: &StopWish,
-) -> Result<Opened, Failure> {
+fn solved(args: &ModelArgs, opening: Opening<'_>) -> Result<Opened, Failure> {
+    let Opening { cannot, nesting, as_json, stop } = opening;
     let loaded = load(args, nesting)?;
     let source = &loaded.source;
     let mechanism = derive(source, loaded.model)?;
@@ -80,13 +86,9 @@ fn solved(
                 render::print_all(source, &diagnostics);
             }
             let diagnostics = render::json_all(source, &diagnostics);
-            Ok(Opened { show: Show::new(playback), is_complete, diagnostics })
+            Ok(Opened { playback, is_complete, diagnostics })
         }
         Err(PlaybackError::Model(rejected)) => Err(source.rejected(rejected.0).into()),
-        Err(other) => Err(unplayable(&args.model, "drawn", &other)),
+        Err(other) => Err(unplayable(&args.model, cannot, &other)),
     }
-}
-
-pub(super) fn unreplayed(path: &Path, error: Unreplayed) -> Failure {
-    unplayable(path, "drawn", &error)
 }
