@@ -81,7 +81,8 @@ const CONTACTS: &str = include_str!("../../../tests/fixtures/contacts.toml");
 #[test]
 fn the_page_lists_the_keys_that_are_printed() {
     let place = Scratch::new();
-    for example in ["five-link", "parallelogram", "four-bar", "winch", "quick-return"] {
+    for example in ["five-link", "parallelogram", "four-bar", "winch", "quick-return", "robot-arm"]
+    {
         let model = fs::read(format!("{CRATE}/../../examples/{example}/model.toml"));
         place.write(&format!("{example}.toml"), model.expect("an example"));
     }
@@ -129,6 +130,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "equations five-link.toml",
         "equations four-bar.toml",
         "equations contacts.toml",
+        "equations robot-arm.toml",
         "expr x*y-y=1 --solve x --certificate",
         "expr x+1 --at x=1",
         "code five-link.toml -o code",
