@@ -72,7 +72,7 @@ mod tape;
 pub use certificate::Certificate;
 pub use codegen::{CCode, CodegenError, Program, Quantity, Signature, TestPoint};
 pub use diff::SparseJacobian;
-pub use eval::{Batch, DomainFault, EvalError, Jit, Runner, Workspace};
+pub use eval::{Batch, DomainFault, EvalError, Jit, QuadRunner, QuadWorkspace, Runner, Workspace};
 #[cfg(feature = "jit")]
 pub use eval::{JitError, MachineCode};
 pub use lower::LowerError;
