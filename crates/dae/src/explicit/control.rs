@@ -1,16 +1,16 @@
 //! The next step size: PI control (HNW1 §IV.2 of volume II, Gustafsson 1991).
 //!
 //! ```text
-//! h_new = 0.9 h err^{−α} err_old^{β},  α = 1/8 − 0.2 β
+//! h_new = 0.9 h err^{−α} err_old^{β},  α = 1/p − 0.2 β
 //! ```
+//!
+//! `p` is the order of the error estimate plus one: 8 for the method of Dormand and Prince.
 
-/// Reciprocal of the order of the error estimate plus one.
-const EXPONENT: f64 = 1.0 / 8.0;
-/// Weight of the last error. `DOP853` has zero; measured on the pendulum at 1e-4 to 1e-10, 0.07
-/// leaves 0 to 3 rejected steps of 50 to 250, where zero leaves 9 to 25, and a third of a digit
-/// more for the same work. Beyond 0.1 the exponents nearly cancel and the step grows only far below
-/// the tolerance.
-const BETA: f64 = 0.07;
+/// Weight of the last error, as a part of the exponent of this one. `DOP853` has zero; measured on the pendulum
+/// at 1e-4 to 1e-10, 0.07 at the exponent 1/8 leaves 0 to 3 rejected steps of 50 to 250, where zero leaves 9
+/// to 25, and a third of a digit more for the same work. Beyond 0.1 the exponents nearly cancel and the step
+/// grows only far below the tolerance.
+const MEMORY: f64 = 0.56;
 const SAFETY: f64 = 0.9;
 /// Largest growth and strongest cut of one step.
 const MAX_GROWTH: f64 = 6.0;
@@ -21,22 +21,25 @@ const MIN_REMEMBERED_ERROR: f64 = 1e-4;
 /// State of the controller between two steps.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct PiController {
+    /// 1/p.
+    exponent: f64,
     pub(super) last_error: f64,
     /// The step is tried again.
     pub(super) is_retry: bool,
 }
 
-impl Default for PiController {
-    fn default() -> Self {
-        Self { last_error: MIN_REMEMBERED_ERROR, is_retry: false }
-    }
-}
-
 impl PiController {
+    /// Before the first step, for estimates of this order plus one.
+    pub(super) fn new(p: usize) -> Self {
+        Self { exponent: 1.0 / p as f64, last_error: MIN_REMEMBERED_ERROR, is_retry: false }
+    }
+
     /// The size of the step after an accepted one of size `h`.
     pub(super) fn after_accept(&mut self, h: f64, error: f64) -> f64 {
-        let proposed =
-            SAFETY * error.max(1e-12).powf(-(EXPONENT - 0.2 * BETA)) * self.last_error.powf(BETA);
+        let beta = MEMORY * self.exponent;
+        let proposed = SAFETY
+            * error.max(1e-12).powf(-(self.exponent - 0.2 * beta))
+            * self.last_error.powf(beta);
         let factor = proposed.clamp(MAX_CUT, if self.is_retry { 1.0 } else { MAX_GROWTH });
         self.last_error = error.max(MIN_REMEMBERED_ERROR);
         self.is_retry = false;
@@ -46,7 +49,7 @@ impl PiController {
     /// The size to retry with after the error test failed; an error without value cuts most.
     pub(super) fn after_reject(&mut self, h: f64, error: f64) -> f64 {
         self.is_retry = true;
-        let factor = SAFETY * error.powf(-(EXPONENT - 0.2 * BETA));
+        let factor = SAFETY * error.powf(-(self.exponent - 0.2 * MEMORY * self.exponent));
         h * if factor.is_finite() { factor.clamp(MAX_CUT, SAFETY) } else { MAX_CUT }
     }
 
