@@ -53,9 +53,10 @@ pub mod modal;
 pub mod options;
 pub mod overlay;
 pub mod sweep_codes;
+pub mod translation;
 
 pub use bksim_model::diagnostic::Rejected;
-pub use bksim_runlog::{describe, measured, overview, playback, player, record};
+pub use bksim_runlog::{describe, measured, overview, playback, player, record, report, solved};
 pub use bksim_sim::{Mechanism, Motion, SensitivityMotion, SensitivityPlan, Simulation};
 pub use drawing::mechanism_from_drawing;
 pub use explain::{explain, explained_codes};

@@ -16,3 +16,10 @@ bksim info --help >/dev/null
 grep -E '^(ipykernel|nbclient|pandas|pytest)=' tests/requirements.txt >target/clean/notebook.txt
 pip install -q -r target/clean/notebook.txt
 python -m pytest -q -p no:cacheprovider crates/py/tests/test_notebook.py
+
+# The wheel of a release, in an environment that has nothing else.
+BKSIM_PROFILE=${BKSIM_PROFILE:-dev} ./release.sh wheel
+python3 -m venv --clear target/clean
+pip install -q target/release-files/bksim-*.whl
+bksim --version
+python -c "import bksim; bksim.load('examples/slider-crank/model.toml').solve(t_end=0.1)"

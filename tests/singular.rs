@@ -73,3 +73,22 @@ fn radau_hands_over_ahead_of_the_pose_and_takes_over_behind() {
         assert!(error < 100.0 * rtol, "rtol {rtol:.0e}: angle off by {error:.1e}");
     }
 }
+
+/// The accelerations of ten windows in absolute coordinates are known to some 1e-9 near their poses: a
+/// tolerance below takes several times the steps for no better motion, and the run says so.
+#[test]
+fn a_tolerance_below_the_noise_of_the_accelerations_is_told() {
+    let warned = |rtol: f64| {
+        let mut model = model(&windows(10, Coordinates::Absolute));
+        (model.solve.t_end, model.solve.rtol, model.solve.atol) = (6.0, rtol, rtol);
+        let mechanism = derive(model);
+        let summary = solve(&mechanism).summary;
+        let warnings = mechanism.simulation().expect("functions").diagnose_worth(&summary);
+        (warnings.iter().any(|warning| warning.code.0 == "R018"), summary)
+    };
+    let (is_warned, summary) = warned(1e-8);
+    assert!(!is_warned, "{:?} of {}", summary.noise, summary.stats);
+    let (is_warned, summary) = warned(1e-10);
+    assert!(is_warned, "{:?} of {}", summary.noise, summary.stats);
+    assert!(summary.noise.mean_error() > 0.1, "{:?}", summary.noise);
+}

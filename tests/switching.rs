@@ -196,6 +196,21 @@ fn a_block_on_a_belt_sticks_and_slips_with_the_period_of_the_closed_form() {
     balanced("belt", &motion, 1e-8);
 }
 
+/// The force that holds reaches its limit at 1 s whatever the tolerance: rounding of forces, by which
+/// it is told whether it has, is none of its time.
+#[test]
+fn a_block_begins_to_slip_when_its_limit_is_reached() {
+    let text = include_str!("fixtures/block-on-belt.toml");
+    let equal = text.replace("static = \"5 N\"", "static = \"3 N\"");
+    for rtol in [1e-4, 1e-6, 1e-9] {
+        for (text, expected) in [(text, 1.0), (&equal, 0.6)] {
+            let (_, motion) = run(text, 1.2, rtol);
+            let slides = times(&motion, |kind| matches!(kind, ChangeKind::Slide(_)));
+            close("first slip", slides[0], expected, Within { relative: 0.0, absolute: 1e-12 });
+        }
+    }
+}
+
 #[test]
 fn a_block_thrown_up_an_incline_stops_and_stays() {
     let (angle, mu) = (20f64.to_radians(), 0.5);

@@ -76,6 +76,51 @@ fn a_table_has_its_points_and_goes_on_as_it_is_told() {
     }
 }
 
+/// A block on a measured spring, which a cam lifts.
+const LIFTED: &str = "[bodies.m]\nmass = \"1 kg\"\n[bodies.cam]\ninertia = \"0.1 kg*m^2\"\nmass = \"1 kg\"\n\
+     [joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"m\"]\naxis = [0, 1]\n\
+     [joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"cam\"]\n\
+     [tables.spring]\nunits = [\"mm\", \"N\"]\npoints = [[-5, 40], [0, 0], [25, -90]]\n\
+     [curves.lift]\ntype = \"cam-law\"\nsegments = [\n\
+     { rise = \"20 mm\", over = \"180 deg\", law = \"3-4-5\" },\n\
+     { return = \"20 mm\", over = \"180 deg\", law = \"3-4-5\" },\n]\n\
+     [loads.spring]\ntype = \"force\"\non = \"m\"\nvector = [0, \"spring(S.position)\"]\n\
+     [couplings.cam]\ntype = \"relation\"\nrelation = \"S.position - lift(A.angle)\"\n\
+     [initial]\nA = { angle = \"30 deg\", rate = \"2 rad/s\" }\n[solve]\nt_end = 1\n";
+
+#[test]
+fn equations_call_tables_and_laws_by_their_names_and_tell_them_below() {
+    use bksim::mbs::equations::{ReadingForm, functions, proof};
+    let mechanism = derive(model(LIFTED));
+    let (model, system) = (&mechanism.model, &mechanism.system);
+    let written = mechanism.equations();
+    let all = [written.equations.clone(), written.constraints.clone()].concat().join("\n");
+    for call in ["spring(S_position)", "lift(A_angle)", "lift'(A_angle)"] {
+        assert!(all.contains(call), "{call}: {all}");
+    }
+    assert!(!all.contains("if("), "{all}");
+    let form = ReadingForm::grouped(model, system);
+    assert!(proof(model, system, &form).derivation.is_equal(), "{all}");
+    // Two pieces of either function, which meet in value.
+    let pieces = functions(model, &form);
+    assert_eq!(pieces.len(), 4, "{pieces:?}");
+    for pair in pieces.chunks(2) {
+        let border = pair[0].ranges[0][1];
+        assert!(border == pair[1].ranges[0][0]);
+        let value = |k: usize| {
+            let sum = model.pool.sum(pair[k].terms.iter().copied());
+            model.pool.evaluate(sum, &|_| Some(border)).expect("one symbol")
+        };
+        close("at the border", value(0), value(1), Within { relative: 1e-12, absolute: 1e-13 });
+    }
+    // The motion is that of the law.
+    let motion = solve(&mechanism);
+    let (angle, height) = (coordinate(&mechanism, "A_angle"), coordinate(&mechanism, "S_position"));
+    let u = motion.samples[0].q[angle] / std::f64::consts::PI;
+    let law = 0.02 * (10.0 - 15.0 * u + 6.0 * u * u) * u.powi(3);
+    close("lift", motion.samples[0].q[height], law, Within { relative: 1e-12, absolute: 1e-14 });
+}
+
 #[test]
 fn faults_of_tables_name_the_row() {
     let fault = |table: &str| messages(&read(&Source::new(&pushed(table), "pushed")).diagnostics);

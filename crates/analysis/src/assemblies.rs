@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
+use crate::assur::{Apart, Proof};
 use crate::curve::independent_rows;
-use crate::dyads::{Apart, Proof};
 use crate::error::AnalysisError;
 use crate::positions::Positions;
 use crate::rows::{Clock, RANK_TOLERANCE, Rows, wrapped};
@@ -77,7 +77,7 @@ pub fn assemblies(model: Model) -> Result<Assemblies, AnalysisError> {
     Ok(Assemblies { assemblies, held, proof })
 }
 
-/// Adds to `found` all assemblies of a linkage that comes apart into dyads; none where the start is not among them, or
+/// Adds to `found` all assemblies of a linkage that comes apart into Assur groups; none where the start is not among them, or
 /// one does not close.
 fn proved(
     positions: &Positions,

@@ -12,8 +12,9 @@
 use bksim_model::Model;
 use nalgebra::{Complex, DMatrix};
 
+use crate::channels::Channels;
 use crate::error::AnalysisError;
-use crate::linear::{About, Channels, Linear, linearize};
+use crate::linear::{About, Linear, linearize};
 use crate::table::{Column, Table};
 
 /// Frequencies in even steps of their logarithm, rad/s.
@@ -134,12 +135,13 @@ fn zeros(linear: &Linear, input: usize, output: usize) -> Vec<[f64; 2]> {
     let b = DMatrix::from_fn(n, 1, |i, _| linear.b[(i, input)] / (unit(i) * rate));
     let c = DMatrix::from_fn(1, n, |_, k| linear.c[(output, k)] * unit(k));
     let d = linear.d[(output, input)];
-    let (b, c) = (&b / b.norm().max(1e-300), &c / c.norm().max(1e-300));
+    let (size_b, size_c) = (b.norm().max(1e-300), c.norm().max(1e-300));
+    let (b, c, d) = (&b / size_b, &c / size_c, d / (size_b * size_c));
 
     // Number of integrations from the input to the output.
     let mut power = b.clone();
     let mut steps = 0;
-    if d == 0.0 {
+    if d.abs() <= NOTHING {
         loop {
             steps += 1;
             let seen = (&c * &power)[(0, 0)].abs();
@@ -160,7 +162,7 @@ fn zeros(linear: &Linear, input: usize, output: usize) -> Vec<[f64; 2]> {
     whole.view_mut((0, 0), (n, n)).copy_from(&a);
     whole.view_mut((0, n), (n, 1)).copy_from(&b);
     whole.view_mut((n, 0), (1, n)).copy_from(&c);
-    whole[(n, n)] = d;
+    whole[(n, n)] = if d.abs() <= NOTHING { 0.0 } else { d };
     let mut unit = DMatrix::identity(n + 1, n + 1);
     unit[(n, n)] = 0.0;
     let Some(inverse) = (&whole - &unit * SHIFT).try_inverse() else { return Vec::new() };

@@ -12,8 +12,10 @@
 
 mod alignment;
 mod cures;
+mod drives;
 mod motions;
 mod pose;
+mod singular;
 
 use std::collections::BTreeSet;
 
@@ -23,11 +25,12 @@ use bksim_sim::redundancy::{self, Keeper, repeated_conditions};
 
 pub use self::alignment::Alignment;
 pub use self::cures::{Count, Cure};
+pub use self::drives::DriveCheck;
 pub use self::motions::FreeMotion;
+pub use self::singular::{SingularPose, Singularity, singular_poses};
 
 use self::pose::{Placed, Pose};
 use crate::error::AnalysisError;
-use crate::positions::Positions;
 use crate::table::{Column, Table};
 
 /// The freedoms of a mechanism in its start, drives aside.
@@ -49,6 +52,8 @@ pub struct Doctor {
     pub repeated: Vec<Repeated>,
     /// Changes that leave nothing twice, the smallest first.
     pub cures: Vec<Cure>,
+    /// The drives of the model, which none of the above counts.
+    pub drives: Vec<DriveCheck>,
     /// The axes and points that must be parallel or in line for the mechanism to move as it does.
     pub alignments: Vec<Alignment>,
 }
@@ -82,8 +87,10 @@ pub struct Condition {
 /// # Errors
 /// [`AnalysisError::Rejected`] when the start does not close.
 pub fn doctor(model: Model) -> Result<Doctor, AnalysisError> {
-    let positions = Positions::of(model)?;
+    let written = model.snapshot().to_model();
+    let positions = drives::start(model)?;
     let pose = Pose::of(&positions)?;
+    let drives = drives::drives(&written, &positions)?;
     let model = positions.model();
     let placed = Placed::of(model, &pose)?;
     let count = cures::count(&placed);
@@ -99,6 +106,7 @@ pub fn doctor(model: Model) -> Result<Doctor, AnalysisError> {
         motions: motions::free_motions(&placed)?,
         cures: cures::cures(model, &pose, &shared, count)?,
         alignments: alignment::alignments(model, &pose, &shared),
+        drives,
         repeated,
         count,
     })

@@ -127,6 +127,20 @@ pub enum AnalysisError {
     /// No equilibrium was found.
     #[error("no equilibrium was found")]
     NoEquilibrium,
+    /// A component of a reaction that equilibrium leaves open.
+    #[error("`{name}` is not unique: equilibrium leaves it open")]
+    NotUnique {
+        /// The component.
+        name: String,
+    },
+    /// A reaction that an effort changes directly, where the effort stands for no load of a kind.
+    #[error("`{output}` depends on how the effort on `{input}` works")]
+    EffortInReaction {
+        /// The component.
+        output: String,
+        /// The measure that the effort works on.
+        input: String,
+    },
     /// A response needs an input and an output.
     #[error("a frequency response needs an input and an output")]
     NoChannels,
@@ -237,6 +251,16 @@ impl AnalysisError {
             Self::NoEquilibrium => (
                 codes::NO_EQUILIBRIUM,
                 "add what holds the mechanism: a spring, a drive, a stop".to_owned(),
+            ),
+            Self::NotUnique { .. } => (
+                codes::UNDETERMINED,
+                "name a component that is unique, or free what repeats others: `bksim doctor` tells how"
+                    .to_owned(),
+            ),
+            Self::EffortInReaction { .. } => (
+                codes::UNDETERMINED,
+                "write a load with a parameter as its force or torque, and make that parameter the input"
+                    .to_owned(),
             ),
             Self::NoChannels => (
                 codes::UNKNOWN_NAME,

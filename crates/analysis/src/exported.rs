@@ -9,6 +9,7 @@
 
 use bksim_expr::{Expr, Quantity, Signature, SymbolId, Tape};
 use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
+use bksim_mbs::modes::with_branches;
 use bksim_mbs::quantity::coordinate_units;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected};
@@ -79,8 +80,8 @@ fn without_coulomb(model: &Model) -> Result<(), AnalysisError> {
 /// Arguments and parameters of all functions of a mechanism.
 struct Interface<'a> {
     mechanism: &'a Mechanism,
-    /// The equations with modes in place of what switches.
-    system: &'a SymbolicSystem,
+    /// The equations, in which kinks take the branch of each state.
+    system: SymbolicSystem,
     time: (SymbolId, Quantity),
     q: Vec<(SymbolId, Quantity)>,
     v: Vec<(SymbolId, Quantity)>,
@@ -93,21 +94,23 @@ struct Interface<'a> {
 impl<'a> Interface<'a> {
     fn new(mechanism: &'a Mechanism, inputs: &[String]) -> Result<Self, AnalysisError> {
         let model = &mechanism.model;
-        let system = mechanism.system.integrated();
+        let system = with_branches(&model.pool, &mechanism.system);
         // Coordinates and their rates.
         let units = |c: &Coordinate| coordinate_units(model, c);
         let coordinates = system.coordinates();
         let q = coordinates.iter().map(|c| (c.q, Quantity::new(&c.name, &units(c)[0]))).collect();
         let v =
             coordinates.iter().map(|c| (c.v, Quantity::new(&c.rate_name, &units(c)[1]))).collect();
-        // Parameters: the model's own, then modes.
+        // Parameters: the model's own, then modes of contacts.
         let own = model.parameters.len();
+        let is_branch = |symbol: &SymbolId| system.switches.iter().any(|s| s.mode == *symbol);
         let quantity = |(idx, symbol): (usize, SymbolId)| {
             let known = model.parameters.get(idx).map(|p| Quantity::new(&p.name, &p.unit));
             (symbol, known.unwrap_or_else(|| Quantity::new(&model.pool.symbol_name(symbol), "")))
         };
-        let mut parameters: Vec<_> =
-            system.parameters(model).into_iter().enumerate().map(quantity).collect();
+        let mut symbols = system.parameters(model);
+        symbols.retain(|symbol| !is_branch(symbol));
+        let mut parameters: Vec<_> = symbols.into_iter().enumerate().map(quantity).collect();
         let mut values = mechanism.parameters.clone();
         values.resize(own.max(parameters.len()), 0.0);
         let mut u = Vec::new();
@@ -160,7 +163,7 @@ impl<'a> Interface<'a> {
         }
         // Rows that depend on others have no multipliers of their own.
         let start = self.mechanism.start()?;
-        let accelerations = solved_accelerations(self.model(), self.system);
+        let accelerations = solved_accelerations(self.model(), &self.system);
         if let Some(solution) = accelerations.filter(|_| start.inactive_rows().is_empty()) {
             let outputs = solution.into_iter().zip(self.unknowns()).collect();
             let summary = "accelerations, then multipliers";
@@ -235,7 +238,7 @@ impl<'a> Interface<'a> {
 
     fn kinematics(&self) -> Result<ExportedFunction, AnalysisError> {
         let pool = &self.model().pool;
-        let known = pose_quantities(self.model(), self.system);
+        let known = pose_quantities(self.model(), &self.system);
         let values: Vec<Expr> = known.iter().map(|quantity| quantity.value).collect();
         // Rates by the chain rule.
         let pairs = self.q.iter().zip(&self.v);

@@ -213,7 +213,7 @@ impl Forces {
 }
 
 /// An expression in which parameters that the model defines by `free` ones stand as their definitions.
-fn with_definitions(model: &Model, free: &[ParameterId], e: Expr) -> Expr {
+pub(crate) fn with_definitions(model: &Model, free: &[ParameterId], e: Expr) -> Expr {
     if free.is_empty() {
         return e;
     }
@@ -231,7 +231,11 @@ fn with_definitions(model: &Model, free: &[ParameterId], e: Expr) -> Expr {
 }
 
 /// Symbols of parameters, with symbols that occur nowhere in place of those that are arguments.
-fn vacated(pool: &Pool, mut symbols: Vec<SymbolId>, free: &[ParameterId]) -> Vec<SymbolId> {
+pub(crate) fn vacated(
+    pool: &Pool,
+    mut symbols: Vec<SymbolId>,
+    free: &[ParameterId],
+) -> Vec<SymbolId> {
     for id in free {
         let vacant = pool.symbol(&format!("'free{}", id.0));
         symbols[id.0] = pool.symbol_id(vacant).unwrap_or(symbols[id.0]);

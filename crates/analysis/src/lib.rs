@@ -3,12 +3,14 @@
 //! Every question takes a model and gives plain data; nothing here opens files or prints.
 
 mod assemblies;
+mod assur;
 mod balance;
 mod balancing;
 mod bode;
 mod branches;
 mod cam;
 mod centrodes;
+mod channels;
 pub mod codes;
 mod continuation;
 mod coupler_curve;
@@ -17,7 +19,6 @@ mod curves;
 mod doctor;
 mod double_points;
 mod drive;
-mod dyads;
 mod equilibrium;
 mod equilibrium_path;
 mod error;
@@ -29,6 +30,8 @@ mod inverse;
 mod kinematics;
 mod limits;
 mod linear;
+mod linear_code;
+mod linear_outputs;
 mod loaded;
 mod mode_motion;
 mod modes;
@@ -48,17 +51,21 @@ mod verify;
 mod workspace;
 
 pub use assemblies::{Assemblies, Assembly, assemblies};
+pub use assur::{Dyad, Proof, Root, Triad};
 pub use balancing::{Balanced, balanced};
 pub use bode::{Frequencies, Response, Transfer, bode};
 pub use branches::PointKind;
 pub use cam::{CamLine, CamProfile, CamReport, CamRequest, Located, Peaks, cam};
 pub use centrodes::{CentrePlace, Centrodes, InstantCentre};
+pub use channels::Channels;
 pub use continuation::{BranchPoint, Continuation, EquilibriumBranch, statics_over};
 pub use curves::{Curves, CurvesRequest, PointCurve, PointCurves, curves};
-pub use doctor::{Alignment, Condition, Count, Cure, Doctor, FreeMotion, Repeated, doctor};
+pub use doctor::{
+    Alignment, Condition, Count, Cure, Doctor, DriveCheck, FreeMotion, Repeated, SingularPose,
+    Singularity, doctor, singular_poses,
+};
 pub use double_points::{Cusp, DoublePoint, PoseOf};
 pub use drive::{Drive, Range, position, quantity};
-pub use dyads::{Dyad, Proof};
 pub use equilibrium::{Equilibrium, Stability};
 pub use error::AnalysisError;
 pub use exported::{ExportedFunction, Part, exported};
@@ -66,7 +73,8 @@ pub use extreme::Extreme;
 pub use inverse::{Inverse, Load, Motion, inverse};
 pub use kinematics::{Kinematics, Prescribed, kinematics};
 pub use limits::{Branch, Limits, LimitsRequest, OutputLimits, RangeOf, limits};
-pub use linear::{About, Channels, Linear, linearize};
+pub use linear::{About, Linear, linearize};
+pub use linear_code::exported_linear;
 pub use loaded::Loaded;
 pub use mode_motion::{ModeMotion, ModeRequest, mode_motion};
 pub use modes::{Mode, Modes, modes};

@@ -6,19 +6,22 @@
 //! ẋ = A x + B u,   z = C x + D u,   x = (y, ẏ): deviations of the independent quantities
 //! ```
 //!
+//! Reactions are functions of a and λ, too, so that as outputs they follow inputs at once: D is theirs.
+//!
 //! Source: the linearisation of multibody systems in the null space of their constraints, e.g. J. García
 //! de Jalón and E. Bayo, *Kinematic and Dynamic Simulation of Multibody Systems* (1994), chapter 8.
 
 use bksim_mbs::quantity::rate_unit;
-use bksim_model::{Measure, Model, ParameterId};
+use bksim_model::{Model, ParameterId};
 use nalgebra::{DMatrix, DVector};
 
 use crate::balance::{Balance, named_quantity, pose_of};
+use crate::channels::{Channels, Input};
 use crate::equilibrium::Equilibrium;
 use crate::error::AnalysisError;
 use crate::forces::{At, Forces, ForcesAt};
+use crate::linear_outputs::{Changes, Outputs};
 use crate::loaded::Loaded;
-use crate::quantity::PoseQuantity;
 use crate::reduced::Reduced;
 
 use crate::table::{Column, Table};
@@ -56,38 +59,6 @@ pub struct Linear {
     pub pose: Vec<(String, f64, &'static str)>,
     /// Stops and friction that count as constraints.
     pub held: Vec<String>,
-}
-
-/// The quantities that a linear system is asked for in.
-#[derive(Clone, PartialEq, Debug, Default)]
-pub struct Channels {
-    /// Parameters (`u`), or measures that an effort works on: `crank.angle` for a torque on the crank.
-    pub inputs: Vec<String>,
-    /// Measures: positions, angles, their rates.
-    pub outputs: Vec<String>,
-    /// Measures whose deviations are the states; coordinates of the mechanism where there are none.
-    pub states: Vec<String>,
-}
-
-impl Channels {
-    /// These, with the inputs and outputs that the model states where none are named.
-    #[must_use]
-    pub fn or_stated(&self, model: &Model) -> Self {
-        let or = |named: &[String], stated: &[String]| {
-            if named.is_empty() { stated.to_vec() } else { named.to_vec() }
-        };
-        Self {
-            inputs: or(&self.inputs, &model.io.inputs),
-            outputs: or(&self.outputs, &model.io.outputs),
-            states: self.states.clone(),
-        }
-    }
-}
-
-/// An input of a linear system.
-enum Input {
-    Parameter(usize),
-    Effort(PoseQuantity),
 }
 
 /// The equations of `model`, linear about a state.
@@ -170,7 +141,28 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         .view_mut((n_free, 0), (n_free, inputs.len()))
         .copy_from(&(&reduced.slopes * &solved[2]));
 
-    let (outputs, matrix_c) = outputs_of(&loaded, &channels.outputs, (&q, &v), &reduced, &shift)?;
+    // Changes of the state by y, ẏ and u.
+    let joined = |parts: [&DMatrix<f64>; 3]| {
+        let columns: Vec<_> = parts.iter().flat_map(|part| part.column_iter()).collect();
+        if columns.is_empty() {
+            DMatrix::zeros(parts[0].nrows(), 0)
+        } else {
+            DMatrix::from_columns(&columns)
+        }
+    };
+    let nothing = |n_columns: usize| DMatrix::zeros(n, n_columns);
+    let multipliers = pseudo_inverse(&at.jacobian.transpose());
+    let multiplier = |k: usize| &multipliers * (&right[k] - &at.mass * &solved[k]);
+    let changes = Changes {
+        q: joined([&reduced.basis, &nothing(n_free), &nothing(inputs.len())]),
+        v: joined([&shift, &reduced.basis, &nothing(inputs.len())]),
+        a: joined([&solved[0], &solved[1], &solved[2]]),
+        lambda: joined([&multiplier(0), &multiplier(1), &multiplier(2)]),
+    };
+    let state = At { t: loaded.t, q: &q, v: &v, a: &a, lambda: &lambda, p: &p };
+    let outputs = Outputs::of(&loaded, channels, &inputs, &free)?;
+    let (matrix_c, matrix_d) = outputs.matrices(&loaded, state, &changes, 2 * n_free, &inputs)?;
+    let outputs = outputs.columns;
     let poles = matrix_a.complex_eigenvalues().iter().map(|s| [s.re, s.im]).collect();
     let rates = reduced.names.iter().zip(&reduced.units);
     let states = (reduced.names.iter().zip(&reduced.units))
@@ -179,7 +171,7 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
     Ok(Linear {
         states: states.collect(),
         inputs: channels.inputs.clone(),
-        d: DMatrix::zeros(outputs.len(), inputs.len()),
+        d: matrix_d,
         outputs,
         a: matrix_a,
         b: matrix_b,
@@ -264,45 +256,4 @@ pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let tolerance = crate::rows::RANK_TOLERANCE * matrix.norm();
     let inverse = matrix.clone().pseudo_inverse(tolerance);
     inverse.unwrap_or_else(|_| DMatrix::zeros(matrix.ncols(), matrix.nrows()))
-}
-
-/// Outputs with their rows of C.
-fn outputs_of(
-    loaded: &Loaded,
-    names: &[String],
-    (q, v): (&[f64], &[f64]),
-    reduced: &Reduced,
-    shift: &DMatrix<f64>,
-) -> Result<(Vec<Column>, DMatrix<f64>), AnalysisError> {
-    let model = loaded.model();
-    let pool = &model.pool;
-    let coordinates = loaded.system().coordinates();
-    let n_free = reduced.n();
-    let mut columns = Vec::new();
-    let mut matrix = DMatrix::zeros(names.len(), 2 * n_free);
-    for (k, name) in names.iter().enumerate() {
-        let quantity = named_quantity(loaded, name)?;
-        let by = |symbols: Vec<bksim_expr::SymbolId>| pool.gradient(quantity.value, &symbols);
-        let by_q = by(coordinates.iter().map(|c| c.q).collect());
-        let by_v = by(coordinates.iter().map(|c| c.v).collect());
-        let both = [by_q, by_v].concat();
-        let arguments: Vec<_> = std::iter::once(model.time)
-            .chain(coordinates.iter().map(|c| c.q))
-            .chain(coordinates.iter().map(|c| c.v))
-            .collect();
-        let symbols = loaded.system().parameters(model);
-        let tape = bksim_expr::Tape::compile(pool, &both, &arguments, &symbols)?;
-        let mut values = vec![0.0; both.len()];
-        let inputs = [&[loaded.t], q, v].concat();
-        tape.evaluate(&mut tape.workspace(&loaded.parameters), &inputs, &mut values);
-        let row = |part: &[f64]| nalgebra::RowDVector::from_row_slice(part);
-        let (by_q, by_v) = values.split_at(q.len());
-        let of_y = row(by_q) * &reduced.basis + row(by_v) * shift;
-        let of_w = row(by_v) * &reduced.basis;
-        matrix.view_mut((k, 0), (1, n_free)).copy_from(&of_y);
-        matrix.view_mut((k, n_free), (1, n_free)).copy_from(&of_w);
-        let unit = Measure::named(model, name).map_or("", |measure| measure.unit(model));
-        columns.push(Column::new(name.clone(), unit));
-    }
-    Ok((columns, matrix))
 }

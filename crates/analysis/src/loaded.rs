@@ -1,6 +1,7 @@
 //! [`Loaded`]: a mechanism at its start with masses and loads, and what holds there.
 
 use bksim_mbs::constraint::Source;
+use bksim_mbs::modes::with_branches;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected};
 use bksim_model::{HeldChange, Model, ParameterId};
@@ -17,6 +18,8 @@ use crate::scalar::{Rates, Scalars};
 #[derive(Debug)]
 pub struct Loaded {
     pub(crate) mechanism: Mechanism,
+    /// Its equations, in which kinks take the branch of each state.
+    system: SymbolicSystem,
     /// Time of the start, s.
     pub(crate) t: f64,
     pub(crate) q: Vec<f64>,
@@ -30,6 +33,8 @@ pub struct Loaded {
     pub(crate) kept: Vec<usize>,
     /// The longest link, m.
     pub(crate) size: f64,
+    /// Of each joint the components of its reaction that are unique, where the start tells it.
+    pub(crate) unique: Vec<[bool; 6]>,
     pub(crate) quantities: Vec<PoseQuantity>,
 }
 
@@ -45,7 +50,7 @@ impl Loaded {
 
     /// Finds the start of `mechanism`.
     fn at_start(mechanism: Mechanism) -> Result<Self, AnalysisError> {
-        let system = mechanism.system.integrated();
+        let system = with_branches(&mechanism.model.pool, &mechanism.system);
         let quantities = pose_quantities(&mechanism.model, &mechanism.system);
         let t = mechanism.model.solve.t_start;
         let n_rows = system.constraints.len();
@@ -58,8 +63,10 @@ impl Loaded {
             parameters: mechanism.parameters.clone(),
             kept: (0..n_rows).collect(),
             size: 1.0,
+            unique: Vec::new(),
             quantities,
             mechanism,
+            system,
         };
         found.find_start()?;
         Ok(found)
@@ -89,6 +96,7 @@ impl Loaded {
             };
             self.kept = (0..n_rows).filter(holds).collect();
             self.parameters = start.parameters_with_modes(&mechanism.parameters);
+            self.unique.clone_from(&start.uniqueness.reactions);
             (self.q, self.v, self.a, self.lambda) = (start.q, start.v, start.a, start.lambda);
             start.longest_link
         } else {
@@ -109,7 +117,7 @@ impl Loaded {
         mechanism: Mechanism,
         positions: &crate::positions::Positions,
     ) -> Self {
-        let system = mechanism.system.integrated();
+        let system = with_branches(&mechanism.model.pool, &mechanism.system);
         let is_bilateral = |row: &usize| !system.constraints[*row].source.is_contact();
         let kept = (0..system.constraints.len()).filter(is_bilateral).collect();
         let parameters = mechanism.compiled.idle_parameters(&mechanism.parameters);
@@ -123,8 +131,10 @@ impl Loaded {
             parameters,
             kept,
             size: positions.size,
+            unique: Vec::new(),
             quantities: Vec::new(),
             mechanism,
+            system,
         }
     }
 
@@ -134,7 +144,7 @@ impl Loaded {
     }
 
     pub(crate) fn system(&self) -> &SymbolicSystem {
-        self.mechanism.system.integrated()
+        &self.system
     }
 
     /// Names of the stops and of the dry friction that count as constraints.
@@ -188,7 +198,9 @@ impl Loaded {
     ) -> Vec<[f64; 6]> {
         use bksim_sim::state::{AccelerationRef, StateRef};
         let mut out = Vec::new();
-        let mut evaluator = self.mechanism.compiled.evaluator(parameters);
+        let compiled = &self.mechanism.compiled;
+        let parameters = compiled.branches_at(parameters, StateRef { t, q, v });
+        let mut evaluator = compiled.evaluator(&parameters);
         let (state, rates) = (StateRef { t, q, v }, AccelerationRef { a, lambda });
         evaluator.reactions_into(state, rates, &mut out);
         out

@@ -2,7 +2,9 @@
 
 mod support;
 
-use bksim_analysis::{Doctor, doctor};
+use std::f64::consts::PI;
+
+use bksim_analysis::{Doctor, Singularity, doctor, singular_poses};
 use support::geometry;
 
 fn examined(text: &str) -> Doctor {
@@ -205,4 +207,64 @@ fn a_sarrus_linkage_is_cured_by_a_universal_joint() {
     assert!(found.cures.iter().any(|cure| cure.changes[0].2 == "universal"));
     let groups: Vec<usize> = found.alignments.iter().map(|of| of.joints.len()).collect();
     assert_eq!(groups, [3, 3], "two chains of three parallel axes");
+}
+
+/// Crank 1, coupler 3, rocker 2.5, ground 3.2: the rocker's dead points by the law of cosines in the stretched and the
+/// folded triangle; the crank turns round.
+#[test]
+fn dead_points_of_a_rocker_that_drives_are_located() {
+    let text = four_bar("planar", ["type = \"revolute\""; 4]);
+    let text = text.replace(", 0] }", "] }").replace("[3.2, 0, 0]", "[3.2, 0]");
+    let found = singular_poses(geometry(&text), "D.angle").expect("poses");
+    let dead: Vec<f64> = found
+        .iter()
+        .filter(|of| of.kind == Singularity::DeadPoint)
+        .map(|of| of.drive.abs())
+        .collect();
+    let at =
+        |reach: f64| PI - f64::acos((2.5 * 2.5 + 3.2 * 3.2 - reach * reach) / (2.0 * 2.5 * 3.2));
+    for expected in [at(4.0), at(2.0)] {
+        assert!(dead.iter().any(|angle| (angle - expected).abs() < 1e-9), "{dead:?}: {expected}");
+    }
+    assert_eq!(found.len(), 2, "{found:?}");
+    assert_eq!(singular_poses(geometry(&text), "A.angle").expect("poses"), []);
+}
+
+/// A parallelogram is flat at crank angles 0 and π, where it can become an antiparallelogram.
+#[test]
+fn a_parallelogram_branches_where_it_is_flat() {
+    let text = "[ground.points]\nD = [3, 0]\n[bodies]\ncrank = { points = { B = [1, 0] } }\n\
+                coupler = { points = { C = [3, 0] } }\nrocker = { points = { C = [1, 0] } }\n\
+                [joints]\nA = { type = \"revolute\", between = [\"ground\", \"crank\"] }\n\
+                B = { type = \"revolute\", between = [\"crank.B\", \"coupler\"] }\n\
+                C = { type = \"revolute\", between = [\"coupler.C\", \"rocker.C\"] }\n\
+                D = { type = \"revolute\", between = [\"ground.D\", \"rocker\"] }\n\
+                [initial]\nA = { angle = 1 }\nrocker = { guess = { angle = 1 } }\n";
+    let found = singular_poses(geometry(text), "A.angle").expect("poses");
+    let mut branches: Vec<f64> = found
+        .iter()
+        .filter(|of| of.kind == Singularity::BranchPoint)
+        .map(|of| of.drive.abs())
+        .collect();
+    branches.sort_by(f64::total_cmp);
+    assert_eq!(branches.len(), 2, "{found:?}");
+    assert!(branches[0] < 1e-6 && (branches[1] - PI).abs() < 1e-6, "{branches:?}");
+}
+
+#[test]
+fn the_drive_that_is_too_many_is_named() {
+    let text = "[ground.points]\nD = [3.2, 0]\n[bodies]\ncrank = { points = { B = [1, 0] } }\n\
+                coupler = { points = { C = [3, 0] } }\nrocker = { points = { C = [2.5, 0] } }\n\
+                [joints]\nA = { type = \"revolute\", between = [\"ground\", \"crank\"] }\n\
+                B = { type = \"revolute\", between = [\"crank.B\", \"coupler\"] }\n\
+                C = { type = \"revolute\", between = [\"coupler.C\", \"rocker.C\"] }\n\
+                D = { type = \"revolute\", between = [\"ground.D\", \"rocker\"] }\n\
+                [drives]\nfirst = { joint = \"A\", motion = \"0.5 + t\" }\n\
+                second = { joint = \"D\", motion = \"0.3 + 2*t\" }\n";
+    let found = examined(text);
+    let told: Vec<_> =
+        found.drives.iter().map(|d| (d.measure.as_str(), d.is_too_many, d.by.clone())).collect();
+    let expected = [("A.angle", false, vec![]), ("D.angle", true, vec!["A.angle".to_owned()])];
+    assert_eq!(told, expected);
+    assert_eq!(found.count.mobility, 1);
 }

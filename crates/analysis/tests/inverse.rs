@@ -50,3 +50,39 @@ fn six_bar() {
 fn walking_leg() {
     needs_these("inv-jansen", 1.25);
 }
+
+#[test]
+fn efforts_follow_the_branches_of_loads_along_the_motion() {
+    // A ram that is driven outwards meets a piece beyond 1 m, and a spring by a table.
+    let ram = model(
+        r#"
+        [tables.spring]
+        points = [[0, 0], [1, 30], [2, 100]]
+        units = ["m", "N"]
+        interpolation = "linear"
+        [bodies.ram]
+        mass = 2
+        inertia = 0
+        [joints.guide]
+        type = "prismatic"
+        between = ["ground", "ram"]
+        axis = [1, 0]
+        coordinate = "x"
+        [loads]
+        piece = { type = "force", on = "ram", vector = ["if(x > 1 and ram.vx > 0, -7, 0)", 0] }
+        table = { type = "force", on = "ram", vector = ["-spring(x)", 0] }
+        [drives.motor]
+        joint = "guide"
+        motion = "1 m/s*t"
+        "#,
+    );
+    let times = Range { from: 0.1, to: 1.9, n: 10 };
+    let found = inverse(ram, &[], &times).expect("efforts").table;
+    let effort = found.column("motor.effort").expect("the drive's force");
+    let reaction = found.column("guide.fy").expect("the guide's force");
+    for (k, x) in times.values().into_iter().enumerate() {
+        let expected = if x > 1.0 { 7.0 + 30.0 + 70.0 * (x - 1.0) } else { 30.0 * x };
+        assert!((effort[k] - expected).abs() < 1e-12, "{x} m: {} N, not {expected}", effort[k]);
+        assert!(reaction[k].abs() < 1e-12);
+    }
+}

@@ -2,7 +2,7 @@
 
 mod support;
 
-use bksim_analysis::{About, Channels, Modes, linearize, modes};
+use bksim_analysis::{About, Channels, Modes, bode, exported_linear, linearize, modes};
 use support::{Problem, model, number};
 
 fn close(found: f64, expected: f64, tolerance: f64) {
@@ -76,9 +76,12 @@ fn pendulum_with_dampers() {
 /// Point masses on strings: ω² = g x with x the zeros of Laguerre's polynomial.
 #[test]
 fn masses_on_strings_in_three_kinds_of_coordinates() {
-    let expected: [&[f64]; 2] =
-        [&[2.397_199_397_9, 5.787_351_298_0], &[2.019_591_147_2, 4.744_142_739_7, 7.855_212_362_7]];
-    for (n, omegas) in [2, 3].into_iter().zip(expected) {
+    let expected: [&[f64]; 3] = [
+        &[2.397_199_397_9, 5.787_351_298_0],
+        &[2.019_591_147_2, 4.744_142_739_7, 7.855_212_362_7],
+        &[1.162_649_537_0, 2.675_060_584_5, 4.211_869_402_8],
+    ];
+    for (n, omegas) in [2, 3, 10].into_iter().zip(expected) {
         for kind in ["relative", "absolute", "links"] {
             let found = modes(model(&strings(n, kind)), About::Static).expect("modes");
             // Particles on links turn freely besides.
@@ -148,5 +151,52 @@ fn a_pendulum_on_a_ball() {
     assert_eq!(omegas.len(), 3, "{omegas:?}");
     for (found, expected) in omegas.iter().zip(expected) {
         close(*found, expected, 1e-9);
+    }
+}
+
+/// A point mass on a rod with a torque u: θ̈ = (u − m g l θ)/(m l²), and the pin carries m l θ̈ across.
+#[test]
+fn the_reaction_of_a_driven_pendulum_is_an_output() {
+    let (m, l, g) = (2.0, 0.7, 9.81);
+    for policy in ["relative", "absolute"] {
+        let text = format!(
+            "coordinates = \"{policy}\"\n[parameters]\nu = \"0 N*m\"\n[bodies.rod]\nmass = {m}\ninertia = 0\ncom = [{l}, 0]\n\
+             [joints]\nA = {{ type = \"revolute\", between = [\"ground\", \"rod\"] }}\n\
+             [loads]\ng = {{ type = \"gravity\", acceleration = [0, -{g}] }}\n\
+             m = {{ type = \"torque\", on = \"rod\", value = \"u\" }}\n\
+             [io]\ninput = [\"u\"]\noutput = [\"reactions.A.fx\", \"reactions.A.fy\", \"rod.angle\"]\n\
+             [initial]\nrod = {{ angle = \"-90 deg\" }}\n"
+        );
+        let named = Channels { states: vec!["rod.angle".to_owned()], ..Channels::default() };
+        let found = linearize(model(&text), About::Static, &named).expect("a linear system");
+        let expected = [[-m * g, 0.0, 1.0 / l], [0.0; 3], [1.0, 0.0, 0.0]];
+        for (i, row) in expected.iter().enumerate() {
+            close(found.c[(i, 0)], row[0], 1e-12);
+            close(found.c[(i, 1)], row[1], 1e-12);
+            close(found.d[(i, 0)], row[2], 1e-12);
+        }
+        // As code, a column at a time.
+        let function = exported_linear("pendulum", &found).expect("a function");
+        let whole = |i: usize, j: usize| match (i < 2, j < 2) {
+            (true, true) => found.a[(i, j)],
+            (true, false) => found.b[(i, j - 2)],
+            (false, true) => found.c[(i - 2, j)],
+            (false, false) => found.d[(i - 2, j - 2)],
+        };
+        for j in 0..3 {
+            let inputs: Vec<f64> = (0..3).map(|k| f64::from(u8::from(k == j))).collect();
+            let mut outputs = vec![0.0; 5];
+            function.tape.evaluate(&mut function.tape.workspace(&[]), &inputs, &mut outputs);
+            let expected: Vec<f64> = (0..5).map(|i| whole(i, j)).collect();
+            assert_eq!(outputs, expected);
+        }
+        // fx/u = s²/(l (s² + g/l)): two zeros at the origin.
+        let response = bode(model(&text), About::Static, &named, None).expect("a response");
+        let transfer = &response.transfers[0];
+        assert_eq!(transfer.zeros.len(), 2, "{:?}", transfer.zeros);
+        assert!(transfer.zeros.iter().all(|[re, im]| re.hypot(*im) < 1e-5), "{:?}", transfer.zeros);
+        let last = transfer.gain.len() - 1;
+        let w = response.omega[last];
+        close(transfer.gain[last], w * w / (l * (w * w - g / l)), 1e-10);
     }
 }

@@ -76,3 +76,32 @@ fn a_quaternion_and_its_opposite_are_one_equilibrium() {
     }
     assert_eq!(found.equilibria.iter().filter(|e| e.stability == Stability::Stable).count(), 1);
 }
+
+#[test]
+fn an_equilibrium_lies_on_a_branch_that_the_start_does_not_take() {
+    // A weight of 10 N comes to rest 0.1 m into a buffer that begins at 1 m, and so it is told from the other side.
+    for start in ["0", "3"] {
+        let buffer = model(&format!(
+            r#"
+            [bodies.weight]
+            mass = 1
+            inertia = 0
+            [joints.guide]
+            type = "prismatic"
+            between = ["ground", "weight"]
+            axis = [1, 0]
+            coordinate = "x"
+            [loads.both]
+            type = "force"
+            on = "weight"
+            vector = ["10 + if(x > 1, -100*(x - 1), 0)", 0]
+            [initial]
+            x = {start}
+            "#
+        ));
+        let found = statics(buffer, &[]).expect("an equilibrium");
+        let places = found.table().column("x").expect("a position");
+        assert!(places.len() == 1 && (places[0] - 1.1).abs() < 1e-9, "from {start}: {places:?}");
+        assert_eq!(found.equilibria[0].stability, Stability::Stable);
+    }
+}

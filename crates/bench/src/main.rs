@@ -6,6 +6,7 @@
 //! cargo run --release -p bksim-bench -- mechanisms
 //! cargo run --release -p bksim-bench -- scale
 //! cargo run --release -p bksim-bench -- drift [SUITE…]
+//! cargo run --release -p bksim-bench -- stiffness
 //! cargo run --release -p bksim-bench -- sweep
 //! cargo run --release -p bksim-bench -- python
 //! cargo run --release -p bksim-bench -- starts
@@ -30,6 +31,7 @@ mod report;
 mod scale;
 mod spatial;
 mod starts;
+mod stiffness;
 mod sweep;
 mod timing;
 mod windows;
@@ -63,6 +65,8 @@ enum Command {
     Mechanisms(MechanismsArgs),
     /// Time and memory against size.
     Scale(Options),
+    /// The method that `auto` chooses against the better of its two.
+    Stiffness(Options),
     /// Cases of a sweep against single runs, and two threads against one.
     Sweep(Options),
     /// A solve from Python against the same solve from Rust; needs `pip install ./crates/py`.
@@ -180,6 +184,9 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
         }
         Command::Scale(options) => {
             run_all(&["scale"], |_, context| Ok(scale::run(context)), options)
+        }
+        Command::Stiffness(options) => {
+            run_all(&["stiffness"], |_, context| stiffness::measure(context), options)
         }
         Command::Sweep(options) => {
             run_all(&["sweep"], |_, context| sweep::measure(context), options)

@@ -9,6 +9,9 @@ pub(crate) mod info;
 pub mod page;
 pub mod plot;
 pub mod render;
+pub(crate) mod report;
+pub(crate) mod shell;
+pub(crate) mod speech;
 pub mod sweep;
 mod time;
 pub mod view;
@@ -36,7 +39,7 @@ pub(crate) struct Cli {
 
 #[derive(Subcommand, Debug)]
 pub(crate) enum Command {
-    /// Write a small commented model that solves.
+    /// Write a small commented model that solves, or one of the examples.
     New(New),
     /// Read a model, report every fault, and count its degrees of freedom.
     Check(ModelArgs),
@@ -84,6 +87,8 @@ pub(crate) enum Command {
     Export(Export),
     /// Tell what a log holds.
     Info(info::Info),
+    /// Tell limits, strokes, time ratios, peaks and energies of a run.
+    Report(report::Report),
     /// Draw curves of runs, as SVG, PNG, PDF or text.
     Plot(plot::Plot),
     /// Write a run as one page of HTML: animation, curves, equations, certificate.
@@ -95,12 +100,30 @@ pub(crate) enum Command {
     Cad(cad::Cad),
     /// Explain a diagnostic code, or list them all.
     Explain(Explain),
+    /// Answer an editor about model files: faults, meanings, completions, names, order.
+    Lsp,
+    /// Print the JSON Schema of model files, by which editors complete and check them.
+    Schema,
+    /// Print what completes commands, options and files in a shell.
+    Completions(shell::Completions),
+    /// Print a page of the manual, or write all of them.
+    Man(shell::Man),
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct New {
     /// Name of the model; the file is NAME.toml.
-    pub(crate) name: String,
+    #[arg(required_unless_present = "list")]
+    pub(crate) name: Option<String>,
+    /// Take this example in place of the small model; `--list` tells them.
+    #[arg(long, value_name = "EXAMPLE")]
+    pub(crate) template: Option<String>,
+    /// Take the drawing of the example.
+    #[arg(long, requires = "template")]
+    pub(crate) drawing: bool,
+    /// List the examples.
+    #[arg(long, conflicts_with_all = ["name", "template", "force"])]
+    pub(crate) list: bool,
     /// Overwrite an existing file.
     #[arg(long)]
     pub(crate) force: bool,
@@ -297,8 +320,12 @@ pub struct Export {
     /// The log.
     pub log: PathBuf,
     /// Channels: `state.A_angle`, a whole topic `energy`, a pattern `reactions.*`, or what the model can name, as
-    /// `rod.B.x`. All of the log if none.
+    /// `rod.B.x`; with a unit as `A.angle:deg`. All of the log if none.
     pub channels: Vec<String>,
+    /// Units of a CSV table, such as "mm, deg, rpm, kN", or `model` for those of the model's [units]; headings
+    /// tell them. SI unless given.
+    #[arg(long = "in", value_name = "UNITS")]
+    pub shown: Option<String>,
     /// The table; its ending chooses the format (.csv, .parquet). Standard output, as CSV, if none.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,

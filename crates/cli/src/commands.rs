@@ -13,4 +13,7 @@ pub(crate) mod expr;
 pub(crate) mod info;
 pub(crate) mod new;
 pub(crate) mod parts;
+pub(crate) mod report;
+pub(crate) mod schema;
+pub(crate) mod shell;
 pub mod solve;

@@ -8,6 +8,7 @@ pub mod args;
 pub mod commands;
 pub mod exit;
 mod handover;
+mod lsp;
 pub mod origin;
 pub mod output;
 pub mod output_file;
@@ -21,12 +22,13 @@ mod visible;
 use std::ffi::OsString;
 use std::path::Path;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 
 use crate::args::analysis::{Bode, Polygons};
 use crate::args::page::Page;
 use crate::args::plot::Plot;
 use crate::args::render::Render;
+use crate::args::speech::{language, with_language};
 use crate::args::sweep::Sweep;
 use crate::args::view::View;
 use crate::args::{Cli, Command, Export};
@@ -97,7 +99,12 @@ pub fn run(arguments: &[OsString]) -> u8 {
 /// As [`run`], with the commands of the studio done by `studio`.
 pub fn run_with(arguments: &[OsString], studio: Studio<'_>) -> u8 {
     let wants_json = arguments.iter().any(|argument| argument == "--json");
-    let cli = match Cli::try_parse_from(arguments) {
+    let parsed =
+        with_language(Cli::command()).try_get_matches_from(arguments).and_then(|matches| {
+            render::speak(language(&matches));
+            Cli::from_arg_matches(&matches)
+        });
+    let cli = match parsed {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version are results; anything else is a fault of the command line.
@@ -181,6 +188,7 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
             Some(path) => studio(StudioCommand::Export(args, path)),
             None => own("export", commands::export::run(args, json)),
         },
+        Command::Report(args) => own("report", commands::report::run(args, json, nesting)),
         Command::Info(args) => own("info", commands::info::run(args, json)),
         Command::Plot(args) => studio(StudioCommand::Plot(args)),
         Command::Page(args) => studio(StudioCommand::Page(args)),
@@ -188,6 +196,10 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
         Command::Cad(args) => {
             own(commands::cad::name(args), commands::cad::run(args, json, nesting))
         }
+        Command::Lsp => own("lsp", lsp::run(nesting)),
+        Command::Schema => own("schema", commands::schema::run(json)),
+        Command::Completions(args) => own("completions", commands::shell::completions(args, json)),
+        Command::Man(args) => own("man", commands::shell::man(args, json)),
         Command::Explain(args) => own("explain", commands::explain::run(args, json)),
     }
 }

@@ -47,8 +47,16 @@ pub(crate) fn has_columns<'a>(
         return false;
     }
     // Names of channels have no commas.
-    let mut names = line.trim_end().split(',');
+    let mut names = line.trim_end().split(',').map(without_unit);
     names.next() == Some(first) && names.all(|name| known.clone().any(|known| known == name))
+}
+
+/// The name in a heading such as `A.angle [deg]`.
+fn without_unit(heading: &str) -> &str {
+    heading
+        .strip_suffix(']')
+        .and_then(|rest| rest.rsplit_once(" ["))
+        .map_or(heading, |(name, _)| name)
 }
 
 /// A picture, a page or a text with a mark at its end that names the model. The ending of `path` tells how its

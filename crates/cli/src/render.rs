@@ -1,10 +1,12 @@
 //! Diagnostics for people (an excerpt with carets) and for programs (JSON).
 
 use std::io::Write;
+use std::sync::{PoisonError, RwLock};
 
 use annotate_snippets::{Group, Level, Renderer};
 use anstream::adapter::strip_str;
 use bksim::model::diagnostic::Diagnostic;
+use bksim::translation::{Language, Translation, translation};
 use bksim_load::{Text, WIDTH, styled, titled};
 pub use bksim_load::{json_all, plain as plain_text};
 use serde_json::{Value, json};
@@ -13,11 +15,49 @@ use crate::exit::Failure;
 use crate::output;
 use crate::visible::{Styles, visible};
 
+/// The language of what is printed for people.
+static LANGUAGE: RwLock<Language> = RwLock::new(Language::English);
+
+/// Sets the language in which diagnostics are printed from now on.
+pub(crate) fn speak(language: Language) {
+    *LANGUAGE.write().unwrap_or_else(PoisonError::into_inner) = language;
+}
+
+/// The language in which diagnostics are printed.
+pub(crate) fn language() -> Language {
+    *LANGUAGE.read().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Prints diagnostics to stderr.
 pub fn print_all(source: &Text, faults: &[Diagnostic]) {
     for fault in faults {
-        to_stderr(&styled(source, fault));
+        match translation(fault.code.0, language()) {
+            Some(words) => to_stderr(&styled(source, &with_translation(fault, words))),
+            None => to_stderr(&styled(source, fault)),
+        }
     }
+}
+
+/// A diagnostic with its meaning and cure in another language after the English.
+fn with_translation(fault: &Diagnostic, words: &Translation) -> Diagnostic {
+    let notes = [&words.title, &words.meaning, &words.cure].map(|text| wrapped(text));
+    notes.into_iter().fold(fault.clone(), Diagnostic::note)
+}
+
+/// A text in lines that fit beside the mark of a note.
+fn wrapped(text: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let line = lines.last_mut().expect("one line at least");
+        if !line.is_empty() && line.chars().count() + word.chars().count() >= WIDTH - 20 {
+            lines.push(word.to_owned());
+        } else {
+            let space = if line.is_empty() { "" } else { " " };
+            line.push_str(space);
+            line.push_str(word);
+        }
+    }
+    lines.join("\n")
 }
 
 /// A warning about a file that is no model, on stderr.

@@ -1,6 +1,7 @@
 //! Models for commands: read by the library, their faults as failures of a command.
 
 pub mod logged;
+pub mod motion;
 
 use std::path::Path;
 

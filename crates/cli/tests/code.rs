@@ -98,3 +98,14 @@ fn an_input_is_an_argument_and_files_of_others_are_not_overwritten() {
     assert!(text(&unknown.stderr).contains("nonsense"), "{}", text(&unknown.stderr));
     assert!(!unknown.status.success());
 }
+
+/// A cart with a pole on it: four states, then an angle and a reaction.
+#[test]
+fn written_linear_equations_pass_their_test() {
+    let place = Scratch::new();
+    let channels = "--part linear --at start --input u --of pole.angle --of reactions.hinge.fx";
+    let answer = written(&place, "cart-pole", channels);
+    let function = &answer["functions"][0];
+    assert_eq!(function["outputs"].as_array().map(Vec::len), Some(6), "{function}");
+    assert_eq!(tested(&place, "cart_pole_linear", 6).len(), 3);
+}

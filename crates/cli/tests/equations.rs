@@ -119,12 +119,29 @@ impl Formulas {
     }
 }
 
+/// Makes the tables, laws and paths of an object known to a pool, of one argument each.
+fn define_functions(pool: &Pool, object: &Value) {
+    let pieces = object["functions"].as_array().expect("pieces");
+    for pieces in pieces.chunk_by(|one, next| one["call"] == next["call"]) {
+        let text = |value: &Value| value.as_str().expect("a text").to_owned();
+        let call = text(&pieces[0]["call"]);
+        let (name, argument) = call.trim_end_matches(')').split_once('(').expect("a call");
+        let last = pieces.last().map(|piece| text(&piece["formula"])).expect("a piece");
+        let body = pieces.iter().rev().skip(1).fold(last, |rest, piece| {
+            format!("if(lt({argument}, {}), {}, {rest})", piece["to"][0], text(&piece["formula"]))
+        });
+        let symbol = pool.symbol_id(pool.symbol(argument)).expect("a symbol");
+        pool.define(name, &[symbol], pool.parse(&body).expect("a formula"));
+    }
+}
+
 #[test]
 fn the_reading_form_with_its_names_put_back_is_what_is_solved() {
     for model in examples() {
         let printed = printed(&model, "--json");
         let object: Value = serde_json::from_str(&printed).expect("one object");
         let pool = Pool::new();
+        define_functions(&pool, &object);
         let mut names = Vec::new();
         for name in object["reading"]["names"].as_array().expect("names") {
             let definition = name["definition"].as_str().expect("a definition");

@@ -41,6 +41,13 @@ pub trait Events {
         Crossing::Either
     }
 
+    /// The amount by which function `i` is raised above the one that is meant, so that rounding about
+    /// zero is no event. A falling crossing counts once the raised function passes zero, and its time
+    /// is that at which the function that is meant did. None by default.
+    fn band(&self, _i: usize) -> f64 {
+        0.0
+    }
+
     /// Writes the functions at a state to `out`. They should be continuous; a value that is not
     /// finite counts as no crossing.
     fn values(&mut self, t: f64, y: &[f64], out: &mut [f64]);
@@ -260,19 +267,62 @@ impl EventSearch {
         let crossing = if bracket.a.1 < 0.0 { Crossing::Rising } else { Crossing::Falling };
         let counted = events.crossing(i);
         if counted == Crossing::Either || counted == crossing {
-            let t = self.locate(events, step, i, bracket);
+            let mut t = self.locate(events, step, i, bracket, 0.0);
+            let band = events.band(i);
+            if band > 0.0 && crossing == Crossing::Falling {
+                t = self.before_band(events, step, i, (bracket.a, t), band);
+            }
             self.found.push(Event { i, t, crossing });
         }
     }
 
-    /// Shrinks the bracket to rounding by the Illinois rule, with a bisection where that stalls;
-    /// returns the end beyond the crossing.
+    /// When a function that is raised by `band` passed that value, which it has fallen below at `t`;
+    /// `t` itself where it has been below all along since `start` of the bracket.
+    fn before_band<E: Events>(
+        &mut self,
+        events: &mut E,
+        step: &Step<'_>,
+        i: usize,
+        (start, t): ((f64, f64), f64),
+        band: f64,
+    ) -> f64 {
+        // Backwards in growing strides, so that the crossing found is the last one.
+        const FIRST_STRIDE: f64 = 1e-9;
+        const GROWTH: f64 = 8.0;
+        let width = t - start.0;
+        let mut below = (t, self.value(events, step, i, t) - band);
+        let mut stride = FIRST_STRIDE;
+        loop {
+            let is_whole = stride >= 1.0;
+            let earlier = if is_whole { start.0 } else { t - stride * width };
+            let value =
+                if is_whole { start.1 } else { self.value(events, step, i, earlier) } - band;
+            if value > 0.0 {
+                return self.locate(
+                    events,
+                    step,
+                    i,
+                    Bracket { a: (earlier, value), b: below },
+                    band,
+                );
+            }
+            if is_whole {
+                return t;
+            }
+            below = (earlier, value);
+            stride *= GROWTH;
+        }
+    }
+
+    /// Shrinks the bracket of the function less `level` to rounding by the Illinois rule, with a
+    /// bisection where that stalls; returns the end beyond the crossing.
     fn locate<E: Events>(
         &mut self,
         events: &mut E,
         step: &Step<'_>,
         i: usize,
         Bracket { mut a, mut b }: Bracket,
+        level: f64,
     ) -> f64 {
         for iteration in 0..MAX_BRACKET {
             let width = b.0 - a.0;
@@ -287,7 +337,7 @@ impl EventSearch {
             if t == a.0 || t == b.0 {
                 break;
             }
-            let value = self.value(events, step, i, t);
+            let value = self.value(events, step, i, t) - level;
             if value * a.1 > 0.0 {
                 a = (t, value);
                 b.1 *= 0.5;

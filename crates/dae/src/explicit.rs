@@ -22,6 +22,7 @@ mod sums;
 #[cfg(test)]
 mod tests;
 
+pub use self::control::Noise;
 use self::control::PiController;
 use self::stages::StageWork;
 use self::stiffness::StiffnessTest;
@@ -164,6 +165,11 @@ impl<S: Ode> ExplicitSolver<S> {
         self.stiffness.last
     }
 
+    /// Repeated steps whose error has not fallen with their size, since the solver began.
+    pub fn noise(&self) -> Noise {
+        self.controller.noise
+    }
+
     /// Takes one accepted step with dense output; `None` once `t_end` is reached.
     ///
     /// # Errors
@@ -236,7 +242,9 @@ impl<S: Ode> ExplicitSolver<S> {
         self.y.copy_from_slice(y);
         self.grid = (t, 0);
         self.last_state = LastStep::Missing;
-        self.controller = PiController::new(self.settings.explicit.order_of_estimate());
+        let noise = self.controller.noise;
+        let p = self.settings.explicit.order_of_estimate();
+        self.controller = PiController { noise, ..PiController::new(p) };
         self.stiffness = StiffnessTest::default();
         self.begin()
     }
@@ -253,6 +261,8 @@ impl<S: Ode> ExplicitSolver<S> {
         saver.count(self.grid.1);
         saver.real(self.controller.last_error);
         saver.flag(self.controller.is_retry);
+        saver.count(self.controller.noise.count);
+        saver.real(self.controller.noise.log_error);
         saver.count(self.stiffness.n_beyond);
         saver.count(self.stiffness.n_within);
         saver.stats(&self.stats);
@@ -279,6 +289,7 @@ impl<S: Ode> ExplicitSolver<S> {
         solver.grid = (loader.real()?, loader.count()?);
         solver.controller.last_error = loader.real()?;
         solver.controller.is_retry = loader.flag()?;
+        solver.controller.noise = Noise { count: loader.count()?, log_error: loader.real()? };
         solver.stiffness.n_beyond = loader.count()?;
         solver.stiffness.n_within = loader.count()?;
         solver.stats = loader.stats()?;

@@ -1,12 +1,15 @@
 //! The iteration matrices `(λ/h) ∂F/∂y′ + ∂F/∂y`: one real, `(s − 1)/2` complex.
 //!
-//! Assembled from the shared Jacobian values; explicit rows are eliminated, and what remains is
-//! factored by one of two kernels, chosen once per run by its size and fill.
+//! Assembled from the shared Jacobian values. Small systems are factored all together, each in a lane of
+//! its own; of larger ones the explicit rows are eliminated, and what remains is factored by one of two
+//! kernels. Size and fill choose once per run.
 
 mod dense;
 mod elimination;
 mod packed;
+mod pivots;
 mod sparse;
+mod static_lu;
 
 use std::ops::{Mul, Sub, SubAssign};
 
@@ -17,10 +20,18 @@ use self::dense::DenseLu;
 use self::elimination::{Borders, Elimination};
 use self::packed::Column;
 use self::sparse::{SparseLu, Symbolic};
+use self::static_lu::StaticLu;
+use crate::checkpoint::{Loader, Saver};
 use crate::error::{Cause, SolveError};
 use crate::settings::LinearSolver;
-use crate::system::{Pattern, System};
+use crate::system::{Index, Pattern, System};
 
+/// Up to this size, eliminated rows not counted, all matrices are factored together. Not those of index 3:
+/// its error estimates fail where rounding of the solution is larger than with pivots chosen each time.
+const STATIC_UP_TO: usize = 24;
+/// Up to this one if no more than this share of entries is there.
+const SPARSE_STATIC_UP_TO: usize = 64;
+const STATIC_FILL: f64 = 0.5;
 /// Up to this size the dense kernel is the faster one, whatever the fill.
 const DENSE_UP_TO: usize = 48;
 /// Beyond it, a matrix with this share of entries is still treated as dense.
@@ -207,7 +218,15 @@ impl<T: Scalar> Factor<T> {
 }
 
 /// The set of factored iteration matrices of one step size.
-pub(crate) struct IterationMatrix {
+pub(crate) struct IterationMatrix(Method);
+
+/// All matrices together, or one after the other.
+enum Method {
+    Together(Box<StaticLu>),
+    Apart(Box<SeparateFactors>),
+}
+
+struct SeparateFactors {
     plan: Elimination,
     real: Factor<f64>,
     complex: Vec<Factor<c64>>,
@@ -215,26 +234,39 @@ pub(crate) struct IterationMatrix {
 
 impl IterationMatrix {
     /// Allocates for one real and `n_complex` complex matrices and analyses the pattern.
-    pub(crate) fn new(
-        pattern: &Pattern,
-        explicit_rows: &[(usize, usize)],
+    pub(crate) fn new<S: System>(
+        system: &S,
         n_complex: usize,
         solver: LinearSolver,
     ) -> Result<Self, SolveError> {
+        let (pattern, explicit_rows) = (system.pattern(), system.explicit_rows());
+        let is_index_3 = system.layout().index().contains(&Index::Three);
         let plan = Elimination::new(pattern, explicit_rows)?;
         let (n_entries, remainder) = (pattern.n_entries(), plan.remainder());
         let n = remainder.n();
+        let fill = remainder.n_entries() as f64 / (n * n).max(1) as f64;
+        let is_static = match solver {
+            LinearSolver::Static => true,
+            LinearSolver::Dense | LinearSolver::Sparse => false,
+            LinearSolver::Auto if is_index_3 => false,
+            LinearSolver::Auto => {
+                n <= STATIC_UP_TO || (n <= SPARSE_STATIC_UP_TO && fill < STATIC_FILL)
+            }
+        };
+        if is_static {
+            let lu = StaticLu::new(pattern, explicit_rows);
+            return Ok(Self(Method::Together(Box::new(lu))));
+        }
         let is_dense = match solver {
             LinearSolver::Dense => true,
             LinearSolver::Sparse => false,
-            LinearSolver::Auto => {
-                n <= DENSE_UP_TO || remainder.n_entries() as f64 > DENSE_FILL * (n * n) as f64
-            }
+            _ => n <= DENSE_UP_TO || fill > DENSE_FILL,
         };
         let symbolic = if is_dense { None } else { Some(sparse::analyse(remainder)?) };
         let complex = (0..n_complex).map(|_| Factor::new(&plan, n_entries, symbolic.as_ref()));
         let complex = complex.collect::<Result<_, _>>()?;
-        Ok(Self { real: Factor::new(&plan, n_entries, symbolic.as_ref())?, complex, plan })
+        let real = Factor::new(&plan, n_entries, symbolic.as_ref())?;
+        Ok(Self(Method::Apart(Box::new(SeparateFactors { plan, real, complex }))))
     }
 
     /// Factors `(γ/h) ∂F/∂y′ + ∂F/∂y` and the complex `(λ_k/h) ∂F/∂y′ + ∂F/∂y`.
@@ -245,21 +277,55 @@ impl IterationMatrix {
         lambda: &[c64],
         h: f64,
     ) -> Result<(), Singular> {
-        self.real.factor(&self.plan, jacobian, gamma / h)?;
-        for (matrix, lambda) in self.complex.iter_mut().zip(lambda) {
-            matrix.factor(&self.plan, jacobian, lambda / h)?;
+        match &mut self.0 {
+            Method::Together(lu) => lu.factor(jacobian, gamma, lambda, h),
+            Method::Apart(factors) => {
+                let SeparateFactors { plan, real, complex } = factors.as_mut();
+                real.factor(plan, jacobian, gamma / h)?;
+                for (matrix, lambda) in complex.iter_mut().zip(lambda) {
+                    matrix.factor(plan, jacobian, lambda / h)?;
+                }
+                Ok(())
+            }
         }
-        Ok(())
     }
 
     /// Solves with the real matrix.
     pub(crate) fn solve_real(&mut self, x: &mut [f64]) {
-        self.real.solve_in_place(&self.plan, x);
+        match &mut self.0 {
+            Method::Together(lu) => lu.solve(x),
+            Method::Apart(factors) => factors.real.solve_in_place(&factors.plan, x),
+        }
     }
 
-    /// Solves with complex matrix `pair`; `x` holds the real parts, then the imaginary parts.
-    pub(crate) fn solve_complex(&mut self, pair: usize, x: &mut [f64]) {
-        self.complex[pair].solve_in_place(&self.plan, x);
+    /// Solves with all matrices of systems of `n` unknowns: `x` holds the right side of the real one,
+    /// then for every complex one the real parts and the imaginary parts.
+    pub(crate) fn solve_all(&mut self, n: usize, x: &mut [f64]) {
+        match &mut self.0 {
+            Method::Together(lu) => lu.solve(x),
+            Method::Apart(factors) => {
+                let SeparateFactors { plan, real, complex } = factors.as_mut();
+                let (first, pairs) = x.split_at_mut(n);
+                real.solve_in_place(plan, first);
+                for (matrix, pair) in complex.iter_mut().zip(pairs.chunks_exact_mut(2 * n)) {
+                    matrix.solve_in_place(plan, pair);
+                }
+            }
+        }
+    }
+
+    /// Saves what the next factors depend on besides the Jacobian.
+    pub(crate) fn save(&self, saver: &mut Saver) {
+        if let Method::Together(lu) = &self.0 {
+            lu.save(saver);
+        }
+    }
+
+    pub(crate) fn load(&mut self, loader: &mut Loader<'_>) -> Result<(), SolveError> {
+        match &mut self.0 {
+            Method::Together(lu) => lu.load(loader),
+            Method::Apart(_) => Ok(()),
+        }
     }
 }
 

@@ -108,7 +108,7 @@ pub use checkpoint::{Checkpoint, Loader, Method, Saver};
 pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
 pub use events::{Crossing, Event, EventSearch, Events};
-pub use explicit::{ExplicitSolver, solve_ode};
+pub use explicit::{ExplicitSolver, Noise, solve_ode};
 pub use run::{Control, End, Outcome, Start};
 pub use sensitivity::{SensitivitySolver, SensitivityStart, SensitivityStep, SensitivitySystem};
 pub use settings::{

@@ -95,7 +95,7 @@ impl NewtonWork {
         loop {
             self.residuals_into_defect(system, at, tableau, stats)?;
             multiply_blocks(&tableau.t_inv, 1.0, n, &self.defect, &mut self.transformed);
-            solve_transformed(matrix, n, &mut self.transformed);
+            matrix.solve_all(n, &mut self.transformed);
             multiply_blocks(&tableau.t, 1.0, n, &self.transformed, &mut self.delta);
             stats.n_solve += 1;
             stats.n_newton += 1;
@@ -160,14 +160,5 @@ impl NewtonWork {
                 *ydot += factor * z;
             }
         }
-    }
-}
-
-/// Replaces `x`, transformed right-hand sides, by the solutions of the real and complex systems.
-pub(crate) fn solve_transformed(matrix: &mut IterationMatrix, n: usize, x: &mut [f64]) {
-    let (real, pairs) = x.split_at_mut(n);
-    matrix.solve_real(real);
-    for (k, pair) in pairs.chunks_exact_mut(2 * n).enumerate() {
-        matrix.solve_complex(k, pair);
     }
 }

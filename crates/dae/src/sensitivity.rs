@@ -18,7 +18,7 @@ use crate::error::{Cause, SolveError, Standstill};
 use crate::iteration_matrix::{IterationMatrix, Jacobian};
 use crate::lanes::multiply_blocks;
 use crate::limits::{check_finite, check_length};
-use crate::newton::{Point, solve_transformed};
+use crate::newton::Point;
 use crate::run::Start;
 use crate::settings::Settings;
 use crate::solve::Solver;
@@ -351,7 +351,7 @@ impl Work {
             let Self { defect, delta, zeta, .. } = self;
             let (defect, delta) = (&mut defect[..s * n], &mut delta[..s * n]);
             multiply_blocks(&tableau.t_inv, 1.0, n, defect, delta);
-            solve_transformed(matrix, n, delta);
+            matrix.solve_all(n, delta);
             multiply_blocks(&tableau.t, 1.0, n, delta, defect);
             zeta.iter_mut().zip(&*defect).for_each(|(zeta, delta)| *zeta -= delta);
 

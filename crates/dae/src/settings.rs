@@ -229,9 +229,12 @@ pub struct NewtonSettings {
 /// Kernel of the linear systems.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum LinearSolver {
-    /// Dense for small or nearly full systems, sparse otherwise.
+    /// Static for small systems, dense for nearly full ones, sparse otherwise.
     #[default]
     Auto,
+    /// Sparse LU of the real and the complex systems at once, in an order of pivots that is kept while
+    /// it is good. Its analysis takes `n²` numbers.
+    Static,
     /// Column-oriented LU with partial pivoting.
     Dense,
     /// Sparse LU; the ordering and the symbolic analysis are done once.

@@ -132,8 +132,7 @@ impl Stepper {
         // Buffers are made for the largest method, then cut to the first.
         let mut work = NewtonWork::new(pattern.n(), s_max, contraction(settings, tableau));
         work.set_stages(tableau.s, contraction(settings, tableau));
-        let explicit = system.explicit_rows();
-        let matrix = IterationMatrix::new(pattern, explicit, n_complex, settings.linear_solver)?;
+        let matrix = IterationMatrix::new(system, n_complex, settings.linear_solver)?;
         Ok(Self {
             work,
             unit: Unit::new(settings),
@@ -332,6 +331,7 @@ impl Stepper {
         saver.real(self.work.contraction.eta());
         saver.slice(&self.jacobian.df_dy);
         saver.slice(&self.jacobian.df_dydot);
+        self.matrix.save(saver);
     }
 
     /// Makes the factors again; they come out the same.
@@ -357,6 +357,7 @@ impl Stepper {
         self.work.contraction.set_eta(loader.real()?);
         loader.fill(&mut self.jacobian.df_dy)?;
         loader.fill(&mut self.jacobian.df_dydot)?;
+        self.matrix.load(loader)?;
         if self.freshness != Freshness::Expired {
             self.choose_tested(system);
         }

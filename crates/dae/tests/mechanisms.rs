@@ -170,9 +170,9 @@ fn stabilised_form_keeps_both_constraints_and_plain_ones_drift() {
 }
 
 #[test]
-fn dense_and_sparse_kernels_agree_on_a_chain() {
-    // 16 links, 96 unknowns: above the size where the sparse kernel is chosen by itself.
-    let n_links = 16;
+fn all_kernels_agree_on_a_chain() {
+    // 24 links, 144 unknowns: above the size where the sparse kernel is chosen by itself.
+    let n_links = 24;
     let end = |solver| {
         let formulated = Formulated { mechanism: Chain { n_links }, form: Form::Ggl };
         let q: Vec<f64> =
@@ -183,9 +183,11 @@ fn dense_and_sparse_kernels_agree_on_a_chain() {
         let settings = Settings { linear_solver: solver, ..settings(1e-7) };
         run(Differentiated::sparse(formulated), start, 0.3, settings)
     };
-    let (dense, sparse) = (end(LinearSolver::Dense), end(LinearSolver::Sparse));
-    let gap = max_error(&dense.y, &sparse.y);
-    assert!(gap < 1e-8, "the kernels differ by {gap:e}");
+    let sparse = end(LinearSolver::Sparse);
+    for other in [LinearSolver::Dense, LinearSolver::Static] {
+        let gap = max_error(&end(other).y, &sparse.y);
+        assert!(gap < 1e-8, "{other:?} differs by {gap:e}");
+    }
     assert_eq!(end(LinearSolver::Auto).y, sparse.y, "a sparse system of this size is solved so");
 }
 
@@ -211,7 +213,7 @@ fn eliminated_velocities_leave_the_trajectory_as_it_is() {
                 end.y.truncate(20);
             }
             let gap = max_error(&ends[0].y, &ends[1].y);
-            assert!(gap < 1e-8, "{form:?}, {order:?}: the ends differ by {gap:e}");
+            assert!(gap < 3e-8, "{form:?}, {order:?}: the ends differ by {gap:e}");
             assert_eq!(ends[0].stats.n_accept, ends[1].stats.n_accept, "{form:?}, {order:?}");
         }
     }

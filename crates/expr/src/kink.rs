@@ -31,7 +31,7 @@ enum Sign {
 impl Pool {
     /// Whether a function below `e` has a kink or jump where `x` is `about`.
     pub(crate) fn has_kink(&self, e: Expr, x: SymbolId, about: Expr) -> bool {
-        let steps = self.sweep(&[e]).steps;
+        let steps = self.sweep(&self.expand_named(&[e])).steps;
         steps.iter().any(|step| {
             let switch = self.switch_of(step.op, step.expr);
             switch.is_some_and(|switch| {
@@ -43,7 +43,7 @@ impl Pool {
     /// `e` with each function that has a kink or jump where `x` is `about` replaced by what it is on
     /// one side; `None` where that cannot be told.
     pub(crate) fn on_side(&self, e: Expr, x: SymbolId, about: Expr, side: Side) -> Option<Expr> {
-        let sweep = self.sweep(&[e]);
+        let sweep = self.sweep(&self.expand_named(&[e]));
         let mut is_known = true;
         let mut images: Vec<Expr> = Vec::with_capacity(sweep.steps.len());
         for step in &sweep.steps {

@@ -12,6 +12,8 @@ pub(crate) enum Token {
     Sign(char),
     /// A comparison sign, as the name of its function: `<` is `lt`.
     Comparison(&'static str),
+    /// An exponent in raised digits: `²`, `⁻¹`.
+    Raised(i32),
     End,
 }
 
@@ -57,12 +59,30 @@ impl<'t> Lexer<'t> {
                 let number = Number::parse(found).ok_or_else(|| error(fault(), span))?;
                 (Token::Number(number), length)
             }
+            '*' if rest.starts_with("**") => (Token::Sign('^'), 2),
             '+' | '-' | '*' | '/' | '^' | '(' | ')' | ',' => (Token::Sign(first), 1),
+            // The signs of books.
+            '·' | '⋅' | '×' => (Token::Sign('*'), first.len_utf8()),
+            '−' => (Token::Sign('-'), first.len_utf8()),
+            '≤' => (Token::Comparison("le"), first.len_utf8()),
+            '≥' => (Token::Comparison("ge"), first.len_utf8()),
+            c if raised_digit(c).is_some() || c == '⁻' => {
+                let length = rest.find(|c| raised_digit(c).is_none() && c != '⁻');
+                let length = length.unwrap_or(rest.len());
+                let exponent = raised(&rest[..length]).ok_or_else(|| {
+                    let found = rest[..length].to_owned();
+                    error(ParseErrorKind::BadNumber { found }, start..start + length)
+                })?;
+                (Token::Raised(exponent), length)
+            }
             '<' if rest.starts_with("<=") => (Token::Comparison("le"), 2),
             '<' => (Token::Comparison("lt"), 1),
             '>' if rest.starts_with(">=") => (Token::Comparison("ge"), 2),
             '>' => (Token::Comparison("gt"), 1),
-            c if is_name_start(c) => (Token::Name, name_length(rest)),
+            c if is_name_start(c) => {
+                let length = name_length(rest);
+                (Token::Name, length + primes_length(&rest[length..]))
+            }
             // A unit by itself.
             '°' => (Token::Name, first.len_utf8()),
             found => {
@@ -84,6 +104,21 @@ impl<'t> Lexer<'t> {
     }
 }
 
+/// The value of a raised digit.
+fn raised_digit(c: char) -> Option<i32> {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    (0..).zip(DIGITS).find_map(|(value, digit)| (digit == c).then_some(value))
+}
+
+/// The exponent of raised digits with or without a sign; `None` where it has no digits or too many.
+fn raised(text: &str) -> Option<i32> {
+    let (sign, digits) = text.strip_prefix('⁻').map_or((1, text), |digits| (-1, digits));
+    let value = digits
+        .chars()
+        .try_fold(0_i32, |value, digit| value.checked_mul(10)?.checked_add(raised_digit(digit)?));
+    value.filter(|_| !digits.is_empty()).map(|value| sign * value)
+}
+
 pub(crate) fn is_name_start(c: char) -> bool {
     c.is_alphabetic() || c == '_'
 }
@@ -93,11 +128,18 @@ pub(crate) fn name_length(text: &str) -> usize {
     let mut chars = text.char_indices().peekable();
     while let Some((at, c)) = chars.next() {
         let joins = c == '.' && chars.peek().is_some_and(|&(_, next)| is_name_start(next));
-        if !(c.is_alphanumeric() || c == '_' || joins) {
+        let is_letter = c.is_alphanumeric() && raised_digit(c).is_none();
+        if !(is_letter || c == '_' || joins) {
             return at;
         }
     }
     text.len()
+}
+
+/// Bytes of the primes between the name of a function and its arguments.
+fn primes_length(text: &str) -> usize {
+    let length = text.len() - text.trim_start_matches('\'').len();
+    if text[length..].starts_with('(') { length } else { 0 }
 }
 
 /// Bytes of the number at the start; digits and dots are taken together, so that `1.2.3` is one

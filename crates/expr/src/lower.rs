@@ -105,6 +105,10 @@ impl Pool {
                 SyntaxKind::Quantity { value, factors, .. } => {
                     quantity(node, value.clone(), factors)?
                 }
+                SyntaxKind::Unit { operand, factors } => {
+                    let unit = quantity(node, Number::from(1), factors)?;
+                    self.mul(values[*operand], unit)
+                }
                 SyntaxKind::Name(name) => {
                     resolve(name, node.span.clone()).map_err(LowerError::Resolve)?
                 }
@@ -158,13 +162,22 @@ impl Pool {
     }
 
     fn call_by_name(&self, name: &str, arguments: &[Expr]) -> Result<Expr, ParseErrorKind> {
-        let unknown = || ParseErrorKind::UnknownFunction { name: name.to_owned() };
-        let function = Function::from_name(name).ok_or_else(unknown)?;
-        self.call(function, arguments).ok_or_else(|| ParseErrorKind::WrongArity {
+        let wrong_arity = |expected: usize| ParseErrorKind::WrongArity {
             name: name.to_owned(),
-            expected: function.arity(),
+            expected,
             found: arguments.len(),
-        })
+        };
+        if let Some(function) = Function::from_name(name) {
+            let call = self.call(function, arguments);
+            return call.ok_or_else(|| wrong_arity(function.arity()));
+        }
+        let unknown = || ParseErrorKind::UnknownFunction { name: name.to_owned() };
+        let named = self.function_written(name).ok_or_else(unknown)?;
+        let (_, parameters) = self.signature_of(named);
+        if parameters.len() != arguments.len() {
+            return Err(wrong_arity(parameters.len()));
+        }
+        Ok(self.apply(named, arguments))
     }
 
     /// Reads an expression; names become symbols, except that `pi` is the constant.
@@ -172,7 +185,7 @@ impl Pool {
     /// # Errors
     /// A [`ParseError`] names the first fault and its span.
     pub fn parse(&self, text: &str) -> Result<Expr, ParseError> {
-        let syntax = parse(text, &ParseOptions::default())?;
+        let syntax = parse(text, &ParseOptions::default())?.written_out(&|_| false);
         let mut resolve = |name: &str, _: Range<usize>| {
             Ok::<_, std::convert::Infallible>(if name == "pi" {
                 self.pi()

@@ -52,6 +52,8 @@ pub(crate) enum Op {
     Pow,
     /// The two branches of an `if`; never seen outside of it.
     Pair,
+    /// A function with a name; the payload is its index.
+    Named,
     Call(Function),
 }
 

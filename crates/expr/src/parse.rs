@@ -1,15 +1,20 @@
 //! Text to syntax tree, by operator precedence on an explicit stack.
 //!
 //! ```text
-//! sum      + −   left to right        power    ^   right to left, binds tighter than minus
+//! sum      + −   left to right        power    ^ **   right to left, binds tighter than minus
 //! product  * /   left to right        minus    −a^b is −(a^b), and a^−b is allowed
-//! compare  < <= > >=   weakest: 1 where it holds, 0 where not, as the functions lt, le, gt, ge
+//! compare  < <= > >=   1 where it holds, 0 where not, as the functions lt, le, gt, ge
+//! words    not, and, or   weaker, in this order;  if c then a else b   weakest: b goes on to the end
+//! unit     after an operand and its power, tighter than a product: 2*x^2 m is 2*((x^2) m)
 //! ```
 
-use crate::lexer::{Lexer, Token, is_name_start, name_length};
+mod branches;
+mod units;
+
+use crate::lexer::{Lexer, Token};
 use crate::number::Number;
 use crate::syntax::{
-    BinaryOperator, ParseError, ParseErrorKind, Syntax, SyntaxKind, SyntaxNode, UnitFactor, error,
+    BinaryOperator, ParseError, ParseErrorKind, Syntax, SyntaxKind, SyntaxNode, error,
 };
 use std::ops::Range;
 
@@ -20,14 +25,17 @@ pub struct ParseOptions<'a> {
     pub max_depth: usize,
     /// Whether an identifier is a unit; default: none is, so no number may carry one.
     pub is_unit: &'a dyn Fn(&str) -> bool,
-    /// Whether an identifier is a name of the model, which wins over a unit after `*` and `/`;
-    /// default: none is.
+    /// Whether an identifier is a name of the model. It wins over a unit where an operand stands, but not
+    /// right after a number, nor after a space or `/` within a unit: the `m` of `3 N/m` is the metre.
+    /// Default: none is.
     pub is_name: &'a dyn Fn(&str) -> bool,
+    /// Whether an identifier goes on no unit at all, as the time `t`; default: none.
+    pub is_variable: &'a dyn Fn(&str) -> bool,
 }
 
 impl Default for ParseOptions<'_> {
     fn default() -> Self {
-        Self { max_depth: 64, is_unit: &|_| false, is_name: &|_| false }
+        Self { max_depth: 64, is_unit: &|_| false, is_name: &|_| false, is_variable: &|_| false }
     }
 }
 
@@ -49,6 +57,12 @@ enum Pending {
     /// The opposite of a condition: 1 less it.
     Not(Range<usize>),
     Negate(Range<usize>),
+    /// `if`, before `then`; the span is that of `if`, as in the next two.
+    If(Range<usize>),
+    /// `then`, before `else`.
+    Then(Range<usize>),
+    /// `else`: a call of `if` with the two operands before and the one to come.
+    Else(Range<usize>),
     /// An opening parenthesis; of a call when it has a name.
     Open {
         span: Range<usize>,
@@ -66,15 +80,16 @@ struct Call {
 /// Binding strength of an operator on its right operand.
 fn strength(pending: &Pending) -> u8 {
     match pending {
-        Pending::Open { .. } => 0,
-        Pending::Or(_) => 1,
-        Pending::And(_) => 2,
-        Pending::Not(_) => 3,
-        Pending::Comparison(..) => 4,
-        Pending::Binary(BinaryOperator::Add | BinaryOperator::Subtract, _) => 5,
-        Pending::Binary(BinaryOperator::Multiply | BinaryOperator::Divide, _) => 6,
-        Pending::Negate(_) => 7,
-        Pending::Binary(BinaryOperator::Power, _) => 8,
+        Pending::Open { .. } | Pending::If(_) | Pending::Then(_) => 0,
+        Pending::Else(_) => 1,
+        Pending::Or(_) => 2,
+        Pending::And(_) => 3,
+        Pending::Not(_) => 4,
+        Pending::Comparison(..) => 5,
+        Pending::Binary(BinaryOperator::Add | BinaryOperator::Subtract, _) => 6,
+        Pending::Binary(BinaryOperator::Multiply | BinaryOperator::Divide, _) => 7,
+        Pending::Negate(_) => 8,
+        Pending::Binary(BinaryOperator::Power, _) => 9,
     }
 }
 
@@ -126,14 +141,22 @@ impl Parser<'_, '_> {
                     self.open(span, None)?;
                 }
                 Token::Number(ref value) => return self.number(value.clone()),
-                Token::Name if self.lexer.slice() == "not" && !(self.options.is_name)("not") => {
+                Token::Name if self.lexer.slice() == "not" => {
                     let span = self.lexer.advance()?;
                     self.pending.push(Pending::Not(span));
                 }
+                Token::Name if self.is_word() => return Err(self.unexpected_operand()),
                 Token::Name => {
                     let name = self.lexer.slice().to_owned();
                     let name_span = self.lexer.advance()?;
                     if self.lexer.token != Token::Sign('(') {
+                        if name == "if" {
+                            self.begin_if(name_span)?;
+                            continue;
+                        }
+                        if self.is_unit_of_product(&name) {
+                            return self.unit_alone(name, name_span);
+                        }
                         self.push(SyntaxKind::Name(name), name_span);
                         return Ok(());
                     }
@@ -148,7 +171,9 @@ impl Parser<'_, '_> {
                     }
                 }
                 Token::End => return Err(self.unclosed_or(EXPECTED_OPERAND)),
-                Token::Sign(_) | Token::Comparison(_) => return Err(self.unexpected_operand()),
+                Token::Sign(_) | Token::Comparison(_) | Token::Raised(_) => {
+                    return Err(self.unexpected_operand());
+                }
             }
         }
     }
@@ -169,8 +194,21 @@ impl Parser<'_, '_> {
                     self.lexer.advance()?;
                     return Ok(true);
                 }
+                Token::Raised(exponent) => {
+                    self.raise(exponent)?;
+                    continue;
+                }
+                Token::Name if ["then", "else"].contains(&self.lexer.slice()) => {
+                    self.branch()?;
+                    return Ok(true);
+                }
+                Token::Name if self.starts_unit() => {
+                    self.unit_after_operand()?;
+                    continue;
+                }
                 Token::Sign(')') => {
                     self.reduce(1);
+                    self.no_branch_is_missing()?;
                     let end = self.lexer.span.clone();
                     self.close(&end)?;
                     self.lexer.advance()?;
@@ -178,6 +216,7 @@ impl Parser<'_, '_> {
                 }
                 Token::Sign(',') => {
                     self.reduce(1);
+                    self.no_branch_is_missing()?;
                     let in_call =
                         matches!(self.pending.last(), Some(Pending::Open { call: Some(_), .. }));
                     if !in_call {
@@ -188,6 +227,7 @@ impl Parser<'_, '_> {
                 }
                 Token::End => {
                     self.reduce(1);
+                    self.no_branch_is_missing()?;
                     return if self.pending.is_empty() {
                         Ok(false)
                     } else {
@@ -217,6 +257,11 @@ impl Parser<'_, '_> {
         }
     }
 
+    /// True of a word that no unit and no operand is: what comes before it is complete.
+    fn is_word(&self) -> bool {
+        ["and", "or", "then", "else"].contains(&self.lexer.slice())
+    }
+
     fn push(&mut self, kind: SyntaxKind, span: Range<usize>) {
         self.operands.push((self.nodes.len(), span.clone()));
         self.nodes.push(SyntaxNode { kind, span });
@@ -239,6 +284,11 @@ impl Parser<'_, '_> {
         };
         self.depth -= 1;
         if let Some(Call { name, name_span, floor }) = call {
+            // `if (a > b) and c > d then …`: the parentheses of a condition, not of a call.
+            if name == "if" && self.operands.len() == floor + 1 {
+                self.operands[floor].1 = span.start..end.end;
+                return self.begin_if(name_span);
+            }
             let arguments = self.operands.drain(floor..).map(|operand| operand.0).collect();
             let whole = name_span.start..end.end;
             self.push(SyntaxKind::Call { name, name_span, arguments }, whole);
@@ -246,6 +296,19 @@ impl Parser<'_, '_> {
             let inside = self.operands.last_mut();
             inside.expect("an operand was read before `)`").1 = span.start..end.end;
         }
+        Ok(())
+    }
+
+    /// Raises the operand before to a power in raised digits, which binds tighter than anything.
+    fn raise(&mut self, exponent: i32) -> Result<(), ParseError> {
+        let operator_span = self.lexer.advance()?;
+        let (left, left_span) = self.take_operand();
+        let (right, end) = (self.nodes.len(), operator_span.end);
+        let kind = SyntaxKind::Number(Number::from(i64::from(exponent)));
+        self.nodes.push(SyntaxNode { kind, span: operator_span.clone() });
+        let operator = BinaryOperator::Power;
+        let kind = SyntaxKind::Binary { operator, operator_span, left, right };
+        self.push(kind, left_span.start..end);
         Ok(())
     }
 
@@ -257,36 +320,44 @@ impl Parser<'_, '_> {
     /// Applies the waiting operators that hold at least as tightly as `least`.
     fn reduce(&mut self, least: u8) {
         while self.pending.last().is_some_and(|top| strength(top) >= least) {
-            let top = self.pending.pop().expect("it was just looked at");
-            let (right, right_span) = self.take_operand();
-            match top {
-                Pending::Negate(sign) => {
-                    self.push(SyntaxKind::Negate(right), sign.start..right_span.end);
-                }
-                Pending::Binary(operator, operator_span) => {
-                    let (left, left_span) = self.take_operand();
-                    let kind = SyntaxKind::Binary { operator, operator_span, left, right };
-                    self.push(kind, left_span.start..right_span.end);
-                }
-                Pending::Comparison(function, name_span) => {
-                    self.push_call(function, name_span, (right, right_span.end));
-                }
-                Pending::Or(span) => self.push_call("max", span, (right, right_span.end)),
-                Pending::And(operator_span) => {
-                    let (left, left_span) = self.take_operand();
-                    let operator = BinaryOperator::Multiply;
-                    let kind = SyntaxKind::Binary { operator, operator_span, left, right };
-                    self.push(kind, left_span.start..right_span.end);
-                }
-                Pending::Not(sign) => {
-                    let (operator, left) = (BinaryOperator::Subtract, self.nodes.len());
-                    let kind = SyntaxKind::Number(Number::from(1));
-                    self.nodes.push(SyntaxNode { kind, span: sign.clone() });
-                    let whole = sign.start..right_span.end;
-                    let kind = SyntaxKind::Binary { operator, operator_span: sign, left, right };
-                    self.push(kind, whole);
-                }
-                Pending::Open { .. } => unreachable!("parentheses hold less tightly than anything"),
+            self.apply();
+        }
+    }
+
+    /// Applies the last waiting operator to its operands.
+    fn apply(&mut self) {
+        let top = self.pending.pop().expect("the caller has looked at it");
+        let (right, right_span) = self.take_operand();
+        match top {
+            Pending::Negate(sign) => {
+                self.push(SyntaxKind::Negate(right), sign.start..right_span.end);
+            }
+            Pending::Binary(operator, operator_span) => {
+                let (left, left_span) = self.take_operand();
+                let kind = SyntaxKind::Binary { operator, operator_span, left, right };
+                self.push(kind, left_span.start..right_span.end);
+            }
+            Pending::Comparison(function, name_span) => {
+                self.push_call(function, name_span, (right, right_span.end));
+            }
+            Pending::Or(span) => self.push_call("max", span, (right, right_span.end)),
+            Pending::And(operator_span) => {
+                let (left, left_span) = self.take_operand();
+                let operator = BinaryOperator::Multiply;
+                let kind = SyntaxKind::Binary { operator, operator_span, left, right };
+                self.push(kind, left_span.start..right_span.end);
+            }
+            Pending::Not(sign) => {
+                let (operator, left) = (BinaryOperator::Subtract, self.nodes.len());
+                let kind = SyntaxKind::Number(Number::from(1));
+                self.nodes.push(SyntaxNode { kind, span: sign.clone() });
+                let whole = sign.start..right_span.end;
+                let kind = SyntaxKind::Binary { operator, operator_span: sign, left, right };
+                self.push(kind, whole);
+            }
+            Pending::Else(name_span) => self.push_branches(name_span, (right, right_span.end)),
+            Pending::Open { .. } | Pending::If(_) | Pending::Then(_) => {
+                unreachable!("these hold less tightly than anything")
             }
         }
     }
@@ -299,71 +370,9 @@ impl Parser<'_, '_> {
         self.push(kind, left_span.start..end);
     }
 
-    /// A number and the unit that follows it.
-    fn number(&mut self, value: Number) -> Result<(), ParseError> {
-        let value_span = self.lexer.advance()?;
-        if self.lexer.token != Token::Name || self.connective().is_some() {
-            self.push(SyntaxKind::Number(value), value_span);
-            return Ok(());
-        }
-        let name = self.lexer.slice();
-        if !(self.options.is_unit)(name) {
-            let kind = ParseErrorKind::UnknownUnit { name: name.to_owned() };
-            return Err(error(kind, self.lexer.span.clone()));
-        }
-        let mut factors = vec![self.unit_factor(1)?];
-        while let Some(sign) = self.unit_continues() {
-            self.lexer.advance()?;
-            factors.push(self.unit_factor(sign)?);
-        }
-        let last = factors.last().expect("a unit has at least one factor");
-        let whole = value_span.start..last.span.end;
-        self.push(SyntaxKind::Quantity { value, value_span, factors }, whole);
-        Ok(())
-    }
-
-    /// Whether `*` or `/` and another unit follow; gives the sign of its exponent.
-    fn unit_continues(&self) -> Option<i32> {
-        let sign = match self.lexer.token {
-            Token::Sign('*') => 1,
-            Token::Sign('/') => -1,
-            _ => return None,
-        };
-        let rest = self.lexer.text[self.lexer.span.end..].trim_start();
-        let name = &rest[..name_length(rest)];
-        let starts_name = name.starts_with(is_name_start);
-        let is_call = rest[name.len()..].trim_start().starts_with('(');
-        let is_unit = starts_name && !is_call && (self.options.is_unit)(name);
-        (is_unit && !(self.options.is_name)(name)).then_some(sign)
-    }
-
-    /// A unit's name and, if an integer follows, its exponent.
-    fn unit_factor(&mut self, sign: i32) -> Result<UnitFactor, ParseError> {
-        let name = self.lexer.slice().to_owned();
-        let mut span = self.lexer.advance()?;
-        let mut exponent = sign;
-        if self.lexer.token == Token::Sign('^') {
-            self.lexer.advance()?;
-            let is_negative = self.lexer.token == Token::Sign('-');
-            if is_negative {
-                self.lexer.advance()?;
-            }
-            let expected = "an integer exponent of the unit";
-            let Token::Number(power) = &self.lexer.token else {
-                return Err(self.lexer.unexpected(expected));
-            };
-            let power = power.as_integer().and_then(|n| i32::try_from(n).ok());
-            let power = power.ok_or_else(|| self.lexer.unexpected(expected))?;
-            exponent = if is_negative { -sign * power } else { sign * power };
-            span.end = self.lexer.advance()?.end;
-        }
-        Ok(UnitFactor { name, span, exponent })
-    }
-
     /// The fault at the end of the text: the innermost open parenthesis, or the missing part.
     fn unclosed_or(&self, expected: &'static str) -> ParseError {
-        let is_dangling =
-            matches!(self.pending.last(), Some(Pending::Binary(..) | Pending::Negate(_)));
+        let is_dangling = !matches!(self.pending.last(), None | Some(Pending::Open { .. }));
         let open = self.pending.iter().rev().find_map(|pending| match pending {
             Pending::Open { span, .. } => Some(span.clone()),
             _ => None,

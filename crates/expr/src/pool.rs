@@ -9,6 +9,7 @@
 //! order follows it, which makes an expression independent of the order it was built in.
 
 use crate::handle::ExprMap;
+use crate::named::{FunctionId, NamedRow};
 use crate::number::Number;
 use crate::op::{Function, Op};
 use std::cell::{Ref, RefCell};
@@ -104,6 +105,8 @@ struct Arena {
     constants: ExprMap<f64>,
     symbols: Vec<(String, Expr)>,
     symbol_index: HashMap<String, u32>,
+    /// Functions with names, and their derivatives.
+    named: Vec<NamedRow>,
     /// Open addressing table of node handles by structural hash; its length is a power of two.
     slots: Vec<u32>,
     /// Handle to position, valid where `stamp` equals `epoch`: scratch space of sweeps.
@@ -152,6 +155,7 @@ fn op_code(op: Op) -> u64 {
         Op::Mul => 5,
         Op::Pow => 6,
         Op::Pair => 7,
+        Op::Named => 8,
         Op::Call(function) => 16 + function as u64,
     }
 }
@@ -212,6 +216,11 @@ impl Arena {
                 name.bytes().fold(mix(code, 0), |hash, byte| mix(hash, u64::from(byte)))
             }
             Op::Pi => mix(code, 0),
+            Op::Named => {
+                let hash = |e: Expr| self.hashes[e.0 as usize];
+                let of_function = mix(code, self.named[node.data as usize].hash);
+                mix(mix(of_function, hash(node.left)), hash(node.right))
+            }
             _ => {
                 let hash = |e: Expr| self.hashes[e.0 as usize];
                 mix(mix(code, hash(node.left)), mix(hash(node.right), u64::from(node.data)))
@@ -239,8 +248,8 @@ impl Arena {
                 crate::op::select(left, value(branches.left), value(branches.right))
             }
             Op::Call(function) => function.value(left, right),
-            // The branches are read by their `if`.
-            Op::Number | Op::Symbol | Op::Pi | Op::Pair => 0.0,
+            // The branches are read by their `if`; functions with names are expanded at constants.
+            Op::Number | Op::Symbol | Op::Pi | Op::Pair | Op::Named => 0.0,
         }
     }
 
@@ -274,7 +283,7 @@ impl Arena {
             Op::Call(Function::If) => right & NOT_NEGATIVE != 0,
             _ => false,
         };
-        let is_constant = both & CONSTANT != 0;
+        let is_constant = both & CONSTANT != 0 && node.op != Op::Named;
         let is_poisoned = is_constant && {
             let value = self.constant_value(node);
             self.constants.insert(Expr(index), value);
@@ -325,6 +334,7 @@ impl Pool {
                 constants: arena.constants.clone(),
                 symbols: arena.symbols.clone(),
                 symbol_index: arena.symbol_index.clone(),
+                named: arena.named.clone(),
                 slots: Vec::new(),
                 position: Vec::new(),
                 epoch: 0,
@@ -406,6 +416,38 @@ impl Pool {
     /// The name of a symbol.
     pub fn symbol_name(&self, id: SymbolId) -> String {
         self.arena.borrow().symbols[id.0 as usize].0.clone()
+    }
+
+    /// Whether any function with a name was defined.
+    pub(crate) fn has_named(&self) -> bool {
+        !self.arena.borrow().named.is_empty()
+    }
+
+    /// A fact about a function with a name.
+    pub(crate) fn named<T>(&self, function: FunctionId, of: impl Fn(&NamedRow) -> T) -> T {
+        of(&self.arena.borrow().named[function.0 as usize])
+    }
+
+    /// The first function with a name of which a condition holds.
+    pub(crate) fn find_named(&self, is_it: impl Fn(&NamedRow) -> bool) -> Option<FunctionId> {
+        let index = self.arena.borrow().named.iter().position(is_it)?;
+        Some(FunctionId(u32::try_from(index).expect("fewer than 2^32 functions")))
+    }
+
+    /// Adds a function with a name, without a `base` a function of its own.
+    pub(crate) fn add_named(&self, row: NamedRow) -> FunctionId {
+        let arena = &mut *self.arena.borrow_mut();
+        let id = u32::try_from(arena.named.len()).expect("fewer than 2^32 functions");
+        let text = row.name.bytes().fold(0, |hash, byte| mix(hash, u64::from(byte)));
+        let orders = row.orders.iter().fold(text, |hash, &n| mix(hash, u64::from(n)));
+        let hash = mix(orders, arena.hashes[row.body.0 as usize]);
+        arena.named.push(NamedRow { hash, ..row });
+        FunctionId(id)
+    }
+
+    /// Takes note of the derivative of a function by a parameter.
+    pub(crate) fn note_derivative(&self, of: FunctionId, parameter: usize, is: FunctionId) {
+        self.arena.borrow_mut().named[of.0 as usize].derivatives[parameter] = Some(is);
     }
 
     /// A number.

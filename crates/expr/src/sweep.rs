@@ -3,6 +3,7 @@
 //! A chain of sums or products is one step with many operands, whatever its length, so passes see
 //! `a + b + c` and not `(a + b) + c`. Every pass over expressions is a loop over the steps.
 
+use crate::named::FunctionId;
 use crate::op::Op;
 use crate::pool::{Expr, Pool, SymbolId};
 
@@ -11,7 +12,7 @@ use crate::pool::{Expr, Pool, SymbolId};
 pub(crate) struct Step {
     pub(crate) expr: Expr,
     pub(crate) op: Op,
-    /// Index of the number or symbol.
+    /// Index of the number, symbol or function with a name.
     pub(crate) data: u32,
     start: u32,
     end: u32,
@@ -67,7 +68,8 @@ impl Pool {
             Op::Number | Op::Symbol | Op::Pi => Vec::new(),
             Op::Add | Op::Mul => self.chain(e, node.op),
             Op::Call(function) if function.arity() == 1 => vec![node.left],
-            Op::Pow | Op::Pair | Op::Call(_) => vec![node.left, node.right],
+            Op::Named if self.named_arity(e) == 1 => vec![node.left],
+            Op::Pow | Op::Pair | Op::Call(_) | Op::Named => vec![node.left, node.right],
         }
     }
 
@@ -114,6 +116,7 @@ impl Pool {
             (Op::Mul, _) => self.product(operands.iter().copied()),
             (Op::Pow, &[base, exponent]) => self.pow(base, exponent),
             (Op::Pair, &[a, b]) => self.intern(Op::Pair, a, b, 0),
+            (Op::Named, _) => self.apply(FunctionId(step.data), operands),
             (Op::Call(function), &[a]) => self.call_one(function, a),
             (Op::Call(crate::op::Function::If), &[condition, pair]) => {
                 let branches = self.node(pair);

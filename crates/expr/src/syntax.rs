@@ -33,6 +33,13 @@ pub enum SyntaxKind {
         /// The unit's factors in the order written, exponents of divisors negated.
         factors: Vec<UnitFactor>,
     },
+    /// An operand with a unit after it, such as `2*(1 + pi) rad/s`.
+    Unit {
+        /// The operand.
+        operand: usize,
+        /// The unit's factors, as in a [`SyntaxKind::Quantity`].
+        factors: Vec<UnitFactor>,
+    },
     /// A name, such as `m1` or `crank.B.x`.
     Name(String),
     /// `name(arguments)`; neither the name nor the number of arguments is checked.
@@ -57,6 +64,20 @@ pub enum SyntaxKind {
         /// The right operand.
         right: usize,
     },
+}
+
+impl SyntaxKind {
+    /// The indices of its operands.
+    pub(crate) fn operands_mut(&mut self) -> Box<dyn Iterator<Item = &mut usize> + '_> {
+        match self {
+            Self::Number(_) | Self::Quantity { .. } | Self::Name(_) => Box::new(std::iter::empty()),
+            Self::Call { arguments, .. } => Box::new(arguments.iter_mut()),
+            Self::Negate(operand) | Self::Unit { operand, .. } => {
+                Box::new(std::iter::once(operand))
+            }
+            Self::Binary { left, right, .. } => Box::new([left, right].into_iter()),
+        }
+    }
 }
 
 /// The operators between two operands.

@@ -46,6 +46,121 @@ fn conditions_are_joined_by_words() {
 }
 
 #[test]
+fn branches_are_chosen_by_words() {
+    let pool = Pool::new();
+    let same = |words: &str, call: &str| {
+        assert_eq!(pool.parse(words).expect(words), pool.parse(call).expect(call), "{words}");
+    };
+    same("if a < b then c else d", "if(a < b, c, d)");
+    same("2*if a then b else c + d", "2*if(a, b, c + d)");
+    same("(if a then b else c) + d", "d + if(a, b, c)");
+    same("if (a + b)*c > d then b else c", "if((a + b)*c > d, b, c)");
+    same("if (a < b) and (c < d) then 1 else 2", "if((a < b)*(c < d), 1, 2)");
+    same("if not a < b then x else y", "if(1 - (a < b), x, y)");
+    same("if a then b else if c then d else e", "if(a, b, if(c, d, e))");
+    same("if a then if b then c else d else e", "if(a, if(b, c, d), e)");
+    same("max(if a then b else c, d)", "max(if(a, b, c), d)");
+    same("-if a then b else c", "-if(a, b, c)");
+    same("iffy*thenar*elsewhere", "elsewhere*iffy*thenar");
+    // As deep as parentheses may nest, and no deeper: the text that is printed reads back.
+    let nested = |n: usize| format!("{}b{}", "if a then ".repeat(n), " else c".repeat(n));
+    let deep = pool.parse(&nested(64)).expect("64 levels");
+    assert_eq!(pool.parse(&pool.to_text(deep)), Ok(deep));
+    let fault = pool.parse(&nested(65)).expect_err("65 levels");
+    assert_eq!(fault.kind, ParseErrorKind::TooDeep { limit: 64 });
+}
+
+#[test]
+fn signs_of_other_languages_and_of_books_are_read() {
+    let pool = Pool::new();
+    let same = |text: &str, plain: &str| {
+        assert_eq!(pool.parse(text).expect(text), pool.parse(plain).expect(plain), "{text}");
+    };
+    same("x**2 + 2**-1", "x^2 + 0.5");
+    same("x² + 3·y⁻¹ − 2×z¹⁰", "x^2 + 3/y - 2*z^10");
+    same("-x²", "-(x^2)");
+    same("2^x²", "2^(x^2)");
+    same("sin(x)²*(a + b)³", "(a + b)^3*sin(x)^2");
+    same("if x ≤ 2 and y ≥ 3 then 1 else 0", "if((x <= 2)*(y >= 3), 1, 0)");
+}
+
+#[test]
+fn functions_are_made_of_others() {
+    check_value("min(3, 1, 2)", 1.0);
+    check_value("max(3, 1, 5, 2)", 5.0);
+    check_value("step(-1) + 10*step(0) + 100*step(2)", 110.0);
+    check_value("hypot(3, 4) + hypot(2, 3, 6)", 12.0);
+    check_value("clamp(7, 1, 5) + clamp(-7, 1, 5) + clamp(2, 1, 5)", 8.0);
+    check_value("mod(7, 3) + 10*mod(-7, 3)", 21.0);
+    check_value("ceil(1.2) + 10*ceil(-1.2) + 100*round(2.5)", 292.0);
+    check_value("hypot(min(3, 5, 4), max(1, 4, 2))", 5.0);
+    // Written out, they stand in their operands' places.
+    let pool = Pool::new();
+    let e = pool.parse("min(hypot(a, b), step(c), 2)").expect("valid");
+    assert_eq!(pool.to_text(e), "min(min(ge(c, 0), sqrt(a^2 + b^2)), 2)");
+    assert_eq!(pool.parse(&pool.to_text(e)), Ok(e));
+    let names: Vec<&str> = bksim_expr::function_names().collect();
+    assert!(names.contains(&"hypot") && names.iter().filter(|name| **name == "min").count() == 1);
+    for wrong in ["step()", "step(1, 2)", "hypot(1)", "clamp(1, 2)", "mod(1)", "min(1)"] {
+        assert!(pool.parse(wrong).is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn units_follow_any_operand() {
+    let known = ["m", "s", "N", "kg", "mm", "rad", "deg", "t"];
+    let options = ParseOptions {
+        is_unit: &|name| known.contains(&name),
+        is_name: &|name| name == "m",
+        is_variable: &|name| name == "t",
+        ..ParseOptions::default()
+    };
+    let pool = Pool::new();
+    // Units as symbols that no name has.
+    let read = |text: &str| {
+        let syntax = parse(text, &options).expect(text);
+        let mut resolve =
+            |name: &str, _| Ok::<_, ()>(if name == "pi" { pool.pi() } else { pool.symbol(name) });
+        let mut quantity = |value: bksim_expr::Number, factors: &[bksim_expr::UnitFactor], _| {
+            let unit = |f: &bksim_expr::UnitFactor| {
+                pool.powi(pool.symbol(&format!("{}_", f.name)), i64::from(f.exponent))
+            };
+            Ok(factors.iter().fold(pool.number(value), |e, factor| pool.mul(e, unit(factor))))
+        };
+        pool.lower_quantities(&syntax, &mut resolve, &mut quantity).expect(text)
+    };
+    let same = |text: &str, plain: &str| {
+        let plain = pool.parse(plain).expect(plain);
+        assert_eq!(read(text), plain, "{text} is {}", pool.to_text(read(text)));
+    };
+    same("2*pi rad/s*t", "2*pi*rad_/s_*t");
+    same("360 deg*t/s", "360*deg_*t/s_");
+    same("(a + b) mm", "(a + b)*mm_");
+    same("sqrt(2) kg m²/s^2", "sqrt(2)*kg_*m_^2/s_^2");
+    same("a^2 N + b^-2 N", "a^2*N_ + b^-2*N_");
+    same("-2^2 N", "-4*N_");
+    same("1/a N", "1/(a*N_)");
+    same("a/s*b", "a/s_*b");
+    same("a/N*kg", "a/N_*kg_");
+    same("3 kg*m", "3*kg_*m");
+    same("3 kg m", "3*kg_*m_");
+    same("3 N/m", "3*N_/m_");
+    same("a/m", "a/m");
+    same("2 t", "2*t_");
+    same("2 N*t", "2*N_*t");
+    same("if a < 1 then 2 s else a s", "if(a < 1, 2*s_, a*s_)");
+    for wrong in ["a m", "a t", "2 N t", "s", "1 + s", "a furlong"] {
+        let syntax = parse(wrong, &options);
+        let has_unit = |syntax: &bksim_expr::Syntax| {
+            let mut nodes = syntax.nodes.iter();
+            nodes.any(|node| matches!(node.kind, SyntaxKind::Unit { .. }))
+        };
+        let is_name_alone = syntax.as_ref().is_ok_and(|syntax| !has_unit(syntax));
+        assert!(syntax.is_err() || is_name_alone, "{wrong}");
+    }
+}
+
+#[test]
 fn a_sum_among_terms_needs_no_parentheses() {
     let pool = Pool::new();
     let terms = ["b", "a - 2", "c*(a + b)"].map(|text| pool.parse(text).expect(text));
@@ -104,7 +219,25 @@ fn faults_point_at_their_span() {
     check_fault("(a +", K::UnexpectedEnd { expected: operand }, 4..4);
     check_fault("a * / b", K::UnexpectedToken { found: "/".into(), expected: operand }, 4..5);
     check_fault("a b", K::UnexpectedToken { found: "b".into(), expected: "an operator" }, 2..3);
-    check_fault("a ** b", K::UnexpectedToken { found: "*".into(), expected: operand }, 3..4);
+    check_fault("a *** b", K::UnexpectedToken { found: "*".into(), expected: operand }, 4..5);
+    check_fault("if a < b", K::UnexpectedEnd { expected: "`then`" }, 8..8);
+    check_fault("if a < b then c", K::UnexpectedEnd { expected: "`else`" }, 15..15);
+    check_fault(
+        "(if a then b)",
+        K::UnexpectedToken { found: ")".into(), expected: "`else`" },
+        12..13,
+    );
+    check_fault(
+        "if a else b",
+        K::UnexpectedToken { found: "else".into(), expected: "`then`" },
+        5..9,
+    );
+    let then = K::UnexpectedToken { found: "then".into(), expected: "an operator" };
+    check_fault("a then b", then, 2..6);
+    let operand_missing = K::UnexpectedToken { found: "then".into(), expected: operand };
+    check_fault("2 + then", operand_missing, 4..8);
+    check_fault("a⁻", K::BadNumber { found: "⁻".into() }, 1..4);
+    check_fault("a^²", K::UnexpectedToken { found: "²".into(), expected: operand }, 2..4);
     check_fault("()", K::UnexpectedToken { found: ")".into(), expected: operand }, 1..2);
     check_fault("1.2.3", K::BadNumber { found: "1.2.3".into() }, 0..5);
     check_fault("2 mm", K::UnknownUnit { name: "mm".into() }, 2..4);
@@ -121,7 +254,7 @@ fn faults_point_at_their_span() {
 fn units_follow_numbers_and_model_names_win() {
     let options = ParseOptions {
         is_unit: &|name| ["m", "s", "N", "kg", "mm"].contains(&name),
-        is_name: &|name| name == "s",
+        is_variable: &|name| name == "s",
         ..ParseOptions::default()
     };
     let units = |text: &str| -> Vec<(String, i32)> {
@@ -139,7 +272,7 @@ fn units_follow_numbers_and_model_names_win() {
     assert_eq!(units("25mm"), pairs(&[("mm", 1)]));
     assert_eq!(units("5 kg*m^2 + x"), pairs(&[("kg", 1), ("m", 2)]));
     assert_eq!(units("5 N/m^-2/kg"), pairs(&[("N", 1), ("m", 2), ("kg", -1)]));
-    // `s` is a name of the model, `m(` a call.
+    // `s` goes on no unit, `m(` is a call.
     assert_eq!(units("9.81 m/s^2"), pairs(&[("m", 1)]));
     assert_eq!(units("2 N*m(x)"), pairs(&[("N", 1)]));
     let fault = parse("2 furlong", &options).expect_err("no unit");
@@ -167,9 +300,10 @@ fn long_texts_do_not_overflow_the_stack() {
 }
 
 /// Pieces of text that mean something to the parser.
-const PIECES: [&str; 24] = [
+const PIECES: [&str; 36] = [
     "x", "q1.y", "2", "0.5e3", "m", "sin", "if", "(", "(", ")", ")", ",", "+", "-", "*", "/", "^",
-    "<", ">=", " ", "sin(", "m^", "1 m", "?",
+    "<", ">=", " ", "sin(", "m^", "1 m", "?", "if ", " then ", " else ", " and ", "not ", "²",
+    "⁻¹", "**", "·", " m ", "min(", "hypot(",
 ];
 
 proptest! {
@@ -187,7 +321,10 @@ proptest! {
                 let pool = Pool::new();
                 let mut resolve = |name: &str, _| Ok::<_, ()>(pool.symbol(name));
                 // Functions and units are checked here, which must not panic either.
-                let _ = pool.lower(&syntax, &mut resolve);
+                let lowered = pool.lower(&syntax.written_out(&|_| false), &mut resolve);
+                if let Ok(e) = lowered {
+                    prop_assert!(pool.parse(&pool.to_text(e)) == Ok(e), "{text}");
+                }
             }
             Err(fault) => prop_assert!(fault.span.end <= text.len(), "{text}: {fault:?}"),
         }

@@ -27,14 +27,30 @@ pub fn to_csv<R: Read>(
     selection: &Selection,
     out: impl Write,
 ) -> Result<Exported, LogError> {
+    let names = selection.columns().iter().map(|column| column.name.clone());
+    let headings: Vec<String> = std::iter::once("t".to_owned()).chain(names).collect();
+    to_csv_as(log, selection, &headings, &|_, value| value, out)
+}
+
+/// As [`to_csv`], with headings of the caller's, that of the time first, and `shown` for the value of a column;
+/// the time is column 0.
+///
+/// # Errors
+/// As [`to_csv`].
+pub fn to_csv_as<R: Read>(
+    log: LogReader<R>,
+    selection: &Selection,
+    headings: &[String],
+    shown: &dyn Fn(usize, f64) -> f64,
+    out: impl Write,
+) -> Result<Exported, LogError> {
     let mut csv = csv::Writer::from_writer(out);
-    let names = selection.columns().iter().map(|column| column.name.as_str());
-    csv.write_record(std::iter::once("t").chain(names)).map_err(io_error)?;
+    csv.write_record(headings).map_err(io_error)?;
     let exported = rows(log, selection, |t, cells| {
-        csv.write_field(format!("{t:?}")).map_err(io_error)?;
-        for cell in cells {
-            let text = cell.map(|value| format!("{value:?}")).unwrap_or_default();
-            csv.write_field(text).map_err(io_error)?;
+        csv.write_field(format!("{:?}", shown(0, t))).map_err(io_error)?;
+        for (idx, cell) in cells.iter().enumerate() {
+            let text = cell.map(|value| format!("{:?}", shown(idx + 1, value)));
+            csv.write_field(text.unwrap_or_default()).map_err(io_error)?;
         }
         csv.write_record(None::<&[u8]>).map_err(io_error)
     })?;

@@ -32,33 +32,57 @@ pub(crate) fn with_modes(model: &Model, system: &SymbolicSystem) -> Option<Symbo
     }
     integrated.wrenches.extend(slip_wrenches(model, &system.contacts, &system.constraints));
 
-    // Every expression that depends on a load or a drive.
-    let mut roots: Vec<&mut Expr> = vec![&mut integrated.potential_energy];
-    roots.extend(&mut integrated.potential_gradient);
-    roots.extend(&mut integrated.applied_force);
-    roots.extend(integrated.constraints.iter_mut().map(|c| &mut c.expression));
-    roots.extend(integrated.constraint_jacobian.entries_mut());
-    roots.extend(&mut integrated.constraint_rate);
-    roots.extend(&mut integrated.resistance);
-    roots.extend(integrated.inverse_dynamics.iter_mut().flatten());
-    roots.extend(&mut integrated.conditions);
-    for wrench in &mut integrated.wrenches {
-        roots.extend(&mut wrench.force);
-        roots.extend(&mut wrench.at);
-        roots.extend(&mut wrench.moment);
-    }
-    for contact in &mut integrated.contacts {
-        match &mut contact.law {
-            Law::Stop { restitution } => roots.push(restitution),
-            Law::Friction { sliding, sticking, .. } => roots.extend([sliding, sticking]),
-        }
-    }
+    let roots = switching_roots(&mut integrated);
     let exprs: Vec<Expr> = roots.iter().map(|root| **root).collect();
     let (images, switches) = switches_of(model, system, &exprs);
     roots.into_iter().zip(images).for_each(|(root, image)| *root = image);
     integrated.switches = switches;
     let is_smooth = integrated.switches.is_empty() && integrated.contacts.is_empty();
     (!is_smooth).then_some(integrated)
+}
+
+/// Every expression of a system that depends on a load or a drive.
+fn switching_roots(system: &mut SymbolicSystem) -> Vec<&mut Expr> {
+    let mut roots: Vec<&mut Expr> = vec![&mut system.potential_energy];
+    roots.extend(&mut system.potential_gradient);
+    roots.extend(&mut system.applied_force);
+    roots.extend(system.constraints.iter_mut().map(|c| &mut c.expression));
+    roots.extend(system.constraint_jacobian.entries_mut());
+    roots.extend(&mut system.constraint_rate);
+    roots.extend(&mut system.resistance);
+    roots.extend(system.inverse_dynamics.iter_mut().flatten());
+    roots.extend(&mut system.conditions);
+    for wrench in &mut system.wrenches {
+        roots.extend(&mut wrench.force);
+        roots.extend(&mut wrench.at);
+        roots.extend(&mut wrench.moment);
+    }
+    for contact in &mut system.contacts {
+        match &mut contact.law {
+            Law::Stop { restitution } => roots.push(restitution),
+            Law::Friction { sliding, sticking, .. } => roots.extend([sliding, sticking]),
+        }
+    }
+    roots
+}
+
+/// The equations that are integrated with the sign of its own function in place of every mode of a kink: each state takes
+/// its own branches. Modes of contacts stay parameters.
+pub fn with_branches(pool: &Pool, system: &SymbolicSystem) -> SymbolicSystem {
+    let mut branching = system.integrated().clone();
+    let mut signs: Vec<(SymbolId, Expr)> = Vec::new();
+    for switch in &branching.switches {
+        // A function may have the mode of one before it in it.
+        let function = pool.substitute(switch.function, &signs);
+        let is_positive = pool.call(Function::Ge, &[function, pool.zero()]);
+        let is_positive = is_positive.expect("a comparison has two operands");
+        signs.push((switch.mode, pool.select(is_positive, pool.one(), pool.neg(pool.one()))));
+    }
+    let roots = switching_roots(&mut branching);
+    let exprs: Vec<Expr> = roots.iter().map(|root| **root).collect();
+    let images = pool.substitute_all(&exprs, &signs);
+    roots.into_iter().zip(images).for_each(|(root, image)| *root = image);
+    branching
 }
 
 /// Replaces the kinks of some expressions of t, q and v; the switches decide them.
@@ -72,7 +96,9 @@ pub fn switches_of(
     let multipliers = system.constraints.iter().map(|row| row.lambda).collect();
     let (pool, time) = (&model.pool, model.time);
     let mut kinks = Kinks { pool, time, state, multipliers, switches: Vec::new() };
-    let images = model.pool.map_calls(roots, |function, operands| kinks.image(function, operands));
+    // Functions by name have their kinks inside.
+    let roots = model.pool.expand_named(roots);
+    let images = pool.map_calls(&roots, |function, operands| kinks.image(function, operands));
     (images, kinks.switches)
 }
 

@@ -45,7 +45,7 @@ pub use ids::{
     BeltId, BodyId, ClockId, CouplingId, CurveId, DriveId, GROUND, JointId, LawId, LoadId,
     ParameterId, PointId, StateId, Vector,
 };
-pub use io::Io;
+pub use io::{Io, ReactionComponent};
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{FrictionLaw, Load, LoadKind, Surface};
 pub use measure::{Axis, Frame, Initial, Measure, Orientation, Signal};
@@ -53,4 +53,4 @@ pub use mesh::{Mesh, MeshFault, MeshMoments};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};
 pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};
 pub use state::{Clock, HeldChange, HeldSignal, LatchRow, NamedSignal, State};
-pub use table::TableCall;
+pub use table::{FunctionPiece, NamedFunction, TableCall};

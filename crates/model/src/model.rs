@@ -21,7 +21,7 @@ use crate::load::Load;
 use crate::measure::{Initial, Orientation, Signal};
 use crate::solve::SolveOptions;
 use crate::state::{Clock, HeldSignal, NamedSignal, State};
-use crate::table::TableCall;
+use crate::table::{NamedFunction, TableCall};
 
 /// A whole mechanism as its author stated it; `Model<PoolSnapshot>` is the same for all threads at once.
 #[derive(Debug)]
@@ -64,6 +64,8 @@ pub struct Model<P = Pool> {
     pub clocks: Vec<Clock>,
     /// Signals that are held: those computed at ticks, each after those it uses, then those latched by events.
     pub held: Vec<HeldSignal>,
+    /// Tables, laws and paths that are functions by name, in the order of their first use.
+    pub functions: Vec<NamedFunction>,
     /// Calls of tables that have no value beyond their rows.
     pub table_calls: Vec<TableCall>,
     /// Symbols used in expressions of loads and drives, and what they measure.
@@ -104,6 +106,7 @@ impl<P> Model<P> {
             named_signals: self.named_signals.clone(),
             clocks: self.clocks.clone(),
             held: self.held.clone(),
+            functions: self.functions.clone(),
             table_calls: self.table_calls.clone(),
             signals: self.signals.clone(),
             initial: self.initial.clone(),

@@ -1,6 +1,7 @@
-//! Calls of tables that have no value beyond their rows.
+//! Functions that have a name: tables, laws of motion and paths; calls of tables that have no value beyond their
+//! rows.
 
-use bksim_expr::Expr;
+use bksim_expr::{Expr, FunctionId};
 
 use crate::diagnostic::Span;
 
@@ -17,4 +18,26 @@ pub struct TableCall {
     pub unit: String,
     /// Position of the call.
     pub span: Span,
+}
+
+/// A function that expressions call by its name.
+#[derive(Clone, Debug)]
+pub struct NamedFunction {
+    /// The function, known by its name in the pool.
+    pub function: FunctionId,
+    /// One after the other; the function has no value where none holds.
+    pub pieces: Vec<FunctionPiece>,
+}
+
+/// A part of a function with one formula: Σ c (x − x₀)ⁿ (y − y₀)ᵐ + A sin(ω (x − x₀) + φ).
+#[derive(Clone, Debug)]
+pub struct FunctionPiece {
+    /// First and last value of each argument, SI; infinite where there is none.
+    pub ranges: Vec<[f64; 2]>,
+    /// x₀, and y₀ of two arguments.
+    pub origin: Vec<f64>,
+    /// n and m, and c.
+    pub terms: Vec<([usize; 2], f64)>,
+    /// A, ω and φ.
+    pub sine: Option<[f64; 3]>,
 }

@@ -23,6 +23,7 @@ use bksim::{Mechanism, Rejected, Simulation};
 use bksim_load::{Loaded, Request, Text, json_all, load, parse, parse_recorded};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::arrays::{table, transposed};
 use crate::derived::Derived;
@@ -38,7 +39,19 @@ pub(crate) struct Engine {
     pub(crate) simulation: Simulation,
     /// Whether the equations were derived with other values.
     is_replayed: bool,
+    /// What was stated besides the text.
+    stated: Arc<Stated>,
     start: OnceLock<Start>,
+}
+
+/// What is stated of a model besides its text.
+#[derive(Default)]
+struct Stated {
+    jit: Option<String>,
+    /// Parameters that are functions of Python.
+    inputs: Vec<(String, Py<PyAny>)>,
+    /// Overrides that may take other numbers later.
+    varied: Vec<String>,
 }
 
 /// A model as text, and what is to be other than it says.
@@ -55,6 +68,9 @@ struct Written {
     /// Overrides that may take other numbers later.
     varied: Vec<String>,
 }
+
+/// The argument of [`Engine::read`].
+type Reread<'py> = (Bound<'py, PyDict>,);
 
 /// A name with its unit and what it is.
 type Described = (String, String, String);
@@ -74,8 +90,21 @@ impl Engine {
             simulation,
             derived: Arc::new(Derived::new(source, mechanism, warnings, recording)),
             is_replayed: false,
+            stated: Arc::default(),
             start: OnceLock::new(),
         })
+    }
+
+    /// Derives the equations of a text.
+    fn of_text(written: Written) -> Result<Self, Fault> {
+        let Written { text, path, name, overrides, jit, inputs, varied } = written;
+        let source = Text::new(path, text);
+        let loaded = parse_recorded(source, &name, &overrides, &varied, Limits::default())?;
+        let laws = Python::attach(|py| {
+            inputs.iter().map(|(name, law)| (name.clone(), law.clone_ref(py))).collect()
+        });
+        let engine = Self::derived(loaded, overrides, jit.as_deref(), laws)?;
+        Ok(Self { stated: Arc::new(Stated { jit, inputs, varied }), ..engine })
     }
 
     fn derived(
@@ -143,12 +172,30 @@ impl Engine {
     /// Reads the text of a model.
     #[staticmethod]
     fn read(py: Python<'_>, written: Written) -> PyResult<Self> {
-        let Written { text, path, name, overrides, jit, inputs, varied } = written;
-        guard(py, move || {
-            let source = Text::new(path, text);
-            let loaded = parse_recorded(source, &name, &overrides, &varied, Limits::default())?;
-            Self::derived(loaded, overrides, jit.as_deref(), inputs)
-        })
+        guard(py, move || Self::of_text(written))
+    }
+
+    /// The model as it is read again: in another process, or later.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Reread<'py>)> {
+        let written = PyDict::new(py);
+        let Stated { jit, inputs, varied } = &*self.stated;
+        written.set_item("text", self.text())?;
+        written.set_item("path", self.path())?;
+        written.set_item("name", self.name())?;
+        written.set_item("overrides", &self.overrides)?;
+        written.set_item("jit", jit)?;
+        let inputs: Vec<_> = inputs.iter().map(|(name, law)| (name, law.bind(py))).collect();
+        written.set_item("inputs", inputs)?;
+        written.set_item("varied", varied)?;
+        Ok((py.get_type::<Self>().getattr("read")?, (written,)))
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
     }
 
     /// The same equations at other values, SI, of the parameters that vary; none where other values
@@ -168,6 +215,7 @@ impl Engine {
             overrides,
             simulation,
             is_replayed: true,
+            stated: self.stated.clone(),
             start: OnceLock::new(),
         })
     }
@@ -192,7 +240,8 @@ impl Engine {
                 is_geometry: false,
             };
             let loaded = load(&request)?;
-            Self::derived((loaded, None), overrides, jit.as_deref(), Vec::new())
+            let engine = Self::derived((loaded, None), overrides, jit.as_deref(), Vec::new())?;
+            Ok(Self { stated: Arc::new(Stated { jit, ..Stated::default() }), ..engine })
         })
     }
 

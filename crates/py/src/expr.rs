@@ -169,6 +169,24 @@ impl Expr {
         }
     }
 
+    /// The expression of a list of steps.
+    #[staticmethod]
+    fn of_listing(py: Python<'_>, listing: String) -> PyResult<Self> {
+        guard(py, move || {
+            let found = pool().read_listing(&listing).map_err(|e| Fault::Value(e.to_string()))?;
+            let one = <[expr::Expr; 1]>::try_from(found).map_err(|found| {
+                Fault::Value(format!("a list of {} expressions where one is needed", found.len()))
+            })?;
+            Ok(Self(one[0]))
+        })
+    }
+
+    /// The steps that it is made of, each once.
+    fn listing(&self, py: Python<'_>) -> PyResult<String> {
+        let e = self.0;
+        guard(py, move || Ok(pool().listing(&[e])))
+    }
+
     fn __hash__(&self) -> u64 {
         use std::hash::{DefaultHasher, Hash, Hasher};
         let mut hasher = DefaultHasher::new();

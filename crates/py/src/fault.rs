@@ -138,8 +138,9 @@ fn panic_words(panic: &(dyn Any + Send)) -> String {
 
 /// The meaning of a code and the way out, or `None` when there is no such code.
 #[pyfunction]
-pub(crate) fn explain(code: &str) -> Option<String> {
-    bksim::explain(code).map(|page| page.text.to_owned())
+#[pyo3(signature = (code, lang = "en"))]
+pub(crate) fn explain(code: &str, lang: &str) -> Option<String> {
+    bksim::translation::page(code, bksim::translation::Language::of_locale(lang))
 }
 
 /// Panics, so that tests can see what becomes of it.

@@ -85,6 +85,8 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(questions::verify_of, m)?)?;
     m.add_function(wrap_pyfunction!(logged::open_log, m)?)?;
     m.add_function(wrap_pyfunction!(logged::save_log, m)?)?;
+    m.add_function(wrap_pyfunction!(logged::log_bytes, m)?)?;
+    m.add_function(wrap_pyfunction!(logged::carried_run, m)?)?;
     m.add_function(wrap_pyfunction!(drawing::picture, m)?)?;
     m.add_function(wrap_pyfunction!(drawing::render, m)?)?;
     m.add_function(wrap_pyfunction!(show::page, m)?)?;

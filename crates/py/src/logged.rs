@@ -1,7 +1,7 @@
 //! Runs as logs, and logs as runs.
 
 use std::fs::File;
-use std::io::{BufReader, Write};
+use std::io::{BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 use bksim::log::{EndStatus, LogError, LogReader, Outcome, Record};
@@ -13,12 +13,13 @@ use bksim::sim::sensitivity::StateSensitivity;
 use bksim::sim::start::Start;
 use bksim_load::Text;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
 use crate::arrays::{table, transposed, vector};
 use crate::engine::Engine;
 use crate::fault::{Fault, guard};
 use crate::file::{replace, unwritten};
-use crate::solution::{Ending, Kept, Logged, Rows, Run};
+use crate::solution::{Carried, Ending, Facts, Kept, Logged, Rows, Run};
 
 /// Writes the log of a run, replacing a file of that name only once it is whole.
 #[pyfunction]
@@ -26,10 +27,42 @@ pub(crate) fn save_log(py: Python<'_>, run: Py<Run>, path: PathBuf) -> PyResult<
     let run = run.get();
     let rows = run.rows(py);
     guard(py, || {
+        if let Some(Carried { log, .. }) = &run.carried {
+            return replace(&path, |out| out.write_all(log).map_err(|e| unwritten(&path, &e)));
+        }
         let start = run.engine.get().start()?;
         let unwritten = |e: LogError| unwritten(&path, &e);
         replace(&path, |out| write(run, &rows, start, out).map(drop).map_err(unwritten))
     })
+}
+
+/// The log of a run, to be sent to another process or kept.
+#[pyfunction]
+pub(crate) fn log_bytes(py: Python<'_>, run: Py<Run>) -> PyResult<Bound<'_, PyBytes>> {
+    let run = run.get();
+    let rows = run.rows(py);
+    let log = guard(py, || match (&run.carried, &run.logged) {
+        (Some(Carried { log, .. }), _) => Ok(log.clone()),
+        (None, Some(_)) => {
+            let path = &run.engine.get().source().path;
+            let unread = |e| Fault::File(format!("cannot read {}: {e}", path.display()));
+            std::fs::read(path).map_err(unread)
+        }
+        (None, None) => bytes(run, &rows),
+    })?;
+    Ok(PyBytes::new(py, &log))
+}
+
+/// The run of a log that was carried here.
+#[pyfunction]
+pub(crate) fn carried_run(
+    py: Python<'_>,
+    path: PathBuf,
+    log: Vec<u8>,
+    facts: Facts,
+) -> PyResult<Run> {
+    let run = guard(py, || opened(&path, log.as_slice()))?;
+    Ok(made(py, run)?.with_carried(Carried { log, facts }))
 }
 
 /// The log of a run as bytes.
@@ -98,7 +131,15 @@ fn derivatives(row: &[f64], sample: &Sample) -> Vec<StateSensitivity> {
 /// A run as its log has it.
 #[pyfunction]
 pub(crate) fn open_log(py: Python<'_>, path: PathBuf) -> PyResult<Run> {
-    let (engine, t, values, kept, logged) = guard(py, || opened(&path))?;
+    let run = guard(py, || {
+        let file = File::open(&path)
+            .map_err(|e| Fault::File(format!("cannot read {}: {e}", path.display())))?;
+        opened(&path, BufReader::new(file))
+    })?;
+    made(py, run)
+}
+
+fn made(py: Python<'_>, (engine, t, values, kept, logged): Opened) -> PyResult<Run> {
     let engine = Py::new(py, engine)?;
     let run = Run::new(engine, vector(py, t).unbind(), table(py, values).unbind(), kept);
     Ok(run.with_log(logged))
@@ -106,12 +147,11 @@ pub(crate) fn open_log(py: Python<'_>, path: PathBuf) -> PyResult<Run> {
 
 type Opened = (Engine, Vec<f64>, numpy::ndarray::Array2<f64>, Kept, Logged);
 
-fn opened(path: &Path) -> Result<Opened, Fault> {
+/// The run of a log; `path` is where it is from.
+fn opened(path: &Path, log: impl Read) -> Result<Opened, Fault> {
     let bad = |e: &dyn std::fmt::Display| Fault::Log(format!("`{}`: {e}", path.display()));
     // Read everything.
-    let file = File::open(path)
-        .map_err(|e| Fault::File(format!("cannot read {}: {e}", path.display())))?;
-    let mut log = LogReader::open(BufReader::new(file)).map_err(|e| bad(&e))?;
+    let mut log = LogReader::open(log).map_err(|e| bad(&e))?;
     let header = log.header().clone();
 
     // Samples by topic: all topics have as many but in a log that was cut short.

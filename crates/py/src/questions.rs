@@ -2,8 +2,8 @@
 
 use bksim::analysis::{
     About, AnalysisError, Channels, LimitsRequest, Motion, assemblies, balanced, bode, curves,
-    doctor, inverse, kinematics, limits, linearize, modes, statics, statics_over, verify,
-    workspaces,
+    doctor, inverse, kinematics, limits, linearize, modes, singular_poses, statics, statics_over,
+    verify, workspaces,
 };
 use bksim::model::Model;
 use bksim_studio::questions::{self, Answer};
@@ -217,8 +217,19 @@ pub(crate) fn inverse_of(
 
 /// Free motions, repeated conditions, cures.
 #[pyfunction]
-pub(crate) fn doctor_of(py: Python<'_>, engine: Py<Engine>) -> PyResult<Told<'_>> {
-    ask(py, engine.get(), |name, model| Ok(questions::doctor::told(name, &doctor(model)?)))
+pub(crate) fn doctor_of(
+    py: Python<'_>,
+    engine: Py<Engine>,
+    drive: Option<String>,
+) -> PyResult<Told<'_>> {
+    ask(py, engine.get(), move |name, model| {
+        let singular = match &drive {
+            Some(drive) => Some(singular_poses(model.snapshot().to_model(), drive)?),
+            None => None,
+        };
+        let along = drive.as_deref().zip(singular.as_deref());
+        Ok(questions::doctor::told(name, &doctor(model)?, along))
+    })
 }
 
 /// The run beside one in another way.

@@ -24,6 +24,24 @@ pub(crate) struct Run {
     pub(crate) kept: Kept,
     /// The source of the model, as the log has it.
     pub(crate) logged: Option<Logged>,
+    /// What came with the bytes of its log.
+    pub(crate) carried: Option<Carried>,
+}
+
+/// A run that was brought from another process, or kept: the bytes of its log, and what that does not tell.
+pub(crate) struct Carried {
+    pub(crate) log: Vec<u8>,
+    pub(crate) facts: Facts,
+}
+
+/// Facts of a run that its log tells in other words, or not at all: its properties of these names.
+#[derive(Clone, FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Facts {
+    ending: String,
+    fault: Option<(String, String)>,
+    warnings: String,
+    summary: String,
 }
 
 /// Everything kept of a run besides its table.
@@ -85,11 +103,20 @@ impl Run {
         table: Py<PyArray2<f64>>,
         kept: Kept,
     ) -> Self {
-        Self { engine, t, table, kept, logged: None }
+        Self { engine, t, table, kept, logged: None, carried: None }
+    }
+
+    /// The facts of a run that was brought from elsewhere.
+    fn facts(&self) -> Option<&Facts> {
+        self.carried.as_ref().map(|carried| &carried.facts)
     }
 
     pub(crate) fn with_log(self, logged: Logged) -> Self {
         Self { logged: Some(logged), ..self }
+    }
+
+    pub(crate) fn with_carried(self, carried: Carried) -> Self {
+        Self { carried: Some(carried), ..self }
     }
 }
 
@@ -124,12 +151,15 @@ impl Run {
     /// Whether it was opened from a log.
     #[getter]
     fn is_logged(&self) -> bool {
-        self.logged.is_some()
+        self.logged.is_some() && self.carried.is_none()
     }
 
     /// How it ended: `reached`, `full`, `stopped`, `failed`.
     #[getter]
-    fn ending(&self) -> &'static str {
+    fn ending(&self) -> &str {
+        if let Some(facts) = self.facts() {
+            return &facts.ending;
+        }
         match self.kept.ending {
             Ending::Reached => "reached",
             Ending::Full => "full",
@@ -151,6 +181,9 @@ impl Run {
     /// Why the integrator could not go on: in words, and as JSON.
     #[getter]
     fn fault(&self) -> Option<(String, String)> {
+        if let Some(facts) = self.facts() {
+            return facts.fault.clone();
+        }
         let Ending::Failed(fault) = &self.kept.ending else { return None };
         let source = self.engine.get().source();
         let all = json_all(source, std::slice::from_ref(fault));
@@ -160,6 +193,9 @@ impl Run {
     /// The warnings about what the results are worth, as JSON; a log tells its own among its notes.
     #[getter]
     fn warnings(&self, py: Python<'_>) -> PyResult<String> {
+        if let Some(facts) = self.facts() {
+            return Ok(facts.warnings.clone());
+        }
         guard(py, || {
             let engine = self.engine.get();
             let Kept { summary, ending, .. } = &self.kept;
@@ -178,6 +214,9 @@ impl Run {
 
     /// How it went, as JSON.
     fn summary(&self, py: Python<'_>) -> PyResult<String> {
+        if let Some(facts) = self.facts() {
+            return Ok(facts.summary.clone());
+        }
         guard(py, || {
             if let Some(logged) = &self.logged {
                 return Ok(logged.summary().to_string());

@@ -50,6 +50,12 @@ def test_a_cluster_gives_the_same_rows(crank: bksim.Model, client: Any) -> None:
     assert here.failures == there.failures and here.failures
 
 
+def test_a_cluster_returns_solutions(crank: bksim.Model, client: Any) -> None:
+    there = client.submit(lambda m: m.solve(t_end=0.2), crank).result()
+    here = crank.solve(t_end=0.2)
+    assert np.array_equal(there.q, here.q) and there.summary == here.summary
+
+
 def interrupted(crank: bksim.Model, client: Any, path: Path) -> bool:
     """Whether a sweep was ended by Ctrl-C, sent when ten parts had arrived."""
     parts = path.with_name(f"{path.name}.parts")

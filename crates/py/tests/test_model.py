@@ -121,6 +121,7 @@ def test_faults_have_places_and_names(tmp_path: Path) -> None:
     (fault,) = caught.value.diagnostics
     assert fault.severity == "error" and fault.labels[0].line == 9
     assert bksim.explain(fault.code)
+    assert "## Cách sửa" in (bksim.explain(fault.code, "vi") or "")
     assert str(path) in str(fault)
 
 

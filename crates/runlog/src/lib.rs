@@ -8,3 +8,5 @@ pub mod overview;
 pub mod playback;
 pub mod player;
 pub mod record;
+pub mod report;
+pub mod solved;

@@ -38,4 +38,5 @@ bksim_model::codes! {
     NO_SIGNAL = "R015", "a sampled signal without a value";
     JAMS = "R016", "a joint that jams while it moves";
     ENDLESS = "R017", "latched signals that change without end";
+    BELOW_NOISE = "R018", "a tolerance below the noise of the accelerations";
 }

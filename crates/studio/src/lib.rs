@@ -26,8 +26,10 @@ pub mod questions {
     };
 }
 
-const PARQUET: TableFormat =
-    TableFormat { name: "parquet", write: |log, selection, out| to_parquet(log, selection, out) };
+const PARQUET: TableFormat = TableFormat {
+    name: "parquet",
+    write: |log, asked, out| to_parquet(log, &asked.selection, out),
+};
 
 /// Does what the arguments of `bksim` say, the name of the program first, all of it in this process,
 /// and gives its exit status; the rest as [`bksim_cli::run`].

@@ -269,6 +269,34 @@ fn explain_prints_the_page() {
 }
 
 #[test]
+fn explain_speaks_vietnamese_where_it_is_asked_for() {
+    let room = Scratch::new();
+    let asked = text(&room.run("explain m012 --lang vi").stdout);
+    assert!(asked.starts_with("# M012: không có khâu này"), "{asked}");
+    assert!(asked.contains("error[M012]: joint `post` refers to unknown body"), "{asked}");
+    let list = text(&room.run("explain --lang vi").stdout);
+    assert!(list.contains("M012  không có khâu này"), "{list}");
+}
+
+#[test]
+fn a_diagnostic_is_explained_in_the_language_of_the_environment() {
+    let room = Scratch::new();
+    room.write("a.toml", "name = \"a\"\n");
+    let said = |locale: &str, arguments: &str| {
+        let mut command = room.bksim();
+        command.args(arguments.split(" "));
+        let output = command.env_remove("LC_ALL").env_remove("LC_MESSAGES").env("LANG", locale);
+        text(&output.output().expect("the program runs").stderr)
+    };
+    let english = said("en_US.UTF-8", "check a.toml");
+    let vietnamese = said("vi_VN.UTF-8", "check a.toml");
+    assert!(!english.contains("mô hình không có khâu"), "{english}");
+    assert!(vietnamese.contains("mô hình không có khâu"), "{vietnamese}");
+    assert!(vietnamese.contains("error[M062]: the model has no bodies"), "{vietnamese}");
+    assert_eq!(said("vi_VN.UTF-8", "check a.toml --lang en"), english);
+}
+
+#[test]
 fn the_checks_can_fail() {
     let example = |output: &str, cure: &str| {
         let fault = "```toml a.toml\nname = \"a\"\n```";

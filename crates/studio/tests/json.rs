@@ -81,7 +81,7 @@ const CONTACTS: &str = include_str!("../../../tests/fixtures/contacts.toml");
 #[test]
 fn the_page_lists_the_keys_that_are_printed() {
     let place = Scratch::new();
-    for example in ["five-link", "parallelogram", "four-bar", "winch"] {
+    for example in ["five-link", "parallelogram", "four-bar", "winch", "quick-return"] {
         let model = fs::read(format!("{CRATE}/../../examples/{example}/model.toml"));
         place.write(&format!("{example}.toml"), model.expect("an example"));
     }
@@ -110,6 +110,11 @@ fn the_page_lists_the_keys_that_are_printed() {
         "cam cam.toml roller -o roller.dxf",
         "cam cam.toml lift",
         "new fresh",
+        "new --list",
+        "new arm --template robot-arm",
+        "completions bash",
+        "man solve",
+        "man -o pages",
         "check five-link.toml",
         "check parallelogram.toml",
         "check winch.toml",
@@ -137,6 +142,9 @@ fn the_page_lists_the_keys_that_are_printed() {
         "plot parallelogram.mcap",
         "plot five-link.mcap parallelogram.mcap energy.work --x energy.total -o energy.svg",
         "plot parallelogram.mcap state.nothing",
+        "export parallelogram.mcap energy -o joules.csv --in kJ",
+        "report parallelogram.mcap",
+        "report quick-return.toml --in mm,deg",
         "info parallelogram.mcap",
         "info contacts.mcap",
         "info cut.mcap",

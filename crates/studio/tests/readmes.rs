@@ -54,8 +54,27 @@ fn the_page_on_code_shows_what_is_printed() {
 }
 
 #[test]
+fn the_page_on_reports_shows_what_is_printed() {
+    check(&root().join("docs/report.md"));
+}
+
+#[test]
 fn the_page_on_sweeps_shows_what_is_printed() {
     check(&root().join("docs/sweeps.md"));
+}
+
+#[test]
+fn the_pages_of_the_book_show_what_is_printed() {
+    check(&root().join("docs/start.md"));
+    for entry in fs::read_dir(root().join("docs/tasks")).expect("tasks") {
+        check(&entry.expect("an entry").path());
+    }
+}
+
+#[test]
+fn the_vietnamese_pages_show_what_is_printed() {
+    check(&root().join("docs/vi/README.md"));
+    check(&root().join("docs/vi/bai-dau-tien.md"));
 }
 
 #[test]

@@ -15,11 +15,12 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use bksim::Mechanism;
+use bksim::solved::solve;
 use bksim_scene::Theme;
 use bksim_view::film::Stage;
 use bksim_view::offscreen::Canvas;
 use bksim_view::renderer::Frame;
-use bksim_view::show::{Show, solve};
+use bksim_view::show::Show;
 
 /// Number of measured frames.
 const N_FRAMES: u32 = 50;

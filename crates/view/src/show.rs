@@ -4,7 +4,6 @@ mod arrows;
 #[cfg(test)]
 mod pendulum;
 mod reach;
-mod solve;
 mod trail;
 
 use std::sync::Arc;
@@ -21,7 +20,6 @@ use bksim_scene::{Arrow, Extras, Scene, Theme};
 use self::arrows::Arrows;
 #[cfg(test)]
 pub(crate) use self::pendulum::pendulum;
-pub use self::solve::{Solved, solve};
 use self::trail::Past;
 
 /// Additions to the mechanism, and the colours.

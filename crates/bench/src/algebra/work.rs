@@ -121,7 +121,8 @@ fn of_syntax(syntax: &Syntax, is_state: &dyn Fn(&str) -> bool) -> u64 {
                 let inner: u64 = arguments.iter().map(|&a| parts[a].operations()).sum();
                 if has_state { Part::Whole(inner + 1) } else { Part::Group }
             }
-            SyntaxKind::Negate(operand) => parts[*operand],
+            // No unit is printed.
+            SyntaxKind::Negate(operand) | SyntaxKind::Unit { operand, .. } => parts[*operand],
             SyntaxKind::Binary { operator, left, right, .. } => {
                 binary(syntax, *operator, (parts[*left], parts[*right]), *right)
             }

@@ -290,6 +290,9 @@ pub(crate) struct Verify {
 pub(crate) struct Doctor {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
+    /// Tell the singular poses along the whole motion with this measure as its drive, `crank.angle`.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) drive: Option<String>,
     #[command(flatten)]
     pub(crate) table: TableArgs,
 }

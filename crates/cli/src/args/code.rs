@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::ModelArgs;
+use super::analysis::About;
 
 #[derive(Args, Debug)]
 pub(crate) struct Code {
@@ -16,9 +17,16 @@ pub(crate) struct Code {
     /// The functions that are written.
     #[arg(long, value_enum, default_value_t = Part::Dynamics)]
     pub(crate) part: Part,
-    /// A parameter that loads depend on, as an argument of the functions; may be repeated.
+    /// A parameter that loads depend on, as an argument of the functions; with `--part linear` as of `bksim
+    /// linearize`. May be repeated.
     #[arg(long, value_name = "NAME")]
     pub(crate) input: Vec<String>,
+    /// With `--part linear`: an output, as of `bksim linearize`; may be repeated.
+    #[arg(long = "of", value_name = "NAME")]
+    pub(crate) of: Vec<String>,
+    /// With `--part linear`: the state that the equations are linear about.
+    #[arg(long, value_enum, default_value_t = About::Static)]
+    pub(crate) at: About,
     /// The folder for the files; it is made where it does not exist.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
@@ -45,4 +53,6 @@ pub(crate) enum Part {
     Dynamics,
     /// Positions and rates of joints, bodies and points.
     Kinematics,
+    /// ẋ = A x + B u, z = C x + D u about a state.
+    Linear,
 }

@@ -4,33 +4,33 @@ use std::fs;
 use std::io::Write;
 use std::path::Path;
 
-use bksim::analysis::{ExportedFunction, Part, exported};
+use bksim::analysis::{
+    AnalysisError, Channels, ExportedFunction, Part, exported, exported_linear, linearize,
+};
 use bksim::expr::Program;
+use bksim::model::Model;
 use serde_json::{Value, json};
 
+use super::analysis::linearize::about;
 use crate::args::code::{Code, Language, Part as PartArg};
 use crate::exit::{Failure, Status};
 use crate::origin::{is_of_model, stamped};
 use crate::output;
 use crate::output_file::OutputFile;
 use crate::render;
-use crate::source::{derive, load};
+use crate::source::{Text, derive, load};
 
 const UNDONE: &str = "no code was written";
 
 pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let loaded = load(&args.model, nesting)?;
-    let mechanism = derive(&loaded.source, loaded.model)?;
-    let part = match args.part {
-        PartArg::Dynamics => Part::Dynamics,
-        PartArg::Kinematics => Part::Kinematics,
+    let model_name = loaded.model.name.clone();
+    let found = match args.part {
+        PartArg::Dynamics => of_equations(&loaded.source, loaded.model, Part::Dynamics, args)?,
+        PartArg::Kinematics => of_equations(&loaded.source, loaded.model, Part::Kinematics, args)?,
+        PartArg::Linear => of_linear(loaded.model, args),
     };
-    // Of the inputs that the model states, those that are arguments.
-    let is_parameter = |name: &&String| mechanism.model.parameters.iter().any(|p| p.name == **name);
-    let stated = mechanism.model.io.inputs.iter().filter(is_parameter).cloned();
-    let inputs = if args.input.is_empty() { stated.collect() } else { args.input.clone() };
-    let functions = exported(&mechanism, part, &inputs)
-        .map_err(|error| loaded.source.rejected(error.diagnostics()))?;
+    let functions = found.map_err(|error| loaded.source.rejected(error.diagnostics()))?;
 
     // All texts, then all files, so that either all are written or none is begun.
     let mut files = Vec::new();
@@ -47,14 +47,14 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
         .map(|(name, text)| {
             let path = args.output.join(name);
             let model: &[&Path] = &[&args.model.model];
-            let may_replace = args.force || is_of_model(&path, &mechanism.model.name);
+            let may_replace = args.force || is_of_model(&path, &model_name);
             Ok((OutputFile::plan(&path, ("model", model), may_replace, UNDONE)?, text))
         })
         .collect();
     let mut written = Vec::new();
     for (file, text) in planned? {
         let mut out = file.create()?;
-        let bytes = stamped(file.path(), text.into_bytes(), &mechanism.model.name);
+        let bytes = stamped(file.path(), text.into_bytes(), &model_name);
         out.write_all(&bytes).map_err(|error| {
             Failure::file(file.path(), format!("cannot be written: {error}"), None)
         })?;
@@ -79,6 +79,30 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
     let text: String = functions.iter().map(line).chain(files).collect();
     output::text(text.trim_end())?;
     Ok(Status::Done)
+}
+
+/// The functions of the equations, or why there are none.
+fn of_equations(
+    source: &Text,
+    model: Model,
+    part: Part,
+    args: &Code,
+) -> Result<Result<Vec<ExportedFunction>, AnalysisError>, Failure> {
+    let mechanism = derive(source, model)?;
+    // Of the inputs that the model states, those that are arguments.
+    let is_parameter = |name: &&String| mechanism.model.parameters.iter().any(|p| p.name == **name);
+    let stated = mechanism.model.io.inputs.iter().filter(is_parameter).cloned();
+    let inputs = if args.input.is_empty() { stated.collect() } else { args.input.clone() };
+    Ok(exported(&mechanism, part, &inputs))
+}
+
+/// The function of the linear equations.
+fn of_linear(model: Model, args: &Code) -> Result<Vec<ExportedFunction>, AnalysisError> {
+    let name = model.name.clone();
+    let channels =
+        Channels { inputs: args.input.clone(), outputs: args.of.clone(), states: Vec::new() };
+    let linear = linearize(model, about(args.at), &channels)?;
+    Ok(vec![exported_linear(&name, &linear)?])
 }
 
 /// The files of a function, each with its name.

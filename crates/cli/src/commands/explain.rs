@@ -1,11 +1,14 @@
 //! `bksim explain CODE`: the page of a diagnostic.
 
+use bksim::model::diagnostic::Page;
+use bksim::translation::{page, translation};
 use bksim::{explain, explained_codes};
 use serde_json::json;
 
 use crate::args::Explain;
 use crate::exit::{Failure, Status};
 use crate::output::{self, table};
+use crate::render;
 
 pub(crate) fn run(args: &Explain, as_json: bool) -> Result<Status, Failure> {
     let Some(code) = &args.code else {
@@ -18,19 +21,25 @@ pub(crate) fn run(args: &Explain, as_json: bool) -> Result<Status, Failure> {
                 .collect();
             output::json("explain", json!({ "codes": codes }))?;
         } else {
-            let rows = pages.iter().map(|page| [page.code.0, page.title].map(str::to_owned).into());
+            let title = |page: &Page| {
+                let words = translation(page.code.0, render::language());
+                words.map_or(page.title.to_owned(), |words| words.title.clone())
+            };
+            let rows = pages.iter().map(|page| vec![page.code.0.to_owned(), title(page)]);
             output::text(&table(&rows.collect::<Vec<_>>()))?;
         }
         return Ok(Status::Done);
     };
-    let page = explain(code).ok_or_else(|| {
+    let unknown = || {
         let message = format!("no diagnostic has the code `{code}`");
         Failure::usage(message, "`bksim explain` lists all codes")
-    })?;
+    };
+    let code = explain(code).ok_or_else(unknown)?.code.0;
+    let text = page(code, render::language()).ok_or_else(unknown)?;
     if as_json {
-        output::json("explain", json!({ "code": page.code.0, "page": page.text }))?;
+        output::json("explain", json!({ "code": code, "page": text }))?;
     } else {
-        output::text(page.text.trim_end())?;
+        output::text(text.trim_end())?;
     }
     Ok(Status::Done)
 }

@@ -4,8 +4,9 @@ use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Write};
 use std::path::Path;
 
-use bksim::log::export::{Exported, to_csv};
+use bksim::log::export::{Exported, to_csv_as};
 use bksim::log::{LogError, LogReader, Record, Selection};
+use bksim::model::file::{ShownUnit, ShownUnits};
 use serde_json::json;
 
 use crate::args::Export;
@@ -25,11 +26,35 @@ pub struct TableFormat {
     /// Its ending, lower case.
     pub name: &'static str,
     /// Writes the selected channels of a log.
-    pub write: fn(OpenLog, &Selection, &mut BufWriter<Written>) -> Result<Exported, LogError>,
+    pub write: fn(OpenLog, &Asked, &mut BufWriter<Written>) -> Result<Exported, LogError>,
 }
 
-const CSV: TableFormat =
-    TableFormat { name: "csv", write: |log, selection, out| to_csv(log, selection, out) };
+const CSV: TableFormat = TableFormat {
+    name: "csv",
+    write: |log, asked, out| {
+        let Asked { selection, headings, units } = asked;
+        let shown = |column: usize, value: f64| units[column].of_si(value);
+        to_csv_as(log, selection, headings, &shown, out)
+    },
+};
+
+/// The channels that are asked for, with their units.
+#[derive(Clone, Debug)]
+pub struct Asked {
+    /// The channels.
+    pub selection: Selection,
+    /// Headings of a table, that of the time first: `A.angle [deg]` where a unit was asked for.
+    headings: Vec<String>,
+    /// Units of the columns, that of the time first.
+    units: Vec<ShownUnit>,
+}
+
+impl Asked {
+    /// Whether every value is in SI.
+    pub fn is_si(&self) -> bool {
+        !self.headings.iter().any(|heading| heading.ends_with(']'))
+    }
+}
 
 pub(crate) fn run(args: &Export, as_json: bool) -> Result<Status, Failure> {
     let Some(path) = &args.output else { return to_stdout(args, as_json) };
@@ -41,24 +66,72 @@ pub(crate) fn run(args: &Export, as_json: bool) -> Result<Status, Failure> {
     to_file(args, path, &CSV, as_json)
 }
 
+/// A channel as it is asked for: `A.angle:deg`.
+fn name_and_unit(asked: &str) -> Result<(&str, Option<ShownUnit>), Failure> {
+    let Some((name, unit)) = asked.rsplit_once(':') else { return Ok((asked, None)) };
+    let unit = ShownUnit::parse(unit).ok_or_else(|| {
+        let message = format!("`{unit}` in `{asked}` is no unit");
+        Failure::usage(message, "write a channel, a colon and a unit: `A.angle:deg`")
+    })?;
+    Ok((name, Some(unit)))
+}
+
 /// The log, and the channels of it that are asked for.
-fn open(args: &Export) -> Result<(OpenLog, Selection), Failure> {
+fn open(args: &Export) -> Result<(OpenLog, Asked), Failure> {
+    let asked = args.channels.iter().map(|asked| name_and_unit(asked));
+    let asked = asked.collect::<Result<Vec<_>, _>>()?;
+    let names: Vec<String> = asked.iter().map(|(name, _)| (*name).to_owned()).collect();
     let file = File::open(&args.log).map_err(|e| Failure::reading(&args.log, &e))?;
     let mut log = LogReader::open(BufReader::new(file)).map_err(|e| bad_log(&args.log, &e))?;
-    if let Some(measured) = measured(&args.log, log.header(), &args.channels, "exported")? {
+    if let Some(measured) = measured(&args.log, log.header(), &names, "exported")? {
         log = log.making(measured.making());
     }
-    let selection = if args.channels.is_empty() {
-        Selection::all(log.header())
+    let header = log.header();
+    let selection = if names.is_empty() {
+        Selection::all(header)
     } else {
-        Selection::new(log.header(), &args.channels).map_err(|e| bad_log(&args.log, &e))?
+        Selection::new(header, &names).map_err(|e| bad_log(&args.log, &e))?
     };
-    Ok((log, selection))
+
+    // Units of all, and those of single channels before them.
+    let all = match args.shown.as_deref() {
+        None => ShownUnits::default(),
+        Some("model") => ShownUnits::of_model(&header.model_text),
+        Some(list) => ShownUnits::parse(list).map_err(|fault| {
+            Failure::usage(format!("--in: {fault}"), "write for example `--in mm,deg,rpm`")
+        })?,
+    };
+    let mut units = vec![all.of("s")];
+    let mut headings = vec![heading("t", "s", &units[0])];
+    for column in selection.columns() {
+        let own = asked.iter().find_map(|(name, unit)| {
+            let named = Selection::new(header, [name]).ok()?;
+            let unit = unit.clone()?;
+            named.columns().iter().any(|known| known.name == column.name).then_some(unit)
+        });
+        let unit = match own {
+            Some(unit) if !unit.measures(&column.unit) => {
+                let message =
+                    format!("`{}` is in {}, not in {}", column.name, column.unit, unit.unit);
+                return Err(Failure::usage(message, "give it a unit of the same quantity"));
+            }
+            Some(unit) => unit,
+            None => all.of(&column.unit),
+        };
+        headings.push(heading(&column.name, &column.unit, &unit));
+        units.push(unit);
+    }
+    Ok((log, Asked { selection, headings, units }))
+}
+
+/// The heading of a column; of one in its SI unit the name alone.
+fn heading(name: &str, si: &str, shown: &ShownUnit) -> String {
+    if shown.unit == si { name.to_owned() } else { format!("{name} [{}]", shown.unit) }
 }
 
 fn to_stdout(args: &Export, as_json: bool) -> Result<Status, Failure> {
     // Write over nothing that exists, least of all over the log.
-    let (log, selection) = open(args)?;
+    let (log, asked) = open(args)?;
     if as_json {
         return Err(Failure::usage(
             "--json reports on a table, but there is none",
@@ -66,7 +139,9 @@ fn to_stdout(args: &Export, as_json: bool) -> Result<Status, Failure> {
         ));
     }
     let mut stdout = Pipe { out: std::io::stdout().lock(), closed: false };
-    let exported = to_csv(log, &selection, &mut stdout).map_err(|e| match e {
+    let shown = |column: usize, value: f64| asked.units[column].of_si(value);
+    let exported = to_csv_as(log, &asked.selection, &asked.headings, &shown, &mut stdout);
+    let exported = exported.map_err(|e| match e {
         _ if stdout.closed => Failure::OutputClosed,
         LogError::Io(error) => Failure::stdout(&error),
         other => bad_log(&args.log, &other),
@@ -85,21 +160,25 @@ pub fn to_file(
     format: &TableFormat,
     as_json: bool,
 ) -> Result<Status, Failure> {
-    let (log, selection) = open(args)?;
+    let (log, asked) = open(args)?;
+    if format.name != CSV.name && !asked.is_si() {
+        let message = format!("a table as {} is in SI units", format.name);
+        return Err(Failure::usage(message, "leave out the units, or end the name with .csv"));
+    }
     let may_replace = args.force || is_own_table(path, format, &log);
     let output =
         OutputFile::plan(path, ("log", &[args.log.as_path()]), may_replace, "nothing was written")?;
 
     // Write the table.
     let mut out = BufWriter::new(output.create()?);
-    let exported = (format.write)(log, &selection, &mut out);
+    let exported = (format.write)(log, &asked, &mut out);
     let exported = exported.map_err(|e| bad_log(&args.log, &e))?;
     out.into_inner().map_err(|e| Failure::writing(path, e.error()))?.finish()?;
     warn_if_cut(args, &exported);
     // Tell what was written.
     if as_json {
-        let columns = selection.columns().iter();
-        let columns = columns.map(|c| json!({ "name": c.name, "unit": c.unit }));
+        let columns = asked.selection.columns().iter().zip(&asked.units[1..]);
+        let columns = columns.map(|(c, unit)| json!({ "name": c.name, "unit": unit.unit }));
         output::json(
             "export",
             json!({
@@ -111,7 +190,7 @@ pub fn to_file(
             }),
         )?;
     } else {
-        let n_columns = selection.columns().len() + 1;
+        let n_columns = asked.selection.columns().len() + 1;
         output::text(&format!(
             "wrote {}: {} rows, {n_columns} columns",
             path.display(),

@@ -145,7 +145,7 @@ impl Request<'_> {
     fn lowered(&self, text: &str, offset: usize) -> Result<Expr, Failure> {
         let options = ParseOptions { max_depth: self.nesting, ..ParseOptions::default() };
         let rejected = |fault: ParseError| self.source.rejected(vec![diagnostic(&fault, offset)]);
-        let syntax = parse(text, &options).map_err(rejected)?;
+        let syntax = parse(text, &options).map_err(rejected)?.written_out(&|_| false);
         let mut resolve = |name: &str, _: Range<usize>| {
             let is_pi = name == "pi";
             Ok::<_, Infallible>(if is_pi { self.pool.pi() } else { self.pool.symbol(name) })
@@ -310,7 +310,7 @@ fn diagnostic(fault: &ParseError, offset: usize) -> Diagnostic {
             code::UNKNOWN_FUNCTION,
             Some(format!(
                 "functions are {}",
-                bksim::expr::Function::names().collect::<Vec<_>>().join(", ")
+                bksim::expr::function_names().collect::<Vec<_>>().join(", ")
             )),
         ),
         ParseErrorKind::UnexpectedCharacter { found: '=' } => {

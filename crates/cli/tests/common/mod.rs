@@ -41,7 +41,7 @@ impl Scratch {
     /// The command, in this directory, without colours.
     pub(crate) fn bksim(&self) -> Command {
         let mut command = Command::new(PROGRAM);
-        command.current_dir(&self.0).env("NO_COLOR", "1");
+        command.current_dir(&self.0).env("NO_COLOR", "1").env("LC_ALL", "C");
         // Without it, drivers of graphics cards complain on stderr.
         command.env("XDG_RUNTIME_DIR", &self.0);
         command

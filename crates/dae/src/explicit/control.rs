@@ -6,6 +6,8 @@
 //!
 //! `p` is the order of the error estimate plus one: 8 for the method of Dormand and Prince.
 
+use std::ops::AddAssign;
+
 /// Weight of the last error, as a part of the exponent of this one. `DOP853` has zero; measured on the pendulum
 /// at 1e-4 to 1e-10, 0.07 at the exponent 1/8 leaves 0 to 3 rejected steps of 50 to 250, where zero leaves 9
 /// to 25, and a third of a digit more for the same work. Beyond 0.1 the exponents nearly cancel and the step
@@ -18,24 +20,71 @@ const MAX_CUT: f64 = 1.0 / 3.0;
 /// Smaller errors are not trusted to predict the next.
 const MIN_REMEMBERED_ERROR: f64 = 1e-4;
 
+/// An error that falls with a lower power of the step size than this, from one attempt to the next, is
+/// noise: that of smooth equations falls with the eighth.
+const OF_NOISE: f64 = 3.0;
+
 /// State of the controller between two steps.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct PiController {
     /// 1/p.
-    exponent: f64,
+    pub(super) exponent: f64,
     pub(super) last_error: f64,
     /// The step is tried again.
     pub(super) is_retry: bool,
+    /// Size and error of the attempt that was just rejected.
+    pub(super) rejected: Option<(f64, f64)>,
+    pub(super) noise: Noise,
+}
+
+/// Repeated steps whose error has not fallen with their size: it holds noise of the equations.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Noise {
+    /// How many there were.
+    pub count: usize,
+    /// The logarithms of their errors, in tolerances, in all.
+    pub log_error: f64,
+}
+
+impl Noise {
+    /// The mean of their errors, in tolerances, as the logarithm has it.
+    pub fn mean_error(&self) -> f64 {
+        (self.log_error / self.count.max(1) as f64).exp()
+    }
+}
+
+impl AddAssign for Noise {
+    fn add_assign(&mut self, other: Self) {
+        self.count += other.count;
+        self.log_error += other.log_error;
+    }
 }
 
 impl PiController {
     /// Before the first step, for estimates of this order plus one.
     pub(super) fn new(p: usize) -> Self {
-        Self { exponent: 1.0 / p as f64, last_error: MIN_REMEMBERED_ERROR, is_retry: false }
+        Self {
+            exponent: 1.0 / p as f64,
+            last_error: MIN_REMEMBERED_ERROR,
+            is_retry: false,
+            rejected: None,
+            noise: Noise::default(),
+        }
+    }
+
+    /// Compares an attempt with the larger one before it, if that was rejected.
+    fn compare(&mut self, h: f64, error: f64) {
+        let Some((larger, before)) = self.rejected.take() else { return };
+        let power = (before / error).ln() / (larger / h).ln();
+        if power < OF_NOISE && error > 0.0 {
+            self.noise.count += 1;
+            self.noise.log_error += error.ln();
+        }
     }
 
     /// The size of the step after an accepted one of size `h`.
     pub(super) fn after_accept(&mut self, h: f64, error: f64) -> f64 {
+        self.compare(h, error);
         let beta = MEMORY * self.exponent;
         let proposed = SAFETY
             * error.max(1e-12).powf(-(self.exponent - 0.2 * beta))
@@ -48,12 +97,15 @@ impl PiController {
 
     /// The size to retry with after the error test failed; an error without value cuts most.
     pub(super) fn after_reject(&mut self, h: f64, error: f64) -> f64 {
+        self.compare(h, error);
+        self.rejected = error.is_finite().then_some((h, error));
         self.is_retry = true;
         let factor = SAFETY * error.powf(-(self.exponent - 0.2 * MEMORY * self.exponent));
         h * if factor.is_finite() { factor.clamp(MAX_CUT, SAFETY) } else { MAX_CUT }
     }
 
     pub(super) fn after_failure(&mut self) {
+        self.rejected = None;
         self.is_retry = true;
     }
 }

@@ -1,6 +1,45 @@
-//! Both kernels solve, agree, and refuse singular matrices.
+//! All kernels solve, agree, and refuse singular matrices.
 
 use super::*;
+use crate::system::{Layout, NotFinite};
+
+/// A system of which only the pattern is looked at.
+struct Shape(Pattern, Vec<(usize, usize)>, Layout);
+
+impl System for Shape {
+    fn layout(&self) -> &Layout {
+        &self.2
+    }
+    fn pattern(&self) -> &Pattern {
+        &self.0
+    }
+    fn explicit_rows(&self) -> &[(usize, usize)] {
+        &self.1
+    }
+    fn residual(&mut self, _: f64, _: &[f64], _: &[f64], _: &mut [f64]) -> Result<(), NotFinite> {
+        Ok(())
+    }
+    fn jacobian(
+        &mut self,
+        _: f64,
+        _: &[f64],
+        _: &[f64],
+        _: &mut [f64],
+        _: &mut [f64],
+    ) -> Result<(), NotFinite> {
+        Ok(())
+    }
+}
+
+fn matrices(
+    pattern: &Pattern,
+    explicit: &[(usize, usize)],
+    n_complex: usize,
+    solver: LinearSolver,
+) -> Result<IterationMatrix, SolveError> {
+    let layout = Layout::from_groups(&[(pattern.n(), Index::One)]);
+    IterationMatrix::new(&Shape(pattern.clone(), explicit.to_vec(), layout), n_complex, solver)
+}
 
 const SHIFT: f64 = 2.3;
 const COMPLEX_SHIFT: c64 = c64::new(1.2, -0.7);
@@ -37,20 +76,30 @@ fn defect<T: Scalar>(
     rest.iter().map(|x| x.magnitude()).fold(0.0, f64::max)
 }
 
+/// The solution with the only complex matrix.
+fn solve_complex(matrix: &mut IterationMatrix, b: &[f64]) -> Vec<f64> {
+    let n = b.len() / 2;
+    let mut all = [&b[..n], b].concat();
+    matrix.solve_all(n, &mut all);
+    all.split_off(n)
+}
+
+const KERNELS: [LinearSolver; 3] =
+    [LinearSolver::Static, LinearSolver::Dense, LinearSolver::Sparse];
+
 #[test]
-fn both_kernels_solve_and_agree() {
+fn all_kernels_solve_and_agree() {
     for n in [1, 2, 7, 40] {
         let (pattern, jacobian) = example(n);
         let mut solutions = Vec::new();
-        for solver in [LinearSolver::Dense, LinearSolver::Sparse] {
-            let mut matrix = IterationMatrix::new(&pattern, &[], 1, solver).expect("small");
+        for solver in KERNELS {
+            let mut matrix = matrices(&pattern, &[], 1, solver).expect("small");
             // Factoring twice shows that nothing is left over from the first time.
             for h in [0.5, 1.0] {
                 matrix.factor(&jacobian, SHIFT, &[COMPLEX_SHIFT], h).expect("regular");
             }
             let b = right_side(n);
-            let mut x = b.clone();
-            matrix.solve_complex(0, &mut x);
+            let x = solve_complex(&mut matrix, &b);
             let found = defect((&pattern, &jacobian, COMPLEX_SHIFT), &x, &b);
             assert!(found < 1e-11, "{solver:?}, n = {n}: defect {found:e}");
             let mut real = b[..n].to_vec();
@@ -59,19 +108,21 @@ fn both_kernels_solve_and_agree() {
             assert!(found < 1e-11, "{solver:?}, n = {n}: defect {found:e}");
             solutions.push(real);
         }
-        let gap = |(a, b): (&f64, &f64)| (a - b).abs();
-        let gap = solutions[0].iter().zip(&solutions[1]).map(gap).fold(0.0, f64::max);
-        assert!(gap < 1e-10, "n = {n}: the kernels differ by {gap:e}");
+        for other in &solutions[1..] {
+            let gap = |(a, b): (&f64, &f64)| (a - b).abs();
+            let gap = solutions[0].iter().zip(other).map(gap).fold(0.0, f64::max);
+            assert!(gap < 1e-10, "n = {n}: the kernels differ by {gap:e}");
+        }
     }
 }
 
 #[test]
 fn singular_and_nan_matrices_are_refused() {
-    for solver in [LinearSolver::Dense, LinearSolver::Sparse] {
+    for solver in KERNELS {
         // Rows 1 and 2 are equal.
         let entries = [(0, 0), (1, 1), (2, 1), (1, 2), (2, 2)];
         let pattern = Pattern::new(3, entries).expect("entries lie inside");
-        let mut matrix = IterationMatrix::new(&pattern, &[], 0, solver).expect("small");
+        let mut matrix = matrices(&pattern, &[], 0, solver).expect("small");
         let mut jacobian = Jacobian::new(5);
         jacobian.df_dy.fill(2.0);
         let result = matrix.factor(&jacobian, SHIFT, &[], 1.0);
@@ -88,10 +139,10 @@ fn singular_and_nan_matrices_are_refused() {
 
 #[test]
 fn structurally_singular_matrices_are_refused() {
-    for solver in [LinearSolver::Dense, LinearSolver::Sparse] {
+    for solver in KERNELS {
         // Column 2 is empty.
         let pattern = Pattern::new(3, [(0, 0), (1, 1), (2, 1)]).expect("entries lie inside");
-        let mut matrix = IterationMatrix::new(&pattern, &[], 0, solver).expect("small");
+        let mut matrix = matrices(&pattern, &[], 0, solver).expect("small");
         let mut jacobian = Jacobian::new(3);
         jacobian.df_dy.fill(2.0);
         assert_eq!(matrix.factor(&jacobian, SHIFT, &[], 1.0), Err(Singular), "{solver:?}");
@@ -128,15 +179,15 @@ fn eliminated_rows_leave_the_solution_as_it_is() {
     for (nq, nc) in [(1, 0), (1, 1), (4, 2), (7, 6), (20, 11)] {
         let (pattern, jacobian, explicit) = mechanism(nq, nc);
         let n = pattern.n();
-        for solver in [LinearSolver::Dense, LinearSolver::Sparse] {
-            let mut matrix = IterationMatrix::new(&pattern, &explicit, 1, solver).expect("fits");
-            assert_eq!(matrix.plan.remainder().n(), nq + nc);
+        for solver in KERNELS {
+            let mut matrix = matrices(&pattern, &explicit, 1, solver).expect("fits");
+            let plan = Elimination::new(&pattern, &explicit).expect("fits");
+            assert_eq!(plan.remainder().n(), nq + nc);
             for h in [0.5, 1.0] {
                 matrix.factor(&jacobian, SHIFT, &[COMPLEX_SHIFT], h).expect("regular");
             }
             let b = right_side(n);
-            let mut x = b.clone();
-            matrix.solve_complex(0, &mut x);
+            let x = solve_complex(&mut matrix, &b);
             let found = defect((&pattern, &jacobian, COMPLEX_SHIFT), &x, &b);
             assert!(found < 1e-9, "{solver:?}, {nq} + {nc}: complex defect {found:e}");
             let mut x = b[..n].to_vec();
@@ -150,8 +201,7 @@ fn eliminated_rows_leave_the_solution_as_it_is() {
 #[test]
 fn a_vanishing_or_infinite_pivot_of_an_explicit_row_is_refused() {
     let (pattern, mut jacobian, explicit) = mechanism(4, 2);
-    let mut matrix =
-        IterationMatrix::new(&pattern, &explicit, 1, LinearSolver::Auto).expect("fits");
+    let mut matrix = matrices(&pattern, &explicit, 1, LinearSolver::Auto).expect("fits");
     let entry = pattern.position(explicit[2].0, explicit[2].1).expect("it holds its unknown");
     for bad in [0.0, f64::NAN, f64::INFINITY] {
         jacobian.df_dy[entry] = bad;
@@ -166,7 +216,7 @@ fn a_vanishing_or_infinite_pivot_of_an_explicit_row_is_refused() {
 fn rows_that_do_not_give_their_unknown_are_refused_by_name() {
     let pattern = Pattern::new(3, [(0, 0), (0, 1), (1, 0), (1, 1), (2, 2)]).expect("inside");
     let refused = |explicit: &[(usize, usize)]| {
-        let result = IterationMatrix::new(&pattern, explicit, 0, LinearSolver::Auto);
+        let result = matrices(&pattern, explicit, 0, LinearSolver::Auto);
         result.err().map(|error| error.to_string()).unwrap_or_default()
     };
     assert!(refused(&[(0, 2)]).contains("row 0 cannot give unknown 2: it does not hold it"));
@@ -175,4 +225,24 @@ fn rows_that_do_not_give_their_unknown_are_refused_by_name() {
         assert!(refused(&repeated).contains("named twice"), "{repeated:?}");
     }
     assert_eq!(refused(&[(0, 1), (2, 2)]), "");
+}
+
+/// The entries that were large when pivots were chosen become tiny, one after the other.
+#[test]
+fn pivots_that_have_become_bad_are_replaced() {
+    let (pattern, mut jacobian) = example(12);
+    let mut matrix = matrices(&pattern, &[], 1, LinearSolver::Static).expect("small");
+    matrix.factor(&jacobian, SHIFT, &[COMPLEX_SHIFT], 1.0).expect("regular");
+    let b = right_side(12);
+    for k in 0..pattern.n_entries() {
+        let (dy, dydot) = (jacobian.df_dy[k], jacobian.df_dydot[k]);
+        (jacobian.df_dy[k], jacobian.df_dydot[k]) = (1e-13 * dy, 1e-13 * dydot);
+        if matrix.factor(&jacobian, SHIFT, &[COMPLEX_SHIFT], 1.0).is_ok() {
+            let x = solve_complex(&mut matrix, &b);
+            let size = x.iter().fold(1.0, |size: f64, x| size.max(x.abs()));
+            let found = defect((&pattern, &jacobian, COMPLEX_SHIFT), &x, &b);
+            assert!(found < 1e-9 * size, "entry {k}: defect {found:e} of {size:e}");
+        }
+        (jacobian.df_dy[k], jacobian.df_dydot[k]) = (dy, dydot);
+    }
 }

@@ -57,7 +57,8 @@ impl Pool {
     /// Compares two expressions at up to eight points, each symbol between −1.7 and 1.7.
     ///
     /// The points depend on the names of the symbols alone: the same expressions give the same
-    /// certificate in every pool. Points where one of the values is infinite or NaN, or has an
+    /// certificate in every pool. Functions with names are compared as such: a smooth function stands in for each,
+    /// and its derivatives for theirs. Points where one of the values is infinite or NaN, or has an
     /// argument of sine or cosine beyond 10⁹, are left out; where there are no others, points inside
     /// of the domain are searched from there. Without any point nothing is shown, and
     /// [`Certificate::is_equal`] is false.
@@ -72,7 +73,9 @@ impl Pool {
     /// assert!(!pool.certificate(e, wrong).is_equal());
     /// ```
     pub fn certificate(&self, a: Expr, b: Expr) -> Certificate {
-        let sweep = self.sweep(&[a, b]);
+        // Two expressions with functions that have names are equal whatever these functions are.
+        let roots = self.map_named(&[a, b], |function, at| self.stand_in_call(function, at));
+        let sweep = self.sweep(&roots);
         let is_float =
             |e| self.as_number(e).is_some_and(|n| n.as_float().is_some_and(f64::is_finite));
         let is_rounded = sweep.steps.iter().any(|step| is_float(step.expr));
@@ -139,6 +142,7 @@ impl Pool {
                     }
                 }
                 Op::Pair => Extended::from(0.0),
+                Op::Named => nan,
                 Op::Call(Function::If) => {
                     let [condition, then, otherwise] = sweep.branches(step);
                     let holds = values[condition].high();

@@ -90,6 +90,12 @@ impl Pool {
             Op::Number | Op::Symbol | Op::Pi => ZERO,
             Op::Add => self.sum(operands.map(|(_, d)| d)),
             Op::Mul => self.product_rule(&operands.collect::<Vec<_>>()),
+            Op::Named => self.sum(
+                operands
+                    .enumerate()
+                    .filter(|(_, (_, d))| *d != ZERO)
+                    .map(|(parameter, (_, d))| self.mul(self.named_slope(step.expr, parameter), d)),
+            ),
             Op::Pow | Op::Pair | Op::Call(_) => {
                 let (a, da) = operands.next().expect("a function has an argument");
                 // Functions of one argument have no second.

@@ -132,6 +132,9 @@ impl Pool {
                     }
                 }
             }
+            Op::Named => operands.enumerate().for_each(|(parameter, operand)| {
+                give(operand, self.mul(adjoint, self.named_slope(step.expr, parameter)));
+            }),
             Op::Number | Op::Symbol | Op::Pi | Op::Pair | Op::Call(_) => (),
         }
     }

@@ -40,7 +40,7 @@ impl Pool {
         e: Expr,
         value: &dyn Fn(SymbolId) -> Option<f64>,
     ) -> Result<f64, EvalError> {
-        let sweep = self.sweep(&[e]);
+        let sweep = self.sweep(&self.expand_named(&[e]));
         let bound = |symbol| {
             let unbound = || EvalError::Unbound { symbol, name: self.symbol_name(symbol) };
             value(symbol).ok_or_else(unbound)
@@ -55,7 +55,7 @@ impl Pool {
         e: Expr,
         value: &dyn Fn(SymbolId) -> Option<f64>,
     ) -> Option<DomainFault> {
-        let sweep = self.sweep(&[e]);
+        let sweep = self.sweep(&self.expand_named(&[e]));
         let bound = |symbol| Ok::<_, Infallible>(value(symbol).unwrap_or(f64::NAN));
         let Ok(values) = self.values(&sweep, &bound);
         let needed = needed_steps(&sweep, &values);
@@ -70,7 +70,7 @@ impl Pool {
         })
     }
 
-    /// Values of all steps, or the error of a symbol without one.
+    /// Values of all steps, or the error of a symbol without one; functions with names are expanded before.
     pub(crate) fn values<E>(
         &self,
         sweep: &Sweep,
@@ -95,6 +95,7 @@ impl Pool {
                 }
                 // Functions; a pair has no value of its own, as `if` takes those of its branches.
                 Op::Pair => 0.0,
+                Op::Named => f64::NAN,
                 Op::Call(Function::If) => {
                     let [condition, then, otherwise] = sweep.branches(step);
                     select(values[condition], values[then], values[otherwise])
@@ -168,7 +169,7 @@ fn fault(step: &Step, mut operands: Vec<f64>) -> DomainFault {
         Op::Pow => "power",
         Op::Mul => "product",
         Op::Add => "sum",
-        Op::Number | Op::Symbol | Op::Pi | Op::Pair => {
+        Op::Number | Op::Symbol | Op::Pi | Op::Pair | Op::Named => {
             unreachable!("{:?} computes nothing from its operands", step.op)
         }
     };

@@ -74,6 +74,33 @@ impl Number {
         Some(value)
     }
 
+    /// All of the number: `-3`, `22/7`, or the sixteen hexadecimal digits of a float, `#3ff8000000000000`.
+    pub(crate) fn listed(&self) -> String {
+        let Some((numerator, denominator)) = self.parts() else {
+            return format!("#{:016x}", self.to_f64().to_bits());
+        };
+        if denominator == BigInt::from(1) {
+            return numerator.to_string();
+        }
+        format!("{numerator}/{denominator}")
+    }
+
+    /// Reads what [`Number::listed`] writes; `None` for any other text.
+    pub(crate) fn of_listed(text: &str) -> Option<Self> {
+        if let Some(bits) = text.strip_prefix('#') {
+            return u64::from_str_radix(bits, 16)
+                .ok()
+                .map(|bits| Self::float(f64::from_bits(bits)));
+        }
+        if text.len() as u64 > 2 * MAX_DIGITS {
+            return None;
+        }
+        let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
+        let (numerator, denominator) =
+            (numerator.parse::<BigInt>().ok()?, denominator.parse::<BigInt>().ok()?);
+        (denominator.is_positive()).then(|| Self::of_parts(numerator, denominator))
+    }
+
     /// Digits of a terminating decimal of at most [`DECIMALS`] decimals, or of more where the
     /// fraction would be no shorter; otherwise `None`.
     fn decimal(&self) -> Option<String> {

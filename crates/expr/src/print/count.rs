@@ -140,7 +140,7 @@ impl Pool {
                 }
                 _ => own.calls = 1,
             },
-            Op::Call(_) => own.calls = 1,
+            Op::Call(_) | Op::Named => own.calls = 1,
         }
         own
     }

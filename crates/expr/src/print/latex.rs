@@ -1,6 +1,8 @@
 //! LaTeX, as it would be typeset in a paper.
 
-use super::mark::{Height, Mark, MarkPart, SymbolNames, digits, function_name, relation};
+use super::mark::{
+    FunctionName, Height, Mark, MarkPart, SymbolNames, digits, function_name, relation,
+};
 use super::name::{Name, Word};
 use crate::op::Function;
 
@@ -33,6 +35,14 @@ pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
                 out.push_str(&raised(power));
             }
             return;
+        }
+        Mark::Named(function) => {
+            let FunctionName { name: text, primes, by } = names.of_function(function);
+            let by = by.iter().map(|variable| name(variable)).collect::<Vec<_>>().join(" ");
+            if !by.is_empty() {
+                out.extend([r"\partial_{", &by, "}"]);
+            }
+            return out.extend([name(&text), primes]);
         }
         Mark::Relation(function) => match relation(function) {
             Some('≤') => r" \le ",

@@ -1,6 +1,6 @@
 //! Long sums in lines: before which `+` or `−` a line ends, and how wide marks are.
 
-use super::mark::{Height, Mark, MarkPart, SymbolNames, digits, function_name};
+use super::mark::{FunctionName, Height, Mark, MarkPart, SymbolNames, digits, function_name};
 use super::name::Name;
 
 /// A line that is at least this full may end at an outer sign even if more would fit.
@@ -182,6 +182,11 @@ pub(super) fn ems(mark: &Mark, names: &SymbolNames<'_>) -> f64 {
         | Mark::Truth(MarkPart::Start | MarkPart::End) => 0.3,
         Mark::Function(function, n) => {
             letters(function_name(function)) + 0.17 + if n == 1 { 0.0 } else { 0.5 }
+        }
+        Mark::Named(function) => {
+            let FunctionName { name, primes, by } = names.of_function(function);
+            let by: f64 = by.iter().map(|variable| letters(variable)).sum();
+            letters(&name) + 0.3 * primes.len() as f64 + SMALL * by
         }
         // Both values are above each other; counting both errs on the wide side.
         Mark::Cases(MarkPart::Start | MarkPart::Middle) | Mark::NotZero => 2.0,

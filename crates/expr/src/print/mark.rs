@@ -1,5 +1,6 @@
 //! The marks a formula is made of; every notation is a table from marks to text.
 
+use crate::named::FunctionId;
 use crate::number::Number;
 use crate::op::Function;
 use crate::pool::{Pool, SymbolId};
@@ -43,6 +44,8 @@ pub(super) enum Mark {
     Parenthesis(MarkPart, Height),
     /// A function's name, with the power of its value: sin² is `(Sin, 2)`.
     Function(Function, u64),
+    /// The name of a function that has one of its own, with its derivatives.
+    Named(FunctionId),
     /// Between a function's name and an argument without parentheses.
     Apply,
     /// Parentheses around arguments; middle is the comma.
@@ -78,6 +81,28 @@ impl SymbolNames<'_> {
     pub(super) fn of(&self, symbol: SymbolId) -> String {
         self.pool.symbol_name(symbol)
     }
+
+    /// The name of a function; behind it the primes of one variable, and before it the variables by which one of
+    /// two is differentiated.
+    pub(super) fn of_function(&self, function: FunctionId) -> FunctionName {
+        let (name, parameters) = self.pool.signature_of(function);
+        let orders = self.pool.named(function, |row| row.orders);
+        if let [_] = parameters[..] {
+            let primes = "'".repeat(orders[0] as usize);
+            return FunctionName { name, primes, by: Vec::new() };
+        }
+        let by = parameters.iter().zip(orders);
+        let by = by.flat_map(|(&s, n)| std::iter::repeat_n(self.of(s), n as usize)).collect();
+        FunctionName { name, primes: String::new(), by }
+    }
+}
+
+/// The name of a function and of which derivative of it.
+pub(super) struct FunctionName {
+    pub(super) name: String,
+    pub(super) primes: String,
+    /// The variables by which it is differentiated.
+    pub(super) by: Vec<String>,
 }
 
 /// The sign of a comparison; `None` for other functions.

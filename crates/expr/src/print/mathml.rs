@@ -1,6 +1,8 @@
 //! Presentation MathML: the content of a `<math>` element.
 
-use super::mark::{Height, Mark, MarkPart, SymbolNames, digits, function_name, relation};
+use super::mark::{
+    FunctionName, Height, Mark, MarkPart, SymbolNames, digits, function_name, relation,
+};
 use super::name::{Name, Word};
 
 /// Between a function's name and its argument.
@@ -30,6 +32,18 @@ pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
                 1 => out.extend([&name, APPLY]),
                 n => out.extend(["<msup>", &name, "<mn>", &n.to_string(), "</mn></msup>", APPLY]),
             };
+        }
+        Mark::Named(function) => {
+            let FunctionName { name: text, primes, by } = names.of_function(function);
+            let by: String = by.iter().map(|variable| name(variable)).collect();
+            if !by.is_empty() {
+                out.extend(["<msub><mo>∂</mo><mrow>", &by, "</mrow></msub>"]);
+            }
+            out.push_str(&name(&text));
+            if !primes.is_empty() {
+                out.extend(["<mo lspace=\"0\">", &"′".repeat(primes.len()), "</mo>"]);
+            }
+            return out.push_str(APPLY);
         }
         Mark::Relation(function) => match relation(function) {
             Some('≤') => "<mo>≤</mo>",

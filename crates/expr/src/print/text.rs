@@ -1,6 +1,6 @@
-//! Infix text that this crate and others can parse.
+//! Infix text that this crate and others can parse; functions with names must be known to the pool.
 
-use super::mark::{Mark, MarkPart, SymbolNames};
+use super::mark::{FunctionName, Mark, MarkPart, SymbolNames};
 
 /// Appends a mark as text.
 pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
@@ -22,6 +22,11 @@ pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
         Mark::Parenthesis(MarkPart::End, _) | Mark::Arguments(MarkPart::End, _) => out.push(')'),
         Mark::Arguments(MarkPart::Middle, _) => out.push_str(", "),
         Mark::Function(function, _) => out.push_str(function.name()),
+        Mark::Named(function) => {
+            let FunctionName { name, primes, by } = names.of_function(function);
+            out.extend([name, primes]);
+            out.extend(by.into_iter().flat_map(|variable| ["_".to_owned(), variable]));
+        }
         Mark::Power(_) => (),
         Mark::Fraction(_)
         | Mark::Root(_)

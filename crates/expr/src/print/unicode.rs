@@ -1,6 +1,6 @@
 //! The text notation with the letters that a terminal has: `½·m·ẋ₂²` instead of `0.5*m*x2_dot^2`.
 
-use super::mark::{Mark, MarkPart, SymbolNames};
+use super::mark::{FunctionName, Mark, MarkPart, SymbolNames};
 use super::name::{Name, Word};
 use super::text;
 
@@ -25,6 +25,11 @@ pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
         Mark::Root(MarkPart::Start) => out.push_str("√("),
         Mark::Root(_) => out.push(')'),
         Mark::Absolute(_) => out.push('|'),
+        Mark::Named(function) => {
+            let FunctionName { name: text, primes, by } = names.of_function(function);
+            out.extend([name(&text), primes.replace('\'', "′")]);
+            out.extend(by.iter().flat_map(|variable| ["_".to_owned(), name(variable)]));
+        }
         _ => text::write(mark, names, out),
     }
 }

@@ -6,6 +6,7 @@ use super::Notation;
 use super::mark::{Height, Mark, MarkPart, relation};
 use super::order::{Reader, WrittenTerm, as_fraction};
 use crate::build::MERGE_LIMIT;
+use crate::named::FunctionId;
 use crate::number::Number;
 use crate::op::{Function, Op};
 use crate::pool::{Expr, SymbolId};
@@ -109,6 +110,7 @@ impl Walk<'_> {
             },
             Op::Pair => (Strength::Atom, list(&[node.left, node.right])),
             Op::Call(function) => (Strength::Atom, self.call(function, e, 1)),
+            Op::Named => (Strength::Atom, self.named(FunctionId(node.data), e)),
         };
         if own >= strength {
             return pieces;
@@ -208,10 +210,23 @@ impl Walk<'_> {
             Function::If => vec![node.left, branches.left, branches.right],
             f => vec![node.left, node.right][..f.arity()].to_vec(),
         };
+        pieces.extend(self.arguments(&arguments));
+        pieces
+    }
+
+    /// A call of a function with a name.
+    fn named(&self, function: FunctionId, e: Expr) -> Vec<Piece> {
+        let mut pieces = vec![Piece::Mark(Mark::Named(function))];
+        pieces.extend(self.arguments(&self.reader.pool.operands_of(e)));
+        pieces
+    }
+
+    /// Arguments in parentheses.
+    fn arguments(&self, arguments: &[Expr]) -> Vec<Piece> {
         let is_tall = !self.is_linear && arguments.iter().any(|&a| self.reader.is_tall(a));
         let height = if is_tall { Height::Tall } else { Height::Line };
-        pieces.push(Piece::Mark(Mark::Arguments(MarkPart::Start, height)));
-        pieces.extend(list(&arguments));
+        let mut pieces = vec![Piece::Mark(Mark::Arguments(MarkPart::Start, height))];
+        pieces.extend(list(arguments));
         pieces.push(Piece::Mark(Mark::Arguments(MarkPart::End, height)));
         pieces
     }

@@ -110,7 +110,7 @@ impl<'p> CostModel<'p> {
                 _ => CALL,
             },
             Op::Call(Function::Sin | Function::Cos | Function::Tan) => TRIGONOMETRIC,
-            Op::Call(_) => CALL,
+            Op::Call(_) | Op::Named => CALL,
         }
     }
 

@@ -22,7 +22,8 @@ impl Tape {
         inputs: &[SymbolId],
         parameters: &[SymbolId],
     ) -> Result<Self, TapeError> {
-        let sweep = pool.sweep(outputs);
+        let outputs = pool.expand_named(outputs);
+        let sweep = pool.sweep(&outputs);
         let mut compiler = Compiler::new(inputs, parameters);
         compiler.chains = Chains::new(pool, &sweep, inputs);
         compiler.parts = vec![None; compiler.chains.n_parts()];

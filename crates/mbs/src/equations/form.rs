@@ -97,6 +97,16 @@ impl ReadingForm {
         (0..self.equations.len()).map(|i| pool.sum(self.equation_terms(pool, i))).collect()
     }
 
+    /// Every expression that is shown.
+    pub(super) fn everything(&self, pool: &Pool) -> Vec<Expr> {
+        let mut all = self.left_sides(pool);
+        all.extend(self.groups.iter().flat_map(|group| &group.terms));
+        all.extend(self.constraints.iter().flatten());
+        all.extend(&self.kinetic_energy);
+        all.extend(&self.potential_energy);
+        all
+    }
+
     /// The same form with `change` done to every expression.
     pub(super) fn map(&self, change: &dyn Fn(&[Expr]) -> Vec<Expr>) -> Self {
         let part = |part: &Part| Part {

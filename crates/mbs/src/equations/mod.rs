@@ -17,6 +17,7 @@ mod contact;
 mod derivation;
 mod dimension;
 mod form;
+mod functions;
 pub mod page;
 mod proof;
 mod reading;
@@ -26,6 +27,7 @@ pub use bksim_expr::Notation;
 pub use constants::Group;
 pub use contact::{ContactText, contact_texts};
 pub use form::ReadingForm;
+pub use functions::{FunctionText, functions};
 pub use proof::{Counts, Proof, Work, proof};
 
 use bksim_expr::{Expr, Printer, SymbolId};

@@ -13,7 +13,10 @@ use crate::body::{Body, Inertia};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::{PointId, Vector};
 
-const BODY_KEYS: &[&str] = &[
+/// Keys of the ground.
+pub(super) const GROUND_KEYS: [&str; 3] = ["points", "outline", "shapes"];
+/// Keys of a body.
+pub(super) const BODY_KEYS: &[&str] = &[
     "mass",
     "density",
     "thickness",
@@ -91,9 +94,8 @@ impl Reader<'_> {
         if let Some(entry) = root.get("ground") {
             ground.span = entry.key_span.clone();
             if let Some(table) = self.table(&entry.node, "`ground`") {
-                let known = &["points", "outline", "shapes"];
                 let owner = "the ground".to_owned();
-                let fields = Fields::open(self, table, owner, entry.key_span.clone(), known);
+                let fields = Fields::open(self, table, owner, entry.key_span.clone(), &GROUND_KEYS);
                 ground.points = self.read_points(&fields, &mut facts);
                 ground.outline = self.read_outline(&fields, &mut facts).unwrap_or_default();
                 ground.solids = self.read_shapes(&fields, &mut facts).unwrap_or_default();

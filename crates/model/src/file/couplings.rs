@@ -14,7 +14,7 @@ use crate::joint::MotionKind;
 use crate::measure::Measure;
 
 /// The types of coupling and their keys.
-const COUPLINGS: [(&str, &[&str]); 6] = [
+pub(super) const COUPLINGS: [(&str, &[&str]); 6] = [
     (
         "gear",
         &["type", "between", "teeth", "module", "radii", "ratio", "internal", "carrier", "phase"],

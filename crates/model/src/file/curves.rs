@@ -14,7 +14,7 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::{CurveId, Vector};
 
 /// The types of curve and their keys.
-const CURVES: [(&str, &[&str]); 4] = [
+pub(super) const CURVES: [(&str, &[&str]); 4] = [
     ("formula", &["type", "formula", "parameter", "range"]),
     ("points", &["type", "points"]),
     ("cam-law", &["type", "segments", "turns"]),
@@ -145,7 +145,7 @@ impl Reader<'_> {
         }
         let last = points.len() - 1;
         let symbol = self.pool.symbol(&format!("'along {name}"));
-        let component = |axis: usize| {
+        let mut component = |axis: usize| {
             if points.iter().all(|point| point[axis] == 0.0) {
                 return self.pool.zero();
             }
@@ -153,9 +153,11 @@ impl Reader<'_> {
                 points.iter().enumerate().map(|(k, point)| [k as f64, point[axis]]).collect();
             let x = knots.iter().map(|knot| knot[0]).collect();
             let columns = Columns::endless([Kind::Bare; 2], [false; 2], x, spline(&knots));
-            self.piecewise(&columns, symbol)
+            let of = format!("{name}.{}", ["x", "y", "z"][axis]);
+            let function = self.function_of_columns(&of, "p", &columns);
+            self.pool.apply(function, &[symbol])
         };
-        let position: Vector = [0, 1, 2].map(component);
+        let position: Vector = [0, 1, 2].map(&mut component);
         let parameter = self.pool.symbol_id(symbol).expect("a symbol was just made");
         let end = i64::try_from(last).unwrap_or(i64::MAX);
         let range = [self.pool.zero(), self.pool.int(end)];

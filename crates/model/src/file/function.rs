@@ -1,14 +1,15 @@
 //! Function calls in expressions: what each function takes and gives.
 
-use bksim_expr::{Expr, Function};
+use bksim_expr::{COMPOSED, Expr, Function, function_names};
 
 use super::codes;
 use super::dimension::Dimension;
 use super::lower::Context;
+use super::misread::foreign_function;
 use super::names::PREVIOUS;
 use super::reader::Reader;
 use super::replay::Constant;
-use super::sampled::{ROUNDINGS, Rounding};
+use super::sampled::Rounding;
 use super::value::{Kind, Lowered, PURE};
 use super::words::{cut, suggest};
 use crate::diagnostic::{Diagnostic, Span};
@@ -31,35 +32,48 @@ impl Reader<'_> {
         if let Some(rounding) = Rounding::named(name) {
             return self.rounded(rounding, arguments, (span, location), context);
         }
+        if self.has_wrong_count(name, arguments.len(), &location) {
+            return None;
+        }
         let Some(function) = Function::from_name(name) else {
             let tables: Vec<String> = self.tables.iter().map(|table| table.name.clone()).collect();
             let mut names: Vec<&str> = tables.iter().map(String::as_str).collect();
-            Function::names().for_each(|known| names.push(known));
-            names.extend(ROUNDINGS.iter().map(|(known, _)| *known));
+            function_names().for_each(|known| names.push(known));
             names.push(PREVIOUS);
             let message = format!("unknown function `{}`", cut(name));
             self.report(
                 Diagnostic::error(codes::UNKNOWN_FUNCTION, message)
                     .at(location, "no function has this name")
                     .note("`bksim explain M022` lists all functions")
-                    .help(suggest(name, &names)),
+                    .help(foreign_function(name).unwrap_or_else(|| suggest(name, &names))),
             );
             return None;
         };
-        if arguments.len() != function.arity() {
-            let (needs, has) = (function.arity(), arguments.len());
-            let plural = if needs == 1 { "" } else { "s" };
-            let message = format!("`{name}` takes {needs} argument{plural}, found {has}");
-            let example = ["x", "x, y", "condition, x, y"][needs.clamp(1, 3) - 1];
-            self.report(
-                Diagnostic::error(codes::EXPRESSION, message)
-                    .at(context.quoted.span_of(name_span), "")
-                    .help(format!("write `{name}({example})`")),
-            );
-            return None;
-        }
         let arguments: Vec<Lowered> = arguments.iter().cloned().collect::<Option<_>>()?;
         self.apply(function, arguments, span, context)
+    }
+
+    /// Reports a call with more or fewer arguments than the function takes.
+    fn has_wrong_count(&mut self, name: &str, found: usize, location: &Span) -> bool {
+        let composed = COMPOSED.iter().find(|composed| composed.name == name);
+        let (needs, example) = match (Function::from_name(name), composed) {
+            (Some(function), _) if found == function.arity() => return false,
+            // The written-out functions that are left have a wrong number.
+            (_, Some(composed)) => (composed.arguments.split(',').count(), composed.arguments),
+            (Some(function), None) => {
+                let needs = function.arity();
+                (needs, ["x", "x, y", "condition, x, y"][needs.clamp(1, 3) - 1])
+            }
+            (None, None) => return false,
+        };
+        let plural = if needs == 1 { "" } else { "s" };
+        let message = format!("`{name}` takes {needs} argument{plural}, found {found}");
+        self.report(
+            Diagnostic::error(codes::EXPRESSION, message)
+                .at(location.clone(), "")
+                .help(format!("write `{name}({example})`")),
+        );
+        true
     }
 
     /// Applies a function, with what it needs and gives.

@@ -79,8 +79,14 @@ impl Reader<'_> {
 
     /// Gives a plain name its meaning, or reports that it already has one.
     pub(super) fn define(&mut self, name: &str, meaning: Meaning, span: Option<Span>) -> bool {
-        if name == "pi" || Function::from_name(name).is_some() {
-            let what = if name == "pi" { "the number 3.14159…" } else { "a function" };
+        /// Words between operands.
+        const WORDS: [&str; 5] = ["and", "or", "not", "then", "else"];
+        if name == "pi" || WORDS.contains(&name) || Function::from_name(name).is_some() {
+            let what = match name {
+                "pi" => "the number 3.14159…",
+                _ if WORDS.contains(&name) => "a word of conditions",
+                _ => "a function",
+            };
             self.report(
                 Diagnostic::error(codes::NAME_CLASH, format!("the name `{name}` is already taken"))
                     .at(span.unwrap_or(0..0), "this needs a name of its own")

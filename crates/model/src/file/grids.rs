@@ -10,6 +10,7 @@
 
 use super::pieces::{Beyond, Columns, Interpolation, Piece, spline, straight};
 use super::value::Kind;
+use crate::table::FunctionPiece;
 
 /// A table that was read.
 #[derive(Clone, Debug)]
@@ -117,6 +118,33 @@ impl Grid {
             borders: [columns[0].borders.clone(), other],
             powers,
         }
+    }
+
+    /// The cells as they are told.
+    pub(super) fn function_pieces(&self) -> Vec<FunctionPiece> {
+        let ends = |i: usize| -> Vec<(f64, f64, f64)> {
+            let borders = &self.borders[i];
+            let to = borders.iter().skip(1).map(|border| border.0).chain([f64::INFINITY]);
+            borders.iter().zip(to).map(|(&(from, origin), to)| (from, to, origin)).collect()
+        };
+        let (across, along) = (ends(0), ends(1));
+        let mut told = Vec::new();
+        for (k, &(x_from, x_to, x)) in across.iter().enumerate() {
+            for (l, &(y_from, y_to, y)) in along.iter().enumerate() {
+                let ranges = vec![[x_from, x_to], [y_from, y_to]];
+                let is_inside = ranges.iter().flatten().all(|end| end.is_finite());
+                if self.beyond == Beyond::Refused && !is_inside {
+                    continue;
+                }
+                let of_power = |(n, rows): (usize, &Vec<Vec<f64>>)| {
+                    let powers = rows[l].iter().enumerate();
+                    powers.map(|(m, &c)| ([n, m], c)).collect::<Vec<_>>()
+                };
+                let terms = self.powers[k].iter().enumerate().flat_map(of_power).collect();
+                told.push(FunctionPiece { ranges, origin: vec![x, y], terms, sine: None });
+            }
+        }
+        told
     }
 
     /// The value at two arguments; not a number outside of the rows where that is refused.

@@ -5,11 +5,11 @@ use super::gather::coordinate_names;
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Table, Value};
 use crate::diagnostic::{Diagnostic, Span};
-use crate::io::Io;
+use crate::io::{Io, ReactionComponent};
 use crate::measure::Measure;
 use crate::model::Model;
 
-const IO_KEYS: &[&str] = &["input", "output"];
+pub(super) const IO_KEYS: &[&str] = &["input", "output"];
 
 /// Names with their positions, which are looked up when the model is there.
 #[derive(Default)]
@@ -51,8 +51,10 @@ impl Reader<'_> {
                 || Measure::named(model, name)
                     .is_some_and(|m| !m.is_velocity() && !m.is_acceleration())
         };
-        let is_output =
-            |name: &str| Measure::named(model, name).is_some_and(|m| !m.is_acceleration());
+        let is_output = |name: &str| {
+            Measure::named(model, name).is_some_and(|m| !m.is_acceleration())
+                || ReactionComponent::named(model, name).is_some()
+        };
         let unknown = |name: &str, span: &Span, what: &str, help: &str| {
             Diagnostic::error(codes::UNKNOWN_NAME, format!("`{name}` is no {what}"))
                 .at(span.clone(), "the model has nothing of this name")
@@ -63,7 +65,7 @@ impl Reader<'_> {
             self.report(unknown(name, span, "input", help));
         }
         for (name, span) in written.outputs.iter().filter(|(name, _)| !is_output(name)) {
-            let help = "write a measure such as `crank.angle`, `crank.rate` or `rod.P.x`";
+            let help = "write a measure such as `crank.angle`, `crank.rate` or `rod.P.x`, or a reaction such as `reactions.A.fx`";
             self.report(unknown(name, span, "output", help));
         }
         let names = |all: Vec<(String, Span)>| all.into_iter().map(|(name, _)| name).collect();

@@ -131,7 +131,8 @@ impl Reader<'_> {
 
         // For those who ask about the law itself.
         let angle = self.pool.symbol(&format!("'angle {name}"));
-        let lift = self.piecewise(&columns, angle);
+        let function = self.function_of_columns(name, "theta", &columns);
+        let lift = self.pool.apply(function, &[angle]);
         let angle = self.pool.symbol_id(angle).expect("a symbol was just made");
         let mut from = 0.0;
         let segments = segments.iter().map(|segment| {

@@ -16,7 +16,7 @@ use crate::joint::{MotionKind, motion_words};
 use crate::load::{Load, LoadKind};
 
 /// The types of load and their keys.
-const LOADS: [(&str, &[&str]); 8] = [
+pub(super) const LOADS: [(&str, &[&str]); 8] = [
     ("gravity", &["type", "acceleration"]),
     ("force", &["type", "on", "vector", "axes", "between", "joint", "of", "value"]),
     ("torque", &["type", "on", "from", "joint", "of", "value", "vector"]),
@@ -26,6 +26,9 @@ const LOADS: [(&str, &[&str]); 8] = [
     ("stop", &["type", "joint", "of", "min", "max", "restitution"]),
     ("friction", &["type", "joint", "of", "force", "torque", "mu", "static", "radius", "length"]),
 ];
+
+/// Keys of a drive; `between` is answered with the joint that it needs.
+pub(super) const DRIVE_KEYS: [&str; 4] = ["joint", "motion", "of", "between"];
 
 impl Reader<'_> {
     /// Reads all loads, in file order.
@@ -300,8 +303,8 @@ impl Reader<'_> {
         let mut taken: Vec<(JointId, usize, Span)> = Vec::new();
         for (name, span, table) in self.own_tables(root, "drive") {
             self.usable_name(name, &span, "drive");
-            let keys = &["joint", "motion", "of", "between"];
-            let fields = Fields::open(self, table, format!("drive `{name}`"), span.clone(), keys);
+            let fields =
+                Fields::open(self, table, format!("drive `{name}`"), span.clone(), &DRIVE_KEYS);
             if let Some(entry) = fields.entry("between") {
                 self.drive_of_points(name, &fields, entry.key_span.clone());
                 continue;

@@ -170,6 +170,13 @@ impl Reader<'_> {
             return;
         }
         let label = (location, "no such name");
+        let foreign = if parts.len() == 1 { self.foreign_name(word, context.scope) } else { None };
+        if let Some(help) = foreign {
+            self.report(
+                Diagnostic::error(codes::UNKNOWN_NAME, message).at(label.0, label.1).help(help),
+            );
+            return;
+        }
         self.unknown(codes::UNKNOWN_NAME, message, label, (word, &candidates));
     }
 }

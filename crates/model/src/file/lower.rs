@@ -57,6 +57,9 @@ impl Reader<'_> {
                 SyntaxKind::Quantity { value, factors, .. } => {
                     self.with_unit(value.clone(), factors, span, &context)
                 }
+                SyntaxKind::Unit { operand, factors } => nodes[*operand]
+                    .clone()
+                    .and_then(|operand| self.given_unit(&operand, factors, span, &context)),
                 SyntaxKind::Name(name) => self.named(name, &node.span, &context),
                 SyntaxKind::Negate(operand) => nodes[*operand].clone().map(|operand| Lowered {
                     expr: self.pool.neg(operand.expr),
@@ -105,14 +108,12 @@ impl Reader<'_> {
         None
     }
 
-    /// A number with a unit.
-    fn with_unit(
+    /// A unit; reports exponents that no quantity has.
+    fn written_unit(
         &mut self,
-        number: Number,
         factors: &[UnitFactor],
-        span: Span,
         context: &Context<'_>,
-    ) -> Option<Lowered> {
+    ) -> Option<WrittenUnit> {
         if let Some(factor) = factors.iter().find(|f| f.exponent.abs() > MAX_UNIT_EXPONENT) {
             let exponent = factor.exponent;
             let message = format!("the unit `{}` has the exponent {exponent}", factor.name);
@@ -123,14 +124,75 @@ impl Reader<'_> {
             );
             return None;
         }
-        let WrittenUnit { scale, dimension, is_angle } = WrittenUnit::of(factors)?;
-        let number = self.finite(number, span.clone(), context.what)?;
+        WrittenUnit::of(factors)
+    }
+
+    /// A number with a unit.
+    fn with_unit(
+        &mut self,
+        number: Number,
+        factors: &[UnitFactor],
+        span: Span,
+        context: &Context<'_>,
+    ) -> Option<Lowered> {
+        let unit = self.written_unit(factors, context)?;
+        let number = self.finite(number, span, context.what)?;
+        self.in_unit(number, unit, factors, context)
+    }
+
+    /// A value that has no unit yet, with the unit that is written after it.
+    fn given_unit(
+        &mut self,
+        operand: &Lowered,
+        factors: &[UnitFactor],
+        span: Span,
+        context: &Context<'_>,
+    ) -> Option<Lowered> {
+        let unit = self.written_unit(factors, context)?;
+        // Radians change nothing: `atan(x) rad` is an angle.
+        let is_radian = unit.is_angle && unit.scale.is_one() && unit.dimension == Dimension::NONE;
+        if let Kind::Known(found) = operand.kind
+            && (found != Dimension::NONE || operand.is_angle && !is_radian)
+        {
+            let noun = describe(found, operand.is_angle);
+            let written = factors.first()?.span.start..factors.last()?.span.end;
+            let name = context.quoted.text.get(written.clone()).unwrap_or_default();
+            let message = format!("{}: `{}` after {noun}", context.what, cut(name));
+            let label = if found == Dimension::NONE {
+                "an angle".to_owned()
+            } else {
+                format!("in {found}")
+            };
+            self.report(
+                Diagnostic::error(codes::WRONG_DIMENSION, message)
+                    .at(context.quoted.span_of(&written), "a second unit")
+                    .at(operand.span.clone(), label)
+                    .help("remove the unit, or write it after the number that it belongs to"),
+            );
+            return None;
+        }
+        self.in_unit(Lowered { span, ..operand.clone() }, unit, factors, context)
+    }
+
+    /// A pure number as one of a unit.
+    fn in_unit(
+        &mut self,
+        number: Lowered,
+        WrittenUnit { scale, dimension, is_angle }: WrittenUnit,
+        factors: &[UnitFactor],
+        context: &Context<'_>,
+    ) -> Option<Lowered> {
         let unit_range = factors.first()?.span.start..factors.last()?.span.end;
         let value = number.value.map(|value| self.constants.scaled(value, scale));
         Some(Lowered {
             is_angle,
             unit_span: Some(context.quoted.span_of(&unit_range)),
-            ..Lowered::new(self.scaled(number.expr, scale), Kind::Known(dimension), value, span)
+            ..Lowered::new(
+                self.scaled(number.expr, scale),
+                Kind::Known(dimension),
+                value,
+                number.span,
+            )
         })
     }
 

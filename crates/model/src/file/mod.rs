@@ -50,18 +50,22 @@ mod laws;
 mod loads;
 mod lookup;
 mod lower;
+mod misread;
 mod names;
 mod orientation;
 mod outline;
 mod parameters;
 mod pieces;
+mod piecewise;
 mod plausible;
 mod points;
 mod quantity;
 mod reader;
 mod replay;
 mod sampled;
+mod schema;
 mod sections;
+mod shown_units;
 mod solids;
 mod solve;
 mod springs;
@@ -81,7 +85,10 @@ use bksim_expr::Pool;
 
 pub use codes::PAGES;
 pub use expand::{Expansion, Open, SourceFile, expand};
+pub use quantity::names_in;
 pub use replay::Recording;
+pub use schema::{Holds, SectionForm, TableForm, sections};
+pub use shown_units::{ShownUnit, ShownUnits};
 pub use syntax::decode;
 pub use words::suggest;
 pub use written_unit::WrittenUnit;
@@ -192,6 +199,7 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
         parameter_order: Vec::new(),
         faults: Vec::new(),
         spatial: None,
+        functions: Vec::new(),
         table_calls: Vec::new(),
         tables: Vec::new(),
         curves: Vec::new(),

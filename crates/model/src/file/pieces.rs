@@ -1,6 +1,7 @@
 //! Functions of one variable, piece by piece: the numbers of tables and cam laws.
 
 use super::value::Kind;
+use crate::table::FunctionPiece;
 
 /// A function of one variable, piece by piece.
 #[derive(Clone, Debug)]
@@ -85,6 +86,35 @@ impl Columns {
     pub(super) fn slope(&self, x: f64) -> f64 {
         let (piece, s) = self.piece(x);
         piece.slope(s)
+    }
+
+    /// From where each piece holds and from where its distance counts, with one before and one behind the rows.
+    pub(super) fn with_ends(&self) -> Vec<(f64, f64, Piece)> {
+        let (first, last) = (self.x[0], self.x[self.x.len() - 1]);
+        let tangent = |at: f64| match self.beyond {
+            Beyond::Constant => Piece::polynomial(vec![self.at(at)]),
+            _ => Piece::polynomial(vec![self.at(at), self.slope(at)]),
+        };
+        let mut pieces = vec![(f64::NEG_INFINITY, first, tangent(first))];
+        let inner = self.x.iter().zip(&self.pieces);
+        pieces.extend(inner.map(|(&from, piece)| (from, from, piece.clone())));
+        pieces.push((last, last, tangent(last)));
+        pieces
+    }
+
+    /// The pieces as they are told.
+    pub(super) fn function_pieces(&self) -> Vec<FunctionPiece> {
+        let pieces = self.with_ends();
+        let ends: Vec<f64> = pieces.iter().skip(1).map(|(from, ..)| *from).collect();
+        let ends = ends.into_iter().chain([f64::INFINITY]);
+        let told = pieces.into_iter().zip(ends).map(|((from, origin, piece), to)| FunctionPiece {
+            ranges: vec![[from, to]],
+            origin: vec![origin],
+            terms: piece.powers.into_iter().enumerate().map(|(n, c)| ([n, 0], c)).collect(),
+            sine: piece.sine,
+        });
+        let is_told = |piece: &FunctionPiece| piece.ranges.iter().flatten().all(|x| x.is_finite());
+        told.filter(|piece| self.beyond != Beyond::Refused || is_told(piece)).collect()
     }
 }
 

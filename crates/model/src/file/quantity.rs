@@ -1,16 +1,18 @@
 //! Values of the file: bare numbers, quantities and expressions, as expressions in SI.
 
-use bksim_expr::{Expr, Number, ParseError, ParseErrorKind, ParseOptions, Syntax, parse};
+use bksim_expr::{
+    BinaryOperator, Expr, Number, ParseError, ParseOptions, Syntax, SyntaxKind, SyntaxNode, parse,
+};
 
 use super::codes;
 use super::dimension::Dimension;
 use super::reader::Reader;
 use super::replay::Constant;
+use super::sampled::Rounding;
 use super::tree::{Node, Quoted, Value};
-use super::units::{Quantity, Scale, UNITS, find_unit};
+use super::units::{Quantity, Scale, find_unit};
 use super::value::{Kind, Lowered, Scalar, Scope, describe};
-use super::words::{closest, cut, suggest};
-use super::written_unit::join_units;
+use super::written_unit::WrittenUnit;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::message::short;
 
@@ -43,7 +45,13 @@ impl Reader<'_> {
             }
         };
         let is_bare = lowered.kind == Kind::Bare;
-        let (expr, value) = self.accept(&lowered, quantity, what)?;
+        let (expr, value) = match self.factor_without_unit(node, &lowered, quantity) {
+            Some(help) => {
+                self.report(self.unfit(&lowered, quantity, what).help(help));
+                return None;
+            }
+            None => self.accept(&lowered, quantity, what)?,
+        };
         if let Some(value) = value {
             self.check_turns(quantity, what, value.look(), &span)?;
         }
@@ -98,86 +106,18 @@ impl Reader<'_> {
             );
             return None;
         }
-        let is_own = |name: &str| {
-            let is_local = self.local.as_ref().is_some_and(|(local, _)| local == name);
-            is_local || self.names.plain(name).is_some()
-        };
-        match syntax_of(quoted.text, self.nesting, &is_own) {
-            Ok(syntax) => Some(syntax),
+        match syntax_of(quoted.text, self.nesting, &|name| self.is_own_name(name)) {
+            Ok(syntax) => {
+                let is_known = |name: &str| {
+                    self.table_named(name).is_some() || Rounding::named(name).is_some()
+                };
+                Some(syntax.written_out(&is_known))
+            }
             Err(error) => {
                 self.report_parse_error(&error, quoted, what);
                 None
             }
         }
-    }
-
-    fn report_parse_error(&mut self, error: &ParseError, quoted: &Quoted<'_>, what: &str) {
-        let location = quoted.span_of(&error.span);
-        let fault = |message: String| Diagnostic::error(codes::EXPRESSION, message);
-        let fault = match &error.kind {
-            // Parentheses.
-            ParseErrorKind::UnclosedParenthesis => fault("`(` is not closed".to_owned())
-                .at(location, "opened here")
-                .help("add `)` where it ends"),
-            ParseErrorKind::UnopenedParenthesis => fault("`)` closes nothing".to_owned())
-                .at(location, "never opened")
-                .help("remove it, or add `(` before it"),
-            ParseErrorKind::TooDeep { limit } => {
-                Diagnostic::error(codes::NESTING, format!("parentheses nested deeper than {limit}"))
-                    .at(location, "the first one too deep")
-                    .help("use a parameter for a part of it, or allow more with `--max-nesting`")
-            }
-            // Words and their order.
-            ParseErrorKind::UnknownUnit { name } => {
-                let units: Vec<&str> = UNITS.iter().map(|unit| unit.name).collect();
-                let help = if self.names.plain(name).is_some() {
-                    format!("write `*` between the number and `{name}`")
-                } else if closest(name, &units).is_some() {
-                    suggest(name, &units)
-                } else {
-                    "units: `bksim explain M030` lists them".to_owned()
-                };
-                let message = format!("unknown unit `{}`", cut(name));
-                Diagnostic::error(codes::UNKNOWN_UNIT, message)
-                    .at(location, "not a unit")
-                    .help(help)
-            }
-            ParseErrorKind::UnexpectedEnd { expected } => {
-                fault(format!("{what} ends where {expected} must follow"))
-                    .at(location, "ends here")
-                    .help(format!("write {expected} at the end"))
-            }
-            ParseErrorKind::UnexpectedToken { found, expected } => {
-                let help = if *expected == "an operator" {
-                    format!("write `*` before `{}` to multiply", cut(found))
-                } else {
-                    format!("write {expected} before it, or remove it")
-                };
-                fault(format!("found `{}` where {expected} must stand", cut(found)))
-                    .at(location, "not expected here")
-                    .help(help)
-            }
-            // Characters and digits.
-            ParseErrorKind::UnexpectedCharacter { found: found @ ('=' | '!') } => {
-                fault(format!("an expression cannot contain `{found}`"))
-                    .at(location, "")
-                    .help("the comparisons are `<`, `<=`, `>` and `>=`")
-            }
-            ParseErrorKind::UnexpectedCharacter { found } => {
-                fault(format!("an expression cannot contain `{}`", found.escape_debug()))
-                    .at(location, "")
-                    .help(
-                        "use + - * / ^ ( ), numbers, units, names, functions; a point in decimals",
-                    )
-            }
-            ParseErrorKind::BadNumber { found } => fault(format!("`{}` is no number", cut(found)))
-                .at(location, "")
-                .help("write digits and one point, such as 0.5 or 1.2e-3"),
-            other => {
-                fault(format!("{what}: {other}")).at(location, "").help("see `bksim explain M020`")
-            }
-        };
-        self.report(fault);
     }
 
     /// The value as the quantity that is needed.
@@ -196,18 +136,65 @@ impl Reader<'_> {
             Kind::Known(found) if found == quantity.dimension() => {
                 Some((lowered.expr, lowered.value))
             }
-            Kind::Known(found) => {
-                let noun = describe(found, lowered.is_angle);
-                let expected = quantity.noun;
-                let location = lowered.unit_span.clone().unwrap_or_else(|| lowered.span.clone());
-                let message = format!("{what}: expected {expected}, found {noun}");
-                let label =
-                    if found == Dimension::NONE { String::new() } else { format!("in {found}") };
-                let fault = Diagnostic::error(codes::WRONG_DIMENSION, message).at(location, label);
+            Kind::Known(_) => {
+                let fault = self.unfit(lowered, quantity, what);
                 self.report(fault.help(format!("write for example \"{}\"", quantity.example)));
                 None
             }
         }
+    }
+
+    /// The fault of a value of another dimension than the quantity that is needed.
+    fn unfit(&self, lowered: &Lowered, quantity: Quantity, what: &str) -> Diagnostic {
+        let found = match lowered.kind {
+            Kind::Known(found) => found,
+            Kind::Bare => Dimension::NONE,
+        };
+        let noun = describe(found, lowered.is_angle);
+        let message = format!("{what}: expected {}, found {noun}", quantity.noun);
+        // In the author's own unit where one is written.
+        let written = lowered.unit_span.clone().and_then(|span| self.text.get(span));
+        let label = match written {
+            _ if found == Dimension::NONE => String::new(),
+            Some(unit) if unit.len() < 20 => format!("in {unit}"),
+            _ => format!("in {found}"),
+        };
+        let location = lowered.unit_span.clone().unwrap_or_else(|| lowered.span.clone());
+        Diagnostic::error(codes::WRONG_DIMENSION, message).at(location, label)
+    }
+
+    /// The help where a factor that is written as a number lacks its unit: `2*pi*t` for an angle is
+    /// `2*pi rad/s*t`. `None` where that is not the fault.
+    fn factor_without_unit(
+        &self,
+        node: &Node,
+        lowered: &Lowered,
+        quantity: Quantity,
+    ) -> Option<String> {
+        let Kind::Known(found) = lowered.kind else { return None };
+        let missing = quantity.dimension().over(found);
+        if missing == Dimension::NONE {
+            return None;
+        }
+        let quoted = node.text(self.text)?;
+        let syntax = syntax_of(quoted.text, self.nesting, &|name| self.is_own_name(name)).ok()?;
+        let end = end_of_numbers(&syntax)?;
+        let mut unit = missing.to_string();
+        // Of a motion that turns, the unit names the angle.
+        if quantity.is_turning()
+            && let Some(rest) = unit.strip_prefix("1/")
+        {
+            unit = format!("rad/{rest}");
+        }
+        WrittenUnit::parse(&unit)?;
+        let (before, after) = (quoted.text.get(..end)?, quoted.text.get(end..)?);
+        Some(format!("the number needs its unit: write \"{before} {unit}{after}\""))
+    }
+
+    /// True of a name that the model gives, which no unit is then.
+    fn is_own_name(&self, name: &str) -> bool {
+        let is_local = self.local.as_ref().is_some_and(|(local, _)| local == name);
+        is_local || self.names.plain(name).is_some()
     }
 
     /// The expression times a conversion factor.
@@ -274,28 +261,68 @@ impl Reader<'_> {
     }
 }
 
+/// The end of the factors at the start of a product that are numbers; `None` where it starts with none.
+fn end_of_numbers(syntax: &Syntax) -> Option<usize> {
+    let is_constant = |idx: usize| match &syntax.nodes[idx].kind {
+        SyntaxKind::Number(_) => true,
+        SyntaxKind::Name(name) => name == "pi",
+        _ => false,
+    };
+    let mut end = None;
+    let mut idx = syntax.nodes.len() - 1;
+    // From the last factor to the first; what is not a number starts anew.
+    loop {
+        let (first, last) = match &syntax.nodes[idx].kind {
+            SyntaxKind::Binary { operator: BinaryOperator::Multiply, left, right, .. } => {
+                (*left, *right)
+            }
+            // A unit after a divisor would be of the divisor.
+            SyntaxKind::Binary { operator: BinaryOperator::Divide, left, right, .. }
+                if !is_constant(*right) =>
+            {
+                (*left, *right)
+            }
+            SyntaxKind::Negate(operand) => {
+                idx = *operand;
+                continue;
+            }
+            _ => return is_constant(idx).then(|| end.unwrap_or(syntax.nodes[idx].span.end)),
+        };
+        end = is_constant(last).then(|| end.unwrap_or(syntax.nodes[last].span.end));
+        idx = first;
+    }
+}
+
+/// The names in an expression, of functions too, by their bytes; none where it is no expression. `is_own` tells
+/// names of the model from units.
+pub fn names_in(expression: &str, is_own: &dyn Fn(&str) -> bool) -> Vec<std::ops::Range<usize>> {
+    /// As deep as an editor looks.
+    const DEPTH: usize = 64;
+    let Ok(syntax) = syntax_of(expression, DEPTH, is_own) else { return Vec::new() };
+    let span = |node: &SyntaxNode| match &node.kind {
+        SyntaxKind::Name(_) => Some(node.span.clone()),
+        SyntaxKind::Call { name_span, .. } => Some(name_span.clone()),
+        _ => None,
+    };
+    syntax.nodes.iter().filter_map(span).collect()
+}
+
 /// The syntax of an expression. A unit goes on after a space or `/`, so that a parameter `m` leaves `3 N/m` alone;
-/// after a written `*` a name of the model, which `is_own` tells, comes first, as in `3 kg*h^2`. `t` is the time
-/// always.
+/// after a written `*` and where a unit stands alone a name of the model, which `is_own` tells, comes first, as
+/// in `3 kg*h^2`. `t` is the time always, but right after a number.
 ///
 /// # Errors
 /// [`ParseError`] when the text is no expression.
 pub(super) fn syntax_of(
-    written: &str,
+    text: &str,
     max_depth: usize,
     is_own: &dyn Fn(&str) -> bool,
 ) -> Result<Syntax, ParseError> {
-    let text = join_units(written);
-    let is_name = |name: &str| {
-        let before = written[..place_within(&text, name)].trim_end();
-        name == "t" || before.ends_with('*') && is_own(name)
+    let options = ParseOptions {
+        max_depth,
+        is_unit: &|name| find_unit(name).is_some(),
+        is_name: is_own,
+        is_variable: &|name| name == "t",
     };
-    let is_unit = |name: &str| find_unit(name).is_some();
-    parse(&text, &ParseOptions { max_depth, is_unit: &is_unit, is_name: &is_name })
-}
-
-/// Start of a part of a text; the parser hands out parts of the text it was given.
-fn place_within(text: &str, part: &str) -> usize {
-    let location = (part.as_ptr() as usize).saturating_sub(text.as_ptr() as usize);
-    if text.is_char_boundary(location) { location } else { 0 }
+    parse(text, &options)
 }

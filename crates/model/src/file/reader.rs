@@ -19,7 +19,7 @@ use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::ids::BodyId;
 use crate::measure::Signal;
 use crate::state::NamedSignal;
-use crate::table::TableCall;
+use crate::table::{NamedFunction, TableCall};
 
 /// Faults after which further ones are no longer explained; comparing names takes time.
 const ENOUGH: usize = 200;
@@ -36,6 +36,8 @@ pub(super) struct Reader<'a> {
     pub(super) parameters: Vec<ParameterState>,
     /// Indices of the parameters, each after those it uses.
     pub(super) parameter_order: Vec<usize>,
+    /// Tables, laws and paths that were called or named.
+    pub(super) functions: Vec<NamedFunction>,
     /// Calls of those that have no value beyond their rows.
     pub(super) table_calls: Vec<TableCall>,
     /// Measured tables, in file order.

@@ -8,7 +8,7 @@ use super::gather::sub_tables;
 use super::lower::Context;
 use super::names::{Meaning, PREVIOUS, SampledName};
 use super::reader::{Fields, Reader};
-use super::replay::Constant;
+use super::replay::{Constant, Constants};
 use super::tree::Table;
 use super::units::Quantity;
 use super::value::{Kind, Lowered, Scalar, Scope};
@@ -25,6 +25,9 @@ pub(super) enum Rounding {
     Round,
     Mod,
 }
+
+/// Keys of a clock.
+pub(super) const CLOCK_KEYS: [&str; 2] = ["every", "start"];
 
 /// Their names.
 pub(super) const ROUNDINGS: [(&str, Rounding); 4] = [
@@ -72,7 +75,7 @@ impl Reader<'_> {
                 continue;
             };
             let owner = format!("clock `{name}`");
-            let fields = Fields::open(self, table, owner, span.clone(), &["every", "start"]);
+            let fields = Fields::open(self, table, owner, span.clone(), &CLOCK_KEYS);
             let every = fields.require(self, "every", "write for example `every = \"2 ms\"`");
             let every = every.and_then(|node| {
                 self.scalar(node, Quantity::INTERVAL, &fields.what("every"), Scope::Constant)
@@ -291,7 +294,8 @@ impl Reader<'_> {
             );
             return None;
         }
-        if context.scope != Scope::Tick {
+        let is_constant = arguments.iter().flatten().all(|argument| argument.value.is_some());
+        if context.scope != Scope::Tick && !is_constant {
             let message = format!("{} uses `{name}`, but is not sampled", context.what);
             self.report(
                 Diagnostic::error(codes::NOT_SAMPLED, message)
@@ -301,26 +305,48 @@ impl Reader<'_> {
             return None;
         }
         let mut arguments = arguments.iter().cloned().collect::<Option<Vec<_>>>()?;
-        let pool = &self.pool;
-        let floor = |x: Expr| pool.call(Function::Floor, &[x]);
         if rounding == Rounding::Mod {
             let (a, b) = self.alike(&arguments[0], &arguments[1], "divide")?;
             let pool = &self.pool;
             let count = pool.call(Function::Floor, &[pool.div(a.expr, b.expr)])?;
             let expr = pool.sub(a.expr, pool.mul(b.expr, count));
-            return Some(Lowered {
-                is_angle: a.is_angle,
-                ..Lowered::new(expr, a.kind, None, span)
+            let value = a.value.zip(b.value).map(|(a, b)| {
+                let ratio = self.constants.divide(a, b);
+                let count = self.constants.call(Function::Floor, &[ratio]);
+                let whole = self.constants.multiply(b, count);
+                self.constants.subtract(a, whole)
             });
+            let is_angle = a.is_angle;
+            return Some(Lowered { is_angle, ..Lowered::new(expr, a.kind, value, span) });
         }
         let argument = arguments.remove(0);
-        let expr = match rounding {
-            Rounding::Ceil => pool.neg(floor(pool.neg(argument.expr))?),
-            Rounding::Round => floor(pool.add(argument.expr, pool.rational(1, 2)))?,
-            Rounding::Floor | Rounding::Mod => floor(argument.expr)?,
-        };
         self.pure(&argument, &format!("the argument of `{name}`"), context)?;
-        Some(Lowered::new(expr, argument.kind, None, span))
+        let rounded = self.rounded_number(rounding, &argument)?;
+        Some(Lowered { span, ..rounded })
+    }
+
+    /// A pure number rounded.
+    fn rounded_number(&mut self, rounding: Rounding, argument: &Lowered) -> Option<Lowered> {
+        let (pool, constants) = (&self.pool, &mut self.constants);
+        let floor = |x: Expr, value: Option<Constant>, constants: &mut Constants| {
+            let value = value.map(|value| constants.call(Function::Floor, &[value]));
+            Some((pool.call(Function::Floor, &[x])?, value))
+        };
+        let (x, value) = (argument.expr, argument.value);
+        let (expr, value) = match rounding {
+            Rounding::Ceil => {
+                let minus = value.map(|value| constants.negate(value));
+                let (expr, value) = floor(pool.neg(x), minus, constants)?;
+                (pool.neg(expr), value.map(|value| constants.negate(value)))
+            }
+            Rounding::Round => {
+                let half = Constant::written(0.5);
+                let shifted = value.map(|value| constants.add(value, half));
+                floor(pool.add(x, pool.rational(1, 2)), shifted, constants)?
+            }
+            Rounding::Floor | Rounding::Mod => floor(x, value, constants)?,
+        };
+        Some(Lowered::new(expr, argument.kind, value, argument.span.clone()))
     }
 }
 

@@ -13,7 +13,7 @@ use crate::joint::Joint;
 use crate::model::{CoordinatePolicy, Model, Space};
 
 /// The tables of a model file.
-const SECTIONS: &[&str] = &[
+pub(super) const SECTIONS: &[&str] = &[
     "name",
     "drawing",
     "use",
@@ -120,6 +120,7 @@ impl Reader<'_> {
             named_signals: controllers.signals,
             clocks: controllers.clocks,
             held: controllers.held,
+            functions: std::mem::take(&mut self.functions),
             table_calls: std::mem::take(&mut self.table_calls),
             signals: std::mem::take(&mut self.names.signals),
             initial,

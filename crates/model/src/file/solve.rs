@@ -9,7 +9,7 @@ use super::value::Scope;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::solve::{Formulation, Jit, Method, Outputs, SolveOptions};
 
-const SOLVE_KEYS: &[&str] = &[
+pub(super) const SOLVE_KEYS: &[&str] = &[
     "t_start",
     "t_end",
     "every",

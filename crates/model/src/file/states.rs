@@ -39,6 +39,11 @@ struct ControllerEntry<'t> {
     table: &'t Table,
 }
 
+/// Keys of a state.
+pub(super) const STATE_KEYS: [&str; 2] = ["rate", "start"];
+/// Keys of a signal, whichever it is.
+pub(super) const SIGNAL_KEYS: [&str; 4] = ["when", "start", "clock", "value"];
+
 impl Reader<'_> {
     /// Gathers the names of states and signals.
     pub(super) fn gather_controllers(&mut self, root: &Table) {
@@ -78,8 +83,7 @@ impl Reader<'_> {
         let mut opened = Vec::new();
         for state in &states {
             let owner = format!("state `{}`", state.name);
-            let keys = &["rate", "start"];
-            let fields = Fields::open(self, state.table, owner, state.span.clone(), keys);
+            let fields = Fields::open(self, state.table, owner, state.span.clone(), &STATE_KEYS);
             let id = StateId(opened.len());
             let kind = self.read_state_start(state, id, &fields, &mut controllers.initial);
             opened.push((state, fields, kind));
@@ -179,8 +183,8 @@ impl Reader<'_> {
         for entry in entries {
             let owner = format!("signal `{}`", entry.name);
             if entry.table.get("when").is_some() {
-                let keys = &["when", "start", "clock", "value"];
-                let fields = Fields::open(self, entry.table, owner, entry.span.clone(), keys);
+                let fields =
+                    Fields::open(self, entry.table, owner, entry.span.clone(), &SIGNAL_KEYS);
                 if let Some(start) = self.name_latched(entry.name, entry.value_idx, &fields) {
                     latched.push((entry, fields, start));
                 }

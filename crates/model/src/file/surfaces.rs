@@ -1,7 +1,5 @@
 //! Tables of two variables: their rows, and their calls.
 
-use bksim_expr::{Expr, Number};
-
 use super::codes;
 use super::grids::Grid;
 use super::pieces::{Beyond, Interpolation};
@@ -121,35 +119,9 @@ impl Reader<'_> {
                 self.note_call(name, (argument.expr, grid.ranges[i]), of, &span);
             }
         }
-        let expr = self.on_grid(grid, [first.expr, second.expr]);
+        let function = self.function_of_grid(name, grid);
+        let expr = self.pool.apply(function, &[first.expr, second.expr]);
         let is_angle = grid.are_angles[2];
         Lowered { is_angle, ..Lowered::new(expr, grid.kinds[2], value, span) }
-    }
-
-    /// The grid as nested conditions: for both distances from the borders of the cell, and for its coefficients.
-    fn on_grid(&self, grid: &Grid, arguments: [Expr; 2]) -> Expr {
-        let pool = &self.pool;
-        let number = |value: f64| pool.number(Number::float(value));
-        let tree = |i: usize, leaf: &dyn Fn(usize) -> Expr| {
-            let borders = grid.borders[i].iter().enumerate();
-            let leaves: Vec<(f64, Expr)> = borders.map(|(k, (from, _))| (*from, leaf(k))).collect();
-            self.search(arguments[i], &leaves)
-        };
-        let [s, r] = [0, 1]
-            .map(|i: usize| tree(i, &|k| pool.sub(arguments[i], number(grid.borders[i][k].1))));
-        let n_powers = grid.powers[0].len();
-        let coefficient =
-            |n: usize, m: usize| tree(0, &|k| tree(1, &|l| number(grid.powers[k][n][l][m])));
-        let of_power = |n: usize| {
-            let powers = (0..n_powers).rev();
-            powers.fold(pool.zero(), |sum, m| pool.add(pool.mul(sum, r), coefficient(n, m)))
-        };
-        let powers = (0..n_powers).rev();
-        let inside = powers.fold(pool.zero(), |sum, n| pool.add(pool.mul(sum, s), of_power(n)));
-        if grid.beyond != Beyond::Refused {
-            return inside;
-        }
-        let domains = [0, 1].map(|i: usize| self.domain(arguments[i], grid.ranges[i]));
-        pool.sum([inside, domains[0], domains[1]])
     }
 }

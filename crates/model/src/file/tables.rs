@@ -1,7 +1,6 @@
 //! `[tables.…]`: measured values as functions of one variable or of two.
 //!
-//! A table becomes, where it is called, nested conditions over its rows with a polynomial between two of them: so
-//! its corners are located as those of any other condition, and its derivatives are exact.
+//! A table is a function with its name in the equations.
 
 use bksim_expr::{Expr, Function, Number};
 
@@ -9,7 +8,7 @@ use super::codes;
 use super::dimension::Dimension;
 use super::grids::{MeasuredTable, TableForm};
 use super::names::PREVIOUS;
-use super::pieces::{Beyond, Columns, Interpolation, Piece, spline, straight};
+use super::pieces::{Beyond, Columns, Interpolation, spline, straight};
 use super::reader::{Fields, Reader};
 use super::surfaces::Rows;
 use super::tree::{Node, Quoted, Table, Value};
@@ -18,8 +17,8 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::message::short;
 use crate::table::TableCall;
 
-/// Length beyond its rows, in lengths of the table, over which a table goes on before it has no value.
-const HAIR: f64 = 1e-9;
+/// Keys of a table of values.
+pub(super) const TABLE_KEYS: [&str; 4] = ["points", "units", "interpolation", "extrapolate"];
 
 impl Reader<'_> {
     /// Gathers the names of all tables, and reads those that are without fault.
@@ -49,8 +48,7 @@ impl Reader<'_> {
 
     fn read_table(&mut self, name: &str, table: &Table, span: Span) -> Option<TableForm> {
         let owner = format!("table `{name}`");
-        let keys = &["points", "units", "interpolation", "extrapolate"];
-        let fields = Fields::open(self, table, owner, span, keys);
+        let fields = Fields::open(self, table, owner, span, &TABLE_KEYS);
         let ways = [("smooth", Interpolation::Smooth), ("linear", Interpolation::Linear)];
         let way = match fields.get("interpolation") {
             Some(node) => self.choice(node, &fields.what("interpolation"), &ways)?,
@@ -256,7 +254,8 @@ impl Reader<'_> {
             let range = [columns.x[0], columns.x[columns.x.len() - 1]];
             self.note_call(&name, (argument.expr, range), of, &span);
         }
-        let expr = self.piecewise(&columns, argument.expr);
+        let function = self.function_of_columns(&name, "x", &columns);
+        let expr = self.pool.apply(function, &[argument.expr]);
         let is_angle = columns.are_angles[1];
         Some(Lowered { is_angle, ..Lowered::new(expr, columns.kinds[1], value, span) })
     }
@@ -312,79 +311,5 @@ impl Reader<'_> {
             }
             _ => Some(argument.clone()),
         }
-    }
-
-    /// The table as nested conditions on its argument: for the distance from the left end of its piece, and for
-    /// every coefficient of the pieces. So a distance stays a distance: multiplied out in powers of the argument,
-    /// pieces far from zero would lose their digits.
-    pub(super) fn piecewise(&self, columns: &Columns, x: Expr) -> Expr {
-        let pool = &self.pool;
-        let number = |value: f64| pool.number(Number::float(value));
-        let (first, last) = (columns.x[0], columns.x[columns.x.len() - 1]);
-        let tangent = |at: f64| match columns.beyond {
-            Beyond::Constant => Piece::polynomial(vec![columns.at(at)]),
-            _ => Piece::polynomial(vec![columns.at(at), columns.slope(at)]),
-        };
-        let mut pieces = vec![(f64::NEG_INFINITY, first, tangent(first))];
-        let inner = columns.x.iter().zip(&columns.pieces);
-        pieces.extend(inner.map(|(&from, piece)| (from, from, piece.clone())));
-        pieces.push((last, last, tangent(last)));
-        let tree = |leaf: &dyn Fn(f64, &Piece) -> Expr| {
-            let leaves = pieces.iter().map(|(from, left, piece)| (*from, leaf(*left, piece)));
-            self.search(x, &leaves.collect::<Vec<_>>())
-        };
-
-        // c₀ + c₁ s + … and A sin(ω s + φ).
-        let distance = tree(&|left, _| pool.sub(x, number(left)));
-        let n_powers = pieces.iter().map(|(.., piece)| piece.powers.len()).max().unwrap_or(0);
-        let power =
-            |n: usize| tree(&|_, piece| number(piece.powers.get(n).copied().unwrap_or(0.0)));
-        let sum = (0..n_powers)
-            .rev()
-            .fold(pool.zero(), |sum, n| pool.add(pool.mul(sum, distance), power(n)));
-        let sine = |k: usize| tree(&|_, piece| number(piece.sine.map_or(0.0, |sine| sine[k])));
-        let has_sine = pieces.iter().any(|(.., piece)| piece.sine.is_some());
-        let wave = has_sine.then(|| {
-            let angle = pool.add(pool.mul(sine(1), distance), sine(2));
-            pool.mul(sine(0), pool.sin(angle))
-        });
-        let inside = wave.map_or(sum, |wave| pool.add(sum, wave));
-        if columns.beyond != Beyond::Refused {
-            return inside;
-        }
-
-        pool.add(inside, self.domain(x, [first, last]))
-    }
-
-    /// Zero within a range. Outside there is nothing but for a hair, within which the branch that is not taken has
-    /// finite derivatives.
-    pub(super) fn domain(&self, x: Expr, [first, last]: [f64; 2]) -> Expr {
-        let pool = &self.pool;
-        let number = |value: f64| pool.number(Number::float(value));
-        let hair = number(HAIR * (last - first));
-        let domain =
-            |inwards: Expr| pool.mul(number(f64::MIN_POSITIVE), pool.sqrt(pool.add(inwards, hair)));
-        let ends = [
-            (f64::NEG_INFINITY, domain(pool.sub(x, number(first)))),
-            (first, pool.zero()),
-            (last, domain(pool.sub(number(last), x))),
-        ];
-        self.search(x, &ends)
-    }
-
-    /// A balanced tree of conditions: each piece holds from its argument on to that of the next.
-    pub(super) fn search(&self, x: Expr, pieces: &[(f64, Expr)]) -> Expr {
-        let pool = &self.pool;
-        if let [(_, only)] = pieces {
-            return *only;
-        }
-        let (left, right) = pieces.split_at(pieces.len() / 2);
-        let border = pool.number(Number::float(right[0].0));
-        // The last row belongs to the table.
-        let is_end = right.len() == 1;
-        let below = if is_end { Function::Le } else { Function::Lt };
-        let [left, right] = [left, right].map(|part| self.search(x, part));
-        let condition = pool.call(below, &[x, border]).expect("two arguments");
-        pool.call(Function::If, &[condition, left, right]).expect("three arguments")
     }
 }

@@ -231,6 +231,11 @@ impl Quantity {
         Dimension::new(length + force, mass + force, time - 2 * force)
     }
 
+    /// Whether an angle is in it.
+    pub(super) fn is_turning(self) -> bool {
+        self.exponents[3] != 0
+    }
+
     /// Whether it is an angle, so that a bare number may be degrees.
     pub(super) fn is_angle(self) -> bool {
         self.exponents == Self::ANGLE.exponents

@@ -39,6 +39,17 @@ class Diagnostic:
 class Error(Exception):
     """The base of all errors of bksim."""
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Not by what it was made with, which Exception would take: so that a pool of processes can raise it.
+        return _again, (type(self), self.args, self.__dict__)
+
+
+def _again(kind: type[Error], words: tuple[Any, ...], rest: dict[str, Any]) -> Error:
+    error = kind.__new__(kind, *words)
+    error.args = words
+    error.__dict__.update(rest)
+    return error
+
 
 class WorthWarning(UserWarning):
     """A run that went to its end, but whose results are worth less than its tolerances promise, or that took
@@ -47,6 +58,9 @@ class WorthWarning(UserWarning):
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(str(diagnostic))
         self.diagnostic = diagnostic
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.diagnostic,)
 
 
 class ModelError(Error):

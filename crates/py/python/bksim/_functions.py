@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _bksim
 
 Array = NDArray[np.float64]
+
+
+def _compiled(engine: _bksim.Engine) -> Functions:
+    return Functions(_bksim.compiled_functions(engine))
 
 
 class Functions:
@@ -25,6 +31,16 @@ class Functions:
     def __init__(self, functions: _bksim.Functions) -> None:
         self._functions = functions
         self.nq, self.nc = functions.sizes
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Compiled again from the text, which gives the same bits.
+        return _compiled, (self._functions.engine,)
+
+    def __copy__(self) -> Functions:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Functions:
+        return self
 
     def _batch(self, t: ArrayLike, *states: tuple[ArrayLike, int]) -> tuple[bool, Array, list[Array]]:
         """Whether there is a batch, and the instants and states with one."""

@@ -267,9 +267,12 @@ class Questions:
         smooth = real("smoothing", smoothing) or 0.0
         return Answer(_bksim.inverse_of(self._engine(), motions, smooth, asked))
 
-    def doctor(self) -> Answer:
-        """Free motions, conditions that repeat others, and changes of joints that cure them."""
-        return Answer(_bksim.doctor_of(self._engine()))
+    def doctor(self, drive: str | None = None) -> Answer:
+        """Free motions, conditions that repeat others, and changes of joints that cure them.
+
+        With ``drive``, such as ``"crank.angle"``, also the singular poses along the whole motion.
+        """
+        return Answer(_bksim.doctor_of(self._engine(), drive))
 
     def verify(self, t_end: float | None = None) -> Answer:
         """The run beside the same motion in other coordinates by another method: the table has the differences of

@@ -35,6 +35,11 @@ def open(path: str | os.PathLike[str]) -> Solution:
     return Solution(_bksim.open_log(file))
 
 
+def _carried(path: Path, log: bytes, facts: _bksim._Facts) -> Solution:
+    """The solution whose log was carried here."""
+    return Solution(_bksim.carried_run(path, log, facts))
+
+
 class Sensitivity(Named):
     """Derivatives of the motion by one quantity, (n,) by the name of what is differentiated."""
 
@@ -76,7 +81,7 @@ class Samples:
         engine: _bksim.Engine,
         t: Array,
         table: Array,
-        described: _bksim.Engine | _bksim.Run,
+        described: _bksim.Engine | _bksim.Run | None,
         is_one: bool = False,
     ) -> None:
         self._engine = engine
@@ -89,11 +94,21 @@ class Samples:
     @cached_property
     def _columns(self) -> list[tuple[str, str, str]]:
         """Name, unit and description of every row of the table."""
+        assert self._described is not None
         return self._described.columns()
 
     @cached_property
     def _row(self) -> dict[str, int]:
         return {name: k for k, (name, _, _) in enumerate(self._columns)}
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Rows are views of the table, and what they are called is all that the run is asked for.
+        return {**self.__dict__, "_columns": self._columns, "_described": None, "_measured": {}}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        for array in (self._t, self._table):
+            array.flags.writeable = False
 
     def _rows(self, topic: str) -> Array:
         places = [k for k, (name, _, _) in enumerate(self._columns) if name.startswith(f"{topic}.")]
@@ -264,6 +279,23 @@ class Solution(Samples):
     def __init__(self, run: _bksim.Run) -> None:
         super().__init__(run.engine, run.t, run.table, run)
         self._run = run
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # By the log, as it is saved and opened; besides, what a log says in other words.
+        run = self._run
+        facts: _bksim._Facts = {
+            "ending": run.ending,
+            "fault": run.fault,
+            "warnings": run.warnings,
+            "summary": run.summary(),
+        }
+        return _carried, (self._engine.path, _bksim.log_bytes(run), facts)
+
+    def __copy__(self) -> Solution:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Solution:
+        return self
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:

@@ -101,6 +101,16 @@ class Expr:
     def __hash__(self) -> int:
         return hash(self._e)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # By its steps, each once: written out, shared parts would have no end.
+        return _listed, (self._e.listing(),)
+
+    def __copy__(self) -> Expr:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Expr:
+        return self
+
     def diff(self, by: Expr, n: int = 1) -> Expr:
         """The derivative by a symbol, ``n`` times."""
         return Expr._of(self._e.diff(_symbol(by)._e, n))
@@ -160,6 +170,10 @@ class Expr:
 
     def _repr_latex_(self) -> str:
         return f"${self.latex()}$"
+
+
+def _listed(listing: str) -> Expr:
+    return Expr._of(_bksim.Expr.of_listing(listing))
 
 
 def _plain(value: Any) -> int | float:
@@ -225,21 +239,36 @@ pi: Expr = parse("pi")
 
 def lambdify(
     arguments: Sequence[Expr], expressions: Expr | Sequence[Operand]
-) -> Callable[..., Any]:
+) -> Lambda:
     """A function of numbers or arrays, which are broadcast; one value for one expression, a list of
     them for several. It is compiled once and evaluated in lanes."""
-    is_one = isinstance(expressions, Expr)
-    outputs = [expressions] if isinstance(expressions, Expr) else list(expressions)
-    compiled = _bksim.Compiled([a._e for a in arguments], [_lowered(e) for e in outputs])
+    return Lambda(tuple(arguments), expressions if isinstance(expressions, Expr) else tuple(expressions))
 
-    def function(*values: ArrayLike) -> Any:
-        if len(values) != len(arguments):
-            raise TypeError(f"{len(values)} values for {len(arguments)} arguments")
+
+class Lambda:
+    """Expressions as a compiled function of numbers or arrays: see :func:`lambdify`.
+
+    It is pickled as its expressions, and compiled again where it is needed.
+    """
+
+    def __init__(self, arguments: tuple[Expr, ...], expressions: Expr | tuple[Operand, ...]) -> None:
+        self.arguments = arguments
+        self.expressions = expressions
+        outputs = (expressions,) if isinstance(expressions, Expr) else expressions
+        self._compiled = _bksim.Compiled([a._e for a in arguments], [_lowered(e) for e in outputs])
+
+    def __call__(self, *values: ArrayLike) -> Any:
+        if len(values) != len(self.arguments):
+            raise TypeError(f"{len(values)} values for {len(self.arguments)} arguments")
         arrays = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in values))
         shape = arrays[0].shape if arrays else ()
         rows: NDArray[np.float64] = np.stack([a.ravel() for a in arrays]) if arrays else np.empty((0, 1))
-        out = compiled.evaluate(rows)
+        out = self._compiled.evaluate(rows)
         results = [row.reshape(shape) if shape else np.float64(row[0]) for row in out]
-        return results[0] if is_one else results
+        return results[0] if isinstance(self.expressions, Expr) else results
 
-    return function
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Lambda, (self.arguments, self.expressions)
+
+    def __repr__(self) -> str:
+        return f"<bksim.expr.Lambda of {', '.join(map(str, self.arguments)) or 'nothing'}>"

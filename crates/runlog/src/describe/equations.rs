@@ -2,7 +2,8 @@
 
 use bksim_expr::{Certificate, Operations};
 use bksim_mbs::equations::{
-    ContactText, Counts, Equations as Formulas, Group, Notation, Proof, ReadingForm, contact_texts,
+    ContactText, Counts, Equations as Formulas, FunctionText, Group, Notation, Proof, ReadingForm,
+    contact_texts, functions,
 };
 use bksim_mbs::quantity::Quantity;
 use serde_json::{Map, Value, json};
@@ -44,6 +45,17 @@ pub fn equations(mechanism: &Mechanism, form: &ReadingForm, proof: &Proof) -> Va
         })
     };
     let contacts = contact_texts(model, system, &printer, &multipliers);
+    // The functions by name, piece by piece.
+    let end = |value: f64| value.is_finite().then_some(value);
+    let piece = |piece: FunctionText| {
+        json!({
+            "call": printer.expr(piece.call),
+            "formula": printer.terms(&piece.terms),
+            "from": piece.ranges.iter().map(|range| end(range[0])).collect::<Vec<_>>(),
+            "to": piece.ranges.iter().map(|range| end(range[1])).collect::<Vec<_>>(),
+        })
+    };
+    let pieces: Vec<Value> = functions(model, form).into_iter().map(piece).collect();
     // The object, formulas first.
     let mut body = formulas(&plain);
     body.extend([
@@ -52,6 +64,7 @@ pub fn equations(mechanism: &Mechanism, form: &ReadingForm, proof: &Proof) -> Va
         ("coordinates".to_owned(), compiled.coordinates.iter().map(coordinate).collect()),
         ("multipliers".to_owned(), compiled.multipliers.iter().map(multiplier).collect()),
         ("contacts".to_owned(), contacts.into_iter().map(contact).collect()),
+        ("functions".to_owned(), pieces.into()),
         ("parameters".to_owned(), parameters.into()),
         ("time".to_owned(), json!("t")),
         (

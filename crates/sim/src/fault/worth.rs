@@ -23,6 +23,16 @@ use bksim_model::{Model, SolveOptions};
 /// The error of energies and constraints over that of coordinates which is still taken as usual.
 const FACTOR: f64 = 1000.0;
 
+/// Repeated steps whose error has not fallen with their size that are told: so many, and this part of all
+/// steps.
+const NOISY: usize = 10;
+const NOISY_PART: f64 = 0.02;
+/// Steps follow a motion towards a singular pose until its noise meets the tolerance, whatever that is, so
+/// the noise met says nothing of another tolerance. One, two, ten and forty square windows in absolute
+/// coordinates are undisturbed at 1e-6: that is advised, or from there on so much more.
+const UNDISTURBED: f64 = 1e-6;
+const LOOSER: f64 = 100.0;
+
 /// A relative error of energy that no tolerance excuses.
 const LARGEST: f64 = 0.05;
 
@@ -79,6 +89,8 @@ pub fn diagnose_worth(
         None => fault,
     };
 
+    faults.extend(below_noise(model, options, summary));
+
     // The balance of energy.
     let promised = summary.promised_energy_error(options);
     if energy.worst_error > promised {
@@ -114,12 +126,36 @@ pub fn diagnose_worth(
     faults
 }
 
+/// The warning that a smaller tolerance makes no smaller error.
+fn below_noise(model: &Model, options: &SolveOptions, summary: &Summary) -> Option<Diagnostic> {
+    let noise = summary.noise;
+    #[expect(clippy::cast_precision_loss, reason = "far below 2⁵²")]
+    let least = NOISY_PART * summary.stats.n_accept as f64;
+    #[expect(clippy::cast_precision_loss, reason = "far below 2⁵²")]
+    let is_noisy = noise.count >= NOISY && noise.count as f64 > least;
+    if !is_noisy || options.step.is_some() {
+        return None;
+    }
+    let message =
+        format!("`rtol` = {:e} asks for more than the accelerations are known to", options.rtol);
+    let reached = (LOOSER * options.rtol).max(UNDISTURBED).min(0.1);
+    let fault = Diagnostic::warning(codes::BELOW_NOISE, message)
+        .note(format!(
+            "{} repeated steps had no smaller error for being smaller: it was the rounding of the \
+             accelerations, {} tolerances of a step in the mean",
+            noise.count,
+            short(noise.mean_error())
+        ))
+        .help(format!("take `rtol` and `atol` of {reached:e}, which steps can keep to"));
+    Some(match span_of(model, "rtol") {
+        Some(span) => fault.at(span, "this tolerance"),
+        None => fault,
+    })
+}
+
 /// The change that helps, and its place.
 fn cure(model: &Model, options: &SolveOptions) -> (Option<(Span, &'static str)>, &'static str) {
-    let span = |key: &str| {
-        let found = model.solve.spans.iter().find(|(known, _)| known == key);
-        found.map(|(_, span)| span.clone())
-    };
+    let span = |key: &str| span_of(model, key);
     if options.step.is_some() {
         let place = span("step").map(|span| (span, "this step"));
         (place, "make `step` smaller, or leave it out: steps that adapt keep to `rtol`")
@@ -127,4 +163,10 @@ fn cure(model: &Model, options: &SolveOptions) -> (Option<(Span, &'static str)>,
         let place = span("rtol").map(|span| (span, "this tolerance"));
         (place, "make `rtol` smaller, and see whether the results stay")
     }
+}
+
+/// The place of an option in the model's text.
+fn span_of(model: &Model, key: &str) -> Option<Span> {
+    let found = model.solve.spans.iter().find(|(known, _)| known == key);
+    found.map(|(_, span)| span.clone())
 }

@@ -316,27 +316,43 @@ impl<'a> ModeSearch<'a> {
     }
 
     /// The first consistent combination of choices.
+    ///
+    /// At the very instant at which friction lets go, the accelerations of all combinations but one
+    /// vanish where it slides with the force that it holds with: their rounding is then that of the
+    /// largest among the combinations.
     fn choose(self, undecided: &[Undecided]) -> Result<ConsistentModes, NoConsistentModes> {
-        for set in ModeSets::new(undecided.iter().map(Undecided::n_choices).collect()) {
-            let mut modes = self.modes.clone();
-            for (undecided, choice) in undecided.iter().zip(set) {
-                undecided.take(choice, &mut modes);
-            }
-            let Some(motion) = self.motion_in(&modes) else { continue };
-            if self.is_consistent(undecided, &modes, &motion) {
-                return Ok(self.start_in(modes));
+        let mut largest_met: f64 = 0.0;
+        for is_last in [false, true] {
+            let scale = if is_last { largest_met } else { 0.0 };
+            for set in ModeSets::new(undecided.iter().map(Undecided::n_choices).collect()) {
+                let mut modes = self.modes.clone();
+                for (undecided, choice) in undecided.iter().zip(set) {
+                    undecided.take(choice, &mut modes);
+                }
+                let Some(motion) = self.motion_in(&modes) else { continue };
+                if self.is_consistent(undecided, &modes, &motion, scale) {
+                    return Ok(self.start_in(modes));
+                }
+                largest_met = largest_met.max(largest(&motion.a));
             }
         }
         Err(none_consistent(undecided))
     }
 
-    /// Whether every mode that was chosen agrees with the motion that follows.
-    fn is_consistent(&self, undecided: &[Undecided], modes: &Modes, motion: &TrialMotion) -> bool {
+    /// Whether every mode that was chosen agrees with the motion that follows; accelerations have the
+    /// rounding of this `scale`, or of their own.
+    fn is_consistent(
+        &self,
+        undecided: &[Undecided],
+        modes: &Modes,
+        motion: &TrialMotion,
+        scale: f64,
+    ) -> bool {
         let Instant { t, q, v, compiled, parameters, .. } = &self.at;
         let mut indicators = compiled.indicators.at(&modes.parameters_with_modes(parameters));
         let values = indicators.values_with(*t, (q, v), &motion.lambda);
         let (a, lambda) = (largest(&motion.a), largest(&motion.lambda));
-        let small = ROUNDING * a + f64::MIN_POSITIVE;
+        let small = ROUNDING * a.max(scale) + f64::MIN_POSITIVE;
         undecided.iter().all(|undecided| match *undecided {
             Undecided::Kink { kink, .. } => {
                 let rate = motion.kink_rates[kink];

@@ -1,7 +1,8 @@
 //! [`EventMonitor`]: the indicators of one phase of a run, in which nothing switches.
 //!
 //! Every indicator is signed so that it is positive in the phase, and raised by a band of the size of
-//! rounding, so that rounding about zero is no event:
+//! rounding, so that rounding about zero is no event; an event is where the indicator itself has passed
+//! zero:
 //!
 //! ```text
 //! kink       σ u
@@ -199,6 +200,11 @@ impl Events for SignedIndicators<'_> {
 
     fn crossing(&self, _: usize) -> Crossing {
         Crossing::Falling
+    }
+
+    /// What an indicator lacked to zero when the phase began is no band: it has been below all along.
+    fn band(&self, i: usize) -> f64 {
+        self.bands[i]
     }
 
     fn values(&mut self, t: f64, y: &[f64], out: &mut [f64]) {

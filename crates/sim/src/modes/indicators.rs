@@ -210,7 +210,16 @@ impl EventIndicators {
         parameters: &[f64],
         (t, q, v): (f64, &[f64], &[f64]),
     ) -> Modes {
-        let mut modes = Modes { held, ..self.idle() };
+        self.with_signs_at(Modes { held, ..self.idle() }, parameters, (t, q, v))
+    }
+
+    /// `modes` with the signs that the switches have at a state.
+    pub(crate) fn with_signs_at(
+        &self,
+        mut modes: Modes,
+        parameters: &[f64],
+        (t, q, v): (f64, &[f64], &[f64]),
+    ) -> Modes {
         // A function may have the mode of one before it in it.
         for _ in 0..=modes.signs.len() {
             let values = self.at(&modes.parameters_with_modes(parameters)).values(t, q, v).clone();

@@ -11,9 +11,9 @@
 //! J. Numer. Anal. 30 (1993).
 
 use bksim_dae::{
-    Checkpoint, ExplicitMethod, ExplicitSolver, Index, Lanes, Layout, Loader, Method, NotFinite,
-    Ode, Saver, Settings, SolveError, Standstill, Start as From, Stats, Step, StepControl,
-    Tolerance,
+    Checkpoint, ExplicitMethod, ExplicitSolver, Index, Lanes, Layout, Loader, Method, Noise,
+    NotFinite, Ode, Saver, Settings, SolveError, Standstill, Start as From, Stats, Step,
+    StepControl, Tolerance,
 };
 
 use super::dense::DenseOutput;
@@ -193,7 +193,7 @@ pub fn cheapest_explicit(options: &SolveOptions) -> ExplicitMethod {
     };
     // Measured on four mechanisms: at looser tolerances steps are so few and long that fewer stages are as cheap, at
     // tighter ones rounding is near.
-    let is_fine = (1e-11..=1e-6).contains(&options.rtol);
+    let is_fine = (1e-11..=1e-8).contains(&options.rtol);
     if options.method != bksim_model::Method::Auto
         || options.step.is_some()
         || n_outputs > FEW
@@ -333,6 +333,10 @@ impl Stepper for ExplicitStepper<'_> {
                 self.solver.stability() * LARGE / (FAR * self.method.stable_range())
             }
         }
+    }
+
+    fn noise(&self) -> Noise {
+        self.solver.noise()
     }
 
     fn account(&self) -> Standstill {

@@ -1,8 +1,8 @@
 //! Steps of Radau IIA: the equations of motion as they are formulated.
 
 use bksim_dae::{
-    Checkpoint, Loader, Method, Saver, Settings, SolveError, Solver, Standstill, Start as From,
-    Stats, Step, StepControl,
+    Checkpoint, Loader, Method, Noise, Saver, Settings, SolveError, Solver, Standstill,
+    Start as From, Stats, Step, StepControl,
 };
 
 use super::dense::DenseOutput;
@@ -155,6 +155,10 @@ impl Stepper for RadauStepper<'_> {
 
     fn stability(&self) -> f64 {
         0.0
+    }
+
+    fn noise(&self) -> Noise {
+        Noise::default()
     }
 
     fn account(&self) -> Standstill {

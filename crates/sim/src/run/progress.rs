@@ -14,7 +14,7 @@
 //! solution. The accelerations have a limit there, explicit steps go on along the tangent, and
 //! their error test keeps them on the branch.
 
-use bksim_dae::{Checkpoint, Control, SolveError, Stats};
+use bksim_dae::{Checkpoint, Control, Noise, SolveError, Stats};
 
 use super::checkpoint::{Fingerprint, RunCheckpoint, Unfit};
 use super::dense::DenseOutput;
@@ -55,8 +55,9 @@ pub struct Run<'a> {
     pub(super) passing: Option<f64>,
     /// Where a phase failed last.
     pub(super) failed_at: Option<f64>,
-    /// Counters of the phases before this one.
+    /// Counters of the phases before this one, and their noise.
     pub(super) before: Stats,
+    pub(super) noise_before: Noise,
     pub(super) pace: Pace,
     pub(super) progress: Progress<'a>,
     /// The observer or the caller has asked to stop.
@@ -170,6 +171,7 @@ impl<'a> Run<'a> {
             passing: None,
             failed_at: None,
             before: Stats::default(),
+            noise_before: Noise::default(),
             pace: Pace::begin(start.t, 0),
             progress: Progress::Between,
             is_stopping: false,
@@ -363,7 +365,7 @@ impl<'a> Run<'a> {
         if matches!(end, PhaseEnd::Reached) && !is_at_tick {
             return Ok(StepOutcome::Reached);
         }
-        self.before = self.summary.stats;
+        (self.before, self.noise_before) = (self.summary.stats, self.summary.noise);
         match self.or_switched(end) {
             PhaseEnd::Switched(crossed) => self.pass_event(&crossed)?,
             // What stood short of a tick has reached it without a step.

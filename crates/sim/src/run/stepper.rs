@@ -1,6 +1,6 @@
 //! [`Stepper`]: a method of integration, as the loop over the steps of a run uses it.
 
-use bksim_dae::{Method, Saver, SolveError, Standstill, Stats, Step};
+use bksim_dae::{Method, Noise, Saver, SolveError, Standstill, Stats, Step};
 
 use super::dense::DenseOutput;
 use super::ending::PhaseEnd;
@@ -61,6 +61,9 @@ pub(super) trait Stepper: Send + Sync {
 
     /// `h ρ` of the step just taken, which stability limits to about six; zero where it limits nothing.
     fn stability(&self) -> f64;
+
+    /// Repeated steps whose error has not fallen with their size, in this phase.
+    fn noise(&self) -> Noise;
 
     /// Where it stands, with the unknowns whose errors keep its steps small.
     fn account(&self) -> Standstill;

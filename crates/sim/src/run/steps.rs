@@ -174,6 +174,8 @@ impl<'a> Run<'a> {
         }
         self.summary.stats = *stepper.stats();
         self.summary.stats += self.before;
+        self.summary.noise = self.noise_before;
+        self.summary.noise += stepper.noise();
         self.sampler.step_size = stepper.t() - self.reached.t;
         self.reached.take(stepper.t(), stepper.y());
         Ok(control)

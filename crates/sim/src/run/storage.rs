@@ -1,6 +1,6 @@
 //! A run and its parts as numbers, and back, in the order of a checkpoint.
 
-use bksim_dae::{Checkpoint, Loader, Method, Saver, SolveError};
+use bksim_dae::{Checkpoint, Loader, Method, Noise, Saver, SolveError};
 
 use super::pace::{Pace, Slowness};
 use super::progress::{Progress, Run};
@@ -39,6 +39,7 @@ impl Run<'_> {
         saver.option(self.passing);
         saver.option(self.failed_at);
         saver.stats(&self.before);
+        save_noise(&self.noise_before, &mut saver);
         self.pace.save(&mut saver);
         saver.flag(phase.is_some());
         if let Some(phase) = &phase {
@@ -72,6 +73,7 @@ impl Run<'_> {
         self.passing = loader.option()?;
         self.failed_at = loader.option()?;
         self.before = loader.stats()?;
+        self.noise_before = load_noise(&mut loader)?;
         self.pace = Pace::load(&mut loader)?;
         if loader.flag()? {
             self.progress = Progress::Saved(loader.checkpoint()?);
@@ -147,6 +149,15 @@ impl Sample {
     }
 }
 
+fn save_noise(noise: &Noise, saver: &mut Saver) {
+    saver.count(noise.count);
+    saver.real(noise.log_error);
+}
+
+fn load_noise(loader: &mut Loader<'_>) -> Result<Noise, SolveError> {
+    Ok(Noise { count: loader.count()?, log_error: loader.real()? })
+}
+
 fn residuals(loader: &mut Loader<'_>) -> Result<[[f64; 2]; 2], SolveError> {
     let mut residuals = [[0.0; 2]; 2];
     loader.fill(residuals.as_flattened_mut())?;
@@ -167,6 +178,7 @@ impl Summary {
             saver.slice(&[t, cosine]);
             saver.count(coordinate_idx);
         }
+        save_noise(&self.noise, saver);
         saver.flag(self.slowness.is_some());
         if let Some(slowness) = &self.slowness {
             slowness.save(saver);
@@ -208,6 +220,7 @@ impl Summary {
             Ok(NearPole { t, coordinate_idx, cosine })
         });
         let pole = pole.transpose()?;
+        let noise = load_noise(loader)?;
         let slowness = loader.flag()?.then(|| Slowness::load(loader, compiled.nq())).transpose()?;
         let nc = compiled.nc();
         // A length that is too large fails at the first number that is missing.
@@ -234,6 +247,7 @@ impl Summary {
             energy: EnergyBalance { initial, last, work, impacts, worst_error, scale },
             singular_poses,
             pole,
+            noise,
             slowness,
             largest,
             methods,

@@ -1,6 +1,6 @@
 //! [`Summary`]: how a run went, and [`Failure`]: why it stopped early.
 
-use bksim_dae::{SolveError, Standstill, Stats};
+use bksim_dae::{Noise, SolveError, Standstill, Stats};
 
 use super::checkpoint::RunCheckpoint;
 use super::pace::Slowness;
@@ -32,6 +32,8 @@ pub struct Summary {
     pub pole: Option<NearPole>,
     /// That the run takes far more steps than expected, if it does.
     pub slowness: Option<Slowness>,
+    /// Repeated explicit steps whose error has not fallen with their size.
+    pub noise: Noise,
     /// Largest magnitudes of a coordinate and of a velocity over the samples, SI.
     pub largest: [f64; 2],
     /// The methods that were used, the first from the start.

@@ -1,18 +1,18 @@
 //! `bksim render`: pictures and films of a motion, without a window.
 
 mod faults;
-mod motion;
 
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::time::Instant;
 
+use bksim::modal::Swinging;
 use bksim_view::render::{Format, RenderError, Rendering, Request};
 use bksim_view::show::{Show, ShowOptions};
 use serde_json::{Value, json};
 
-use self::motion::Opened;
 use crate::curve_fault::no_curve;
+use crate::modal::mode_of;
 use bksim_cli::args::ModelArgs;
 use bksim_cli::args::render::{Arrows, Render};
 use bksim_cli::exit::{Failure, Status};
@@ -20,6 +20,8 @@ use bksim_cli::origin::{is_of_model, stamped};
 use bksim_cli::output;
 use bksim_cli::output_file::OutputFile;
 use bksim_cli::progress::{Progress, StopWish};
+use bksim_cli::source::logged::unplayable;
+use bksim_cli::source::motion::{self, Opened, Opening};
 
 pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let begun = Instant::now();
@@ -39,15 +41,22 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
     };
     let stop = StopWish::watch().map_err(|e| Failure::writing(&args.output, &e))?;
     let request = args.mode.request().map_err(|e| no_curve(&args.input, &e))?;
-    let opened = match request {
+    let (opened, period) = match request {
         Some(request) => {
-            let (opened, period) = motion::open_mode(&model, nesting, &request)?;
-            suit_mode(&mut order, &opened.show, period);
-            opened
+            let Swinging { playback, period, .. } = mode_of(&model, nesting, &request)?;
+            let diagnostics = json!([]);
+            (Opened { playback, is_complete: true, diagnostics }, Some(period))
         }
-        None => motion::open(&model, nesting, as_json, &stop)?,
+        None => {
+            let opening = Opening { cannot: "drawn", nesting, as_json, stop: &stop };
+            (motion::open(&model, opening)?, None)
+        }
     };
-    let Opened { show, is_complete, diagnostics } = opened;
+    let Opened { playback, is_complete, diagnostics } = opened;
+    let show = Show::new(playback);
+    if let Some(period) = period {
+        suit_mode(&mut order, &show, period);
+    }
     if let Some(status) = stop.status() {
         return Ok(status);
     }
@@ -183,7 +192,7 @@ fn refused(args: &Render, error: &RenderError) -> Failure {
             Failure::usage(format!("nothing that can leave a trail is called `{name}`"), help)
         }
         RenderError::Curves(error) => no_curve(&args.input, error),
-        RenderError::Unreplayed(error) => motion::unreplayed(&args.input, *error),
+        RenderError::Unreplayed(error) => unplayable(&args.input, "drawn", error),
         RenderError::Canvas(error) => faults::undrawn(args, error),
         RenderError::Film(error) => faults::unwritten(args, error),
         other => Failure::usage(other.to_string(), "`bksim render --help` shows what can be"),

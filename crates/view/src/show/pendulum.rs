@@ -1,6 +1,7 @@
 //! A pendulum that swings, for tests.
 
-use super::{Show, solve};
+use super::Show;
+use bksim::solved::solve;
 
 /// A pendulum released at rest from an angle, such as `30 deg`, and its motion until `t_end`.
 pub(crate) fn pendulum(angle: &str, t_end: &str) -> Show {

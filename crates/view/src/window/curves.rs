@@ -196,7 +196,7 @@ mod tests {
     fn a_curve_is_in_pieces_where_it_is_one_of_many_solutions() {
         let text = include_str!("../../../../tests/fixtures/block-against-stops.toml");
         let mechanism = bksim::Mechanism::from_toml(text, "block").expect("a model");
-        let solved = crate::show::solve(mechanism, text, &|_| true).expect("a motion");
+        let solved = bksim::solved::solve(mechanism, text, &|_| true).expect("a motion");
         let (mut show, mut curves) = (Show::new(solved.playback), Curves::default());
         let changes = show.playback().uniqueness();
         let (hit, first) = (changes[1].t, "multipliers.ld1");

@@ -1,6 +1,9 @@
 //! `bksim doctor`: free motions, conditions that repeat others, changes that cure them.
 
-use bksim::analysis::{Condition, Count, Cure, Doctor, FreeMotion, Repeated, doctor};
+use bksim::analysis::{
+    Condition, Count, Cure, Doctor, DriveCheck, FreeMotion, Repeated, SingularPose, Singularity,
+    doctor, singular_poses,
+};
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked_geometry, failed, lines, shown};
@@ -11,18 +14,59 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     let (source, model, warnings, file) =
         asked_geometry(&args.model, &args.table, nesting)?.parts();
     let name = model.name.clone();
-    let found = doctor(model).map_err(failed(&source))?;
-    Asked::answer(&source, &warnings, file, told(&name, &found), as_json)
+    let failed = failed(&source);
+    let singular = match &args.drive {
+        Some(drive) => {
+            let poses = singular_poses(model.snapshot().to_model(), drive).map_err(&failed)?;
+            Some((drive.as_str(), poses))
+        }
+        None => None,
+    };
+    let found = doctor(model).map_err(&failed)?;
+    let singular = singular.as_ref().map(|(drive, poses)| (*drive, poses.as_slice()));
+    Asked::answer(&source, &warnings, file, told(&name, &found, singular), as_json)
 }
 
+/// A drive with the singular poses along it.
+pub type AlongDrive<'a> = (&'a str, &'a [SingularPose]);
+
 /// The answer about a model of this name.
-pub fn told(name: &str, found: &Doctor) -> Answer {
-    Answer {
-        command: "doctor",
-        json: told_json(found),
-        text: text(name, found),
-        table: found.table(),
+pub fn told(name: &str, found: &Doctor, singular: Option<AlongDrive<'_>>) -> Answer {
+    let mut json = told_json(found);
+    json["singular"] = singular.map(|(_, poses)| singular_json(poses)).into();
+    let mut text = text(name, found);
+    if let Some(singular) = singular {
+        text.push_str(&singular_text(singular));
     }
+    Answer { command: "doctor", json, text, table: found.table() }
+}
+
+/// Singular poses in words.
+fn singular_text((drive, poses): AlongDrive<'_>) -> String {
+    if poses.is_empty() {
+        return format!("\n\n  no pose is singular for `{drive}`");
+    }
+    let unit = if drive.ends_with("angle") { "rad" } else { "m" };
+    let row = |of: &SingularPose| {
+        let kind = match of.kind {
+            Singularity::DeadPoint => "it turns back: a dead point",
+            Singularity::BranchPoint => "the mechanism can go on in two ways",
+        };
+        vec![shown(of.drive, unit), kind.to_owned()]
+    };
+    format!("\n\n{}", lines(&[drive, "singular there"], poses.iter().map(row).collect()))
+}
+
+fn singular_json(poses: &[SingularPose]) -> Value {
+    let pose = |of: &SingularPose| {
+        let kind = match of.kind {
+            Singularity::DeadPoint => "dead-point",
+            Singularity::BranchPoint => "branch-point",
+        };
+        let pose = of.pose.iter().map(|(name, value)| (name.clone(), json!(value)));
+        json!({ "drive": of.drive, "kind": kind, "pose": Value::Object(pose.collect()) })
+    };
+    poses.iter().map(pose).collect::<Vec<_>>().into()
 }
 
 fn changes(cure: &Cure) -> String {
@@ -94,6 +138,16 @@ fn text(name: &str, found: &Doctor) -> String {
     } else if n_redundant > 0 {
         text.push_str("\n\n  no change of a few joints leaves nothing twice");
     }
+    let too_many = found.drives.iter().filter(|drive| drive.is_too_many);
+    let row = |drive: &DriveCheck| {
+        let by = drive.by.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let by = if by.is_empty() { "the joints alone".to_owned() } else { by };
+        vec![format!("`{}`", drive.measure), by]
+    };
+    let rows: Vec<_> = too_many.map(row).collect();
+    if !rows.is_empty() {
+        text.extend([format!("\n\n{}", lines(&["drive too many", "fixed by"], rows))]);
+    }
     if !found.alignments.is_empty() {
         let row = |of: &bksim::analysis::Alignment| {
             let joints: Vec<String> = of.joints.iter().map(|joint| format!("`{joint}`")).collect();
@@ -143,6 +197,7 @@ fn told_json(found: &Doctor) -> Value {
             "count": count_json(cure.count),
         })
     };
+    let drive = |of: &DriveCheck| json!({ "measure": of.measure, "too_many": of.is_too_many, "fixed_by": of.by });
     let joint = |(name, kind, taken): &(String, &str, i64)| json!({ "name": name, "type": kind, "taken": taken });
     let alignment = |of: &bksim::analysis::Alignment| json!({ "joints": of.joints, "angle": of.angle, "distance": of.distance });
     json!({
@@ -154,6 +209,7 @@ fn told_json(found: &Doctor) -> Value {
         "motions": found.motions.iter().map(motion).collect::<Vec<_>>(),
         "redundant": found.repeated.iter().map(repeated).collect::<Vec<_>>(),
         "cures": found.cures.iter().map(cure).collect::<Vec<_>>(),
+        "drives": found.drives.iter().map(drive).collect::<Vec<_>>(),
         "alignments": found.alignments.iter().map(alignment).collect::<Vec<_>>(),
     })
 }

@@ -1,8 +1,8 @@
 //! `bksim kinematics`: positions with their rates over a range, limits, assemblies.
 
 use bksim::analysis::{
-    AnalysisError, Drive, Extreme, Kinematics, LimitsRequest, Prescribed, Range, Table, assemblies,
-    kinematics, limits, quantity,
+    AnalysisError, Drive, Dyad, Extreme, Kinematics, LimitsRequest, Prescribed, Proof, Range, Root,
+    Table, Triad, assemblies, kinematics, limits, quantity,
 };
 use bksim::model::Model;
 use serde_json::{Value, json};
@@ -148,14 +148,7 @@ pub fn told_assemblies(name: &str, found: &bksim::analysis::Assemblies) -> Answe
     let json = json!({
         "held": Value::Object(held.collect()),
         "assemblies": assemblies.collect::<Vec<_>>(),
-        "proof": found.proof.as_ref().map(|proof| json!({
-            "dyads": proof.dyads.iter().map(|dyad| json!({
-                "kind": dyad.kind, "bodies": dyad.bodies, "joints": dyad.joints,
-            })).collect::<Vec<_>>(),
-            "n": proof.n,
-            "margin": if proof.margin.is_finite() { json!(proof.margin) } else { Value::Null },
-            "refuted_by": proof.refuted_by,
-        })),
+        "proof": found.proof.as_ref().map(proof_json),
     });
     let mut table = Table::default();
     if let Some(first) = found.assemblies.first() {
@@ -172,6 +165,31 @@ pub fn told_assemblies(name: &str, found: &bksim::analysis::Assemblies) -> Answe
     };
     table.rows = found.assemblies.iter().map(numbers).collect();
     Answer { command: COMMAND, json, text, table }
+}
+
+/// The groups that a linkage comes apart into, and how far each is from a pose in which another number of ways closes.
+fn proof_json(proof: &Proof) -> Value {
+    let dyad =
+        |dyad: &Dyad| json!({ "kind": dyad.kind, "bodies": dyad.bodies, "joints": dyad.joints });
+    let root = |root: &Root| json!({ "root": [root.re, root.im], "radius": root.radius, "assembly": root.is_assembly });
+    let triad = |triad: &Triad| {
+        let solved = triad.solved.iter().map(|roots| roots.iter().map(root).collect::<Vec<_>>());
+        json!({
+            "platform": triad.platform,
+            "legs": triad.legs,
+            "kinds": triad.kinds,
+            "joints": triad.joints,
+            "roots": solved.collect::<Vec<_>>(),
+        })
+    };
+    json!({
+        "dyads": proof.dyads.iter().map(dyad).collect::<Vec<_>>(),
+        "triads": proof.triads.iter().map(triad).collect::<Vec<_>>(),
+        "n": proof.n,
+        "redundant": proof.n_redundant,
+        "margin": if proof.margin.is_finite() { json!(proof.margin) } else { Value::Null },
+        "refuted_by": proof.refuted_by,
+    })
 }
 
 /// The answer about a model of this name: its limits.

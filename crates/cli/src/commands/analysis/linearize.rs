@@ -61,7 +61,7 @@ pub fn told(name: &str, found: &Linear) -> Answer {
     Answer { command: "linearize", json, text, table }
 }
 
-pub(super) fn about(word: AboutArg) -> About {
+pub(crate) fn about(word: AboutArg) -> About {
     match word {
         AboutArg::Static => About::Static,
         AboutArg::Start => About::Start,

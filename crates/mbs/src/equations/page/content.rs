@@ -4,7 +4,7 @@ use bksim_expr::{Certificate, Expr, Operations, SymbolId};
 
 use super::{Body, Cell, Label, Section, Style, Subject, Writer, number, unit};
 use crate::coordinate::{Coordinate, CoordinateKind, Owner};
-use crate::equations::{ContactText, Counts, ReadingForm, contact_texts};
+use crate::equations::{ContactText, Counts, FunctionText, ReadingForm, contact_texts, functions};
 use crate::system::Derivation;
 use bksim_model::{Anchor, BodyId, JointId, JointKind, Model, Space, StateId};
 
@@ -64,6 +64,7 @@ pub(super) fn sections(writer: &Writer<'_>) -> Vec<Section> {
         ),
         formulas("equations of motion", equations(writer)),
         formulas("constraints", constraints(writer)),
+        formulas("functions", function_pieces(writer)),
         table("contacts", &["name", "law", "of", "multiplier", "limit"], contacts(writer)),
         table("multipliers", &["symbol", "in the model", "force of", "unit"], multipliers(writer)),
         table(
@@ -257,6 +258,27 @@ fn constraints(writer: &Writer<'_>) -> Vec<super::Formula> {
     let names = multiplier_symbols(writer);
     let rows = form.constraints.iter().zip(names);
     rows.map(|(terms, name)| writer.formula(Label::Zero(name), terms, String::new())).collect()
+}
+
+/// Each piece of the functions by name, and where it holds.
+fn function_pieces(writer: &Writer<'_>) -> Vec<super::Formula> {
+    let Subject { model, form, .. } = writer.subject;
+    let formula = |piece: FunctionText| {
+        let call = writer.printer.expr(piece.call);
+        let of = |(&argument, &[from, to]): (&Expr, &[f64; 2])| {
+            let name = model.pool.to_text(argument);
+            match (from.is_finite(), to.is_finite()) {
+                (false, false) => None,
+                (true, false) => Some(format!("{name} from {} on", number(from))),
+                (false, true) => Some(format!("{name} up to {}", number(to))),
+                (true, true) => Some(format!("{name} from {} to {}", number(from), number(to))),
+            }
+        };
+        let ranges = piece.arguments.iter().zip(&piece.ranges).filter_map(of);
+        let remark = ranges.collect::<Vec<_>>().join(", ");
+        writer.formula(Label::Left(call), &piece.terms, remark)
+    };
+    functions(model, form).into_iter().map(formula).collect()
 }
 
 /// The multipliers as they stand in the formulas.

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use bksim::analysis::ModeRequest;
 use bksim::playback::PlaybackError;
-use bksim_view::show::{Show, solve};
+use bksim::solved::solve;
+use bksim_view::show::Show;
 use bksim_view::window::{Loaded, Task};
 
 use crate::curve_fault::no_curve;

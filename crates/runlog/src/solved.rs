@@ -2,14 +2,15 @@
 
 use std::cell::Cell;
 
-use bksim::Mechanism;
-use bksim::Rejected;
-use bksim::dae::Control;
-use bksim::log::Header;
-use bksim::model::diagnostic::Diagnostic;
-use bksim::playback::{Playback, PlaybackError, RunLog};
-use bksim::sim::run::{Observer, Sample, Segment};
-use bksim::sim::sensitivity::StateSensitivity;
+use bksim_dae::Control;
+use bksim_log::Header;
+use bksim_model::diagnostic::{Diagnostic, Rejected};
+use bksim_sim::Mechanism;
+use bksim_sim::run::{Observer, Sample, Segment};
+use bksim_sim::sensitivity::StateSensitivity;
+
+use crate::playback::{Playback, PlaybackError, RunLog};
+use crate::record::VERSION;
 
 /// A motion in memory.
 #[derive(Debug)]
@@ -40,7 +41,7 @@ pub fn solve(
     if let (Some(fault), true) = (&fault, segments.segments.is_empty()) {
         return Err(Rejected(vec![fault.clone()]).into());
     }
-    let mut header = Header::new(&mechanism.model.name, "toml", text, bksim::VERSION);
+    let mut header = Header::new(&mechanism.model.name, "toml", text, VERSION);
     header.t_start = start.t;
     let log = RunLog::unlogged(header, segments.segments);
     Ok(Solved { playback: Playback::new(log, mechanism)?, fault })

@@ -1,0 +1,164 @@
+//! Outputs of linear equations: measures, and components of reactions.
+//!
+//! ```text
+//! z = z(t, q, v, a, λ, p)      δz = z_q δq + z_v δv + z_a δa + z_λ δλ + z_p δp
+//! ```
+
+use bksim_expr::{Expr, SymbolId, Tape};
+use bksim_mbs::reaction::reactions;
+use bksim_mbs::spatial;
+use bksim_model::{Measure, ParameterId, ReactionComponent};
+use nalgebra::{DMatrix, RowDVector};
+
+use crate::balance::named_quantity;
+use crate::channels::{Channels, Input};
+use crate::error::AnalysisError;
+use crate::forces::{At, vacated, with_definitions};
+use crate::loaded::Loaded;
+use crate::table::Column;
+
+/// Changes of the state by states and inputs of the linear equations, a column for each.
+pub(crate) struct Changes {
+    pub(crate) q: DMatrix<f64>,
+    pub(crate) v: DMatrix<f64>,
+    pub(crate) a: DMatrix<f64>,
+    /// Of the rows that hold.
+    pub(crate) lambda: DMatrix<f64>,
+}
+
+/// Outputs as expressions.
+pub(crate) struct Outputs<'a> {
+    pub(crate) columns: Vec<Column>,
+    expressions: Vec<Expr>,
+    free: &'a [ParameterId],
+}
+
+impl<'a> Outputs<'a> {
+    /// The outputs of `channels`, inputs being those with the `free` parameters among them.
+    pub(crate) fn of(
+        loaded: &Loaded,
+        channels: &Channels,
+        inputs: &[Input],
+        free: &'a [ParameterId],
+    ) -> Result<Self, AnalysisError> {
+        let (model, system) = (loaded.model(), loaded.system());
+        let pool = &model.pool;
+        let components: Vec<Option<ReactionComponent>> =
+            channels.outputs.iter().map(|name| ReactionComponent::named(model, name)).collect();
+        let known = if components.iter().any(Option::is_some) {
+            reactions(model, system)
+        } else {
+            Vec::new()
+        };
+        let (mut columns, mut expressions) = (Vec::new(), Vec::new());
+        for (name, component) in channels.outputs.iter().zip(components) {
+            let (e, unit) = if let Some(of) = component {
+                allowed(loaded, (name, of), channels, inputs)?;
+                let reaction = &known[of.joint.0];
+                let vector = if of.component < 3 { &reaction.force } else { &reaction.moment };
+                let k = of.component % 3;
+                let e = if of.is_in_joint {
+                    let sides = system.kinematics.sides(model, &model.joints[of.joint.0]);
+                    let axis = sides.predecessor.rotation.apply(pool, &spatial::axes(pool)[k]);
+                    spatial::dot(pool, vector, &axis)
+                } else {
+                    vector[k]
+                };
+                (with_definitions(model, free, e), of.unit())
+            } else {
+                let quantity = named_quantity(loaded, name)?;
+                let unit = Measure::named(model, name).map_or("", |measure| measure.unit(model));
+                (quantity.value, unit)
+            };
+            columns.push(Column::new(name.clone(), unit));
+            expressions.push(e);
+        }
+        Ok(Self { columns, expressions, free })
+    }
+
+    /// C and D about a state, of as many states as `n_states`.
+    pub(crate) fn matrices(
+        &self,
+        loaded: &Loaded,
+        At { t, q, v, a, lambda, p }: At<'_>,
+        changes: &Changes,
+        n_states: usize,
+        inputs: &[Input],
+    ) -> Result<(DMatrix<f64>, DMatrix<f64>), AnalysisError> {
+        let (model, system) = (loaded.model(), loaded.system());
+        let pool = &model.pool;
+        let coordinates = system.coordinates();
+        let of = |f: fn(&bksim_mbs::coordinate::Coordinate) -> SymbolId| -> Vec<SymbolId> {
+            coordinates.iter().map(f).collect()
+        };
+        let multipliers: Vec<SymbolId> = system.constraints.iter().map(|c| c.lambda).collect();
+        let parameters = self.free.iter().map(|id| model.parameters[id.0].symbol);
+        let arguments: Vec<SymbolId> = [of(|c| c.q), of(|c| c.v), of(|c| c.a), multipliers]
+            .concat()
+            .into_iter()
+            .chain(parameters)
+            .collect();
+        let slopes: Vec<Expr> =
+            self.expressions.iter().flat_map(|&e| pool.gradient(e, &arguments)).collect();
+        let symbols = vacated(pool, system.parameters(model), self.free);
+        let tape =
+            Tape::compile(pool, &slopes, &[&[model.time], &arguments[..]].concat(), &symbols)?;
+        let mut of_all_rows = vec![0.0; system.constraints.len()];
+        loaded.kept.iter().zip(lambda).for_each(|(&row, &value)| of_all_rows[row] = value);
+        let numbers = [&[t], q, v, a, &of_all_rows, p].concat();
+        let mut values = vec![0.0; slopes.len()];
+        tape.evaluate(&mut tape.workspace(&loaded.parameters), &numbers, &mut values);
+
+        let (n, n_inputs) = (q.len(), inputs.len());
+        let mut c = DMatrix::zeros(self.expressions.len(), n_states);
+        let mut d = DMatrix::zeros(self.expressions.len(), n_inputs);
+        for (k, slopes) in values.chunks(arguments.len().max(1)).enumerate() {
+            let row =
+                |from: usize, len: usize| RowDVector::from_row_slice(&slopes[from..from + len]);
+            let by_row = |&kept: &usize| slopes[3 * n + kept];
+            let by_lambda =
+                RowDVector::from_iterator(loaded.kept.len(), loaded.kept.iter().map(by_row));
+            let whole = row(0, n) * &changes.q
+                + row(n, n) * &changes.v
+                + row(2 * n, n) * &changes.a
+                + by_lambda * &changes.lambda;
+            c.row_mut(k).copy_from(&whole.columns(0, n_states));
+            d.row_mut(k).copy_from(&whole.columns(n_states, n_inputs));
+            // Parameters that it depends on directly.
+            for (j, input) in inputs.iter().enumerate() {
+                if let Input::Parameter(idx) = input {
+                    d[(k, j)] += slopes[3 * n + of_all_rows.len() + idx];
+                }
+            }
+        }
+        Ok((c, d))
+    }
+}
+
+/// Refuses components that are not unique, and those that an effort changes directly: torques change no forces, all
+/// else depends on where the effort's counterpart is.
+fn allowed(
+    loaded: &Loaded,
+    (name, of): (&str, ReactionComponent),
+    channels: &Channels,
+    inputs: &[Input],
+) -> Result<(), AnalysisError> {
+    let six = loaded.unique.get(of.joint.0).copied().unwrap_or([true; 6]);
+    // Along the joint's axes a component has parts of all three.
+    let own = if of.component < 3 { &six[..3] } else { &six[3..] };
+    let is_unique =
+        if of.is_in_joint { own.iter().all(|unique| *unique) } else { six[of.component] };
+    if !is_unique {
+        return Err(AnalysisError::NotUnique { name: name.to_owned() });
+    }
+    let is_open = |input: &Input| match input {
+        Input::Parameter(_) => false,
+        Input::Effort(quantity) => of.component >= 3 || !quantity.is_angle(),
+    };
+    match inputs.iter().zip(&channels.inputs).find(|(input, _)| is_open(input)) {
+        Some((_, input)) => {
+            Err(AnalysisError::EffortInReaction { output: name.to_owned(), input: input.clone() })
+        }
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,315 @@
+//! `bksim report`: the numbers of a run.
+
+use bksim::model::file::{ShownUnit, ShownUnits};
+use bksim::report::{Extreme, Report, report};
+use serde_json::{Value, json};
+
+use crate::args::report::{Report as Arguments, ReportFormat};
+use crate::exit::{Failure, Status};
+use crate::output::{self, number, table};
+use crate::progress::StopWish;
+use crate::source::logged::unplayable;
+use crate::source::motion::{Opened, Opening, open};
+
+pub(crate) fn run(args: &Arguments, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let path = &args.model.model;
+    let stop = StopWish::watch().map_err(|e| Failure::reading(path, &e))?;
+    let opening = Opening { cannot: "reported", nesting, as_json, stop: &stop };
+    let Opened { mut playback, is_complete, diagnostics } = open(&args.model, opening)?;
+    if let Some(status) = stop.status() {
+        return Ok(status);
+    }
+    let found = report(&mut playback).map_err(|e| unplayable(path, "reported", &e))?;
+    let model = &playback.mechanism().model.name;
+    if as_json {
+        let mut body = json_of(&found);
+        body["model"] = model.as_str().into();
+        body["complete"] = is_complete.into();
+        body["diagnostics"] = diagnostics;
+        output::json("report", body)?;
+        return Ok(Status::Done);
+    }
+    let stated = || ShownUnits::of_model(&playback.log().header.model_text);
+    let units = args.shown.clone().unwrap_or_else(stated);
+    let sections = sections(&found, &units);
+    let text = match args.format {
+        ReportFormat::Text => {
+            let title = title(model, &found, is_complete, &units);
+            let bodies = sections.iter().map(|(name, rows)| format!("{name}\n{}", table(rows)));
+            std::iter::once(title).chain(bodies).collect::<Vec<_>>().join("\n\n")
+        }
+        ReportFormat::Markdown => {
+            let title = format!("# {}", title(model, &found, is_complete, &units));
+            let bodies = sections.iter().map(|(name, rows)| markdown(name, rows));
+            std::iter::once(title).chain(bodies).collect::<Vec<_>>().join("\n\n")
+        }
+    };
+    output::text(&text)?;
+    Ok(Status::Done)
+}
+
+fn title(model: &str, report: &Report, is_complete: bool, units: &ShownUnits) -> String {
+    let time = units.of("s");
+    let [first, last] = report.span.map(|t| number(time.of_si(t)));
+    let cut = if is_complete { "" } else { ", ended early" };
+    format!("{model}: t = {first} to {last} {}{cut}", time.unit)
+}
+
+/// A table of Markdown, its numbers to the right.
+fn markdown(name: &str, rows: &[Vec<String>]) -> String {
+    let line = |cells: &[String]| {
+        let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+        format!("| {} |", cells.join(" | "))
+    };
+    let [head, body @ ..] = rows else { return format!("## {name}") };
+    let rule: Vec<String> =
+        (0..head.len()).map(|column| if column == 0 { "---" } else { "---:" }.to_owned()).collect();
+    let lines = [line(head), line(&rule)].into_iter().chain(body.iter().map(|row| line(row)));
+    format!("## {name}\n\n{}", lines.collect::<Vec<_>>().join("\n"))
+}
+
+/// A row of a table under its heading.
+type Row = Vec<String>;
+
+/// The words for values in units.
+struct Writing<'u> {
+    units: &'u ShownUnits,
+    time: ShownUnit,
+    /// The largest sizes of forces and of moments and energies, N and J.
+    scales: [f64; 2],
+}
+
+/// Part of the largest value of a kind below which another one is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// A value, or zero where it is rounding beside a scale.
+fn above(value: f64, scale: f64) -> f64 {
+    if value.abs() < ROUNDING * scale { 0.0 } else { value }
+}
+
+/// The largest sizes of forces and of moments and energies in a report: what is far below is rounding of them.
+fn scales(report: &Report) -> [f64; 2] {
+    let of_drives = |unit: &str| {
+        let own = report.drives.iter().filter(move |drive| drive.unit == unit);
+        own.map(|drive| drive.peak.value).collect::<Vec<_>>()
+    };
+    let forces = report.reactions.iter().map(|reaction| reaction.force.value);
+    let moments = report.reactions.iter().map(|reaction| reaction.moment.value);
+    let energy = &report.energy;
+    let [least, most] = energy.potential.map(|extreme| extreme.value);
+    let energies = [energy.kinetic.value, least, most, energy.work];
+    let largest = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold(0.0, |largest: f64, value| largest.max(value.abs()))
+    };
+    [
+        largest(&mut forces.chain(of_drives("N"))),
+        largest(&mut moments.chain(of_drives("N*m")).chain(energies)),
+    ]
+}
+
+impl Writing<'_> {
+    /// A value with its unit.
+    fn value(&self, value: f64, si: &str) -> String {
+        let unit = self.units.of(si);
+        let value = self.floored(value, si);
+        format!("{} {}", number(unit.of_si(value)), unit.unit).trim_end().to_owned()
+    }
+
+    /// A value, or zero where it is rounding of the largest one of its kind.
+    fn floored(&self, value: f64, si: &str) -> f64 {
+        let scale = match si {
+            "N" => self.scales[0],
+            "N*m" | "J" => self.scales[1],
+            _ => 0.0,
+        };
+        above(value, scale)
+    }
+
+    fn instant(&self, t: f64) -> String {
+        format!("{} {}", number(self.time.of_si(t)), self.time.unit)
+    }
+
+    /// A value and its instant; none of what is zero but for rounding.
+    fn extreme(&self, extreme: Extreme, si: &str) -> [String; 2] {
+        let is_zero = self.floored(extreme.value, si) == 0.0;
+        let instant = if is_zero { String::new() } else { self.instant(extreme.t) };
+        [self.value(extreme.value, si), instant]
+    }
+}
+
+fn words<const N: usize>(words: [&str; N]) -> Row {
+    words.map(str::to_owned).to_vec()
+}
+
+/// The tables with their names; those without rows are left out.
+fn sections(report: &Report, units: &ShownUnits) -> Vec<(&'static str, Vec<Row>)> {
+    let writing = Writing { units, time: units.of("s"), scales: scales(report) };
+    let w = &writing;
+    let per =
+        |unit: &str, n: usize| if n == 1 { format!("{unit}/s") } else { format!("{unit}/s^2") };
+    let duration = (report.span[1] - report.span[0]).abs();
+    let motions = report.motions.iter().map(|motion| {
+        let floored =
+            |limit: Extreme| Extreme { value: above(limit.value, motion.stroke()), ..limit };
+        let [least, largest] = motion.limits.map(|limit| w.extreme(floored(limit), motion.unit));
+        let stroke = [w.value(motion.stroke(), motion.unit)];
+        let cells = [vec![motion.name.clone()], least.to_vec(), largest.to_vec(), stroke.to_vec()];
+        cells.concat()
+    });
+    let rates = report.motions.iter().map(|motion| {
+        let rate = w.extreme(motion.rate, &per(motion.unit, 1));
+        // What a steady rate has of it is rounding.
+        let least = motion.rate.value.abs() / duration;
+        let acceleration =
+            Extreme { value: above(motion.acceleration.value, least), ..motion.acceleration };
+        let acceleration = w.extreme(acceleration, &per(motion.unit, 2));
+        [vec![motion.name.clone()], rate.to_vec(), acceleration.to_vec()].concat()
+    });
+    let ratios = report.motions.iter().filter_map(|motion| {
+        let ratio = motion.time_ratio?;
+        let [forward, back] = [ratio.forward, ratio.back].map(|time| w.instant(time));
+        Some(vec![motion.name.clone(), forward, back, number(ratio.value())])
+    });
+    let points = report.points.iter().map(|point| {
+        let speed = w.extreme(point.speed, "m/s");
+        let acceleration = w.extreme(point.acceleration, "m/s^2");
+        [vec![point.name.clone()], speed.to_vec(), acceleration.to_vec()].concat()
+    });
+    let drives = report.drives.iter().map(|drive| {
+        let [peak, at] = w.extreme(drive.peak, &drive.unit);
+        let [power, power_at] = w.extreme(drive.power, "W");
+        let mean = w.value(drive.mean_power, "W");
+        vec![drive.name.clone(), peak, at, w.value(drive.rms, &drive.unit), power, power_at, mean]
+    });
+    let reactions = report.reactions.iter().map(|reaction| {
+        let [force, at] = w.extreme(reaction.force, "N");
+        let [moment, moment_at] = w.extreme(reaction.moment, "N*m");
+        let mark = if reaction.is_unique { "" } else { " (not unique)" };
+        let rms = [w.value(reaction.force_rms, "N"), w.value(reaction.moment_rms, "N*m")];
+        let [force_rms, moment_rms] = rms;
+        vec![
+            format!("{}{mark}", reaction.name),
+            force,
+            at,
+            force_rms,
+            moment,
+            moment_at,
+            moment_rms,
+        ]
+    });
+    let energy = &report.energy;
+    let at = |name: &str, extreme: Extreme, unit: &str| {
+        [vec![name.to_owned()], w.extreme(extreme, unit).to_vec()].concat()
+    };
+    let joule =
+        |name: &str, value: f64, t: &str| vec![name.to_owned(), w.value(value, "J"), t.to_owned()];
+    let [first, last] = report.span.map(|t| w.instant(t));
+    let energies = vec![
+        at("kinetic energy, largest", energy.kinetic, "J"),
+        at("potential energy, least", energy.potential[0], "J"),
+        at("potential energy, largest", energy.potential[1], "J"),
+        joule("total energy at the start", energy.total[0], &first),
+        joule("total energy at the end", energy.total[1], &last),
+        joule("work of loads and drives", energy.work, ""),
+        at("their power, largest", energy.power, "W"),
+    ];
+    let headed = |head: Row, rows: Vec<Row>| {
+        if rows.is_empty() { rows } else { std::iter::once(head).chain(rows).collect() }
+    };
+    let mut sections = vec![
+        (
+            "Limits and strokes",
+            headed(words(["motion", "least", "at", "largest", "at", "stroke"]), motions.collect()),
+        ),
+        ("Time ratios", headed(words(["motion", "forward", "back", "ratio"]), ratios.collect())),
+        (
+            "Largest rates of joints",
+            headed(words(["motion", "rate", "at", "acceleration", "at"]), rates.collect()),
+        ),
+        (
+            "Largest velocities of points",
+            headed(words(["point", "speed", "at", "acceleration", "at"]), points.collect()),
+        ),
+        (
+            "Drives",
+            headed(
+                words(["drive", "peak", "at", "RMS", "power", "at", "mean power"]),
+                drives.collect(),
+            ),
+        ),
+        (
+            "Reactions",
+            headed(
+                words(["joint", "force", "at", "RMS", "moment", "at", "RMS"]),
+                reactions.collect(),
+            ),
+        ),
+        ("Energies", headed(words(["energy", "value", "at"]), energies)),
+    ];
+    sections.retain(|(_, rows)| !rows.is_empty());
+    sections
+}
+
+/// The report in SI.
+fn json_of(report: &Report) -> Value {
+    let at = |extreme: Extreme| json!({ "value": extreme.value, "t": extreme.t });
+    let motions = report.motions.iter().map(|motion| {
+        json!({
+            "name": motion.name,
+            "unit": motion.unit,
+            "least": at(motion.limits[0]),
+            "largest": at(motion.limits[1]),
+            "stroke": motion.stroke(),
+            "rate": at(motion.rate),
+            "acceleration": at(motion.acceleration),
+            "time_ratio": motion.time_ratio.map(|ratio| {
+                json!({ "forward": ratio.forward, "back": ratio.back, "value": ratio.value() })
+            }),
+        })
+    });
+    let points = report.points.iter().map(|point| {
+        json!({
+            "name": point.name,
+            "speed": at(point.speed),
+            "acceleration": at(point.acceleration),
+        })
+    });
+    let drives = report.drives.iter().map(|drive| {
+        json!({
+            "name": drive.name,
+            "unit": drive.unit,
+            "peak": at(drive.peak),
+            "rms": drive.rms,
+            "power": at(drive.power),
+            "mean_power": drive.mean_power,
+        })
+    });
+    let reactions = report.reactions.iter().map(|reaction| {
+        json!({
+            "joint": reaction.name,
+            "force": at(reaction.force),
+            "force_rms": reaction.force_rms,
+            "moment": at(reaction.moment),
+            "moment_rms": reaction.moment_rms,
+            "unique": reaction.is_unique,
+        })
+    });
+    let energy = &report.energy;
+    json!({
+        "t_start": report.span[0],
+        "t_end": report.span[1],
+        "motions": motions.collect::<Vec<_>>(),
+        "points": points.collect::<Vec<_>>(),
+        "drives": drives.collect::<Vec<_>>(),
+        "reactions": reactions.collect::<Vec<_>>(),
+        "energy": {
+            "kinetic": at(energy.kinetic),
+            "potential_least": at(energy.potential[0]),
+            "potential_largest": at(energy.potential[1]),
+            "total_start": energy.total[0],
+            "total_end": energy.total[1],
+            "work": energy.work,
+            "power": at(energy.power),
+        },
+    })
+}

@@ -1,0 +1,242 @@
+//! `bksim schema`: the JSON Schema of model files, by which editors complete and check them.
+
+use bksim::model::file::{Holds, SectionForm, TableForm, sections};
+use serde_json::{Map, Value, json};
+
+use crate::exit::{Failure, Status};
+use crate::output;
+
+/// The page whose tables say what keys mean.
+const REFERENCE: &str = include_str!("../../../../docs/model-reference.md");
+
+/// Keys with the kind of their values, wherever they stand; others take any value.
+const KINDS: [(&str, Kind); 61] = {
+    use Kind::{Array, Flag, Names, Quantity, Table, Text, Whole};
+    [
+        ("between", Names),
+        ("type", Text),
+        ("on", Text),
+        ("joint", Text),
+        ("of", Text),
+        ("from", Text),
+        ("law", Text),
+        ("curve", Text),
+        ("clock", Text),
+        ("file", Text),
+        ("part", Text),
+        ("interpolation", Text),
+        ("extrapolate", Text),
+        ("formulation", Text),
+        ("method", Text),
+        ("jit", Text),
+        ("axes", Text),
+        ("cut", Flag),
+        ("free", Flag),
+        ("internal", Flag),
+        ("reversed", Flag),
+        ("crossed", Flag),
+        ("count", Whole),
+        ("first", Whole),
+        ("axis", Array),
+        ("second", Array),
+        ("com", Array),
+        ("vector", Array),
+        ("acceleration", Array),
+        ("shapes", Array),
+        ("when", Array),
+        ("segments", Array),
+        ("formula", Array),
+        ("range", Array),
+        ("with", Table),
+        ("mass", Quantity),
+        ("density", Quantity),
+        ("thickness", Quantity),
+        ("stiffness", Quantity),
+        ("damping", Quantity),
+        ("length", Quantity),
+        ("value", Quantity),
+        ("motion", Quantity),
+        ("relation", Quantity),
+        ("ratio", Quantity),
+        ("lead", Quantity),
+        ("restitution", Quantity),
+        ("mu", Quantity),
+        ("force", Quantity),
+        ("torque", Quantity),
+        ("static", Quantity),
+        ("rate", Quantity),
+        ("every", Quantity),
+        ("min", Quantity),
+        ("max", Quantity),
+        ("t_start", Quantity),
+        ("t_end", Quantity),
+        ("rtol", Quantity),
+        ("atol", Quantity),
+        ("step", Quantity),
+        ("newton_tolerance", Quantity),
+    ]
+};
+
+/// A kind of value in a model file.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// A number, or a text with a quantity or an expression.
+    Quantity,
+    Text,
+    Flag,
+    Whole,
+    Array,
+    /// An array of names, or of names with more in tables.
+    Names,
+    Table,
+}
+
+impl Kind {
+    fn schema(self) -> Value {
+        match self {
+            Self::Quantity => json!({ "type": ["number", "string"] }),
+            Self::Text => json!({ "type": "string" }),
+            Self::Flag => json!({ "type": "boolean" }),
+            // `{i}` in a text is a whole number, too.
+            Self::Whole => json!({ "type": ["integer", "string"] }),
+            Self::Array => json!({ "type": "array" }),
+            Self::Names => {
+                json!({ "type": "array", "items": { "type": ["string", "object"] }, "minItems": 2 })
+            }
+            Self::Table => json!({ "type": "object" }),
+        }
+    }
+}
+
+pub(crate) fn run(as_json: bool) -> Result<Status, Failure> {
+    let schema = schema();
+    if as_json {
+        output::json("schema", json!({ "schema": schema }))?;
+    } else {
+        output::text(&format!("{schema:#}"))?;
+    }
+    Ok(Status::Done)
+}
+
+/// The schema, of draft 7, which editors read.
+fn schema() -> Value {
+    let properties = sections().into_iter().map(|section| {
+        let mut own = section_schema(&section);
+        if let Some(meaning) = heading(section.name).and_then(first_sentence) {
+            own["description"] = meaning.into();
+        }
+        (section.name.to_owned(), own)
+    });
+    json!({
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "Model of bksim",
+        "type": "object",
+        "properties": properties.collect::<Map<_, _>>(),
+        "additionalProperties": false,
+    })
+}
+
+fn section_schema(section: &SectionForm) -> Value {
+    match &section.holds {
+        Holds::Text => json!({ "type": "string" }),
+        Holds::Word(words) => json!({ "enum": words }),
+        Holds::Values => {
+            json!({ "type": "object", "additionalProperties": Kind::Quantity.schema() })
+        }
+        Holds::Open => json!({ "type": "object" }),
+        Holds::Table(keys) => {
+            let properties = keys.iter().map(|(key, words)| {
+                let own = if words.is_empty() {
+                    key_schema(section.name, key)
+                } else {
+                    json!({ "enum": words })
+                };
+                ((*key).to_owned(), own)
+            });
+            let properties = properties.collect::<Map<_, _>>();
+            json!({ "type": "object", "properties": properties, "additionalProperties": false })
+        }
+        Holds::Named(forms) => {
+            json!({ "type": "object", "additionalProperties": named(section.name, forms) })
+        }
+    }
+}
+
+/// A table of one of these forms: its keys are those of its `type`.
+fn named(section: &str, forms: &[TableForm]) -> Value {
+    let properties = |form: &TableForm| {
+        let keys = form.keys.iter().map(|key| ((*key).to_owned(), key_schema(section, key)));
+        keys.collect::<Map<_, _>>()
+    };
+    if let [TableForm { word: None, .. }] = forms {
+        let properties = properties(&forms[0]);
+        return json!({ "type": "object", "properties": properties, "additionalProperties": false });
+    }
+    let mut all = Map::new();
+    forms.iter().for_each(|form| all.extend(properties(form)));
+    let words: Vec<&str> = forms.iter().filter_map(|form| form.word).collect();
+    all.insert("type".to_owned(), json!({ "enum": words }));
+    // An editor completes keys from `properties`; the names of those of each type are checked below. A table
+    // without `type` may be one next to a drawing, which has it.
+    let of_type = |form: &TableForm| {
+        json!({
+            "if": { "properties": { "type": { "const": form.word } }, "required": ["type"] },
+            "then": { "propertyNames": { "enum": form.keys } },
+        })
+    };
+    json!({
+        "type": "object",
+        "properties": all,
+        "additionalProperties": false,
+        "allOf": forms.iter().map(of_type).collect::<Vec<_>>(),
+    })
+}
+
+fn key_schema(section: &str, key: &str) -> Value {
+    let kind = KINDS.iter().find(|(known, _)| *known == key).map(|(_, kind)| *kind);
+    // The words of one section mean something else in another.
+    let kind = match (section, key) {
+        ("couplings", "between") | ("curves", "law" | "points" | "segments") => None,
+        ("loads", "between") | ("joints", "between") | ("use", "on") => kind,
+        ("couplings" | "drives", _) => kind.filter(|kind| *kind != Kind::Names),
+        ("loads", "axes" | "acceleration" | "of") => None,
+        _ => kind,
+    };
+    let mut schema = kind.map_or(json!({}), Kind::schema);
+    if let Some(meaning) = meaning(section, key) {
+        schema["description"] = meaning.into();
+    }
+    schema
+}
+
+/// The part of the reference about a section.
+fn heading(section: &str) -> Option<&'static str> {
+    let start = [format!("## `[{section}]`"), format!("## `[{section}.NAME]`")]
+        .iter()
+        .find_map(|title| REFERENCE.find(title.as_str()))?;
+    let rest = &REFERENCE[start..];
+    let end = rest[2..].find("\n## ").map_or(rest.len(), |end| end + 2);
+    Some(&rest[..end])
+}
+
+/// The first sentence of a part below its title.
+fn first_sentence(part: &str) -> Option<String> {
+    let text = part.split_once("\n\n")?.1;
+    let paragraph = text.split("\n\n").next()?.split_whitespace().collect::<Vec<_>>().join(" ");
+    let end = paragraph.find(". ").map_or(paragraph.len(), |end| end + 1);
+    (!paragraph.starts_with('|')).then(|| paragraph[..end].to_owned())
+}
+
+/// The meaning of a key, from the last column of its row in the reference.
+pub(crate) fn meaning(section: &str, key: &str) -> Option<String> {
+    let part = heading(section)?;
+    let word = format!("`{key}`");
+    let row = part.lines().find(|line| {
+        line.starts_with('|')
+            && line.split('|').any(|cell| cell.split(", ").any(|name| name.trim() == word))
+    })?;
+    // Bars within a cell are escaped.
+    let text = row.trim_end_matches(['|', ' ']).replace("\\|", "\u{1}");
+    let cell = text.rsplit('|').next()?.trim().replace('\u{1}', "|");
+    (!cell.is_empty()).then_some(cell)
+}

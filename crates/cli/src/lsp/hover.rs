@@ -1,0 +1,114 @@
+//! What a name or a key is.
+
+use bksim::Mechanism;
+use bksim::mbs::coordinate::Owner;
+use bksim::model::Model;
+use bksim::model::file::WrittenUnit;
+use serde_json::{Value, json};
+
+use super::document::Document;
+use super::faults::{derived, judge};
+use super::names::defined;
+use crate::commands::schema::meaning;
+use crate::output::number;
+
+/// More equations than these do not fit beside a text.
+const MOST_EQUATIONS: usize = 8;
+/// Longer equations are cut.
+const MOST_LETTERS: usize = 600;
+
+/// What stands at a byte, as Markdown.
+pub(super) fn at(document: &Document, byte: usize, nesting: usize) -> Option<Value> {
+    let place = document.place(byte);
+    let range = |span: &std::ops::Range<usize>| document.range(span);
+    // A key, as the reference has it.
+    if let (Some((key, span)), Some(section)) = (&place.key, place.section.first())
+        && span.contains(&byte)
+        && let Some(text) = meaning(section, key)
+    {
+        return Some(shown(&format!("`{key}`: {text}"), range(span)));
+    }
+    let (before, part) = document.part(&place.word, byte);
+    let name = document.text.get(part.clone()).filter(|name| !name.is_empty())?;
+    let is_given = place.section.get(1).is_some_and(|own| own == name);
+    let words = if before.is_empty() || is_given {
+        of_name(document, name, nesting)?
+    } else {
+        let model = judge(document, nesting).model?;
+        let whole = [before.join("."), name.to_owned()].join(".");
+        let measure = bksim::model::Measure::named(&model, &whole)?;
+        format!("`{whole}`{}", in_unit(measure.unit(&model)))
+    };
+    Some(shown(&words, range(&part)))
+}
+
+fn shown(text: &str, range: Value) -> Value {
+    json!({ "contents": { "kind": "markdown", "value": text }, "range": range })
+}
+
+/// `, length in m`
+fn in_unit(unit: &str) -> String {
+    let noun = WrittenUnit::parse(unit).and_then(|written| written.noun());
+    match (unit, noun) {
+        ("", _) => ", a pure number".to_owned(),
+        (unit, Some(noun)) => format!(", {noun} in {unit}"),
+        (unit, None) => format!(", in {unit}"),
+    }
+}
+
+fn of_name(document: &Document, name: &str, nesting: usize) -> Option<String> {
+    let known = defined(&document.text).into_iter().find(|known| known.name == name);
+    if let Some(model) = judge(document, nesting).model
+        && let Some(parameter) = model.parameters.iter().find(|known| known.name == name)
+    {
+        let unit =
+            if parameter.unit.is_empty() { String::new() } else { format!(" {}", parameter.unit) };
+        return Some(format!(
+            "`{name}` = {}{unit}{}",
+            number(parameter.value),
+            in_unit(&parameter.unit)
+        ));
+    }
+    let known = known?;
+    let kind = known
+        .section
+        .strip_suffix("ies")
+        .map_or_else(|| known.section.trim_end_matches('s').to_owned(), |stem| format!("{stem}y"));
+    let mut words = format!("{kind} `{name}`");
+    if ["bodies", "joints"].contains(&known.section.as_str())
+        && let Some(mechanism) = derived(document, nesting)
+    {
+        words.push_str(&equations(&mechanism, &known.section, name));
+    }
+    Some(words)
+}
+
+/// The Lagrange equations of the coordinates of a body or a joint.
+fn equations(mechanism: &Mechanism, section: &str, name: &str) -> String {
+    let model: &Model = &mechanism.model;
+    let is_own = |owner: Owner| match owner {
+        Owner::Joint(joint, _) => {
+            let joint = &model.joints[joint.0];
+            let moved = &model.bodies[joint.successor.body.0].name;
+            if section == "joints" { joint.name == name } else { moved == name }
+        }
+        Owner::Body(body, _) | Owner::Quaternion(body, _) => {
+            section == "bodies" && model.bodies[body.0].name == name
+        }
+        Owner::State(_) => false,
+    };
+    let coordinates = mechanism.system.coordinates();
+    let own: Vec<usize> =
+        (0..coordinates.len()).filter(|&i| is_own(coordinates[i].owner)).collect();
+    if own.is_empty() {
+        return String::new();
+    }
+    let all = mechanism.equations().equations;
+    let lines = own.iter().take(MOST_EQUATIONS).filter_map(|&i| {
+        let line = all.get(i)?;
+        let cut: String = line.chars().take(MOST_LETTERS).collect();
+        let dots = if cut.len() < line.len() { " …" } else { "" };
+        Some(format!("{}:\n  {cut}{dots} = 0", coordinates[i].name))
+    });
+    format!("\n\n```text\n{}\n```", lines.collect::<Vec<_>>().join("\n"))
+}

@@ -1,0 +1,236 @@
+//! Faults of texts that are no expressions, and the words of other languages with what they are here.
+
+use bksim_expr::{ParseError, ParseErrorKind};
+
+use super::codes;
+use super::reader::Reader;
+use super::tree::Quoted;
+use super::units::UNITS;
+use super::value::Scope;
+use super::words::{closest, cut, suggest};
+use crate::diagnostic::Diagnostic;
+use crate::joint::{MotionKind, motion_words};
+
+/// Functions of other languages, and what to write for them.
+const FUNCTIONS: [(&str, &str); 35] = [
+    ("pow", "`a^b`"),
+    ("power", "`a^b`"),
+    ("sqr", "`x^2`"),
+    ("square", "`x^2`"),
+    ("cbrt", "`x^(1/3)`"),
+    ("log", "`ln(x)`, the natural logarithm; to base 10 it is `ln(x)/ln(10)`"),
+    ("log10", "`ln(x)/ln(10)`"),
+    ("log2", "`ln(x)/ln(2)`"),
+    ("arcsin", "`asin(x)`"),
+    ("arccos", "`acos(x)`"),
+    ("arctan", "`atan(x)`"),
+    ("arctan2", "`atan2(y, x)`"),
+    ("cosine", "`cos(x)`"),
+    ("tangent", "`tan(x)`"),
+    ("cot", "`1/tan(x)`"),
+    ("sec", "`1/cos(x)`"),
+    ("csc", "`1/sin(x)`"),
+    ("fabs", "`abs(x)`"),
+    ("mag", "`abs(x)`, or `hypot(x, y)` of components"),
+    ("sgn", "`sign(x)`"),
+    ("signum", "`sign(x)`"),
+    ("heaviside", "`step(x)`: 1 where x >= 0, else 0"),
+    ("fmod", "`mod(a, b)`"),
+    ("modulo", "`mod(a, b)`"),
+    ("rem", "`mod(a, b)`"),
+    ("ceiling", "`ceil(x)`"),
+    ("clip", "`clamp(x, least, largest)`"),
+    ("saturate", "`clamp(x, least, largest)`"),
+    ("limit", "`clamp(x, least, largest)`"),
+    ("radians", "a unit: `30 deg`, or `x deg` for a number x"),
+    ("deg2rad", "a unit: `30 deg`, or `x deg` for a number x"),
+    ("degrees", "nothing: an angle is an angle in any unit"),
+    ("iff", "`if(condition, x, y)`"),
+    ("where", "`if(condition, x, y)`"),
+    ("ifelse", "`if(condition, x, y)`"),
+];
+
+/// Words between operands in other languages, and what to write for them.
+const WORDS: [(&str, &str); 16] = [
+    (",", "a point in decimals: `0.5`; a comma stands between arguments alone"),
+    ("AND", "`and`"),
+    ("And", "`and`"),
+    ("OR", "`or`"),
+    ("Or", "`or`"),
+    ("mod", "`mod(a, b)`"),
+    ("MOD", "`mod(a, b)`"),
+    ("div", "`(a - mod(a, b))/b`"),
+    ("then", "`if` before the condition: `if a > b then x else y`"),
+    ("THEN", "`then` in small letters, after `if`"),
+    ("else", "`if` before it: `if a > b then x else y`"),
+    ("ELSE", "`else` in small letters, after `then`"),
+    ("elseif", "`else if`"),
+    ("elsif", "`else if`"),
+    ("elif", "`else if`"),
+    ("is", "a comparison: `<`, `<=`, `>` or `>=`"),
+];
+
+/// Names of other languages, and what to write for them.
+const NAMES: [(&str, &str); 8] = [
+    ("time", "`t`"),
+    ("PI", "`pi`"),
+    ("Pi", "`pi`"),
+    ("π", "`pi`"),
+    ("e", "`exp(1)`"),
+    ("true", "`1`"),
+    ("false", "`0`"),
+    ("inf", "a number below 1e308"),
+];
+
+/// Usual letters for angles, for positions, and for their rates.
+const MOTIONS: [(&[&str], MotionKind, usize); 4] = [
+    (
+        &["theta", "phi", "alpha", "beta", "psi", "gamma", "angle", "rotation", "q"],
+        MotionKind::Rotation,
+        0,
+    ),
+    (
+        &[
+            "omega",
+            "w",
+            "dtheta",
+            "thetadot",
+            "theta_dot",
+            "dphi",
+            "phidot",
+            "phi_dot",
+            "rate",
+            "rpm",
+            "n",
+        ],
+        MotionKind::Rotation,
+        1,
+    ),
+    (&["x", "s", "z", "position", "pos", "displacement", "stroke"], MotionKind::Translation, 0),
+    (&["v", "xdot", "x_dot", "dx", "velocity", "speed", "vel"], MotionKind::Translation, 1),
+];
+
+/// The help for a function of another language.
+pub(super) fn foreign_function(name: &str) -> Option<String> {
+    let row = FUNCTIONS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name));
+    row.map(|(_, written)| format!("write {written}"))
+}
+
+/// The help where a word stands in place of an operator.
+fn after_operand(found: &str) -> String {
+    match WORDS.iter().find(|(known, _)| *known == found) {
+        Some((_, written)) => format!("write {written}"),
+        None => format!("write `*` before `{}` to multiply", cut(found)),
+    }
+}
+
+/// The help for a character that is in no expression.
+fn character(found: char) -> &'static str {
+    match found {
+        '=' => "the comparisons are `<`, `<=`, `>` and `>=`",
+        '!' => "write `not` before a condition; the comparisons are `<`, `<=`, `>` and `>=`",
+        '&' => "write `and`",
+        '|' => "write `or` between conditions, and `abs(x)` for the magnitude of x",
+        '%' => "write `mod(a, b)` for the remainder of a/b, and 0.05 for 5 percent",
+        '?' | ':' => "write `if a > b then x else y`",
+        '√' => "write `sqrt(x)`",
+        '÷' => "write `/`",
+        '[' | ']' | '{' | '}' => "parentheses are round: `(`, `)`",
+        ';' => "arguments are divided by commas",
+        _ => "use + - * / ^ ( ), numbers, units, names, functions; a point in decimals",
+    }
+}
+
+impl Reader<'_> {
+    /// The help for a name of another language, or for a letter that books use for a motion.
+    pub(super) fn foreign_name(&self, name: &str, scope: Scope) -> Option<String> {
+        if let Some((_, written)) = NAMES.iter().find(|(known, _)| *known == name) {
+            return Some(format!("write {written}"));
+        }
+        let (_, kind, at) = MOTIONS.iter().find(|(letters, ..)| letters.contains(&name))?;
+        if matches!(scope, Scope::Constant | Scope::Time) {
+            return None;
+        }
+        let joints = self.names.joints.iter().filter_map(|joint| {
+            let freedoms = joint.freedoms?;
+            let idx = freedoms.iter().position(|freedom| freedom == kind)?;
+            Some(format!("`{}.{}`", joint.name, motion_words(freedoms, idx)[*at]))
+        });
+        let written: Vec<String> = joints.take(4).collect();
+        match written.as_slice() {
+            [] => None,
+            [one] => Some(format!("write {one}")),
+            many => Some(format!("one of {}", many.join(", "))),
+        }
+    }
+
+    /// Reports why a text is no expression.
+    pub(super) fn report_parse_error(
+        &mut self,
+        error: &ParseError,
+        quoted: &Quoted<'_>,
+        what: &str,
+    ) {
+        let location = quoted.span_of(&error.span);
+        let fault = |message: String| Diagnostic::error(codes::EXPRESSION, message);
+        let fault = match &error.kind {
+            // Parentheses.
+            ParseErrorKind::UnclosedParenthesis => fault("`(` is not closed".to_owned())
+                .at(location, "opened here")
+                .help("add `)` where it ends"),
+            ParseErrorKind::UnopenedParenthesis => fault("`)` closes nothing".to_owned())
+                .at(location, "never opened")
+                .help("remove it, or add `(` before it"),
+            ParseErrorKind::TooDeep { limit } => {
+                Diagnostic::error(codes::NESTING, format!("parentheses nested deeper than {limit}"))
+                    .at(location, "the first one too deep")
+                    .help("use a parameter for a part of it, or allow more with `--max-nesting`")
+            }
+            // Words and their order.
+            ParseErrorKind::UnknownUnit { name } => {
+                let units: Vec<&str> = UNITS.iter().map(|unit| unit.name).collect();
+                let help = if WORDS.iter().any(|(known, _)| known == name) {
+                    after_operand(name)
+                } else if self.names.plain(name).is_some() {
+                    format!("write `*` between the number and `{name}`")
+                } else if closest(name, &units).is_some() {
+                    suggest(name, &units)
+                } else {
+                    "units: `bksim explain M030` lists them".to_owned()
+                };
+                let message = format!("unknown unit `{}`", cut(name));
+                Diagnostic::error(codes::UNKNOWN_UNIT, message)
+                    .at(location, "not a unit")
+                    .help(help)
+            }
+            ParseErrorKind::UnexpectedEnd { expected } => {
+                fault(format!("{what} ends where {expected} must follow"))
+                    .at(location, "ends here")
+                    .help(format!("write {expected} at the end"))
+            }
+            ParseErrorKind::UnexpectedToken { found, expected } => {
+                let help = match *expected {
+                    "an operator" => after_operand(found),
+                    _ if WORDS.iter().any(|(known, _)| known == found) => after_operand(found),
+                    _ => format!("write {expected} before it, or remove it"),
+                };
+                fault(format!("found `{}` where {expected} must stand", cut(found)))
+                    .at(location, "not expected here")
+                    .help(help)
+            }
+            // Characters and digits.
+            ParseErrorKind::UnexpectedCharacter { found } => {
+                fault(format!("an expression cannot contain `{}`", found.escape_debug()))
+                    .at(location, "")
+                    .help(character(*found))
+            }
+            ParseErrorKind::BadNumber { found } => fault(format!("`{}` is no number", cut(found)))
+                .at(location, "")
+                .help("write digits and one point, such as 0.5 or 1.2e-3"),
+            other => {
+                fault(format!("{what}: {other}")).at(location, "").help("see `bksim explain M020`")
+            }
+        };
+        self.report(fault);
+    }
+}

@@ -1,0 +1,136 @@
+//! The numbers that an engineer reads from a run: limits and strokes of all motions and where they are
+//! reached, time ratios, largest velocities and accelerations, efforts of drives, reactions, energies.
+//!
+//! They are of the motion itself, not of its samples: a grid within every step brackets the extremes, a golden
+//! section search between the instants beside each finds it, and integrals are Gauss sums over the steps.
+
+mod ratio;
+mod survey;
+
+use bksim_expr::TapeError;
+use bksim_sim::run::Unreplayed;
+
+pub use ratio::TimeRatio;
+pub use survey::report;
+
+/// A value with its instant.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Extreme {
+    /// In the unit of the quantity.
+    pub value: f64,
+    /// s.
+    pub t: f64,
+}
+
+/// All numbers of one run.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Report {
+    /// First and last instant, s.
+    pub span: [f64; 2],
+    /// Every motion of every joint, in the order of the model.
+    pub motions: Vec<MotionReport>,
+    /// The centre of mass and the named points of every body.
+    pub points: Vec<PointReport>,
+    /// The drives.
+    pub drives: Vec<DriveReport>,
+    /// The reactions of the joints.
+    pub reactions: Vec<ReactionReport>,
+    /// Energies and work.
+    pub energy: EnergyReport,
+}
+
+/// One motion of a joint.
+#[derive(Clone, PartialEq, Debug)]
+pub struct MotionReport {
+    /// `A.angle`, `S.position`.
+    pub name: String,
+    /// rad or m.
+    pub unit: &'static str,
+    /// Least and largest value.
+    pub limits: [Extreme; 2],
+    /// The rate of largest size, with its sign.
+    pub rate: Extreme,
+    /// The acceleration of largest size, with its sign.
+    pub acceleration: Extreme,
+    /// The times of its strokes, where it goes to and fro between its limits.
+    pub time_ratio: Option<TimeRatio>,
+}
+
+impl MotionReport {
+    /// The distance between the limits.
+    pub fn stroke(&self) -> f64 {
+        self.limits[1].value - self.limits[0].value
+    }
+}
+
+/// The sizes of velocity and acceleration of a point.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PointReport {
+    /// `rod.B`, or `rod` for its centre of mass.
+    pub name: String,
+    /// m/s.
+    pub speed: Extreme,
+    /// m/s².
+    pub acceleration: Extreme,
+}
+
+/// The effort of a drive.
+#[derive(Clone, PartialEq, Debug)]
+pub struct DriveReport {
+    /// Name.
+    pub name: String,
+    /// `N*m` or `N`.
+    pub unit: String,
+    /// The effort of largest size, with its sign.
+    pub peak: Extreme,
+    /// Root of the mean square over time.
+    pub rms: f64,
+    /// The power of largest size, with its sign, W.
+    pub power: Extreme,
+    /// Mean power, W.
+    pub mean_power: f64,
+}
+
+/// The reaction of a joint.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ReactionReport {
+    /// Name of the joint.
+    pub name: String,
+    /// Largest size of the force, N.
+    pub force: Extreme,
+    /// Root of the mean square of that size, N.
+    pub force_rms: f64,
+    /// Largest size of the moment, N m.
+    pub moment: Extreme,
+    /// Root of the mean square of that size, N m.
+    pub moment_rms: f64,
+    /// Whether force and moment are the same in every solution of the equilibrium, at every instant.
+    pub is_unique: bool,
+}
+
+/// Energies of a run, J.
+#[derive(Clone, PartialEq, Debug)]
+pub struct EnergyReport {
+    /// Kinetic energy, largest.
+    pub kinetic: Extreme,
+    /// Potential energy, least and largest.
+    pub potential: [Extreme; 2],
+    /// Kinetic and potential energy at the start and at the end.
+    pub total: [f64; 2],
+    /// Work of loads and drives between them, without that of impacts.
+    pub work: f64,
+    /// The power of loads and drives of largest size, with its sign, W.
+    pub power: Extreme,
+}
+
+/// Why a run cannot be reported.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Unreported {
+    /// The motion is not that of its model.
+    #[error(transparent)]
+    Unreplayed(#[from] Unreplayed),
+    /// Functions of the motion cannot be compiled.
+    #[error(transparent)]
+    Tape(#[from] TapeError),
+}

@@ -1,0 +1,374 @@
+//! A run looked through from start to end.
+
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::{JointId, Measure, Model, MotionKind, motion_words};
+use bksim_sim::Mechanism;
+use bksim_sim::observable::{Observable, Observables};
+use bksim_sim::run::{Sample, Unreplayed};
+
+use super::ratio::time_ratio;
+use super::{
+    DriveReport, EnergyReport, Extreme, MotionReport, PointReport, ReactionReport, Report,
+    Unreported,
+};
+use crate::playback::Playback;
+
+/// Nodes and weights of Gauss and Legendre on [0, 1] with three points, exact to degree 5.
+const GAUSS: [(f64, f64); 3] = [
+    (0.112_701_665_379_258_3, 5.0 / 18.0),
+    (0.5, 8.0 / 18.0),
+    (0.887_298_334_620_741_7, 5.0 / 18.0),
+];
+
+/// Halvings of a bracket in a golden section search: the bracket shrinks to 1e-9 of itself.
+const N_GOLDEN: usize = 44;
+
+/// Part of stroke and largest rate within which the end of a run repeats its start.
+const REPEATS: f64 = 1e-6;
+
+/// The quantities of an instant, one after the other.
+struct Quantities {
+    /// Joint and motion, with its name and unit; each has position, rate and acceleration.
+    motions: Vec<(JointId, usize, String, MotionKind)>,
+    /// Names of points; each has the sizes of velocity and acceleration.
+    points: Vec<String>,
+    /// The motion of each drive among `motions`.
+    drives: Vec<usize>,
+    n_joints: usize,
+    observables: Observables,
+    /// Values of the observables.
+    seen: Vec<f64>,
+}
+
+/// Numbers of an instant that belong to no part: kinetic, potential and total energy, power.
+const N_ENERGIES: usize = 4;
+
+impl Quantities {
+    fn new(mechanism: &Mechanism) -> Result<Self, Unreported> {
+        let (model, system): (&Model, &SymbolicSystem) = (&mechanism.model, &mechanism.system);
+        let mut names: Vec<String> = Vec::new();
+        let mut motions = Vec::new();
+        for (joint_idx, joint) in model.joints.iter().enumerate() {
+            for (motion_idx, kind) in joint.kind.motions().iter().enumerate() {
+                let words = motion_words(joint.kind.motions(), motion_idx);
+                let of = |word: &str| format!("{}.{word}", joint.name);
+                motions.push((JointId(joint_idx), motion_idx, of(words[0]), *kind));
+                names.extend(words.map(of));
+            }
+        }
+        // The ground does not move.
+        let mut points = Vec::new();
+        for body in model.bodies.iter().skip(1) {
+            let own = body.points.iter().map(|point| format!("{}.{}", body.name, point.name));
+            points.extend(std::iter::once(body.name.clone()).chain(own));
+        }
+        for point in &points {
+            names
+                .extend(["vx", "vy", "vz", "ax", "ay", "az"].map(|word| format!("{point}.{word}")));
+        }
+        let observables: Vec<Observable> = names
+            .iter()
+            .map(|name| {
+                let measure = Measure::named(model, name);
+                Observable::Measure(measure.expect("the names of a model's own parts"))
+            })
+            .collect();
+        let drives = model.drives.iter().map(|drive| {
+            let of = motions
+                .iter()
+                .position(|&(joint, idx, ..)| (joint, idx) == (drive.joint, drive.motion_idx));
+            of.expect("a drive is of a motion of a joint")
+        });
+        Ok(Self {
+            drives: drives.collect(),
+            n_joints: model.joints.len(),
+            seen: vec![0.0; observables.len()],
+            observables: Observables::compile(model, system, &observables, &mechanism.parameters)?,
+            motions,
+            points,
+        })
+    }
+
+    /// Places of the first numbers of points, drives, reactions and energies.
+    fn places(&self) -> [usize; 4] {
+        let points = 3 * self.motions.len();
+        let drives = points + 2 * self.points.len();
+        let reactions = drives + 2 * self.drives.len();
+        [points, drives, reactions, reactions + 2 * self.n_joints]
+    }
+
+    fn count(&self) -> usize {
+        self.places()[3] + N_ENERGIES
+    }
+
+    /// Writes the numbers of an instant; `efforts` are those of the drives.
+    fn write(&mut self, sample: &Sample, efforts: &[f64], out: &mut [f64]) {
+        let reaction = |joint: JointId| sample.reactions[joint.0];
+        self.observables.at([&sample.q, &sample.v, &sample.a], &reaction, &mut self.seen);
+        let [points, drives, reactions, energies] = self.places();
+        let (own, of_points) = self.seen.split_at(points);
+        out[..points].copy_from_slice(own);
+        let size = |parts: &[f64]| parts.iter().map(|part| part * part).sum::<f64>().sqrt();
+        for (sizes, parts) in out[points..drives].iter_mut().zip(of_points.chunks(3)) {
+            *sizes = size(parts);
+        }
+        for (idx, (&effort, &motion)) in efforts.iter().zip(&self.drives).enumerate() {
+            let rate = self.seen[3 * motion + 1];
+            out[drives + 2 * idx..][..2].copy_from_slice(&[effort, effort * rate]);
+        }
+        for (idx, six) in sample.reactions.iter().take(self.n_joints).enumerate() {
+            out[reactions + 2 * idx..][..2].copy_from_slice(&[size(&six[..3]), size(&six[3..])]);
+        }
+        let energy = &sample.energy;
+        let total = energy.kinetic + energy.potential;
+        let all = [energy.kinetic, energy.potential, total, energy.power];
+        out[energies..].copy_from_slice(&all);
+    }
+}
+
+/// A run that is looked at instant by instant.
+struct Survey<'p> {
+    playback: &'p mut Playback,
+    quantities: Quantities,
+    /// Names of the channels of the drives' efforts.
+    efforts: Vec<crate::channels::Signal>,
+    /// All instants of the grid, and the numbers of each.
+    instants: Vec<f64>,
+    table: Vec<f64>,
+    /// Integrals over the run of all numbers and of their squares, forward in time.
+    integrals: Vec<[f64; 2]>,
+}
+
+impl Survey<'_> {
+    /// The numbers at an instant.
+    fn at(&mut self, t: f64, out: &mut [f64]) -> Result<(), Unreplayed> {
+        self.playback.seek(t)?;
+        let efforts: Vec<f64> =
+            self.efforts.iter().map(|&signal| self.playback.value(signal)).collect();
+        self.quantities.write(self.playback.sample(), &efforts, out);
+        Ok(())
+    }
+
+    /// Fills the grid: start, end and Gauss nodes of every step.
+    fn fill(&mut self) -> Result<(), Unreplayed> {
+        let n = self.quantities.count();
+        let steps: Vec<[f64; 2]> =
+            self.playback.log().segments.iter().map(|step| [step.t0, step.t1]).collect();
+        self.integrals = vec![[0.0; 2]; n];
+        let mut row = vec![0.0; n];
+        for (step_idx, &[t0, t1]) in steps.iter().enumerate() {
+            if step_idx == 0 {
+                self.at(t0, &mut row)?;
+                self.keep(t0, &row);
+            }
+            for (node, weight) in GAUSS {
+                let t = t0 + node * (t1 - t0);
+                self.at(t, &mut row)?;
+                for (integral, value) in self.integrals.iter_mut().zip(&row) {
+                    integral[0] += weight * (t1 - t0) * value;
+                    integral[1] += weight * (t1 - t0).abs() * value * value;
+                }
+                self.keep(t, &row);
+            }
+            self.at(t1, &mut row)?;
+            self.keep(t1, &row);
+        }
+        Ok(())
+    }
+
+    fn keep(&mut self, t: f64, row: &[f64]) {
+        self.instants.push(t);
+        self.table.extend_from_slice(row);
+    }
+
+    fn value(&self, instant: usize, place: usize) -> f64 {
+        self.table[instant * self.quantities.count() + place]
+    }
+
+    /// The largest value of a function of one number: of the number, its negative or its size.
+    fn largest(&mut self, place: usize, of: fn(f64) -> f64) -> Result<Extreme, Unreplayed> {
+        let n = self.instants.len();
+        let best = |best: usize, next: usize| {
+            let is_more = of(self.value(next, place)) > of(self.value(best, place));
+            if is_more { next } else { best }
+        };
+        let idx = (1..n).fold(0, best);
+        let mut extreme = Extreme { value: self.value(idx, place), t: self.instants[idx] };
+        // Golden section between the neighbours.
+        let mut ends = [self.instants[idx.saturating_sub(1)], self.instants[(idx + 1).min(n - 1)]];
+        let golden = f64::midpoint(5f64.sqrt(), -1.0);
+        let mut row = vec![0.0; self.quantities.count()];
+        let mut inner =
+            [ends[1] - golden * (ends[1] - ends[0]), ends[0] + golden * (ends[1] - ends[0])];
+        let mut values = [0.0; 2];
+        for (t, value) in inner.iter().zip(&mut values) {
+            self.at(*t, &mut row)?;
+            *value = row[place];
+        }
+        for _ in 0..N_GOLDEN {
+            for (&t, &value) in inner.iter().zip(&values) {
+                if of(value) > of(extreme.value) {
+                    extreme = Extreme { value, t };
+                }
+            }
+            let t = if of(values[0]) >= of(values[1]) {
+                ends[1] = inner[1];
+                (inner[1], values[1]) = (inner[0], values[0]);
+                inner[0] = ends[1] - golden * (ends[1] - ends[0]);
+                self.at(inner[0], &mut row)?;
+                values[0] = row[place];
+                inner[0]
+            } else {
+                ends[0] = inner[0];
+                (inner[0], values[0]) = (inner[1], values[1]);
+                inner[1] = ends[0] + golden * (ends[1] - ends[0]);
+                self.at(inner[1], &mut row)?;
+                values[1] = row[place];
+                inner[1]
+            };
+            // No instant lies between the ends.
+            if t == ends[0] || t == ends[1] {
+                break;
+            }
+        }
+        Ok(extreme)
+    }
+
+    /// The instants at which the rate of a motion changes its sign, by bisection.
+    fn turns(&mut self, place: usize) -> Result<Vec<Extreme>, Unreplayed> {
+        let rate = place + 1;
+        let mut row = vec![0.0; self.quantities.count()];
+        let mut turns = Vec::new();
+        // The last instant with a rate: a motion may rest in between.
+        let mut before: Option<usize> = None;
+        for idx in 0..self.instants.len() {
+            let value = self.value(idx, rate);
+            if value == 0.0 {
+                continue;
+            }
+            let from = before.replace(idx);
+            let Some(from) = from.filter(|&from| self.value(from, rate) * value < 0.0) else {
+                continue;
+            };
+            let (mut low, mut high) = (self.instants[from], self.instants[idx]);
+            loop {
+                let middle = f64::midpoint(low, high);
+                if middle == low || middle == high {
+                    break;
+                }
+                self.at(middle, &mut row)?;
+                if row[rate] * value < 0.0 { low = middle } else { high = middle }
+            }
+            self.at(high, &mut row)?;
+            turns.push(Extreme { value: row[place], t: high });
+        }
+        Ok(turns)
+    }
+
+    fn motion(&mut self, idx: usize) -> Result<MotionReport, Unreplayed> {
+        let place = 3 * idx;
+        let limits = [self.largest(place, |x| -x)?, self.largest(place, |x| x)?];
+        let rate = self.largest(place + 1, f64::abs)?;
+        let acceleration = self.largest(place + 2, f64::abs)?;
+        let [least, largest] = limits.map(|limit| limit.value);
+        let turns = self.turns(place)?;
+        let last = self.instants.len() - 1;
+        let differs = |place: usize, by: f64| {
+            (self.value(last, place) - self.value(0, place)).abs() > REPEATS * by
+        };
+        let repeats = !differs(place, largest - least) && !differs(place + 1, rate.value.abs());
+        let period = repeats.then(|| (self.instants[last] - self.instants[0]).abs());
+        let (_, _, name, kind) = &self.quantities.motions[idx];
+        Ok(MotionReport {
+            name: name.clone(),
+            unit: if *kind == MotionKind::Rotation { "rad" } else { "m" },
+            limits,
+            rate,
+            acceleration,
+            time_ratio: time_ratio(&turns, [least, largest], period),
+        })
+    }
+}
+
+/// The report of a run.
+///
+/// # Errors
+/// [`Unreported`].
+pub fn report(playback: &mut Playback) -> Result<Report, Unreported> {
+    let quantities = Quantities::new(playback.mechanism())?;
+    let drives = playback.mechanism().compiled.drives.clone();
+    let efforts = drives
+        .iter()
+        .map(|drive| {
+            let signal = playback.signal(&format!("drives.{}", drive.name));
+            signal.expect("every drive has a channel")
+        })
+        .collect();
+    let joints: Vec<String> =
+        playback.mechanism().model.joints.iter().map(|joint| joint.name.clone()).collect();
+    let is_unique: Vec<bool> = (0..joints.len())
+        .map(|joint| {
+            let mut changes = playback.uniqueness().iter();
+            changes.all(|change| change.uniqueness.reactions[joint].iter().all(|&unique| unique))
+        })
+        .collect();
+    let span = playback.span();
+    let mut survey = Survey {
+        playback,
+        quantities,
+        efforts,
+        instants: Vec::new(),
+        table: Vec::new(),
+        integrals: Vec::new(),
+    };
+    survey.fill()?;
+
+    let [of_points, of_drives, of_reactions, of_energies] = survey.quantities.places();
+    let duration = (span[1] - span[0]).abs();
+    let integrals = survey.integrals.clone();
+    let rms = |place: usize| (integrals[place][1] / duration).sqrt();
+    let motions = (0..survey.quantities.motions.len()).map(|idx| survey.motion(idx));
+    let motions = motions.collect::<Result<_, _>>()?;
+    let mut points = Vec::new();
+    for (idx, name) in survey.quantities.points.clone().into_iter().enumerate() {
+        let speed = survey.largest(of_points + 2 * idx, |x| x)?;
+        let acceleration = survey.largest(of_points + 2 * idx + 1, |x| x)?;
+        points.push(PointReport { name, speed, acceleration });
+    }
+    let mut drive_reports = Vec::new();
+    for (idx, drive) in drives.into_iter().enumerate() {
+        let place = of_drives + 2 * idx;
+        drive_reports.push(DriveReport {
+            name: drive.name,
+            unit: drive.unit,
+            peak: survey.largest(place, f64::abs)?,
+            rms: rms(place),
+            power: survey.largest(place + 1, f64::abs)?,
+            mean_power: integrals[place + 1][0] / (span[1] - span[0]),
+        });
+    }
+    let mut reactions = Vec::new();
+    for (idx, name) in joints.into_iter().enumerate() {
+        let place = of_reactions + 2 * idx;
+        reactions.push(ReactionReport {
+            name,
+            force: survey.largest(place, |x| x)?,
+            force_rms: rms(place),
+            moment: survey.largest(place + 1, |x| x)?,
+            moment_rms: rms(place + 1),
+            is_unique: is_unique[idx],
+        });
+    }
+    let last = survey.instants.len() - 1;
+    let energy = EnergyReport {
+        kinetic: survey.largest(of_energies, |x| x)?,
+        potential: [
+            survey.largest(of_energies + 1, |x| -x)?,
+            survey.largest(of_energies + 1, |x| x)?,
+        ],
+        total: [0, last].map(|instant| survey.value(instant, of_energies + 2)),
+        work: integrals[of_energies + 3][0],
+        power: survey.largest(of_energies + 3, f64::abs)?,
+    };
+    Ok(Report { span, motions, points, drives: drive_reports, reactions, energy })
+}

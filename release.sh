@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# A release for this machine, in target/release-files: one wheel for every Python from 3.10 on (abi3), and the
+# programs, stripped, with their licences in one archive. On Linux the wheel is marked with the oldest glibc that it
+# runs on (manylinux), and `bksim` is linked statically, so that it runs on any distribution; `bksim-studio` opens
+# the graphics drivers of the system and is not. .github/workflows/release.yml runs it on Linux, macOS and Windows.
+#
+#     ./release.sh            all
+#     ./release.sh wheel      the wheel alone
+#     ./release.sh programs   the programs alone
+#
+# BKSIM_PROFILE=dev builds in the profile of the tests, to try the script.
+set -euo pipefail
+cd "$(dirname "$0")"
+part=${1:-all}
+profile=${BKSIM_PROFILE:-dist}
+folder=$([ "$profile" = dev ] && echo debug || echo "$profile")
+host=$(rustc -vV | sed -n 's/^host: //p')
+version=$(sed -n '/^\[workspace.package\]/,/^\[/s/^version = "\(.*\)"/\1/p' Cargo.toml)
+out=$PWD/target/release-files
+mkdir -p "$out"
+
+wheel() {
+    python3 -m venv target/release-venv
+    local bin=target/release-venv/bin
+    [ -d "$bin" ] || bin=target/release-venv/Scripts
+    "$bin/pip" install -q 'maturin>=1.9,<2'
+    "$bin/maturin" build --profile "$profile" --manifest-path crates/py/Cargo.toml --out "$out"
+}
+
+programs() {
+    local staged=target/bksim-$version-$host suffix=
+    case $host in
+    *windows*) suffix=.exe ;;
+    *linux-gnu)
+        # A target of its own, so that nothing that runs while building is linked statically.
+        RUSTFLAGS="-C target-feature=+crt-static" cargo build --profile "$profile" --target "$host" -p bksim-cli
+        ;;
+    esac
+    cargo build --profile "$profile" -p bksim-cli -p bksim-studio
+    rm -rf "$staged" && mkdir -p "$staged"
+    cp "target/$folder/bksim-studio$suffix" README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE NOTICES.md "$staged"
+    local static=target/$host/$folder/bksim
+    [ -f "$static" ] || static=target/$folder/bksim$suffix
+    cp "$static" "$staged/bksim$suffix"
+    tar -C target -czf "$out/bksim-$version-$host.tar.gz" "$(basename "$staged")"
+}
+
+case $part in
+all) wheel && programs ;;
+wheel) wheel ;;
+programs) programs ;;
+*) echo "what to release: all, wheel or programs; not $part" >&2 && exit 2 ;;
+esac
+ls -l "$out"
