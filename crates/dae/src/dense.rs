@@ -4,13 +4,8 @@ mod collocation;
 mod extension;
 
 pub(crate) use self::collocation::CollocationPolynomial;
-pub(crate) use self::extension::ContinuousExtension;
+pub(crate) use self::extension::{ContinuousExtension, basis};
 use crate::stats::Stats;
-
-/// Stages of the explicit method, those of its dense output left out.
-pub(crate) const EXPLICIT_STAGES: usize = 12;
-/// Degree of the dense output of the explicit method.
-const EXPLICIT_DEGREE: usize = 7;
 
 /// The dense output of either method.
 #[derive(Clone, Copy, Debug)]
@@ -79,7 +74,7 @@ impl<'a> Step<'a> {
     pub fn n_stages(&self) -> usize {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.n_stages(),
-            Interpolant::Explicit(_) => EXPLICIT_STAGES,
+            Interpolant::Explicit(extension) => extension.n_stages,
         }
     }
 
@@ -87,7 +82,7 @@ impl<'a> Step<'a> {
     pub fn degree(&self) -> usize {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.n_stages(),
-            Interpolant::Explicit(_) => EXPLICIT_DEGREE,
+            Interpolant::Explicit(extension) => extension.degree,
         }
     }
 
@@ -97,7 +92,7 @@ impl<'a> Step<'a> {
     }
 
     /// Writes the state at `t` (length `n`) by the collocation polynomial, exact to order `s + 1`
-    /// within the step, or the continuous extension, of order 7; extrapolated outside.
+    /// within the step, or the continuous extension, of order 7 or more; extrapolated outside.
     pub fn at(&self, t: f64, y: &mut [f64]) {
         if t == self.t1 {
             y.copy_from_slice(self.y1);

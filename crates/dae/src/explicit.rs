@@ -13,8 +13,12 @@
 
 mod coefficients;
 mod control;
+mod extrapolation;
+mod lanes;
+mod picard;
 mod stages;
 mod stiffness;
+mod sums;
 #[cfg(test)]
 mod tests;
 
@@ -115,11 +119,12 @@ impl<S: Ode> ExplicitSolver<S> {
         check_finite("t", &[start.t])?;
         check_finite("t_end", &[t_end])?;
         check_finite("y", &start.y)?;
+        let stages = StageWork::new(n, &settings);
         let mut solver = Self {
-            stages: StageWork::new(n, &settings),
-            last: ContinuousExtension::new(n),
+            last: stages.extension(),
+            stages,
             last_state: LastStep::Missing,
-            controller: PiController::default(),
+            controller: PiController::new(settings.explicit.order_of_estimate()),
             stiffness: StiffnessTest::default(),
             system,
             settings,
@@ -154,7 +159,8 @@ impl<S: Ode> ExplicitSolver<S> {
         self.stiffness.is_stiff()
     }
 
-    /// `|h| ρ` of the last step, from the last two of its stages; stable up to about six.
+    /// `|h| ρ` of the last step, from two states at its end; stable up to
+    /// [`crate::ExplicitMethod::stable_range`].
     pub fn stability(&self) -> f64 {
         self.stiffness.last
     }
@@ -236,7 +242,9 @@ impl<S: Ode> ExplicitSolver<S> {
         self.y.copy_from_slice(y);
         self.grid = (t, 0);
         self.last_state = LastStep::Missing;
-        self.controller = PiController { noise: self.controller.noise, ..PiController::default() };
+        let noise = self.controller.noise;
+        let p = self.settings.explicit.order_of_estimate();
+        self.controller = PiController { noise, ..PiController::new(p) };
         self.stiffness = StiffnessTest::default();
         self.begin()
     }
@@ -279,9 +287,9 @@ impl<S: Ode> ExplicitSolver<S> {
         loader.fill(&mut solver.ydot)?;
         solver.h = loader.real()?;
         solver.grid = (loader.real()?, loader.count()?);
-        let (last_error, is_retry) = (loader.real()?, loader.flag()?);
-        let noise = Noise { count: loader.count()?, log_error: loader.real()? };
-        solver.controller = PiController { last_error, is_retry, rejected: None, noise };
+        solver.controller.last_error = loader.real()?;
+        solver.controller.is_retry = loader.flag()?;
+        solver.controller.noise = Noise { count: loader.count()?, log_error: loader.real()? };
         solver.stiffness.n_beyond = loader.count()?;
         solver.stiffness.n_within = loader.count()?;
         solver.stats = loader.stats()?;
@@ -322,9 +330,10 @@ impl<S: Ode> ExplicitSolver<S> {
         self.last.h = h;
         self.last.y0.copy_from_slice(&self.y);
         self.last_state = LastStep::Taken { error };
-        self.stiffness.observe(self.stages.stability(h));
+        let stable_range = self.settings.explicit.stable_range();
+        self.stiffness.observe(self.stages.stability(h), stable_range);
         self.t = t1;
-        std::mem::swap(&mut self.y, &mut self.stages.y1);
+        self.y.copy_from_slice(self.stages.y1.values());
         std::mem::swap(&mut self.ydot, &mut self.stages.f1);
         if let Some(error) = error {
             let next = self.controller.after_accept(h, error);
@@ -402,4 +411,22 @@ impl<S: Ode> ExplicitSolver<S> {
         };
         size.copysign(span)
     }
+}
+
+/// `f(t, y)`, with every entry finite.
+fn derivative<S: Ode>(
+    system: &mut S,
+    t: f64,
+    y: &[f64],
+    out: &mut [f64],
+    stats: &mut Stats,
+) -> Result<(), NotFinite> {
+    stats.n_residual += 1;
+    system.derivative(t, y, out)?;
+    // Without a branch at each entry, several are looked at together.
+    if out.iter().fold(true, |all, x| all & x.is_finite()) {
+        return Ok(());
+    }
+    let row = out.iter().position(|x| !x.is_finite()).unwrap_or_default();
+    Err(NotFinite { row })
 }

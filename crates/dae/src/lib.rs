@@ -112,8 +112,9 @@ pub use explicit::{ExplicitSolver, Noise, solve_ode};
 pub use run::{Control, End, Outcome, Start};
 pub use sensitivity::{SensitivitySolver, SensitivityStart, SensitivityStep, SensitivitySystem};
 pub use settings::{
-    ErrorTest, LinearSolver, NewtonSettings, Order, Settings, Stages, StepControl, Tolerance,
+    ErrorTest, ExplicitMethod, LinearSolver, NewtonSettings, Order, Settings, Stages, StepControl,
+    Tolerance,
 };
 pub use solve::{Solver, solve};
 pub use stats::Stats;
-pub use system::{Index, Layout, NotFinite, Ode, Pattern, System};
+pub use system::{Index, LANES, Lanes, Layout, NotFinite, Ode, Pattern, System};

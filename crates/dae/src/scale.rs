@@ -89,6 +89,13 @@ impl Scale {
         }
     }
 
+    /// Takes the weights of unknowns of these magnitudes, all of index 1.
+    pub(crate) fn weigh(&mut self, unit: &Unit, sizes: impl Iterator<Item = f64>) {
+        for (i, (weight, size)) in self.weight.iter_mut().zip(sizes).enumerate() {
+            *weight = 1.0 / unit.of(i, size);
+        }
+    }
+
     /// Root mean square of the weighted entries of `x`: one or more vectors of length `n`.
     pub(crate) fn rms(&self, x: &[f64]) -> f64 {
         let n = self.weight.len();

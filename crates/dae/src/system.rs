@@ -94,6 +94,12 @@ impl<S: System + ?Sized> System for &mut S {
     }
 }
 
+/// States that [`Ode::derivative_lanes`] takes at once.
+pub const LANES: usize = 4;
+
+/// A number of each of them.
+pub type Lanes = [f64; LANES];
+
 /// An explicit system of ordinary differential equations `y′ = f(t, y)`, not stiff, for
 /// [`crate::ExplicitSolver`].
 ///
@@ -109,6 +115,12 @@ pub trait Ode {
     /// [`NotFinite`] names the first row that has no finite value; the solver then retries with a
     /// smaller step. The solver checks `ydot` itself as well.
     fn derivative(&mut self, t: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite>;
+
+    /// Writes `f` at [`LANES`] states at once, unknown by unknown; false where it must be evaluated one
+    /// by one, as it must by default. What is written must equal [`Ode::derivative`] in every lane.
+    fn derivative_lanes(&mut self, _t: Lanes, _y: &[Lanes], _ydot: &mut [Lanes]) -> bool {
+        false
+    }
 
     /// Moves the end of an accepted step back to the invariants of the equations, by a change of
     /// the size of the error tolerance. The next derivative is evaluated there anyway, so that
@@ -129,6 +141,10 @@ impl<S: Ode + ?Sized> Ode for &mut S {
 
     fn derivative(&mut self, t: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite> {
         (**self).derivative(t, y, ydot)
+    }
+
+    fn derivative_lanes(&mut self, t: Lanes, y: &[Lanes], ydot: &mut [Lanes]) -> bool {
+        (**self).derivative_lanes(t, y, ydot)
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), NotFinite> {

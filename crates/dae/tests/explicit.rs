@@ -3,8 +3,8 @@
 mod common;
 
 use bksim_dae::{
-    Cause, Control, ExplicitSolver, Layout, NotFinite, Ode, Outcome, Settings, SolveError, Start,
-    StepControl, Tolerance, solve_ode,
+    Cause, Control, ExplicitMethod, ExplicitSolver, LANES, Lanes, Layout, NotFinite, Ode, Outcome,
+    Settings, SolveError, Start, StepControl, Tolerance, solve_ode,
 };
 
 use common::reference::Reference;
@@ -280,4 +280,156 @@ fn a_long_run_is_not_stopped_for_its_number_of_steps() {
     let still = Function::new(1, |_, _, ydot| ydot[0] = 0.0);
     let outcome = run(still, start(0.0, &[1.0]), f64::from(n), fixed(1.0));
     assert_eq!(outcome.stats.n_step, n as usize);
+}
+
+/// Settings of the extrapolation with so many columns.
+fn extrapolated(columns: usize, settings: Settings) -> Settings {
+    Settings { explicit: ExplicitMethod::Extrapolation { columns }, ..settings }
+}
+
+#[test]
+fn extrapolation_has_twice_as_many_orders_as_columns() {
+    for columns in 3..=7 {
+        // One step of a decay errs by O(h^{2s + 1}).
+        let steps = [1.5, 1.2, 1.0];
+        let errors = steps.map(|h| {
+            let decay = Function::new(1, |_, y, ydot| ydot[0] = -y[0]);
+            let end = run(decay, start(0.0, &[1.0]), h, extrapolated(columns, fixed(h)));
+            (end.y[0] - (-h).exp()).abs()
+        });
+        let order = fitted_order(&steps, &errors);
+        let expected = 2.0 * columns as f64 + 1.0;
+        assert!((order - expected).abs() < 0.3, "{columns}: order {order:.2} from {errors:?}");
+    }
+}
+
+#[test]
+fn extrapolation_closes_arenstorfs_orbit_and_its_dense_output_follows_it() {
+    let y0 = [0.994, 0.0, 0.0, -2.001_585_106_379_082_5];
+    let period = 17.065_216_560_157_964;
+    let mut before = 0.0;
+    for (columns, tolerance, wanted) in [(4, 1e-7, 2.0), (6, 1e-10, 5.0), (7, 1e-13, 8.0)] {
+        let settings = extrapolated(columns, settings(tolerance));
+        let end = run(arenstorf(), start(0.0, &y0), period, settings.clone());
+        let found = digits(&end.y[..2], &y0[..2]);
+        assert!(found > wanted, "{found:.1} digits at {tolerance:e}");
+        assert!(found > before + 1.0, "tighter tolerances help");
+        before = found;
+
+        // Inside of each step, against a run of its own from its start.
+        let mut worst = 0.0f64;
+        let (mut y, mut n_steps) = ([0.0; 4], 0);
+        solve_ode(arenstorf(), start(0.0, &y0), period, settings, &mut |step| {
+            n_steps += 1;
+            if n_steps % 5 == 0 {
+                let from = || Start { t: step.t0(), y: step.y0().to_vec(), ydot: vec![0.0; 4] };
+                for part in [0.07, 0.33, 0.71, 0.96] {
+                    let t = step.t0() + part * step.h();
+                    step.at(t, &mut y);
+                    let own = run(arenstorf(), from(), t, self::settings(1e-14));
+                    let error = |(a, b): (&f64, &f64)| (a - b).abs() / (1.0 + b.abs());
+                    worst = y.iter().zip(&own.y).map(error).fold(worst, f64::max);
+                }
+            }
+            Control::Continue
+        })
+        .expect("the run ends");
+        assert!(worst < 100.0 * tolerance, "{columns}: dense output errs by {worst:e}");
+    }
+}
+
+#[test]
+fn a_projected_pendulum_takes_half_the_evaluations_in_sequence_by_extrapolation() {
+    let data = Reference::load("pendulum");
+    let initial = [data.initial("q"), data.initial("v")].concat();
+    for (columns, tolerance, wanted) in [(5, 1e-8, 6.5), (7, 1e-11, 9.5)] {
+        let system = || {
+            let Function { layout, f, .. } = pendulum(&data);
+            Function { layout, f, project: Some(onto_circle) }
+        };
+        let from = || start(0.0, &initial);
+        let plain = run(system(), from(), data.t_end(), settings(tolerance));
+        let end = run(system(), from(), data.t_end(), extrapolated(columns, settings(tolerance)));
+        let found = digits(&end.y, &[data.end("q"), data.end("v")].concat());
+        assert!(found > wanted, "{found:.1} digits at {tolerance:e}");
+        // All lanes count.
+        let in_sequence = end.stats.n_step * 2 * columns;
+        let saved = in_sequence as f64 / plain.stats.n_residual as f64;
+        assert!(saved < 0.75, "{columns}: {in_sequence} of {}", plain.stats.n_residual);
+    }
+}
+
+/// The same oscillator with all lanes at once, or one by one.
+struct Oscillators {
+    layout: Layout,
+    has_lanes: bool,
+}
+
+impl Ode for Oscillators {
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+    fn derivative(&mut self, t: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite> {
+        ydot.copy_from_slice(&[y[1], t - y[0] * y[0] * y[0]]);
+        Ok(())
+    }
+    fn derivative_lanes(&mut self, t: Lanes, y: &[Lanes], ydot: &mut [Lanes]) -> bool {
+        for lane in 0..LANES {
+            ydot[0][lane] = y[1][lane];
+            ydot[1][lane] = t[lane] - y[0][lane] * y[0][lane] * y[0][lane];
+        }
+        self.has_lanes
+    }
+}
+
+#[test]
+fn lanes_change_no_bit_of_a_run_and_no_counter() {
+    let ends = [true, false].map(|has_lanes| {
+        let system = Oscillators { layout: uniform(2), has_lanes };
+        let end = run(system, start(0.0, &[1.0, 0.5]), -6.0, extrapolated(6, settings(1e-11)));
+        (end.y.iter().map(|y| y.to_bits()).collect::<Vec<_>>(), end.stats)
+    });
+    assert_eq!(ends[0], ends[1]);
+    assert!(ends[0].1.n_accept > 5, "{}", ends[0].1);
+}
+
+#[test]
+fn extrapolation_shrinks_its_steps_before_a_root_turns_negative() {
+    let falling = Function::new(2, |_, y: &[f64], ydot: &mut [f64]| {
+        ydot[0] = 1.0;
+        ydot[1] = -y[1].sqrt() - 1e-3;
+    });
+    let error = solve_ode(
+        falling,
+        start(0.0, &[0.0, 1.0]),
+        4.0,
+        extrapolated(5, settings(1e-6)),
+        &mut |_| Control::Continue,
+    )
+    .expect_err("the solution ends near 2");
+    assert!(matches!(error, SolveError::NotFinite { row: 1, .. }), "{error}");
+    let at = error.standstill().expect("the run was under way");
+    assert!((at.t - 1.98).abs() < 0.05, "stopped at {}", at.t);
+}
+
+#[test]
+fn extrapolation_is_stable_within_its_range_and_not_beyond() {
+    for columns in 3..=7 {
+        let method = ExplicitMethod::Extrapolation { columns };
+        for (part, is_stable) in [(1.0, true), (1.02, false)] {
+            let decay = Function::new(1, |_, y, ydot| ydot[0] = -y[0]);
+            let h = part * method.stable_range();
+            let settings = extrapolated(columns, fixed(h));
+            let outcome = solve_ode(decay, start(0.0, &[1.0]), 400.0 * h, settings, &mut |_| {
+                Control::Continue
+            });
+            match outcome {
+                Ok(end) => assert!(is_stable && end.y[0].abs() < 1.0, "{columns}: {}", end.y[0]),
+                Err(SolveError::Stiff { at }) => {
+                    assert!(!is_stable && at.y[0].abs() > 1.0, "{columns}: {}", at.y[0]);
+                }
+                Err(error) => panic!("{error}"),
+            }
+        }
+    }
 }

@@ -5,7 +5,7 @@
 
 #[cfg(feature = "jit")]
 use bksim_expr::JitError;
-use bksim_expr::{Expr, Function, Jit, Pool, Runner, SymbolId, Tape};
+use bksim_expr::{Expr, Function, Jit, Pool, QuadRunner, Runner, SymbolId, Tape};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -16,6 +16,10 @@ const EVALUATORS: &[(&str, Evaluator)] = &[
     ("batch", in_one_batch),
     ("batches of three", in_batches_of_three),
     ("runner", by_runner),
+    ("four points, interpreted", |tape, parameters, points| {
+        in_fours(tape, Jit::Off, parameters, points)
+    }),
+    ("four points", |tape, parameters, points| in_fours(tape, Jit::On, parameters, points)),
     #[cfg(feature = "jit")]
     ("jit", by_machine_code),
 ];
@@ -52,6 +56,23 @@ fn by_machine_code(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) -> Vec<
         out
     };
     points.iter().map(&mut evaluate).collect()
+}
+
+/// Four points at once, the last of them repeated where there are fewer.
+fn in_fours(tape: &Tape, jit: Jit, parameters: &[f64], points: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let runner = QuadRunner::new(tape.clone(), jit);
+    let mut workspace = runner.workspace(parameters);
+    let mut results = Vec::new();
+    for points in points.chunks(4) {
+        let point = |lane: usize| &points[lane.min(points.len() - 1)];
+        let inputs: Vec<[f64; 4]> =
+            (0..tape.n_inputs()).map(|input| [0, 1, 2, 3].map(|lane| point(lane)[input])).collect();
+        let mut out = vec![[0.0; 4]; tape.n_outputs()];
+        runner.evaluate(&mut workspace, &inputs, &mut out);
+        results
+            .extend((0..points.len()).map(|lane| out.iter().map(|output| output[lane]).collect()));
+    }
+    results
 }
 
 fn in_one_batch(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) -> Vec<Vec<f64>> {

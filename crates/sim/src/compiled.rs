@@ -124,7 +124,8 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let unrolled = UnrolledSolve::of(pool, &shape, (&mass, &jacobian), (&force, &gamma))
         .filter(|_| pressing.is_none())
         .map(|line| function(&line.outputs(), &[&q, &v, u]))
-        .transpose()?;
+        .transpose()?
+        .map(|line| line.in_lanes(model));
     // Constraints at positions, energies, reactions.
     let closed = system.constraints.iter().map(|c| c.expression);
     let constraints: Vec<Expr> =
@@ -135,6 +136,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let energy = energy_outputs(pool, system);
     let is_powered = !pool.is_zero(energy[2]);
     let power = is_powered.then(|| function(&energy[2..], &[&q, &v, &lambda, u])).transpose()?;
+    let power = power.map(|power| if unrolled.is_some() { power.in_lanes(model) } else { power });
     let reaction_outputs: Vec<Expr> =
         reactions(model, system).iter().flat_map(|r| [r.force, r.moment].concat()).collect();
     // Signals as they were written: they have no modes.
@@ -224,6 +226,11 @@ impl CompiledSystem {
     /// The sampled signals at these values of the model's own parameters.
     pub(crate) fn sampling(&self, parameters: &[f64]) -> Sampling<'_> {
         self.sampled.at(parameters, &self.inputs)
+    }
+
+    /// Whether accelerations can be had at several states at once.
+    pub(crate) fn has_lanes(&self) -> bool {
+        self.unrolled.is_some() && self.inputs.is_empty()
     }
 
     /// Number of generalised coordinates.

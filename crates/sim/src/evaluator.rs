@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::compiled::CompiledSystem;
-use crate::function::Buffers;
+use crate::function::{Buffers, Function};
 use crate::input::InputValues;
 use crate::linear::matrix::Matrix;
 use crate::linear::rows::{LARGEST_DENSE, SparseRows};
@@ -85,6 +85,11 @@ impl<'a> Evaluator<'a> {
         }
     }
 
+    /// The compiled system.
+    pub(crate) fn system(&self) -> &'a CompiledSystem {
+        self.system
+    }
+
     /// Which entries of M and G there are.
     pub(crate) fn shape(&self) -> &'a Shape {
         &self.system.shape
@@ -143,6 +148,13 @@ impl<'a> Evaluator<'a> {
         let Self { system, unrolled, inputs, .. } = self;
         let (function, buffers) = system.unrolled.as_ref().zip(unrolled.as_mut())?;
         Some(function.evaluate(buffers, &[&[t], q, v, inputs.at(t, q, v)]))
+    }
+
+    /// The factors among the last results of [`Evaluator::unrolled`].
+    pub(crate) fn unrolled_factors(&self) -> &[f64] {
+        let line = self.unrolled.as_ref().map_or(&[][..], Function::last);
+        let n = self.system.shape.nq + self.system.shape.nc;
+        line.get(n..).unwrap_or_default()
     }
 
     /// The same functions, with constraints that take the branch of each position whatever the modes are.

@@ -1,12 +1,15 @@
 //! [`Function`]: expressions as one compiled function of groups of symbols and of parameters.
 
-use bksim_expr::{Expr, Runner, SymbolId, Tape, TapeError, Workspace};
+use bksim_dae::{LANES, Lanes};
+use bksim_expr::{Expr, QuadRunner, QuadWorkspace, Runner, SymbolId, Tape, TapeError, Workspace};
 use bksim_model::Model;
 
 /// Expressions compiled as one function of numbers, as machine code where the model asks for it.
 #[derive(Clone, Debug)]
 pub(crate) struct Function {
     runner: Runner,
+    /// The same at several points at once, where that is asked for.
+    lanes: Option<QuadRunner>,
 }
 
 /// Values of the parameters of a [`Function`], and room for its arguments and results.
@@ -15,6 +18,21 @@ pub(crate) struct Buffers {
     workspace: Workspace,
     arguments: Vec<f64>,
     results: Vec<f64>,
+}
+
+/// The same at several points at once.
+#[derive(Clone, Debug)]
+pub(crate) struct LaneBuffers {
+    workspace: QuadWorkspace,
+    arguments: Vec<Lanes>,
+    results: Vec<Lanes>,
+}
+
+impl LaneBuffers {
+    /// The results of the last evaluation.
+    pub(crate) fn results(&self) -> &[Lanes] {
+        &self.results
+    }
 }
 
 impl Function {
@@ -29,7 +47,13 @@ impl Function {
         parameters: &[SymbolId],
     ) -> Result<Self, TapeError> {
         let tape = Tape::compile(&model.pool, outputs, &arguments.concat(), parameters)?;
-        Ok(Self { runner: Runner::new(tape, model.solve.jit) })
+        Ok(Self { runner: Runner::new(tape, model.solve.jit), lanes: None })
+    }
+
+    /// The same function, which can be evaluated at several points at once, too.
+    pub(crate) fn in_lanes(self, model: &Model) -> Self {
+        let lanes = QuadRunner::new(self.tape().clone(), model.solve.jit);
+        Self { lanes: Some(lanes), ..self }
     }
 
     /// The straight-line code that it runs.
@@ -46,9 +70,31 @@ impl Function {
     pub(crate) fn buffers(&self, parameters: &[f64]) -> Buffers {
         Buffers {
             workspace: self.tape().workspace(parameters),
-            arguments: Vec::with_capacity(self.tape().n_inputs()),
+            arguments: vec![0.0; self.tape().n_inputs()],
             results: vec![0.0; self.n_outputs()],
         }
+    }
+
+    /// Buffers for several points at once, with these values of the parameters; `None` for a function of one
+    /// point.
+    pub(crate) fn lane_buffers(&self, parameters: &[f64]) -> Option<LaneBuffers> {
+        let workspace = self.lanes.as_ref()?.workspace(parameters);
+        let zeros = |n| vec![[0.0; LANES]; n];
+        let (arguments, results) = (zeros(self.tape().n_inputs()), zeros(self.n_outputs()));
+        Some(LaneBuffers { workspace, arguments, results })
+    }
+
+    /// The results at several points at once, as [`Function::evaluate`].
+    pub(crate) fn evaluate_lanes<'b>(
+        &self,
+        buffers: &'b mut LaneBuffers,
+        arguments: &[&[Lanes]],
+    ) -> &'b [Lanes] {
+        let LaneBuffers { workspace, arguments: gathered, results } = buffers;
+        gather(gathered, arguments);
+        let runner = self.lanes.as_ref().expect("buffers are made for functions in lanes alone");
+        runner.evaluate(workspace, gathered, results);
+        results
     }
 
     /// The results at `arguments`, given group by group as they were compiled.
@@ -57,6 +103,11 @@ impl Function {
         gather(gathered, arguments);
         self.runner.evaluate(workspace, gathered, results);
         results
+    }
+
+    /// The results of the last [`Function::evaluate`].
+    pub(crate) fn last(buffers: &Buffers) -> &[f64] {
+        &buffers.results
     }
 
     /// Writes the results at `arguments` to `out`.
@@ -72,9 +123,12 @@ impl Function {
     }
 }
 
-fn gather(gathered: &mut Vec<f64>, arguments: &[&[f64]]) {
-    gathered.clear();
+fn gather<T: Copy>(gathered: &mut [T], arguments: &[&[T]]) {
+    let mut left = gathered;
     for group in arguments {
-        gathered.extend_from_slice(group);
+        let (place, rest) = left.split_at_mut(group.len());
+        place.copy_from_slice(group);
+        left = rest;
     }
+    assert!(left.is_empty(), "an argument for every input");
 }

@@ -286,16 +286,56 @@ impl MultiplierSystem {
         row.map_or(Ok(()), |row| Err(NotFinite { row }))
     }
 
-    /// Takes solution and factors from straight-line code; false where they need a closer look.
-    fn adopt_into(&mut self, line: &[f64], vdot: &mut [f64], lambda: &mut [f64]) -> bool {
+    /// Accelerations and multipliers by straight-line code, which small mechanisms have; false where there
+    /// is none, or they need a closer look. Their factors are left with the evaluator.
+    pub(crate) fn line_into(
+        &mut self,
+        evaluator: &mut Evaluator,
+        t: f64,
+        (q, v): (&[f64], &[f64]),
+        vdot: &mut [f64],
+        lambda: &mut [f64],
+    ) -> bool {
+        if self.active.len() != lambda.len() || self.augmented.is_some() {
+            return false;
+        }
+        let Some(line) = evaluator.unrolled(t, q, v) else { return false };
         let (solution, factors) = line.split_at(vdot.len() + lambda.len());
-        let is_regular = self.elimination.adopt(factors).is_ok()
-            && self.elimination.rank_margin() > REFINED_BELOW;
-        self.factors = Factors::Recorded;
         let (a, multipliers) = solution.split_at(vdot.len());
         vdot.copy_from_slice(a);
         lambda.copy_from_slice(multipliers);
-        is_regular && solution.iter().all(|value| value.is_finite())
+        let pivots = &factors[..solution.len()];
+        self.factors = Factors::Recorded;
+        self.elimination.accept_pivots(pivots)
+            && self.elimination.rank_margin() > REFINED_BELOW
+            // Without a branch at each entry, several are looked at together.
+            && solution.iter().fold(true, |all, value| all & value.is_finite())
+    }
+
+    /// Takes the factors that straight-line code has left with the evaluator.
+    pub(crate) fn take_factors(&mut self, evaluator: &Evaluator) {
+        self.elimination.take(evaluator.unrolled_factors().iter().copied());
+    }
+
+    /// Looks at accelerations and multipliers of several states at once, and the factors they come from;
+    /// false where one of them needs a closer look.
+    pub(crate) fn accept_lanes<const N: usize>(
+        &mut self,
+        solution: &[[f64; N]],
+        factors: &[[f64; N]],
+    ) -> bool {
+        if self.active.len() + self.nq != solution.len() || self.augmented.is_some() {
+            return false;
+        }
+        self.factors = Factors::Recorded;
+        self.elimination.accept_lanes(factors[..solution.len()].iter().copied())
+            && self.elimination.rank_margin() > REFINED_BELOW
+            && solution.as_flattened().iter().fold(true, |all, value| all & value.is_finite())
+    }
+
+    /// Takes the factors of one of these states.
+    pub(crate) fn take_lane<const N: usize>(&mut self, (factors, lane): (&[[f64; N]], usize)) {
+        self.elimination.take(factors.iter().map(|factor| factor[lane]));
     }
 
     /// As [`MultiplierSystem::limit_into`], refined; the multipliers are the smallest ones where they

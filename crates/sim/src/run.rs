@@ -11,6 +11,7 @@ mod ending;
 mod explicit;
 pub(crate) mod hold;
 pub(crate) mod implicit;
+mod lanes;
 pub(crate) mod mechanism;
 mod observer;
 mod pace;
@@ -33,6 +34,7 @@ mod summary;
 use bksim_dae::SolveError;
 
 pub use self::checkpoint::{RunCheckpoint, Unfit};
+pub use self::explicit::cheapest_explicit;
 pub use self::observer::{Observer, Segment, WithSensitivities};
 pub use self::pace::Slowness;
 pub use self::problem::Problem;

@@ -6,11 +6,8 @@
 //! r_1 = y1 − y0,  r_2 = h f0 − r_1,  r_3 = r_1 − h f1 − r_2,  r_{4+k} = h Σ_j d_kj k_j
 //! ```
 //!
-//! HNW1 §II.6 (E. Hairer, S. P. Nørsett, G. Wanner, *Solving Ordinary Differential Equations I*);
+//! with more terms of the same kind where the method is of a higher order. HNW1 §II.6 (E. Hairer, S. P. Nørsett, G. Wanner, *Solving Ordinary Differential Equations I*);
 //! the form of `DOP853`.
-
-/// Coefficients `r_1 … r_7`.
-const N_TERMS: usize = 7;
 
 /// The polynomial of the last accepted step; its buffers are allocated once.
 #[derive(Clone, Debug)]
@@ -19,20 +16,35 @@ pub(crate) struct ContinuousExtension {
     pub(crate) h: f64,
     /// State at `t0`, length `n`.
     pub(crate) y0: Vec<f64>,
-    /// `r_1 … r_7`, one after the other.
+    /// `r_1 … r_7`, or more, one after the other.
     pub(crate) terms: Vec<f64>,
+    /// Their number, the degree of the polynomial.
+    pub(crate) degree: usize,
+    /// Evaluations of `f` in sequence that the method takes for a step.
+    pub(crate) n_stages: usize,
 }
 
 impl ContinuousExtension {
-    pub(crate) fn new(n: usize) -> Self {
-        Self { t0: 0.0, h: 0.0, y0: vec![0.0; n], terms: vec![0.0; N_TERMS * n] }
+    pub(crate) fn new(n: usize, degree: usize, n_stages: usize) -> Self {
+        let (y0, terms) = (vec![0.0; n], vec![0.0; degree * n]);
+        Self { t0: 0.0, h: 0.0, y0, terms, degree, n_stages }
+    }
+
+    /// The first three terms of unknown `i`, from its derivative at the start and both at the end.
+    pub(crate) fn take_ends(&mut self, i: usize, (f0, y1, f1): (f64, f64, f64)) {
+        let n = self.y0.len();
+        let change = y1 - self.y0[i];
+        let second = self.h * f0 - change;
+        self.terms[i] = change;
+        self.terms[n + i] = second;
+        self.terms[2 * n + i] = change - self.h * f1 - second;
     }
 
     /// Writes `u(θ)`.
     pub(crate) fn value_into(&self, theta: f64, out: &mut [f64]) {
         let n = self.y0.len();
         for (i, out) in out.iter_mut().enumerate() {
-            let (value, _) = horner(theta, |k| self.terms[k * n + i]);
+            let (value, _) = horner(self.degree, theta, |k| self.terms[k * n + i]);
             *out = self.y0[i] + value;
         }
     }
@@ -41,15 +53,15 @@ impl ContinuousExtension {
     pub(crate) fn derivative_into(&self, theta: f64, out: &mut [f64]) {
         let n = self.y0.len();
         for (i, out) in out.iter_mut().enumerate() {
-            let (_, slope) = horner(theta, |k| self.terms[k * n + i]);
+            let (_, slope) = horner(self.degree, theta, |k| self.terms[k * n + i]);
             *out = slope / self.h;
         }
     }
 }
 
 /// `u(θ) − y0` and its derivative by `θ`, from the inside out.
-fn horner(theta: f64, term: impl Fn(usize) -> f64) -> (f64, f64) {
-    (0..N_TERMS).rev().fold((0.0, 0.0), |(value, slope), k| {
+fn horner(n_terms: usize, theta: f64, term: impl Fn(usize) -> f64) -> (f64, f64) {
+    (0..n_terms).rev().fold((0.0, 0.0), |(value, slope), k| {
         let inner = term(k) + value;
         // Even terms have the factor θ, odd ones the factor 1 − θ.
         if k % 2 == 0 {
@@ -58,4 +70,9 @@ fn horner(theta: f64, term: impl Fn(usize) -> f64) -> (f64, f64) {
             ((1.0 - theta) * inner, (1.0 - theta) * slope - inner)
         }
     })
+}
+
+/// The factor of term `k` of so many in `u(θ)`, and its derivative.
+pub(crate) fn basis(n_terms: usize, k: usize, theta: f64) -> (f64, f64) {
+    horner(n_terms, theta, |j| if j == k { 1.0 } else { 0.0 })
 }

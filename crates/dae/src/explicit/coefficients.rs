@@ -10,10 +10,10 @@
 //! Stages count from zero. Stage 12 is the derivative at the end of the step, the first stage of
 //! the next one; stages 13 to 15 serve the extension only.
 
-use crate::dense::EXPLICIT_STAGES;
-
 /// Stages of the method itself.
-pub(super) const N_STAGES: usize = EXPLICIT_STAGES;
+pub(super) const N_STAGES: usize = 12;
+/// Terms of the continuous extension.
+pub(super) const N_TERMS: usize = 7;
 /// Stages with those of the continuous extension.
 pub(super) const N_EXTENDED: usize = 16;
 

@@ -1,18 +1,18 @@
 //! The next step size: PI control (HNW1 §IV.2 of volume II, Gustafsson 1991).
 //!
 //! ```text
-//! h_new = 0.9 h err^{−α} err_old^{β},  α = 1/8 − 0.2 β
+//! h_new = 0.9 h err^{−α} err_old^{β},  α = 1/p − 0.2 β
 //! ```
+//!
+//! `p` is the order of the error estimate plus one: 8 for the method of Dormand and Prince.
 
 use std::ops::AddAssign;
 
-/// Reciprocal of the order of the error estimate plus one.
-const EXPONENT: f64 = 1.0 / 8.0;
-/// Weight of the last error. `DOP853` has zero; measured on the pendulum at 1e-4 to 1e-10, 0.07
-/// leaves 0 to 3 rejected steps of 50 to 250, where zero leaves 9 to 25, and a third of a digit
-/// more for the same work. Beyond 0.1 the exponents nearly cancel and the step grows only far below
-/// the tolerance.
-const BETA: f64 = 0.07;
+/// Weight of the last error, as a part of the exponent of this one. `DOP853` has zero; measured on the pendulum
+/// at 1e-4 to 1e-10, 0.07 at the exponent 1/8 leaves 0 to 3 rejected steps of 50 to 250, where zero leaves 9
+/// to 25, and a third of a digit more for the same work. Beyond 0.1 the exponents nearly cancel and the step
+/// grows only far below the tolerance.
+const MEMORY: f64 = 0.56;
 const SAFETY: f64 = 0.9;
 /// Largest growth and strongest cut of one step.
 const MAX_GROWTH: f64 = 6.0;
@@ -27,6 +27,8 @@ const OF_NOISE: f64 = 3.0;
 /// State of the controller between two steps.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct PiController {
+    /// 1/p.
+    pub(super) exponent: f64,
     pub(super) last_error: f64,
     /// The step is tried again.
     pub(super) is_retry: bool,
@@ -58,18 +60,18 @@ impl AddAssign for Noise {
     }
 }
 
-impl Default for PiController {
-    fn default() -> Self {
+impl PiController {
+    /// Before the first step, for estimates of this order plus one.
+    pub(super) fn new(p: usize) -> Self {
         Self {
+            exponent: 1.0 / p as f64,
             last_error: MIN_REMEMBERED_ERROR,
             is_retry: false,
             rejected: None,
             noise: Noise::default(),
         }
     }
-}
 
-impl PiController {
     /// Compares an attempt with the larger one before it, if that was rejected.
     fn compare(&mut self, h: f64, error: f64) {
         let Some((larger, before)) = self.rejected.take() else { return };
@@ -83,8 +85,10 @@ impl PiController {
     /// The size of the step after an accepted one of size `h`.
     pub(super) fn after_accept(&mut self, h: f64, error: f64) -> f64 {
         self.compare(h, error);
-        let proposed =
-            SAFETY * error.max(1e-12).powf(-(EXPONENT - 0.2 * BETA)) * self.last_error.powf(BETA);
+        let beta = MEMORY * self.exponent;
+        let proposed = SAFETY
+            * error.max(1e-12).powf(-(self.exponent - 0.2 * beta))
+            * self.last_error.powf(beta);
         let factor = proposed.clamp(MAX_CUT, if self.is_retry { 1.0 } else { MAX_GROWTH });
         self.last_error = error.max(MIN_REMEMBERED_ERROR);
         self.is_retry = false;
@@ -96,7 +100,7 @@ impl PiController {
         self.compare(h, error);
         self.rejected = error.is_finite().then_some((h, error));
         self.is_retry = true;
-        let factor = SAFETY * error.powf(-(EXPONENT - 0.2 * BETA));
+        let factor = SAFETY * error.powf(-(self.exponent - 0.2 * MEMORY * self.exponent));
         h * if factor.is_finite() { factor.clamp(MAX_CUT, SAFETY) } else { MAX_CUT }
     }
 

@@ -1,46 +1,67 @@
 //! One attempt at an explicit step: stages, result, error estimate, extension. No policy.
 
-use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES, Term};
+use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES, N_TERMS};
+use super::derivative;
+use super::extrapolation::{Ends, Extrapolation};
+use super::picard::{self, Picard};
+use super::sums::{Columns, combine};
 use crate::dense::ContinuousExtension;
 use crate::error::WorstUnknown;
 use crate::scale::{Scale, Unit};
-use crate::settings::Settings;
+use crate::settings::{ExplicitMethod, Settings};
 use crate::stats::Stats;
-use crate::system::{Index, Layout, NotFinite, Ode};
+use crate::system::{Layout, NotFinite, Ode};
 
 /// Buffers of one step, allocated once.
 pub(super) struct StageWork {
-    /// `k_0 … k_15`, one after the other.
-    k: Vec<f64>,
+    /// `k_0 … k_15`.
+    k: Columns,
+    /// Start of the step.
+    y0: Columns,
     /// Argument of the stage evaluated last.
-    argument: Vec<f64>,
+    argument: Columns,
     /// Argument of stage 11, which lies at the end of the step.
-    last_argument: Vec<f64>,
+    last_argument: Columns,
     /// End of the step and its derivative.
-    pub(super) y1: Vec<f64>,
+    pub(super) y1: Columns,
     pub(super) f1: Vec<f64>,
-    error5: Vec<f64>,
-    error3: Vec<f64>,
+    error5: Columns,
+    error3: Columns,
     scale: Scale,
     unit: Unit,
-    /// All [`Index::One`]: powers of `h` do not enter.
-    index: Vec<Index>,
+    /// In the place of the stages.
+    extrapolation: Option<Box<(Extrapolation, Picard)>>,
 }
 
 impl StageWork {
     pub(super) fn new(n: usize, settings: &Settings) -> Self {
-        let zero = || vec![0.0; n];
+        let zero = || Columns::new(n, 1);
         Self {
-            k: vec![0.0; N_EXTENDED * n],
+            k: Columns::new(n, N_EXTENDED),
+            y0: zero(),
             argument: zero(),
             last_argument: zero(),
             y1: zero(),
-            f1: zero(),
+            f1: vec![0.0; n],
             error5: zero(),
             error3: zero(),
             scale: Scale::new(n),
             unit: Unit::new(settings),
-            index: vec![Index::One; n],
+            extrapolation: match settings.explicit {
+                ExplicitMethod::DormandPrince => None,
+                ExplicitMethod::Extrapolation { columns } => {
+                    Some(Box::new((Extrapolation::new(n, columns), Picard::new(n))))
+                }
+            },
+        }
+    }
+
+    /// Room for the dense output of a step.
+    pub(super) fn extension(&self) -> ContinuousExtension {
+        let n = self.f1.len();
+        match &self.extrapolation {
+            None => ContinuousExtension::new(n, N_TERMS, N_STAGES),
+            Some(method) => ContinuousExtension::new(n, picard::N_TERMS, method.0.n_stages()),
         }
     }
 
@@ -53,7 +74,7 @@ impl StageWork {
         out: &mut [f64],
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
-        self.argument.copy_from_slice(y);
+        self.argument.values_mut().copy_from_slice(y);
         derivative(system, t, y, out, stats)
     }
 
@@ -65,15 +86,36 @@ impl StageWork {
         (y, ydot): (&[f64], &[f64]),
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
-        let n = y.len();
-        self.k[..n].copy_from_slice(ydot);
-        for i in 1..N_STAGES {
-            self.stage(system, i, (t, h), y, stats)?;
+        self.y0.values_mut().copy_from_slice(y);
+        self.k.column_mut(0).copy_from_slice(ydot);
+        if self.extrapolation.is_some() {
+            return self.extrapolate(system, (t, h), ydot, stats);
         }
-        self.last_argument.copy_from_slice(&self.argument);
-        combine(h, A[N_STAGES], &self.k, &mut self.y1);
-        self.y1.iter_mut().zip(y).for_each(|(y1, y)| *y1 += y);
+        for i in 1..N_STAGES {
+            self.stage(system, i, (t, h), stats)?;
+        }
+        std::mem::swap(&mut self.last_argument, &mut self.argument);
+        combine(h, A[N_STAGES], &self.k, Some(&self.y0), &mut self.y1);
         Ok(())
+    }
+
+    /// `y1` by extrapolation; what stage 11 is otherwise, a state near it is here.
+    fn extrapolate<S: Ode>(
+        &mut self,
+        system: &mut S,
+        at: (f64, f64),
+        ydot: &[f64],
+        stats: &mut Stats,
+    ) -> Result<(), NotFinite> {
+        let Self { extrapolation, y0, y1, k, last_argument, error5: error, argument, .. } = self;
+        let Some(method) = extrapolation else { return Ok(()) };
+        let (near, f_near) = (last_argument.values_mut(), k.column_mut(N_STAGES - 1));
+        let ends = Ends { y1, error, near, f_near };
+        let found = method.0.step(system, at, (y0.values(), ydot), ends, stats);
+        if found.is_err() {
+            method.0.argument_into(argument.values_mut());
+        }
+        found
     }
 
     fn stage<S: Ode>(
@@ -81,26 +123,23 @@ impl StageWork {
         system: &mut S,
         i: usize,
         (t, h): (f64, f64),
-        y: &[f64],
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
-        let n = y.len();
-        combine(h, A[i], &self.k, &mut self.argument);
-        self.argument.iter_mut().zip(y).for_each(|(argument, y)| *argument += y);
-        let (_, rest) = self.k.split_at_mut(i * n);
-        derivative(system, t + C[i] * h, &self.argument, &mut rest[..n], stats)
+        combine(h, A[i], &self.k, Some(&self.y0), &mut self.argument);
+        derivative(system, t + C[i] * h, self.argument.values(), self.k.column_mut(i), stats)
     }
 
     /// The error estimate in units of the tolerance, and [`StageWork::worst`] prepared.
     pub(super) fn error(&mut self, h: f64, y: &[f64]) -> f64 {
         // The larger of both ends is the magnitude an error is relative to.
-        for ((size, y), y1) in self.argument.iter_mut().zip(y).zip(&self.y1) {
-            *size = y.abs().max(y1.abs());
+        let ends = y.iter().zip(self.y1.values());
+        self.scale.weigh(&self.unit, ends.map(|(y, y1)| y.abs().max(y1.abs())));
+        if self.extrapolation.is_some() {
+            return self.scale.rms(self.error5.values());
         }
-        self.scale.update(&self.unit, &self.index, &self.argument, 1.0);
-        combine(h, E5, &self.k, &mut self.error5);
-        combine(h, E3, &self.k, &mut self.error3);
-        let [five, three] = [self.scale.rms(&self.error5), self.scale.rms(&self.error3)];
+        combine(h, E5, &self.k, None, &mut self.error5);
+        combine(h, E3, &self.k, None, &mut self.error3);
+        let [five, three] = [&self.error5, &self.error3].map(|e| self.scale.rms(e.values()));
         if five == 0.0 && three == 0.0 {
             return 0.0;
         }
@@ -114,24 +153,27 @@ impl StageWork {
         t1: f64,
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
-        system.project(t1, &mut self.y1)?;
-        self.argument.copy_from_slice(&self.y1);
-        derivative(system, t1, &self.y1, &mut self.f1, stats)
+        system.project(t1, self.y1.values_mut())?;
+        let found = derivative(system, t1, self.y1.values(), &mut self.f1, stats);
+        if found.is_err() {
+            self.argument.values_mut().copy_from_slice(self.y1.values());
+        }
+        found
     }
 
     /// `|h| ρ`, see `stiffness`.
     pub(super) fn stability(&mut self, h: f64) -> f64 {
-        let n = self.y1.len();
-        let last = &self.k[(N_STAGES - 1) * n..N_STAGES * n];
-        for (difference, (f1, k)) in self.error5.iter_mut().zip(self.f1.iter().zip(last)) {
+        let last = self.k.column(N_STAGES - 1);
+        for (difference, (f1, k)) in
+            self.error5.values_mut().iter_mut().zip(self.f1.iter().zip(last))
+        {
             *difference = f1 - k;
         }
-        for (difference, (y1, argument)) in
-            self.error3.iter_mut().zip(self.y1.iter().zip(&self.last_argument))
-        {
+        let ends = self.y1.values().iter().zip(self.last_argument.values());
+        for (difference, (y1, argument)) in self.error3.values_mut().iter_mut().zip(ends) {
             *difference = y1 - argument;
         }
-        let ratio = self.scale.rms(&self.error5) / self.scale.rms(&self.error3);
+        let ratio = self.scale.rms(self.error5.values()) / self.scale.rms(self.error3.values());
         if ratio.is_finite() { ratio * h.abs() } else { 0.0 }
     }
 
@@ -145,19 +187,20 @@ impl StageWork {
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
         let (n, at) = (y1.len(), (last.t0, last.h));
-        self.k[N_STAGES * n..(N_STAGES + 1) * n].copy_from_slice(f1);
-        for i in N_STAGES + 1..N_EXTENDED {
-            self.stage(system, i, at, &last.y0, stats)?;
+        if let Some(method) = &mut self.extrapolation {
+            let ends = (self.k.column(0), y1, f1);
+            return method.1.extend(system, last, ends, &self.scale, stats);
         }
-        for i in 0..n {
-            let change = y1[i] - last.y0[i];
-            let second = last.h * self.k[i] - change;
-            last.terms[i] = change;
-            last.terms[n + i] = second;
-            last.terms[2 * n + i] = change - last.h * f1[i] - second;
+        self.k.column_mut(N_STAGES).copy_from_slice(f1);
+        for i in N_STAGES + 1..N_EXTENDED {
+            self.stage(system, i, at, stats)?;
+        }
+        for (i, &f0) in self.k.column(0).iter().enumerate() {
+            last.take_ends(i, (f0, y1[i], f1[i]));
         }
         for (row, terms) in D.iter().zip(last.terms[3 * n..].chunks_exact_mut(n.max(1))) {
-            combine(last.h, row, &self.k, terms);
+            combine(last.h, row, &self.k, None, &mut self.argument);
+            terms.copy_from_slice(self.argument.values());
         }
         Ok(())
     }
@@ -171,15 +214,15 @@ impl StageWork {
         (y, f): (&[f64], &[f64]),
         stats: &mut Stats,
     ) -> f64 {
-        self.scale.update(&self.unit, &self.index, y, 1.0);
+        self.scale.weigh(&self.unit, y.iter().copied());
         let (size, slope) = (self.scale.rms(y), self.scale.rms(f));
         let trial = if size.min(slope) <= 1e-5 { 1e-6 } else { 0.01 * size / slope };
         let trial = trial.min(span.abs()).copysign(span);
 
-        for (argument, (y, f)) in self.argument.iter_mut().zip(y.iter().zip(f)) {
+        for (argument, (y, f)) in self.argument.values_mut().iter_mut().zip(y.iter().zip(f)) {
             *argument = y + trial * f;
         }
-        if derivative(system, t + trial, &self.argument, &mut self.f1, stats).is_err() {
+        if derivative(system, t + trial, self.argument.values(), &mut self.f1, stats).is_err() {
             return 0.01 * trial.abs();
         }
         self.f1.iter_mut().zip(f).for_each(|(f1, f)| *f1 -= f);
@@ -195,35 +238,11 @@ impl StageWork {
 
     /// Argument of the stage evaluated last.
     pub(super) fn argument(&self) -> &[f64] {
-        &self.argument
+        self.argument.values()
     }
 
     /// The unknowns with the largest scaled error of order 5 in the last estimate.
     pub(super) fn worst(&self, layout: &Layout) -> Vec<WorstUnknown> {
-        self.scale.worst(layout, &self.error5)
+        self.scale.worst(layout, self.error5.values())
     }
-}
-
-/// `out = h Σ factor_j k_j`.
-fn combine(h: f64, row: &[Term], k: &[f64], out: &mut [f64]) {
-    let n = out.len();
-    out.fill(0.0);
-    for &(j, factor) in row {
-        let factor = h * factor;
-        for (out, k) in out.iter_mut().zip(&k[j * n..(j + 1) * n]) {
-            *out += factor * k;
-        }
-    }
-}
-
-fn derivative<S: Ode>(
-    system: &mut S,
-    t: f64,
-    y: &[f64],
-    out: &mut [f64],
-    stats: &mut Stats,
-) -> Result<(), NotFinite> {
-    stats.n_residual += 1;
-    system.derivative(t, y, out)?;
-    out.iter().position(|x| !x.is_finite()).map_or(Ok(()), |row| Err(NotFinite { row }))
 }

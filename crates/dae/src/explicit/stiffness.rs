@@ -5,11 +5,9 @@
 //! ```
 //!
 //! for the argument `Y` of the last stage, close to `y1` at the same time. The method is stable on
-//! the negative axis up to 6.1.
+//! the negative axis up to [`crate::ExplicitMethod::stable_range`].
 
-/// Beyond this `h ρ`, stability limits the step (code of `DOP853`).
-const STABILITY_LIMIT: f64 = 6.1;
-/// So many steps beyond the limit are stiffness,
+/// So many steps beyond the stable range are stiffness,
 const STIFF_AFTER: usize = 15;
 /// so many in sequence within it forget them.
 const FORGET_AFTER: usize = 6;
@@ -24,10 +22,10 @@ pub(super) struct StiffnessTest {
 }
 
 impl StiffnessTest {
-    /// Takes note of `h ρ` of an accepted step.
-    pub(super) fn observe(&mut self, h_rho: f64) {
+    /// Takes note of `h ρ` of an accepted step, and how large it may be.
+    pub(super) fn observe(&mut self, h_rho: f64, stable_range: f64) {
         self.last = h_rho;
-        if h_rho > STABILITY_LIMIT {
+        if h_rho > stable_range {
             self.n_beyond += 1;
             self.n_within = 0;
         } else if self.n_beyond > 0 {

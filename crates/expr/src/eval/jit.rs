@@ -53,7 +53,7 @@ pub enum JitError {
 }
 
 /// Longest body that is compiled: some two seconds, and as many bytes of code as ten times its instructions.
-const MOST_INSTRUCTIONS: usize = 500_000;
+pub(super) const MOST_INSTRUCTIONS: usize = 500_000;
 
 /// Machine code of one [`Tape`].
 ///
@@ -80,8 +80,8 @@ const MOST_INSTRUCTIONS: usize = 500_000;
 pub struct MachineCode {
     /// One for each section of the body, in order.
     functions: Vec<Compiled>,
-    /// Owns the memory of `functions`; always present until dropped.
-    module: Mutex<Option<JITModule>>,
+    /// Owns the memory of `functions`.
+    _memory: Memory,
     n_registers: usize,
     n_inputs: usize,
     n_outputs: usize,
@@ -120,7 +120,7 @@ impl Tape {
                 let functions = ids.into_iter().map(function).collect();
                 Ok(MachineCode {
                     functions,
-                    module: Mutex::new(Some(module)),
+                    _memory: Memory(Mutex::new(Some(module))),
                     n_registers: self.n_registers,
                     n_inputs: self.n_inputs,
                     n_outputs: self.outputs.len(),
@@ -151,11 +151,35 @@ impl MachineCode {
     }
 }
 
-impl Drop for MachineCode {
+/// Memory with machine code; always present until dropped.
+pub(super) struct Memory(Mutex<Option<JITModule>>);
+
+impl Memory {
+    /// Memory with the bytes of a function, and its address.
+    ///
+    /// # Errors
+    /// [`JitError`] when there is none.
+    #[cfg(target_arch = "x86_64")]
+    pub(super) fn of(bytes: &[u8]) -> Result<(Self, *const u8), JitError> {
+        let mut module = module()?;
+        let mut define = || {
+            let signature = signature(&module);
+            let id = module.declare_function("tape", Linkage::Export, &signature)?;
+            module.define_function_bytes(id, 32, bytes, &[])?;
+            module.finalize_definitions()?;
+            Ok(id)
+        };
+        let id: Result<FuncId, ModuleError> = define();
+        let address = id.map(|id| module.get_finalized_function(id));
+        Ok((Self(Mutex::new(Some(module))), address.map_err(Box::new)?))
+    }
+}
+
+impl Drop for Memory {
     fn drop(&mut self) {
-        let module = self.module.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let module = self.0.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
         if let Some(module) = module.take() {
-            // SAFETY: `functions` are private and only called through a borrow of `self`.
+            // SAFETY: functions in this memory are only called through borrows of its owner.
             unsafe { module.free_memory() };
         }
     }
@@ -255,6 +279,7 @@ fn define(module: &mut JITModule, tape: &Tape) -> Result<Vec<FuncId>, Box<Module
     Ok(ids)
 }
 
+/// Three pointers and no result.
 fn signature(module: &JITModule) -> Signature {
     let mut signature = module.make_signature();
     signature.params.extend([AbiParam::new(I64); 3]);

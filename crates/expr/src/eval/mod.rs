@@ -5,6 +5,7 @@
 //! interpreter   a tape at one point: the reference for all that follow
 //! batch         a tape at many points, some dozens of them at each instruction
 //! jit           a tape as machine code, one point at a time (feature `jit`); sections: in several functions
+//! quads         a tape at four points at once, in the lanes of registers
 //! runner        a tape that is interpreted until machine code pays
 //! ```
 //!
@@ -17,6 +18,7 @@ mod batch;
 mod interpreter;
 #[cfg(feature = "jit")]
 mod jit;
+mod quads;
 mod reference;
 mod runner;
 #[cfg(feature = "jit")]
@@ -26,5 +28,6 @@ pub use batch::Batch;
 pub use interpreter::Workspace;
 #[cfg(feature = "jit")]
 pub use jit::{JitError, MachineCode};
+pub use quads::{QuadRunner, QuadWorkspace};
 pub use reference::{DomainFault, EvalError};
 pub use runner::{Jit, Runner};

@@ -188,7 +188,7 @@ impl Elimination {
     }
 
     /// The elimination and the solution for one right side, carried out with expressions: the
-    /// solution, coordinates first, and the factors for [`Elimination::adopt`].
+    /// solution, coordinates first, and the factors for [`Elimination::take`].
     pub(crate) fn with_expressions(
         &self,
         pool: &Pool,
@@ -238,19 +238,40 @@ impl Elimination {
         (solution, values)
     }
 
-    /// Takes factors that were computed elsewhere: the diagonal, then the entries below it, in this
-    /// order of elimination.
-    ///
-    /// # Errors
-    /// As for [`Elimination::factor`].
-    pub(crate) fn adopt(&mut self, factors: &[f64]) -> Result<(), Singular> {
-        self.values[..factors.len()].copy_from_slice(factors);
-        self.rank_margin = 1.0;
-        for k in 0..self.nodes.len() {
-            self.best[k] = self.best[k].max(self.values[k]);
-            self.checked_pivot(k)?;
+    /// Looks at pivots that were computed elsewhere, in this order of elimination; false where one of them
+    /// vanishes, has the wrong sign or is not finite.
+    pub(crate) fn accept_pivots(&mut self, pivots: &[f64]) -> bool {
+        self.accept_lanes(pivots.iter().map(|&pivot| [pivot]))
+    }
+
+    /// The same for the pivots of several states at once.
+    pub(crate) fn accept_lanes<const N: usize>(
+        &mut self,
+        pivots: impl Iterator<Item = [f64; N]>,
+    ) -> bool {
+        let Self { nq, nodes, best, .. } = self;
+        let (mut are_regular, mut margin) = (true, 1.0);
+        for ((best, &node), pivots) in best.iter_mut().zip(&*nodes).zip(pivots) {
+            let is_multiplier = node >= *nq;
+            let magnitudes = pivots.map(|pivot| if is_multiplier { -pivot } else { pivot });
+            let largest = magnitudes.iter().fold(*best, |a, &b| if b > a { b } else { a });
+            *best = largest;
+            // NaN fails the comparison.
+            let floor = SMALLEST_PIVOT * largest;
+            are_regular &= magnitudes.iter().fold(true, |all, &m| all & (m > floor));
+            let least = magnitudes.iter().fold(largest, |a, &b| if b < a { b } else { a });
+            if is_multiplier && least < margin * largest {
+                margin = least / largest;
+            }
         }
-        Ok(())
+        self.rank_margin = if are_regular { margin } else { 0.0 };
+        are_regular
+    }
+
+    /// Takes factors that were computed elsewhere and whose pivots were accepted: the diagonal, then the
+    /// entries below it, in this order of elimination.
+    pub(crate) fn take(&mut self, factors: impl Iterator<Item = f64>) {
+        self.values.iter_mut().zip(factors).for_each(|(own, factor)| *own = factor);
     }
 
     /// Distance of G from a loss of rank: the smallest pivot of a multiplier as a part of its best so

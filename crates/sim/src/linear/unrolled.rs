@@ -19,7 +19,7 @@ const LARGEST: usize = 1000;
 pub(crate) struct UnrolledSolve {
     /// v̇, nq, then λ, nc.
     pub(crate) solution: Vec<Expr>,
-    /// The factors, see [`Elimination::adopt`].
+    /// The factors, see [`Elimination::take`].
     pub(crate) factors: Vec<Expr>,
 }
 

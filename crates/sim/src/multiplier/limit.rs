@@ -44,11 +44,8 @@ impl MultiplierSystem {
     ) -> Result<Solution, NotFinite> {
         const PASSES: usize = 3;
         // A small mechanism has straight-line code, which answers away from singular poses.
-        if self.active.len() == lambda.len()
-            && self.augmented.is_none()
-            && let Some(line) = evaluator.unrolled(t, q, v)
-            && self.adopt_into(line, vdot, lambda)
-        {
+        if self.line_into(evaluator, t, (q, v), vdot, lambda) {
+            self.take_factors(evaluator);
             return Ok(Solution::Regular);
         }
         // Elsewhere the factorisation tells whether the pose is singular.

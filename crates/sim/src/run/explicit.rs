@@ -11,14 +11,17 @@
 //! J. Numer. Anal. 30 (1993).
 
 use bksim_dae::{
-    Checkpoint, ExplicitSolver, Index, Layout, Loader, Method, Noise, NotFinite, Ode, Saver,
-    Settings, SolveError, Standstill, Start as From, Stats, Step, StepControl, Tolerance,
+    Checkpoint, ExplicitMethod, ExplicitSolver, Index, Lanes, Layout, Loader, Method, Noise,
+    NotFinite, Ode, Saver, Settings, SolveError, Standstill, Start as From, Stats, Step,
+    StepControl, Tolerance,
 };
 
 use super::dense::DenseOutput;
 use super::ending::PhaseEnd;
+use super::lanes::LaneMotion;
 use super::mechanism::PhaseMechanism;
 use super::problem::Problem;
+use super::race::LARGE;
 use super::singular::{NOTICEABLE, REGULAR, Sighting, SingularMonitor};
 use super::stepper::Stepper;
 use crate::compiled::CompiledSystem;
@@ -26,7 +29,7 @@ use crate::evaluator::Evaluator;
 use crate::hybrid::EventMonitor;
 use crate::multiplier::MultiplierSystem;
 use crate::state::State;
-use bksim_model::{self, SolveOptions};
+use bksim_model::{self, Outputs, SolveOptions};
 
 /// A mechanism as y′ = f(t, y).
 pub(crate) struct ExplicitMotion<'a> {
@@ -36,6 +39,20 @@ pub(crate) struct ExplicitMotion<'a> {
     pub(crate) least_margin: f64,
     layout: Layout,
     lambda: Vec<f64>,
+    /// The same at several states at once, where that is asked for.
+    lanes: Option<LaneMotion<'a>>,
+    last: LastFactors,
+}
+
+/// Where the factors of the last state are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum LastFactors {
+    /// With the multiplier system.
+    Taken,
+    /// With the evaluator.
+    OfOne,
+    /// With the states in lanes.
+    OfLanes,
 }
 
 /// The integrator is asked for this part of the tolerance: what it keeps below is the error of a
@@ -60,7 +77,15 @@ impl<'a> ExplicitMotion<'a> {
             least_margin: 1.0,
             layout: Layout::from_groups(&[(2 * compiled.nq() + 1, Index::One)]).with_names(names),
             lambda: vec![0.0; compiled.nc()],
+            lanes: None,
+            last: LastFactors::Taken,
         }
+    }
+
+    /// The same motion, at several states at once where the mechanism is so small.
+    fn in_lanes(self, parameters: &[f64]) -> Self {
+        let compiled = self.evaluator.system();
+        Self { lanes: LaneMotion::new(compiled, parameters), ..self }
     }
 
     /// The integrator's settings for a model's options.
@@ -83,17 +108,33 @@ impl Ode for ExplicitMotion<'_> {
     }
 
     fn derivative(&mut self, t: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite> {
-        let Self { evaluator, multipliers, least_margin, lambda, .. } = self;
+        let Self { evaluator, multipliers, least_margin, lambda, last, .. } = self;
         let nq = (y.len() - 1) / 2;
         let (q, v) = y[..2 * nq].split_at(nq);
         let (qdot, rest) = ydot.split_at_mut(nq);
         let (vdot, power) = rest.split_at_mut(nq);
         qdot.copy_from_slice(v);
-        let solved = multipliers.limit_into(evaluator, t, (q, v), vdot, lambda);
-        solved.map_err(|NotFinite { row }| NotFinite { row: nq + row.min(nq) })?;
+        *last = LastFactors::OfOne;
+        if !multipliers.line_into(evaluator, t, (q, v), vdot, lambda) {
+            *last = LastFactors::Taken;
+            let solved = multipliers.limit_into(evaluator, t, (q, v), vdot, lambda);
+            solved.map_err(|NotFinite { row }| NotFinite { row: nq + row.min(nq) })?;
+        }
         *least_margin = least_margin.min(multipliers.rank_margin());
         power[0] = evaluator.power(t, q, v, lambda);
         Ok(())
+    }
+
+    fn derivative_lanes(&mut self, t: Lanes, y: &[Lanes], ydot: &mut [Lanes]) -> bool {
+        let Self { multipliers, lanes: Some(lanes), least_margin, last, .. } = self else {
+            return false;
+        };
+        if !lanes.derivative(multipliers, t, y, ydot) {
+            return false;
+        }
+        *least_margin = least_margin.min(multipliers.rank_margin());
+        *last = LastFactors::OfLanes;
+        true
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), NotFinite> {
@@ -101,6 +142,14 @@ impl Ode for ExplicitMotion<'_> {
         // stage closes it to rounding, but for long steps.
         const CLOSED: f64 = 1e-11;
         const MAX_PASSES: usize = 3;
+        match (self.last, &self.lanes) {
+            (LastFactors::OfOne, _) => self.multipliers.take_factors(&self.evaluator),
+            (LastFactors::OfLanes, Some(lanes)) => {
+                self.multipliers.take_lane(lanes.factors_near(t))
+            }
+            _ => (),
+        }
+        self.last = LastFactors::Taken;
         let nq = (y.len() - 1) / 2;
         let (q, rest) = y.split_at_mut(nq);
         let v = &mut rest[..nq];
@@ -129,6 +178,30 @@ pub(super) struct ExplicitStepper<'a> {
     passing: Option<f64>,
     /// Whether Radau takes over where the motion turns stiff.
     yields_to_radau: bool,
+    method: ExplicitMethod,
+}
+
+/// The explicit method for options that leave the choice, where accelerations can be had in lanes and nothing
+/// switches. Extrapolation has dear dense output, so that outputs must be few.
+pub fn cheapest_explicit(options: &SolveOptions) -> ExplicitMethod {
+    const FEW: f64 = 20.0;
+    let n_outputs = match &options.outputs {
+        Outputs::Even => (options.t_end - options.t_start).abs() / options.interval(),
+        // Whoever holds a run asks for any instant.
+        Outputs::Times(times) if !times.is_empty() => times.len() as f64,
+        Outputs::Times(_) | Outputs::Steps => f64::INFINITY,
+    };
+    // Measured on four mechanisms: at looser tolerances steps are so few and long that fewer stages are as cheap, at
+    // tighter ones rounding is near.
+    let is_fine = (1e-11..=1e-8).contains(&options.rtol);
+    if options.method != bksim_model::Method::Auto
+        || options.step.is_some()
+        || n_outputs > FEW
+        || !is_fine
+    {
+        return ExplicitMethod::DormandPrince;
+    }
+    ExplicitMethod::Extrapolation { columns: 7 }
 }
 
 /// The state that a phase of explicit steps begins with.
@@ -160,7 +233,17 @@ impl<'a> ExplicitStepper<'a> {
         let motion = ExplicitMotion::new(mechanism.compiled(), parameters, multipliers.clone());
         let y = [q.as_slice(), v, &[work]].concat();
         let from = From { t: *t, ydot: vec![0.0; y.len()], y };
-        let settings = ExplicitMotion::settings(options, q.len());
+        let mut settings = ExplicitMotion::settings(options, q.len());
+        let is_whole = multipliers.active_rows().len() == mechanism.compiled().nc();
+        let has_lanes = mechanism.compiled().has_lanes() && is_whole;
+        if has_lanes && monitor.is_none() && passing.is_none() {
+            settings.explicit = cheapest_explicit(options);
+        }
+        let method = settings.explicit;
+        let motion = match method {
+            ExplicitMethod::DormandPrince => motion,
+            ExplicitMethod::Extrapolation { .. } => motion.in_lanes(parameters),
+        };
         let solver = match saved {
             None => ExplicitSolver::new(motion, from, t_end, settings)?,
             Some(saved) => {
@@ -181,6 +264,7 @@ impl<'a> ExplicitStepper<'a> {
             margin: 1.0,
             least_margin: 1.0,
             passing,
+            method,
             yields_to_radau: options.method == bksim_model::Method::Auto && passing.is_none(),
         })
     }
@@ -241,7 +325,14 @@ impl Stepper for ExplicitStepper<'_> {
     }
 
     fn stability(&self) -> f64 {
-        self.solver.stability()
+        match self.method {
+            ExplicitMethod::DormandPrince => self.solver.stability(),
+            // Of its longer steps, accuracy leaves less of the stable range.
+            ExplicitMethod::Extrapolation { .. } => {
+                const FAR: f64 = 0.6;
+                self.solver.stability() * LARGE / (FAR * self.method.stable_range())
+            }
+        }
     }
 
     fn noise(&self) -> Noise {

@@ -17,7 +17,7 @@ const SMOOTH: f64 = 50.0;
 /// Where `h ρ` is smaller in the mean, accuracy limits explicit steps, which are stable up to six. Means of
 /// fifty steps of most mechanisms that are not stiff are below 0.5; a few reach 2, and lose
 /// some trials.
-const LARGE: f64 = 0.75;
+pub(super) const LARGE: f64 = 0.75;
 
 /// Attempts at an explicit step before the first trial.
 const FIRST_WAIT: usize = 300;

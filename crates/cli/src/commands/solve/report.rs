@@ -4,10 +4,11 @@ use std::path::Path;
 use std::time::Duration;
 
 use bksim::Mechanism;
+use bksim::dae::ExplicitMethod;
 use bksim::describe;
 use bksim::model::{Formulation, Outputs, SolveOptions};
 use bksim::options::described;
-use bksim::sim::run::{Integrator, Summary};
+use bksim::sim::run::{Integrator, Summary, cheapest_explicit};
 use bksim::sim::sensitivity::Sensitive;
 use serde_json::{Map, Value, json};
 
@@ -243,7 +244,12 @@ fn method(solve: &SolveOptions, method: Integrator) -> String {
         Formulation::Index1 => "index 1 with projection",
     };
     match method {
-        Integrator::Explicit => "explicit, Dormand–Prince 8(5,3)".to_owned(),
+        Integrator::Explicit => match cheapest_explicit(solve) {
+            ExplicitMethod::DormandPrince => "explicit, Dormand–Prince 8(5,3)".to_owned(),
+            ExplicitMethod::Extrapolation { .. } => {
+                "explicit, extrapolation or Dormand–Prince 8(5,3)".to_owned()
+            }
+        },
         Integrator::Radau => {
             let order = if solve.step.is_some() { "order 5" } else { "variable order" };
             format!("Radau IIA of {order}, {formulation}")

@@ -1,0 +1,151 @@
+//! Sums over the derivatives of the stages, in registers.
+//!
+//! Unknowns come in blocks as wide as the widest registers; the last block is filled up with zeros. Every
+//! unknown is summed by itself in the order of the terms, so that no bit depends on the width of registers.
+
+#![expect(clippy::inline_always, reason = "kernels are compiled with the registers of `run`")]
+
+use pulp::{Simd, WithSimd};
+
+use super::coefficients::Term;
+use crate::lanes::run;
+
+/// Unknowns of a block.
+const WIDTH: usize = 8;
+
+type Block = [f64; WIDTH];
+
+/// Columns of a table that is extrapolated, at most.
+pub(crate) const MOST_COLUMNS: usize = 7;
+
+/// A number for every unknown, or several such columns, in blocks.
+#[derive(Clone, Debug)]
+pub(super) struct Columns {
+    blocks: Vec<Block>,
+    n: usize,
+    /// Blocks of a column.
+    n_blocks: usize,
+}
+
+impl Columns {
+    pub(super) fn new(n: usize, n_columns: usize) -> Self {
+        let n_blocks = n.div_ceil(WIDTH);
+        Self { blocks: vec![[0.0; WIDTH]; n_columns * n_blocks], n, n_blocks }
+    }
+
+    /// The numbers of a column.
+    pub(super) fn column(&self, j: usize) -> &[f64] {
+        &self.blocks[j * self.n_blocks..].as_flattened()[..self.n]
+    }
+
+    /// The same, to be overwritten.
+    pub(super) fn column_mut(&mut self, j: usize) -> &mut [f64] {
+        &mut self.blocks[j * self.n_blocks..].as_flattened_mut()[..self.n]
+    }
+
+    /// The numbers of the only column.
+    pub(super) fn values(&self) -> &[f64] {
+        self.column(0)
+    }
+
+    /// The same, to be overwritten.
+    pub(super) fn values_mut(&mut self) -> &mut [f64] {
+        self.column_mut(0)
+    }
+}
+
+/// `out = y + h Σ factor_j k_j`; without `y`, the sum alone.
+pub(super) fn combine(h: f64, row: &[Term], k: &Columns, y: Option<&Columns>, out: &mut Columns) {
+    run(Combine { h, row, k, y, out });
+}
+
+struct Combine<'a> {
+    h: f64,
+    row: &'a [Term],
+    k: &'a Columns,
+    y: Option<&'a Columns>,
+    out: &'a mut Columns,
+}
+
+impl WithSimd for Combine<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { h, row, k, y, out } = self;
+        for (b, out) in out.blocks.iter_mut().enumerate() {
+            let mut sum = [0.0; WIDTH];
+            for &(j, factor) in row {
+                let factor = h * factor;
+                let k = &k.blocks[j * k.n_blocks + b];
+                for lane in 0..WIDTH {
+                    sum[lane] += factor * k[lane];
+                }
+            }
+            if let Some(y) = y {
+                let y = &y.blocks[b];
+                for lane in 0..WIDTH {
+                    sum[lane] += y[lane];
+                }
+            }
+            *out = sum;
+        }
+    }
+}
+
+/// The table of Aitken and Neville in `1/n_j²`, `n_j = 2 j`, from its first entries `T_j1`: its last entry,
+/// and by how much that differs from the one before in its row.
+pub(super) fn extrapolate(first: &Columns, end: &mut Columns, change: &mut Columns) {
+    run(Extrapolate { first, end, change });
+}
+
+/// `1/((n_j/n_{j−l})² − 1)`, with `j` counted from zero here.
+const WEIGHTS: [[f64; MOST_COLUMNS]; MOST_COLUMNS] = {
+    let mut weights = [[0.0; MOST_COLUMNS]; MOST_COLUMNS];
+    let mut j = 1;
+    while j < MOST_COLUMNS {
+        let mut l = 1;
+        while l <= j {
+            let [lower, upper] = [(j + 1 - l).pow(2), (j + 1).pow(2)];
+            weights[j][l] = lower as f64 / (upper - lower) as f64;
+            l += 1;
+        }
+        j += 1;
+    }
+    weights
+};
+
+struct Extrapolate<'a> {
+    first: &'a Columns,
+    end: &'a mut Columns,
+    change: &'a mut Columns,
+}
+
+impl WithSimd for Extrapolate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { first, end, change } = self;
+        for b in 0..first.n_blocks {
+            let mut table = [[0.0; WIDTH]; MOST_COLUMNS];
+            let own = first.blocks.iter().skip(b).step_by(first.n_blocks);
+            let s = table.iter_mut().zip(own).map(|(row, own)| *row = *own).count();
+            let mut last = [0.0; WIDTH];
+            for l in 1..s {
+                for j in (l..s).rev() {
+                    let weight = WEIGHTS[j][l];
+                    let (shorter, longer) = (table[j - 1], &mut table[j]);
+                    for lane in 0..WIDTH {
+                        last[lane] = (longer[lane] - shorter[lane]) * weight;
+                        longer[lane] += last[lane];
+                    }
+                    if j + 1 == s {
+                        change.blocks[b] = last;
+                    }
+                }
+            }
+            end.blocks[b] = table[s - 1];
+        }
+    }
+}

@@ -1,0 +1,405 @@
+//! Instructions of a tape as machine instructions: the place of every value, in a vector register or in
+//! memory.
+//!
+//! Values known beforehand and inputs are read from memory each time: an operand in memory costs nothing.
+//! Where registers are short, the value whose next use is farthest goes to memory (L. A. Belady 1966).
+//! Operations are those of the interpreter in the same order.
+
+use super::Extra;
+use super::assembler::{Argument, Assembler, Base, Opcode, Operand, Predicate, Vector};
+use crate::op::Function;
+use crate::tape::{Action, Instruction, Tape};
+
+/// Registers that hold values; the two after them are for the moment.
+const N_VECTORS: u8 = 14;
+const SCRATCH: [Vector; 2] = [Vector(14), Vector(15)];
+
+/// Addresses of the functions that code calls.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Callees {
+    /// `f(angles, n)`: n quads of angles become their sines, and the n after them their cosines.
+    pub(super) turn: u64,
+    /// `f(a, b, function)`: a quad becomes the function of it and another.
+    pub(super) elementary: u64,
+    /// The same for the general power.
+    pub(super) power: u64,
+}
+
+/// The bytes of the whole body.
+pub(super) fn assemble(tape: &Tape, callees: Callees) -> Vec<u8> {
+    let mut allocation = Allocation::new(tape, callees);
+    allocation.code.enter();
+    allocation.body();
+    allocation.code.leave();
+    allocation.code.bytes
+}
+
+struct Allocation<'a> {
+    tape: &'a Tape,
+    callees: Callees,
+    code: Assembler,
+    /// The value in each vector register.
+    values: [Option<usize>; N_VECTORS as usize],
+    /// The vector register of each value.
+    vectors: Vec<Option<Vector>>,
+    /// Whether memory holds the value.
+    is_stored: Vec<bool>,
+    uses: Uses,
+    /// Outputs by the register that holds them, in ascending order.
+    outputs: Vec<(usize, i32)>,
+}
+
+/// The instructions that read each value, and how many of them are done.
+struct Uses {
+    times: Vec<Vec<usize>>,
+    done: Vec<usize>,
+}
+
+impl Uses {
+    fn new(tape: &Tape) -> Self {
+        let mut times = vec![Vec::new(); tape.n_registers];
+        for (time, instruction) in tape.body.iter().enumerate() {
+            operands(tape, instruction).into_iter().for_each(|value| times[value].push(time));
+        }
+        Self { done: vec![0; times.len()], times }
+    }
+
+    /// The next instruction that reads a value.
+    fn next(&self, value: usize) -> Option<usize> {
+        self.times[value].get(self.done[value]).copied()
+    }
+
+    /// The instruction at `time` is done with a value.
+    fn pass(&mut self, value: usize, time: usize) {
+        while self.next(value).is_some_and(|next| next <= time) {
+            self.done[value] += 1;
+        }
+    }
+}
+
+/// Registers that an instruction reads.
+fn operands(tape: &Tape, instruction: &Instruction) -> Vec<usize> {
+    let &Instruction { action, a, b, c } = instruction;
+    let read: &[u32] = match action {
+        Action::Turn => tape.angles_of(instruction),
+        Action::Call(Function::If) => &[a, b, c],
+        Action::Negate => &[a],
+        Action::Call(function) if function.arity() == 1 => &[a],
+        _ => &[a, b],
+    };
+    read.iter().map(|&register| register as usize).collect()
+}
+
+/// The number of a quad in an array.
+fn number(n: usize) -> i32 {
+    i32::try_from(n).expect("tapes that are compiled have fewer than 2^31 registers")
+}
+
+impl<'a> Allocation<'a> {
+    fn new(tape: &'a Tape, callees: Callees) -> Self {
+        let outputs = tape.outputs.iter().zip(0..);
+        let mut outputs: Vec<(usize, i32)> = outputs.map(|(&r, n)| (r as usize, n)).collect();
+        outputs.sort_unstable();
+        let mut is_stored = vec![false; tape.n_registers];
+        is_stored[..tape.first_body].fill(true);
+        Self {
+            tape,
+            callees,
+            code: Assembler::default(),
+            values: [None; N_VECTORS as usize],
+            vectors: vec![None; tape.n_registers],
+            is_stored,
+            uses: Uses::new(tape),
+            outputs,
+        }
+    }
+
+    fn body(&mut self) {
+        (0..self.tape.first_body).for_each(|value| self.copy_to_outputs(value));
+        let mut result = self.tape.first_body;
+        for (time, instruction) in self.tape.body.iter().enumerate() {
+            self.instruction(time, instruction, result);
+            for value in operands(self.tape, instruction) {
+                self.release(value, time);
+            }
+            result += instruction.n_results();
+        }
+    }
+
+    fn instruction(&mut self, time: usize, instruction: &Instruction, result: usize) {
+        let [a, b, c] = [instruction.a, instruction.b, instruction.c].map(|r| r as usize);
+        let [sign, rest] = [Extra::SignMask, Extra::AbsMask]
+            .map(|extra| Operand::Memory(Base::Registers, self.extra(extra)));
+        match instruction.action {
+            Action::Add => self.commutative(Opcode::Add, [a, b], result, time),
+            Action::Multiply => self.commutative(Opcode::Multiply, [a, b], result, time),
+            Action::Subtract => self.binary(Opcode::Subtract, [a, b], result, time),
+            Action::Divide => self.binary(Opcode::Divide, [a, b], result, time),
+            Action::Negate => self.with(Opcode::Xor, [a, a], sign, result, time),
+            Action::Turn => self.turn(instruction, result),
+            Action::Power => self.call(self.callees.power, 0, [a, b], result),
+            Action::Call(Function::Abs) => {
+                self.with(Opcode::And, [a, a], rest, result, time);
+            }
+            Action::Call(Function::Sqrt) => self.root(a, result, time),
+            Action::Call(Function::Sign) => self.sign(a, result),
+            Action::Call(Function::If) => self.branch([a, b, c], result),
+            Action::Call(function) => match predicate(function) {
+                Some(predicate) => self.comparison(function, predicate, [a, b], result),
+                None => {
+                    let b = if function.arity() == 1 { a } else { b };
+                    self.call(self.callees.elementary, function as u32, [a, b], result);
+                }
+            },
+        }
+    }
+
+    /// Where a value is.
+    fn place(&self, value: usize) -> Operand {
+        let inputs = self.tape.input_registers();
+        match self.vectors[value] {
+            Some(vector) => Operand::Vector(vector),
+            None if inputs.contains(&value) => {
+                Operand::Memory(Base::Inputs, number(value - inputs.start))
+            }
+            None => Operand::Memory(Base::Registers, number(value)),
+        }
+    }
+
+    fn extra(&self, extra: Extra) -> i32 {
+        number(self.tape.n_registers + extra as usize)
+    }
+
+    fn commutative(&mut self, opcode: Opcode, [a, b]: [usize; 2], result: usize, time: usize) {
+        let is_swapped = self.vectors[a].is_none() && self.vectors[b].is_some();
+        self.binary(opcode, if is_swapped { [b, a] } else { [a, b] }, result, time);
+    }
+
+    fn binary(&mut self, opcode: Opcode, [a, b]: [usize; 2], result: usize, time: usize) {
+        let place = self.place(b);
+        self.with(opcode, [a, b], place, result, time);
+    }
+
+    /// `result = a op place` for the first of the operands; both are read before the result is written.
+    fn with(
+        &mut self,
+        opcode: Opcode,
+        operands: [usize; 2],
+        place: Operand,
+        result: usize,
+        time: usize,
+    ) {
+        let out = match self.place(operands[0]) {
+            first @ Operand::Vector(vector) => {
+                operands.into_iter().for_each(|value| self.release(value, time));
+                let out = self.free(&[first, place]);
+                self.code.operate(opcode, out, vector, place);
+                out
+            }
+            first @ Operand::Memory(..) => {
+                let out = self.free(&[place]);
+                self.code.load(out, first);
+                self.code.operate(opcode, out, out, place);
+                out
+            }
+        };
+        self.bind(result, out);
+    }
+
+    fn root(&mut self, a: usize, result: usize, time: usize) {
+        let place = self.place(a);
+        self.release(a, time);
+        let out = self.free(&[place]);
+        self.code.operate(Opcode::Sqrt, out, out, place);
+        self.bind(result, out);
+    }
+
+    /// `a` in a vector register, at worst one for the moment.
+    fn vector(&mut self, a: usize) -> Vector {
+        match self.place(a) {
+            Operand::Vector(vector) => vector,
+            place @ Operand::Memory(..) => {
+                self.code.load(SCRATCH[0], place);
+                SCRATCH[0]
+            }
+        }
+    }
+
+    /// A register for a result while all operands stay as they are, with one of them in it.
+    fn free_with(&mut self, first: usize, operands: &[usize]) -> Vector {
+        let places: Vec<Operand> = operands.iter().map(|&value| self.place(value)).collect();
+        let out = self.free(&places);
+        self.code.load(out, self.place(first));
+        out
+    }
+
+    /// One or zero by a comparison, or the operand that it prefers.
+    fn comparison(
+        &mut self,
+        function: Function,
+        predicate: Predicate,
+        [a, b]: [usize; 2],
+        result: usize,
+    ) {
+        let vector = self.vector(a);
+        let (other, mask) = (self.place(b), SCRATCH[1]);
+        let out = if matches!(function, Function::Min | Function::Max) {
+            // `a` where it compares so with `b` or is NaN, else `b`.
+            let out = self.free_with(b, &[a, b]);
+            self.code.compare(Predicate::Unordered, mask, vector, Operand::Vector(vector));
+            self.code.blend(out, out, Operand::Vector(vector), mask);
+            self.code.compare(predicate, mask, vector, other);
+            self.code.blend(out, out, Operand::Vector(vector), mask);
+            out
+        } else {
+            let out = self.free(&[Operand::Vector(vector), other]);
+            self.code.compare(predicate, out, vector, other);
+            let one = Operand::Memory(Base::Registers, self.extra(Extra::One));
+            self.code.operate(Opcode::And, out, out, one);
+            out
+        };
+        self.bind(result, out);
+    }
+
+    /// The sign of `a`, or `a` where it is zero or NaN.
+    fn sign(&mut self, a: usize, result: usize) {
+        let vector = self.vector(a);
+        let out = self.free(&[Operand::Vector(vector)]);
+        let [sign, one, zero] = [Extra::SignMask, Extra::One, Extra::Zero]
+            .map(|extra| Operand::Memory(Base::Registers, self.extra(extra)));
+        self.code.operate(Opcode::And, out, vector, sign);
+        self.code.operate(Opcode::Or, out, out, one);
+        self.code.compare(Predicate::EqualOrUnordered, SCRATCH[1], vector, zero);
+        self.code.blend(out, out, Operand::Vector(vector), SCRATCH[1]);
+        self.bind(result, out);
+    }
+
+    /// `if(a, b, c)`: c where a is zero, a where it is NaN, else b.
+    fn branch(&mut self, [a, b, c]: [usize; 3], result: usize) {
+        let vector = self.vector(a);
+        let out = self.free_with(b, &[a, b, c]);
+        let zero = Operand::Memory(Base::Registers, self.extra(Extra::Zero));
+        let (other, mask) = (self.place(c), SCRATCH[1]);
+        self.code.compare(Predicate::Equal, mask, vector, zero);
+        self.code.blend(out, out, other, mask);
+        self.code.compare(Predicate::Unordered, mask, vector, Operand::Vector(vector));
+        self.code.blend(out, out, Operand::Vector(vector), mask);
+        self.bind(result, out);
+    }
+
+    /// All angles at once, where their results will be.
+    fn turn(&mut self, instruction: &Instruction, result: usize) {
+        self.store_all();
+        let angles = self.tape.angles_of(instruction);
+        for (n, &angle) in angles.iter().enumerate() {
+            self.copy(angle as usize, number(result + n));
+        }
+        self.code.pass_address(Argument::First, number(result));
+        let n = u32::try_from(angles.len()).expect("fewer angles than registers");
+        self.code.pass_number(Argument::Second, n);
+        self.code.call(self.callees.turn);
+        (result..result + 2 * angles.len()).for_each(|value| self.bind_stored(value));
+    }
+
+    fn call(&mut self, callee: u64, function: u32, [a, b]: [usize; 2], result: usize) {
+        self.store_all();
+        let operand = self.extra(Extra::Operand);
+        self.copy(a, number(result));
+        self.copy(b, operand);
+        self.code.pass_address(Argument::First, number(result));
+        self.code.pass_address(Argument::Second, operand);
+        self.code.pass_number(Argument::Third, function);
+        self.code.call(callee);
+        self.bind_stored(result);
+    }
+
+    /// A stored value into another quad of the registers.
+    fn copy(&mut self, value: usize, to: i32) {
+        let place = self.place(value);
+        self.code.load(SCRATCH[0], place);
+        self.code.store(Base::Registers, to, SCRATCH[0]);
+    }
+
+    /// Puts all values that are still read into memory, and empties the vector registers.
+    fn store_all(&mut self) {
+        for vector in 0..N_VECTORS {
+            self.evict(Vector(vector));
+        }
+    }
+
+    fn evict(&mut self, vector: Vector) {
+        let Some(value) = self.values[vector.0 as usize].take() else { return };
+        self.vectors[value] = None;
+        if !self.is_stored[value] && self.uses.next(value).is_some() {
+            self.code.store(Base::Registers, number(value), vector);
+            self.is_stored[value] = true;
+        }
+    }
+
+    /// A register that holds nothing, none of those kept.
+    fn free(&mut self, kept: &[Operand]) -> Vector {
+        let empty = (0..N_VECTORS).find(|&n| self.values[n as usize].is_none());
+        if let Some(n) = empty {
+            return Vector(n);
+        }
+        let is_kept = |&n: &u8| kept.contains(&Operand::Vector(Vector(n)));
+        let next = |n: u8| self.values[n as usize].and_then(|value| self.uses.next(value));
+        let others = (0..N_VECTORS).filter(|n| !is_kept(n));
+        // A value that is never read again is the farthest of all.
+        let farthest = others.max_by_key(|&n| next(n).unwrap_or(usize::MAX));
+        let vector = Vector(farthest.expect("fewer operands than registers"));
+        self.evict(vector);
+        vector
+    }
+
+    /// The instruction at `time` is done with a value.
+    fn release(&mut self, value: usize, time: usize) {
+        self.uses.pass(value, time);
+        if self.uses.next(value).is_none()
+            && let Some(Vector(n)) = self.vectors[value].take()
+        {
+            self.values[n as usize] = None;
+        }
+    }
+
+    /// A vector register holds a new value.
+    fn bind(&mut self, value: usize, vector: Vector) {
+        for n in self.outputs_of(value) {
+            self.code.store(Base::Outputs, self.outputs[n].1, vector);
+        }
+        if self.uses.next(value).is_some() {
+            self.values[vector.0 as usize] = Some(value);
+            self.vectors[value] = Some(vector);
+        }
+    }
+
+    /// Memory holds a new value.
+    fn bind_stored(&mut self, value: usize) {
+        self.is_stored[value] = true;
+        self.copy_to_outputs(value);
+    }
+
+    fn copy_to_outputs(&mut self, value: usize) {
+        for n in self.outputs_of(value) {
+            self.code.load(SCRATCH[0], self.place(value));
+            self.code.store(Base::Outputs, self.outputs[n].1, SCRATCH[0]);
+        }
+    }
+
+    fn outputs_of(&self, value: usize) -> std::ops::Range<usize> {
+        let start = self.outputs.partition_point(|&(register, _)| register < value);
+        let end = self.outputs.partition_point(|&(register, _)| register <= value);
+        start..end
+    }
+}
+
+/// How a function of two operands compares them.
+fn predicate(function: Function) -> Option<Predicate> {
+    Some(match function {
+        Function::Min | Function::Le => Predicate::LessOrEqual,
+        Function::Max | Function::Ge => Predicate::GreaterOrEqual,
+        Function::Lt => Predicate::Less,
+        Function::Gt => Predicate::Greater,
+        _ => return None,
+    })
+}
