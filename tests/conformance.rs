@@ -29,7 +29,9 @@ fn every_example_solves_to_its_end_and_keeps_constraints_and_energy() {
         let length = size(&mechanism);
         let [_, position] = summary.position_residual;
         let [_, velocity] = summary.velocity_residual;
-        let energy = summary.energy.worst_error / summary.energy.scale;
+        // Of links without mass there is only the rounding of the drive's work, J.
+        let scale = summary.energy.scale.max(1e-9);
+        let energy = summary.energy.worst_error / scale;
         assert!(summary.reached_end, "{name} stopped at t = {}", summary.t);
         assert!(position <= 1e-10 * length, "{name}: position residual {position:.1e} m");
         assert!(velocity <= 1e-8, "{name}: velocity residual {velocity:.1e} m/s");
