@@ -78,7 +78,7 @@ impl Extrapolation {
         system: &mut S,
         (t, h): (f64, f64),
         start: (&[f64], &[f64]),
-        ends: Ends<'_>,
+        ends: &mut Ends<'_>,
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
         let mut at = Progress {

@@ -110,8 +110,8 @@ impl StageWork {
         let Self { extrapolation, y0, y1, k, last_argument, error5: error, argument, .. } = self;
         let Some(method) = extrapolation else { return Ok(()) };
         let (near, f_near) = (last_argument.values_mut(), k.column_mut(N_STAGES - 1));
-        let ends = Ends { y1, error, near, f_near };
-        let found = method.0.step(system, at, (y0.values(), ydot), ends, stats);
+        let mut ends = Ends { y1, error, near, f_near };
+        let found = method.0.step(system, at, (y0.values(), ydot), &mut ends, stats);
         if found.is_err() {
             method.0.argument_into(argument.values_mut());
         }

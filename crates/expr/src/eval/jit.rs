@@ -164,14 +164,14 @@ impl Memory {
         let mut module = module()?;
         let mut define = || {
             let signature = signature(&module);
-            let id = module.declare_function("tape", Linkage::Export, &signature)?;
-            module.define_function_bytes(id, 32, bytes, &[])?;
-            module.finalize_definitions()?;
-            Ok(id)
+            let id = module.declare_function("tape", Linkage::Export, &signature);
+            let id = id.map_err(Box::new)?;
+            module.define_function_bytes(id, 32, bytes, &[]).map_err(Box::new)?;
+            module.finalize_definitions().map_err(Box::new)?;
+            Ok::<FuncId, Box<ModuleError>>(id)
         };
-        let id: Result<FuncId, ModuleError> = define();
-        let address = id.map(|id| module.get_finalized_function(id));
-        Ok((Self(Mutex::new(Some(module))), address.map_err(Box::new)?))
+        let address = define().map(|id| module.get_finalized_function(id));
+        Ok((Self(Mutex::new(Some(module))), address?))
     }
 }
 

@@ -258,7 +258,7 @@ impl Elimination {
             *best = largest;
             // NaN fails the comparison.
             let floor = SMALLEST_PIVOT * largest;
-            are_regular &= magnitudes.iter().fold(true, |all, &m| all & (m > floor));
+            are_regular &= magnitudes.iter().filter(|&&m| m > floor).count() == N;
             let least = magnitudes.iter().fold(largest, |a, &b| if b < a { b } else { a });
             if is_multiplier && least < margin * largest {
                 margin = least / largest;

@@ -145,7 +145,7 @@ impl Ode for ExplicitMotion<'_> {
         match (self.last, &self.lanes) {
             (LastFactors::OfOne, _) => self.multipliers.take_factors(&self.evaluator),
             (LastFactors::OfLanes, Some(lanes)) => {
-                self.multipliers.take_lane(lanes.factors_near(t))
+                self.multipliers.take_lane(lanes.factors_near(t));
             }
             _ => (),
         }

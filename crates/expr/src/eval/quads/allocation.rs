@@ -59,7 +59,9 @@ impl Uses {
     fn new(tape: &Tape) -> Self {
         let mut times = vec![Vec::new(); tape.n_registers];
         for (time, instruction) in tape.body.iter().enumerate() {
-            operands(tape, instruction).into_iter().for_each(|value| times[value].push(time));
+            for value in operands(tape, instruction) {
+                times[value].push(time);
+            }
         }
         Self { done: vec![0; times.len()], times }
     }
@@ -144,13 +146,14 @@ impl<'a> Allocation<'a> {
             Action::Call(Function::Sqrt) => self.root(a, result, time),
             Action::Call(Function::Sign) => self.sign(a, result),
             Action::Call(Function::If) => self.branch([a, b, c], result),
-            Action::Call(function) => match predicate(function) {
-                Some(predicate) => self.comparison(function, predicate, [a, b], result),
-                None => {
+            Action::Call(function) => {
+                if let Some(predicate) = predicate(function) {
+                    self.comparison(function, predicate, [a, b], result);
+                } else {
                     let b = if function.arity() == 1 { a } else { b };
                     self.call(self.callees.elementary, function as u32, [a, b], result);
                 }
-            },
+            }
         }
     }
 
@@ -191,7 +194,9 @@ impl<'a> Allocation<'a> {
     ) {
         let out = match self.place(operands[0]) {
             first @ Operand::Vector(vector) => {
-                operands.into_iter().for_each(|value| self.release(value, time));
+                for value in operands {
+                    self.release(value, time);
+                }
                 let out = self.free(&[first, place]);
                 self.code.operate(opcode, out, vector, place);
                 out
