@@ -58,6 +58,7 @@ mod lexer;
 mod listing;
 mod lower;
 mod named;
+mod named_row;
 mod number;
 mod op;
 mod parse;
@@ -81,7 +82,7 @@ pub use eval::{Batch, DomainFault, EvalError, Jit, QuadRunner, QuadWorkspace, Ru
 pub use eval::{JitError, MachineCode};
 pub use listing::ListingError;
 pub use lower::LowerError;
-pub use named::FunctionId;
+pub use named_row::FunctionId;
 pub use number::Number;
 pub use op::Function;
 pub use parse::{ParseOptions, parse};

@@ -9,7 +9,7 @@
 //! order follows it, which makes an expression independent of the order it was built in.
 
 use crate::handle::ExprMap;
-use crate::named::{FunctionId, NamedRow};
+use crate::named_row::{FunctionId, NamedRow};
 use crate::number::Number;
 use crate::op::{Function, Op};
 use std::cell::{Ref, RefCell};

@@ -3,7 +3,7 @@
 //! A chain of sums or products is one step with many operands, whatever its length, so passes see
 //! `a + b + c` and not `(a + b) + c`. Every pass over expressions is a loop over the steps.
 
-use crate::named::FunctionId;
+use crate::named_row::FunctionId;
 use crate::op::Op;
 use crate::pool::{Expr, Pool, SymbolId};
 

@@ -1,6 +1,6 @@
 //! The marks a formula is made of; every notation is a table from marks to text.
 
-use crate::named::FunctionId;
+use crate::named_row::FunctionId;
 use crate::number::Number;
 use crate::op::Function;
 use crate::pool::{Pool, SymbolId};

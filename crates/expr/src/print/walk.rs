@@ -6,7 +6,7 @@ use super::Notation;
 use super::mark::{Height, Mark, MarkPart, relation};
 use super::order::{Reader, WrittenTerm, as_fraction};
 use crate::build::MERGE_LIMIT;
-use crate::named::FunctionId;
+use crate::named_row::FunctionId;
 use crate::number::Number;
 use crate::op::{Function, Op};
 use crate::pool::{Expr, SymbolId};
