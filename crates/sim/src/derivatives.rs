@@ -95,7 +95,7 @@ pub struct Derivatives {
     n_columns: usize,
     /// h_x, h_z, F_x and F_z; the last three only where z follows from the state and h depends on it.
     blocks: [Vec<(usize, usize)>; 4],
-    /// Whether a and λ must be known, and whether they are given.
+    /// The part that a and λ have in h.
     needs: Needs,
     /// Rows of F, and columns of z, that others do not repeat.
     kept: Vec<usize>,
