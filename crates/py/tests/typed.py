@@ -1,4 +1,4 @@
-"""What a type checker says of a program: each line that is wrong is known to be so (run by mypy, not by pytest)."""
+"""A program as type checkers see it: each wrong line is marked as such (run by mypy, not by pytest)."""
 
 from __future__ import annotations
 
