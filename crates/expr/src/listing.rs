@@ -87,7 +87,7 @@ impl Pool {
         Err(ListingError(n_lines + 1))
     }
 
-    /// Whether none is the two branches of an `if` by themselves.
+    /// True unless one of them is the two branches of an `if` by themselves.
     fn are_values(&self, all: &[Expr]) -> bool {
         all.iter().all(|&e| self.node(e).op != Op::Pair)
     }

@@ -68,6 +68,9 @@ fn switching_roots(system: &mut SymbolicSystem) -> Vec<&mut Expr> {
 
 /// The equations that are integrated with the sign of its own function in place of every mode of a kink: each state takes
 /// its own branches. Modes of contacts stay parameters.
+///
+/// # Panics
+/// Never: a comparison has two operands.
 pub fn with_branches(pool: &Pool, system: &SymbolicSystem) -> SymbolicSystem {
     let mut branching = system.integrated().clone();
     let mut signs: Vec<(SymbolId, Expr)> = Vec::new();

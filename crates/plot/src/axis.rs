@@ -187,7 +187,9 @@ impl Map {
             Scale::Logarithmic => f64::NAN,
         };
         let ([low, high], [from, to]) = (self.ends, self.positions);
-        let position = from + (value - low) / (high - low) * (to - from);
+        // Halves, so that ends near the largest numbers have a finite distance.
+        let part = (0.5 * value - 0.5 * low) / (0.5 * high - 0.5 * low);
+        let position = from + part * (to - from);
         // Bounded, so that positions far outside of the picture stay valid numbers there.
         if position.is_nan() { position } else { position.clamp(-1e5, 1e5) }
     }

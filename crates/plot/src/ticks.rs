@@ -272,7 +272,7 @@ mod tests {
             let scale = 10f64.powi(power);
             let (low, high) = (scale * (middle - span), scale * (middle + span));
             let ticks = Ticks::linear(low, high, max_n);
-            prop_assert!((FEWEST..=(max_n + 1).max(6)).contains(&ticks.values.len()), "{ticks:?}");
+            prop_assert!((FEWEST..=(max_n + 1).max(7)).contains(&ticks.values.len()), "{ticks:?}");
             prop_assert_eq!(ticks.values.len(), ticks.labels.len());
             let offset = ticks.offset.as_ref().map_or(Ok(0.0), |text| text.parse::<f64>());
             let offset = offset.expect("a number");

@@ -418,6 +418,21 @@ impl Engine {
     }
 }
 
+/// Reads a text with these values, for its faults alone: nothing is derived.
+#[pyfunction]
+pub(crate) fn check_values(
+    py: Python<'_>,
+    text: String,
+    path: PathBuf,
+    name: String,
+    overrides: Vec<(String, String)>,
+) -> PyResult<()> {
+    guard(py, || {
+        parse(Text::new(path, text), &name, &overrides, Limits::default())?;
+        Ok(())
+    })
+}
+
 /// A row of a table.
 pub(crate) fn column(name: String, field: &Field) -> Described {
     (name, field.unit.clone(), field.description.clone())

@@ -131,6 +131,17 @@ pub(crate) fn guard<T: Send>(
     }
 }
 
+/// Does the work of one call of some microseconds, for which the interpreter lock is kept: as [`guard`], and
+/// without what it takes to give the lock up.
+pub(crate) fn brief<T>(py: Python<'_>, work: impl FnOnce() -> T) -> PyResult<T> {
+    let outcome = catch_unwind(AssertUnwindSafe(work));
+    match (outcome, laws::raised()) {
+        (Ok(_), Some(error)) => Err(error),
+        (Ok(value), None) => Ok(value),
+        (Err(panic), _) => Err(made(py, "internal", &panic_words(panic.as_ref()), "[]")),
+    }
+}
+
 fn panic_words(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default()

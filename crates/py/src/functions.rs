@@ -1,16 +1,18 @@
-//! The compiled functions of a mechanism over batches of states.
+//! The compiled functions of a mechanism, at one state or over batches of them, and their derivatives.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use bksim::sim::compiled::CompiledSystem;
-use bksim::sim::functions::Functions as Evaluated;
+use bksim::sim::derivatives::{By, DerivativeError, Derivatives as Derived, Subject};
+use bksim::sim::functions::{Functions as Evaluated, IdleFunctions};
 use bksim::sim::state::{AccelerationRef, StateRef};
 use numpy::ndarray::{Array2, ArrayView1, ArrayView2};
-use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
+use pyo3::types::{PyFloat, PyInt};
 
 use crate::engine::Engine;
-use crate::fault::{Fault, guard};
+use crate::fault::{Fault, brief, guard};
 
 /// The compiled functions. A batch has a row per state; results have one, too, matrices row by row.
 #[pyclass(frozen, module = "bksim._bksim")]
@@ -19,11 +21,15 @@ pub(crate) struct Functions {
     compiled: Arc<CompiledSystem>,
     parameters: Vec<f64>,
     dependent: Vec<usize>,
+    /// The buffers of the last call, for the next one.
+    idle: Mutex<Option<IdleFunctions>>,
 }
 
 type Vector<'py> = PyReadonlyArray1<'py, f64>;
 type Matrix<'py> = PyReadonlyArray2<'py, f64>;
 type Answer<'py> = PyResult<Bound<'py, PyArray2<f64>>>;
+/// The result at one state; none where the arguments are no such state, but for example a batch.
+type AtOne<'py, T> = PyResult<Option<Bound<'py, T>>>;
 
 /// The compiled functions of a model.
 #[pyfunction]
@@ -32,10 +38,28 @@ pub(crate) fn compiled_functions(py: Python<'_>, engine: Py<Engine>) -> PyResult
     let dependent = guard(py, || Ok(inner.start()?.inactive_rows().to_vec()))?;
     let compiled = inner.simulation.compiled().clone();
     let parameters = inner.simulation.parameters().to_vec();
-    Ok(Functions { engine, compiled, parameters, dependent })
+    Ok(Functions { engine, compiled, parameters, dependent, idle: Mutex::new(None) })
 }
 
 impl Functions {
+    /// Calls `work` with the functions, with the buffers of the last call unless another thread has them.
+    fn with<T>(&self, work: impl FnOnce(&mut Evaluated<'_>) -> T) -> T {
+        let idle = self.idle.try_lock().ok().and_then(|mut idle| idle.take());
+        let mut functions = match idle {
+            Some(idle) => idle.resume(&self.compiled),
+            None => self.anew(),
+        };
+        let done = work(&mut functions);
+        if let Ok(mut idle) = self.idle.try_lock() {
+            *idle = Some(functions.pause());
+        }
+        done
+    }
+
+    fn anew(&self) -> Evaluated<'_> {
+        Evaluated::new(&self.compiled, &self.parameters, &self.dependent)
+    }
+
     /// Calls `each` with the functions, the instant and the states of every row of the batch.
     fn over<'py, const N: usize>(
         &self,
@@ -45,33 +69,98 @@ impl Functions {
         n_outputs: usize,
         each: impl Fn(&mut Evaluated<'_>, f64, [&[f64]; N], &mut [f64]) + Sync,
     ) -> Answer<'py> {
-        let n_states = t.len();
-        let mut out = Array2::zeros((n_states, n_outputs));
-        let mut work = || {
-            for state in &states {
-                if state.nrows() != n_states {
-                    let rows = state.nrows();
-                    let message = format!("{n_states} instants for {rows} states");
-                    return Err(Fault::Value(message));
+        let mut out = Array2::zeros((t.len(), n_outputs));
+        guard(py, || {
+            check_sizes(t, &states)?;
+            self.with(|functions| {
+                let mut rows: [Vec<f64>; N] = std::array::from_fn(|_| Vec::new());
+                for (k, mut out) in out.rows_mut().into_iter().enumerate() {
+                    for (row, state) in rows.iter_mut().zip(&states) {
+                        row.clear();
+                        row.extend(state.row(k));
+                    }
+                    let states = std::array::from_fn(|i| rows[i].as_slice());
+                    if let Some(out) = out.as_slice_mut() {
+                        each(functions, t[k], states, out);
+                    }
                 }
-            }
-            let mut functions = Evaluated::new(&self.compiled, &self.parameters, &self.dependent);
-            let mut rows: [Vec<f64>; N] = std::array::from_fn(|_| Vec::new());
-            for (k, mut out) in out.rows_mut().into_iter().enumerate() {
-                for (row, state) in rows.iter_mut().zip(&states) {
-                    row.clear();
-                    row.extend(state.row(k));
-                }
-                let states = std::array::from_fn(|i| rows[i].as_slice());
-                if let Some(out) = out.as_slice_mut() {
-                    each(&mut functions, t[k], states, out);
-                }
-            }
+            });
             Ok(())
-        };
-        guard(py, &mut work)?;
+        })?;
         Ok(PyArray2::from_owned_array(py, out))
     }
+
+    /// Calls `each` with the functions, the instant and the state, if they are one: a number, and vectors of these
+    /// lengths.
+    fn at_one<const N: usize>(
+        &self,
+        py: Python<'_>,
+        t: &Bound<'_, PyAny>,
+        states: [(&Bound<'_, PyAny>, usize); N],
+        each: impl FnOnce(&mut Evaluated<'_>, f64, [&[f64]; N]),
+    ) -> PyResult<bool> {
+        let is_number = t.is_instance_of::<PyFloat>() || t.is_instance_of::<PyInt>();
+        let Some(t) = is_number.then(|| t.extract::<f64>().ok()).flatten() else {
+            return Ok(false);
+        };
+        let views = states.map(|(state, n)| {
+            let view = state.cast::<PyArray1<f64>>().ok()?.try_readonly().ok()?;
+            view.as_slice().is_ok_and(|values| values.len() == n).then_some(view)
+        });
+        let slices = views.each_ref().map(|view| view.as_ref().and_then(|v| v.as_slice().ok()));
+        if slices.iter().any(Option::is_none) {
+            return Ok(false);
+        }
+        let slices = slices.map(Option::unwrap_or_default);
+        brief(py, || self.with(|functions| each(functions, t, slices)))?;
+        Ok(true)
+    }
+
+    fn nq(&self) -> usize {
+        self.compiled.nq()
+    }
+
+    fn nc(&self) -> usize {
+        self.compiled.nc()
+    }
+}
+
+fn check_sizes(t: &ArrayView1<'_, f64>, states: &[&ArrayView2<'_, f64>]) -> Result<(), Fault> {
+    let n_states = t.len();
+    match states.iter().find(|state| state.nrows() != n_states) {
+        Some(state) => {
+            Err(Fault::Value(format!("{n_states} instants for {} states", state.nrows())))
+        }
+        None => Ok(()),
+    }
+}
+
+/// A vector that is filled by `fill`, which tells whether it did.
+fn filled<'py>(
+    py: Python<'py>,
+    n: usize,
+    fill: impl FnOnce(&mut [f64]) -> PyResult<bool>,
+) -> AtOne<'py, PyArray1<f64>> {
+    let out = PyArray1::zeros(py, n, false);
+    let is_done = match out.readwrite().as_slice_mut() {
+        Ok(values) => fill(values)?,
+        Err(_) => false,
+    };
+    Ok(is_done.then_some(out))
+}
+
+/// As [`filled`], a matrix.
+fn filled_matrix<'py>(
+    py: Python<'py>,
+    size: [usize; 2],
+    fill: impl FnOnce(&mut [f64]) -> PyResult<bool>,
+) -> AtOne<'py, PyArray2<f64>> {
+    let out = PyArray2::zeros(py, size, false);
+    let is_done = match out.readwrite().as_slice_mut() {
+        Ok(values) => fill(values)?,
+        Err(_) => false,
+    };
+    Ok(is_done.then_some(out))
 }
 
 #[pymethods]
@@ -84,13 +173,25 @@ impl Functions {
     /// Numbers of coordinates and of constraints.
     #[getter]
     fn sizes(&self) -> (usize, usize) {
-        (self.compiled.nq(), self.compiled.nc())
+        (self.nq(), self.nc())
     }
 
     fn mass_matrix<'py>(&self, py: Python<'py>, t: Vector<'py>, q: Matrix<'py>) -> Answer<'py> {
-        let nq = self.compiled.nq();
+        let nq = self.nq();
         self.over(py, &t.as_array(), [&q.as_array()], nq * nq, |f, t, [q], out| {
             f.mass_matrix_into(t, q, out);
+        })
+    }
+
+    fn mass_matrix_at<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+        q: &Bound<'py, PyAny>,
+    ) -> AtOne<'py, PyArray2<f64>> {
+        let nq = self.nq();
+        filled_matrix(py, [nq, nq], |out| {
+            self.at_one(py, t, [(q, nq)], |f, t, [q]| f.mass_matrix_into(t, q, out))
         })
     }
 
@@ -100,16 +201,38 @@ impl Functions {
         t: Vector<'py>,
         q: Matrix<'py>,
     ) -> Answer<'py> {
-        let n = self.compiled.nc() * self.compiled.nq();
+        let n = self.nc() * self.nq();
         self.over(py, &t.as_array(), [&q.as_array()], n, |f, t, [q], out| {
             f.constraint_jacobian_into(t, q, out);
         })
     }
 
+    fn constraint_jacobian_at<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+        q: &Bound<'py, PyAny>,
+    ) -> AtOne<'py, PyArray2<f64>> {
+        let nq = self.nq();
+        filled_matrix(py, [self.nc(), nq], |out| {
+            self.at_one(py, t, [(q, nq)], |f, t, [q]| f.constraint_jacobian_into(t, q, out))
+        })
+    }
+
     fn constraints<'py>(&self, py: Python<'py>, t: Vector<'py>, q: Matrix<'py>) -> Answer<'py> {
-        let n = self.compiled.nc();
-        self.over(py, &t.as_array(), [&q.as_array()], n, |f, t, [q], out| {
+        self.over(py, &t.as_array(), [&q.as_array()], self.nc(), |f, t, [q], out| {
             f.constraints_into(t, q, out);
+        })
+    }
+
+    fn constraints_at<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+        q: &Bound<'py, PyAny>,
+    ) -> AtOne<'py, PyArray1<f64>> {
+        filled(py, self.nc(), |out| {
+            self.at_one(py, t, [(q, self.nq())], |f, t, [q]| f.constraints_into(t, q, out))
         })
     }
 
@@ -120,9 +243,22 @@ impl Functions {
         q: Matrix<'py>,
         v: Matrix<'py>,
     ) -> Answer<'py> {
-        let n = self.compiled.nq();
-        self.over(py, &t.as_array(), [&q.as_array(), &v.as_array()], n, |f, t, [q, v], out| {
+        let states = [&q.as_array(), &v.as_array()];
+        self.over(py, &t.as_array(), states, self.nq(), |f, t, [q, v], out| {
             f.force_into(t, q, v, out);
+        })
+    }
+
+    fn forces_at<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+    ) -> AtOne<'py, PyArray1<f64>> {
+        let n = self.nq();
+        filled(py, n, |out| {
+            self.at_one(py, t, [(q, n), (v, n)], |f, t, [q, v]| f.force_into(t, q, v, out))
         })
     }
 
@@ -134,12 +270,29 @@ impl Functions {
         q: Matrix<'py>,
         v: Matrix<'py>,
     ) -> Answer<'py> {
-        let (nq, nc) = (self.compiled.nq(), self.compiled.nc());
+        let (nq, nc) = (self.nq(), self.nc());
         let states = [&q.as_array(), &v.as_array()];
         self.over(py, &t.as_array(), states, nq + nc, |f, t, [q, v], out| {
             let (a, lambda) = out.split_at_mut(nq);
             // Where there are none, they are NaN.
             let _ = f.accelerations_into(StateRef { t, q, v }, a, lambda);
+        })
+    }
+
+    /// Accelerations, then multipliers.
+    fn accelerations_at<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+    ) -> AtOne<'py, PyArray1<f64>> {
+        let n = self.nq();
+        filled(py, n + self.nc(), |out| {
+            self.at_one(py, t, [(q, n), (v, n)], |f, t, [q, v]| {
+                let (a, lambda) = out.split_at_mut(n);
+                let _ = f.accelerations_into(StateRef { t, q, v }, a, lambda);
+            })
         })
     }
 
@@ -152,10 +305,151 @@ impl Functions {
         a: Matrix<'py>,
         lambda: Matrix<'py>,
     ) -> Answer<'py> {
-        let n = self.compiled.nq() + self.compiled.nc();
         let states = [&q.as_array(), &v.as_array(), &a.as_array(), &lambda.as_array()];
+        let n = self.nq() + self.nc();
         self.over(py, &t.as_array(), states, n, |f, t, [q, v, a, lambda], out| {
             f.residual_into(StateRef { t, q, v }, AccelerationRef { a, lambda }, out);
         })
+    }
+
+    fn residual_at<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        a: &Bound<'py, PyAny>,
+        lambda: &Bound<'py, PyAny>,
+    ) -> AtOne<'py, PyArray1<f64>> {
+        let (n, nc) = (self.nq(), self.nc());
+        let states = [(q, n), (v, n), (a, n), (lambda, nc)];
+        filled(py, n + nc, |out| {
+            self.at_one(py, t, states, |f, t, [q, v, a, lambda]| {
+                f.residual_into(StateRef { t, q, v }, AccelerationRef { a, lambda }, out);
+            })
+        })
+    }
+}
+
+/// A function with its derivatives, compiled.
+#[pyclass(frozen, module = "bksim._bksim")]
+pub(crate) struct Derivatives {
+    functions: Py<Functions>,
+    derived: Derived,
+}
+
+/// The functions that have derivatives.
+const SUBJECTS: [(&str, Subject); 7] = [
+    ("mass_matrix", Subject::MassMatrix),
+    ("forces", Subject::Forces),
+    ("constraint_jacobian", Subject::ConstraintJacobian),
+    ("constraints", Subject::Constraints),
+    ("accelerations", Subject::Accelerations),
+    ("multipliers", Subject::Multipliers),
+    ("residual", Subject::Residual),
+];
+
+/// The variables of a state.
+const VARIABLES: [(&str, By); 5] = [
+    ("t", By::Time),
+    ("q", By::Positions),
+    ("v", By::Velocities),
+    ("a", By::Accelerations),
+    ("lam", By::Multipliers),
+];
+
+/// The derivatives of a function, or of the quantities of these names for an empty word.
+#[pyfunction]
+pub(crate) fn derivatives_of(
+    py: Python<'_>,
+    functions: Py<Functions>,
+    of: String,
+    names: Vec<String>,
+    by: Vec<String>,
+) -> PyResult<Derivatives> {
+    let inner = functions.get();
+    let engine = inner.engine.get();
+    let derived = guard(py, || {
+        let subject = SUBJECTS.iter().find(|(word, _)| *word == of);
+        let subject = match subject {
+            Some((_, subject)) => subject.clone(),
+            None if of.is_empty() => Subject::Quantities(names),
+            None => {
+                let known = SUBJECTS.map(|(word, _)| word).join(", ");
+                return Err(Fault::Value(format!("{of:?} is none of {known}")));
+            }
+        };
+        let mechanism = engine.mechanism();
+        let is_residual = subject == Subject::Residual;
+        let parameter = |name: &str| {
+            let is_it = |p: &bksim::model::Parameter| p.name == name;
+            mechanism.model.parameters.iter().position(is_it).map(By::Parameter)
+        };
+        let variable = |name: &String| {
+            let own = VARIABLES.iter().find(|(word, _)| word == name).map(|&(_, by)| by);
+            // `a` may be a length: only a residual has accelerations as arguments.
+            let of_residual = matches!(own, Some(By::Accelerations | By::Multipliers));
+            let known = own.filter(|_| is_residual || !of_residual);
+            let found = known.or_else(|| parameter(name.trim_start_matches("parameters.")));
+            let words = "is no parameter, and none of t, q and v (of a residual also a and lam)";
+            found.ok_or_else(|| Fault::Name(format!("`{name}` {words}")))
+        };
+        let by = by.iter().map(variable).collect::<Result<Vec<By>, Fault>>()?;
+        Derived::compile(&mechanism, &subject, &by, &inner.dependent).map_err(|error| match error {
+            DerivativeError::Unknown(_) => Fault::Name(error.to_string()),
+            _ => Fault::Value(error.to_string()),
+        })
+    })?;
+    Ok(Derivatives { functions, derived })
+}
+
+/// Values, a row per state, and derivatives, a row per state with those of each value after one another.
+type ValuesAndDerivatives<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
+#[pymethods]
+impl Derivatives {
+    /// Values and columns.
+    #[getter]
+    fn sizes(&self) -> (usize, usize) {
+        (self.derived.n_rows(), self.derived.n_columns())
+    }
+
+    /// At states; `given` are the accelerations and multipliers of a residual.
+    fn at<'py>(
+        &self,
+        py: Python<'py>,
+        t: Vector<'py>,
+        q: Matrix<'py>,
+        v: Matrix<'py>,
+        given: Option<(Matrix<'py>, Matrix<'py>)>,
+    ) -> PyResult<ValuesAndDerivatives<'py>> {
+        let (n_rows, n_columns) = (self.derived.n_rows(), self.derived.n_columns());
+        let mut values = Array2::zeros((t.len()?, n_rows));
+        let mut derivatives = Array2::zeros((t.len()?, n_rows * n_columns));
+        let (t, q, v) = (t.as_array(), q.as_array(), v.as_array());
+        let given = given.as_ref().map(|(a, lambda)| (a.as_array(), lambda.as_array()));
+        guard(py, || {
+            check_sizes(&t, &[&q, &v])?;
+            if let Some((a, lambda)) = &given {
+                check_sizes(&t, &[a, lambda])?;
+            }
+            let mut at = self.derived.with(self.functions.get().anew());
+            let rows = values.rows_mut().into_iter().zip(derivatives.rows_mut());
+            for (k, (mut values, mut derivatives)) in rows.enumerate() {
+                let row = |state: &ArrayView2<'_, f64>| state.row(k).to_vec();
+                let (q, v) = (row(&q), row(&v));
+                let given = given.as_ref().map(|(a, lambda)| (row(a), row(lambda)));
+                let given = given.as_ref().map(|(a, lambda)| AccelerationRef { a, lambda });
+                let state = StateRef { t: t[k], q: &q, v: &v };
+                if let Some((values, derivatives)) =
+                    values.as_slice_mut().zip(derivatives.as_slice_mut())
+                {
+                    at.at(state, given, values, derivatives);
+                }
+            }
+            Ok(())
+        })?;
+        let array = |values| PyArray2::from_owned_array(py, values);
+        Ok((array(values), array(derivatives)))
     }
 }

@@ -60,6 +60,7 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<engine::Engine>()?;
     m.add_class::<solution::Run>()?;
     m.add_class::<functions::Functions>()?;
+    m.add_class::<functions::Derivatives>()?;
     m.add_class::<stepping::Stepping>()?;
     m.add_class::<stepping::SavedState>()?;
     m.add_class::<expr::Expr>()?;
@@ -68,7 +69,9 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(document::to_toml, m)?)?;
     m.add_function(wrap_pyfunction!(document::from_toml, m)?)?;
     m.add_function(wrap_pyfunction!(document::with_values, m)?)?;
+    m.add_function(wrap_pyfunction!(engine::check_values, m)?)?;
     m.add_function(wrap_pyfunction!(functions::compiled_functions, m)?)?;
+    m.add_function(wrap_pyfunction!(functions::derivatives_of, m)?)?;
     m.add_function(wrap_pyfunction!(solving::solve, m)?)?;
     m.add_function(wrap_pyfunction!(stepping::begin, m)?)?;
     m.add_function(wrap_pyfunction!(questions::kinematics_of, m)?)?;

@@ -71,6 +71,7 @@ fn the_package_is_typed_documented_and_tested() {
     let settings = ["pyproject.toml", "--rootdir", ".", "--confcutdir", ".", "-p", "conftest"];
     run("docstrings", &folder, &[&doctest[..], &settings, &[package]].concat());
     run("mypy", &folder, &["-m", "mypy", "--strict", "-p", "bksim"]);
+    run("programs", &folder, &["-m", "mypy", "--strict", "tests/typed.py"]);
     let stubtest = ["-m", "mypy.stubtest", "bksim._bksim"];
     run("stubtest", &folder, &stubtest);
 }

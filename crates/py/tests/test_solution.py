@@ -247,7 +247,11 @@ def test_what_is_not_there_is_said_to_be_not_there(examples, tmp_path):
         sol.save(tmp_path / "run.csv")
     with pytest.raises(ValueError, match="must end in .svg"):
         sol.picture().save(tmp_path / "picture.png")
-    assert all(len(repr(shown)) < 200 for shown in (sol.picture(), sol.plot(), sol.animate(), sol(0.1)))
+    assert all(len(repr(shown)) < 200 for shown in (sol.picture(), sol.plot(), sol.animate()))
+    lines = repr(sol).splitlines()
+    assert "bksim.Solution" in lines[0] and "state.theta1" in lines[1] and "[rad]" in lines[2]
+    assert lines[3].split()[0] == "0" and "…" in lines[6] and "more columns" in lines[-1]
+    assert len(lines) == 10 and max(map(len, lines)) <= 100 and len(repr(sol(0.1)).splitlines()) == 5
     with pytest.raises(ValueError, match="outside of the run"):
         m.solve(t_end=0.1, times=[0.05, 0.2])
     with pytest.raises(ValueError, match="Radau"):

@@ -46,7 +46,12 @@ impl Labels<'_> {
             let extent = [n_letters * LETTER * self.text, 1.1 * self.text];
             let candidates = self.candidates(label.at, extent);
             let crowding = |area: &Area| -> f32 {
-                let names: f32 = placed.iter().map(|other| shared(area, other)).sum();
+                // Farther away is better than over another name, however little of it.
+                let hidden = |other: &Area| {
+                    let both = shared(area, other);
+                    if both > 0.0 { both + 2.0 * self.text * self.text } else { 0.0 }
+                };
+                let names: f32 = placed.iter().map(hidden).sum();
                 let hides = |p: &&[f32; 2]| is_inside(**p, area);
                 let arrows = self.taken.iter().filter(hides).count() as f32;
                 let pins = points.iter().filter(hides).count() as f32;
@@ -192,7 +197,9 @@ mod tests {
         let arrow: Vec<[f32; 2]> = (1_u8..20).map(|i| [f32::from(i) * 3.0, 90.0]).collect();
         let at = [[0.0, 100.0], [299.0, 1.0], [150.0, 250.0], [f32::NAN, 3.0]];
         let label = |at| Label { at, text: "coupler.P".into() };
-        let placed = boxes(&labels(&arrow).place(at.into_iter().map(label).collect()));
+        let mut items = labels(&arrow).place(at.into_iter().map(label).collect());
+        items.retain(|item| matches!(item, Item::Text { .. }));
+        let placed = boxes(&items);
         for area in placed.iter().take(3) {
             assert!(area[0] >= 0.0 && area[1] >= -1e-3 && area[2] <= 300.0 && area[3] <= 200.001);
             assert!(!arrow.iter().any(|&p| is_inside(p, area)), "{area:?}");

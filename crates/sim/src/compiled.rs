@@ -302,7 +302,7 @@ impl CompiledSystem {
 }
 
 /// T, V, and P = Q · v + λ · ∂g/∂t: constraint forces do the work −λᵀ G v = λᵀ ∂g/∂t.
-fn energy_outputs(pool: &Pool, system: &SymbolicSystem) -> [Expr; 3] {
+pub(crate) fn energy_outputs(pool: &Pool, system: &SymbolicSystem) -> [Expr; 3] {
     let loads = system.coordinates().iter().zip(&system.applied_force);
     // A state does no work.
     let loads = loads.filter(|(c, _)| c.kind != CoordinateKind::Integral);

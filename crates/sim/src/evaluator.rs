@@ -15,6 +15,12 @@ use crate::state::{AccelerationRef, StateRef};
 #[derive(Clone, Debug)]
 pub struct Evaluator<'a> {
     system: &'a CompiledSystem,
+    buffers: EvaluatorBuffers,
+}
+
+/// The buffers of an [`Evaluator`], to be kept apart from its system between two uses.
+#[derive(Clone, Debug)]
+pub(crate) struct EvaluatorBuffers {
     dynamics: Buffers,
     unrolled: Option<Buffers>,
     constraints: Buffers,
@@ -69,8 +75,7 @@ pub(crate) struct ConstraintsAt<'a> {
 
 impl<'a> Evaluator<'a> {
     pub(crate) fn new(system: &'a CompiledSystem, parameters: &[f64]) -> Self {
-        Self {
-            system,
+        let buffers = EvaluatorBuffers {
             dynamics: system.dynamics.buffers(parameters),
             unrolled: system.unrolled.as_ref().map(|function| function.buffers(parameters)),
             constraints: system.constraints.buffers(parameters),
@@ -82,7 +87,18 @@ impl<'a> Evaluator<'a> {
             inputs: InputValues::new(&system.inputs),
             slopes: system.pressing.as_ref().map(|p| p.slopes.buffers(parameters)),
             pressing: vec![0.0; system.pressing.as_ref().map_or(0, |p| p.rows.len())],
-        }
+        };
+        Self { system, buffers }
+    }
+
+    /// The evaluator of `system` with buffers that it was [taken apart](Self::into_buffers) into.
+    pub(crate) fn with_buffers(system: &'a CompiledSystem, buffers: EvaluatorBuffers) -> Self {
+        Self { system, buffers }
+    }
+
+    /// Its buffers, for [`Self::with_buffers`].
+    pub(crate) fn into_buffers(self) -> EvaluatorBuffers {
+        self.buffers
     }
 
     /// The compiled system.
@@ -97,12 +113,12 @@ impl<'a> Evaluator<'a> {
 
     /// The inputs at a state, SI.
     pub fn inputs(&mut self, t: f64, q: &[f64], v: &[f64]) -> &[f64] {
-        self.inputs.at(t, q, v)
+        self.buffers.inputs.at(t, q, v)
     }
 
     /// The values of the named signals at a state, SI.
     pub fn signals(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &[f64]) -> &[f64] {
-        let Self { system, signals, inputs, .. } = self;
+        let Self { system, buffers: EvaluatorBuffers { signals, inputs, .. } } = self;
         let (Some(function), Some(buffers)) = (&system.signals, signals) else { return &[] };
         function.evaluate(buffers, &[&[t], q, v, lambda, inputs.at(t, q, v)])
     }
@@ -114,25 +130,25 @@ impl<'a> Evaluator<'a> {
 
     /// The multipliers that loads depend on, for [`Evaluator::dynamics`].
     pub(crate) fn pressing_mut(&mut self) -> &mut [f64] {
-        &mut self.pressing
+        &mut self.buffers.pressing
     }
 
     /// Takes the multipliers that loads depend on from all λ.
     pub(crate) fn press(&mut self, lambda: &[f64]) {
         let rows = self.pressing_rows();
-        self.pressing.iter_mut().zip(rows).for_each(|(own, &row)| *own = lambda[row]);
+        self.buffers.pressing.iter_mut().zip(rows).for_each(|(own, &row)| *own = lambda[row]);
     }
 
     /// ∂f/∂λ by the pressing multipliers, nq × their number, row by row.
     pub(crate) fn pressing_slopes(&mut self, t: f64, q: &[f64], v: &[f64]) -> &[f64] {
-        let Self { system, slopes, inputs, pressing, .. } = self;
+        let Self { system, buffers: EvaluatorBuffers { slopes, inputs, pressing, .. } } = self;
         let (Some(of), Some(buffers)) = (&system.pressing, slopes) else { return &[] };
         of.slopes.evaluate(buffers, &[&[t], q, v, inputs.at(t, q, v), pressing])
     }
 
     /// M, G, f and γ at a state, f with the pressing multipliers as they are.
     pub(crate) fn dynamics(&mut self, t: f64, q: &[f64], v: &[f64]) -> DynamicsAt<'_> {
-        let Self { system, dynamics, inputs, pressing, .. } = self;
+        let Self { system, buffers: EvaluatorBuffers { dynamics, inputs, pressing, .. } } = self;
         let arguments = [&[t], q, v, inputs.at(t, q, v), &pressing[..]];
         let outputs = system.dynamics.evaluate(dynamics, &arguments);
         let shape = &system.shape;
@@ -145,7 +161,7 @@ impl<'a> Evaluator<'a> {
     /// v̇, λ and the factors they come from, see [`crate::linear::unrolled::UnrolledSolve`]; `None` for large
     /// mechanisms.
     pub(crate) fn unrolled(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<&[f64]> {
-        let Self { system, unrolled, inputs, .. } = self;
+        let Self { system, buffers: EvaluatorBuffers { unrolled, inputs, .. } } = self;
         let (function, buffers) = system.unrolled.as_ref().zip(unrolled.as_mut())?;
         Some(function.evaluate(buffers, &[&[t], q, v, inputs.at(t, q, v)]))
     }
@@ -160,12 +176,13 @@ impl<'a> Evaluator<'a> {
     /// The same functions, with constraints that take the branch of each position whatever the modes are.
     pub(crate) fn branching(self, parameters: &[f64]) -> Self {
         let branching = self.system.branching_constraints.as_ref();
-        Self { branching: branching.map(|function| function.buffers(parameters)), ..self }
+        let branching = branching.map(|function| function.buffers(parameters));
+        Self { buffers: EvaluatorBuffers { branching, ..self.buffers }, ..self }
     }
 
     /// G, g and ∂g/∂t at a position.
     pub(crate) fn constraints(&mut self, t: f64, q: &[f64]) -> ConstraintsAt<'_> {
-        let Self { system, constraints, branching, .. } = self;
+        let Self { system, buffers: EvaluatorBuffers { constraints, branching, .. } } = self;
         let outputs = match (&system.branching_constraints, branching) {
             (Some(function), Some(buffers)) => function.evaluate(buffers, &[&[t], q]),
             _ => system.constraints.evaluate(constraints, &[&[t], q]),
@@ -178,7 +195,7 @@ impl<'a> Evaluator<'a> {
 
     /// Energies, and the power of loads and drives.
     pub fn energy(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &[f64]) -> Energy {
-        let Self { system, energy, inputs, .. } = self;
+        let Self { system, buffers: EvaluatorBuffers { energy, inputs, .. } } = self;
         let arguments = [&[t], q, v, lambda, inputs.at(t, q, v)];
         let mut outputs = [0.0; 3];
         system.energy.evaluate_into(energy, &arguments, &mut outputs);
@@ -188,7 +205,7 @@ impl<'a> Evaluator<'a> {
 
     /// The power of loads and drives, W.
     pub(crate) fn power(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &[f64]) -> f64 {
-        let Self { system, power, inputs, .. } = self;
+        let Self { system, buffers: EvaluatorBuffers { power, inputs, .. } } = self;
         let (Some(function), Some(buffers)) = (&system.power, power) else { return 0.0 };
         function.evaluate(buffers, &[&[t], q, v, lambda, inputs.at(t, q, v)])[0]
     }
@@ -200,7 +217,7 @@ impl<'a> Evaluator<'a> {
         AccelerationRef { a, lambda }: AccelerationRef<'_>,
         out: &mut Vec<[f64; 6]>,
     ) {
-        let Self { system, reactions, inputs, .. } = self;
+        let Self { system, buffers: EvaluatorBuffers { reactions, inputs, .. } } = self;
         let arguments = [&[t], q, v, a, lambda, inputs.at(t, q, v)];
         let outputs = system.reactions.evaluate(reactions, &arguments);
         out.clear();

@@ -12,7 +12,7 @@
 use bksim_dae::NotFinite;
 
 use crate::compiled::CompiledSystem;
-use crate::evaluator::{ConstraintsAt, Evaluator};
+use crate::evaluator::{ConstraintsAt, Evaluator, EvaluatorBuffers};
 use crate::modes::Modes;
 use crate::multiplier::MultiplierSystem;
 use crate::state::{AccelerationRef, StateRef};
@@ -32,6 +32,36 @@ pub struct Functions<'a> {
     rest: Vec<f64>,
 }
 
+/// [`Functions`] between two uses: without their system, so that an owner of both keeps them.
+#[derive(Clone, Debug)]
+pub struct IdleFunctions {
+    buffers: EvaluatorBuffers,
+    multipliers: MultiplierSystem,
+    parameters: Vec<f64>,
+    modes: Modes,
+    rest: Vec<f64>,
+}
+
+impl IdleFunctions {
+    /// The functions again.
+    ///
+    /// # Panics
+    /// Calls panic if `compiled` is another system than they were of.
+    pub fn resume(self, compiled: &CompiledSystem) -> Functions<'_> {
+        let Self { buffers, multipliers, parameters, modes, rest } = self;
+        Functions {
+            compiled,
+            evaluator: Evaluator::with_buffers(compiled, buffers),
+            multipliers,
+            parameters,
+            modes,
+            nq: compiled.nq(),
+            nc: compiled.nc(),
+            rest,
+        }
+    }
+}
+
 impl<'a> Functions<'a> {
     /// The functions at these parameters; the constraint rows `dependent` follow from the others.
     pub fn new(compiled: &'a CompiledSystem, parameters: &[f64], dependent: &[usize]) -> Self {
@@ -47,8 +77,34 @@ impl<'a> Functions<'a> {
         }
     }
 
+    /// The functions until they are used again: nothing is made anew.
+    pub fn pause(self) -> IdleFunctions {
+        let Self { evaluator, multipliers, parameters, modes, rest, .. } = self;
+        IdleFunctions { buffers: evaluator.into_buffers(), multipliers, parameters, modes, rest }
+    }
+
+    /// The compiled system.
+    pub(crate) fn compiled(&self) -> &'a CompiledSystem {
+        self.compiled
+    }
+
+    /// The modes of the state that they were last at.
+    pub(crate) fn modes(&self) -> &Modes {
+        &self.modes
+    }
+
+    /// The values of the parameters with those modes.
+    pub(crate) fn parameters_with_modes(&self) -> Vec<f64> {
+        self.modes.parameters_with_modes(&self.parameters)
+    }
+
+    /// The inputs at a state, SI.
+    pub(crate) fn inputs(&mut self, t: f64, q: &[f64], v: &[f64]) -> &[f64] {
+        self.evaluator.inputs(t, q, v)
+    }
+
     /// Takes the branches of a state.
-    fn follow(&mut self, t: f64, q: &[f64], v: &[f64]) {
+    pub(crate) fn follow(&mut self, t: f64, q: &[f64], v: &[f64]) {
         let Self { compiled, evaluator, parameters, modes, .. } = self;
         if modes.signs.is_empty() {
             return;

@@ -28,7 +28,7 @@ pub(super) const LOADS: [(&str, &[&str]); 8] = [
 ];
 
 /// Keys of a drive; `between` is answered with the joint that it needs.
-pub(super) const DRIVE_KEYS: [&str; 4] = ["joint", "motion", "of", "between"];
+pub(super) const DRIVE_KEYS: [&str; 3] = ["joint", "motion", "of"];
 
 impl Reader<'_> {
     /// Reads all loads, in file order.
@@ -301,10 +301,12 @@ impl Reader<'_> {
     pub(super) fn read_drives(&mut self, root: &Table) -> Vec<Drive> {
         let mut drives: Vec<Drive> = Vec::new();
         let mut taken: Vec<(JointId, usize, Span)> = Vec::new();
+        // No key of a drive, but answered with the joint that it needs.
+        let known = [DRIVE_KEYS.as_slice(), &["between"]].concat();
         for (name, span, table) in self.own_tables(root, "drive") {
             self.usable_name(name, &span, "drive");
             let fields =
-                Fields::open(self, table, format!("drive `{name}`"), span.clone(), &DRIVE_KEYS);
+                Fields::open(self, table, format!("drive `{name}`"), span.clone(), &known);
             if let Some(entry) = fields.entry("between") {
                 self.drive_of_points(name, &fields, entry.key_span.clone());
                 continue;

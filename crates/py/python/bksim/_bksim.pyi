@@ -7,9 +7,12 @@ from typing import Any, TypeAlias, TypedDict, Union, final
 import numpy as np
 from numpy.typing import NDArray
 
+from ._words import Formulation, Method
+
 __version__: str
 __all__ = [
     "Compiled",
+    "Derivatives",
     "Engine",
     "Expr",
     "Functions",
@@ -23,9 +26,11 @@ __all__ = [
     "begin",
     "bode_of",
     "carried_run",
+    "check_values",
     "command",
     "compiled_functions",
     "curves_of",
+    "derivatives_of",
     "doctor_of",
     "explain",
     "figure",
@@ -68,8 +73,8 @@ class _Wanted(TypedDict):
     step: float | None
     every: float | None
     times: list[float] | None
-    method: str | None
-    formulation: str | None
+    method: Method | None
+    formulation: Formulation | None
     sensitivity: list[str]
     dense: bool
     most_bytes: int
@@ -252,6 +257,27 @@ class Functions:
         /,
     ) -> NDArray[np.float64]: ...
 
+    def mass_matrix_at(self, t: Any, q: Any) -> NDArray[np.float64] | None: ...
+    def constraint_jacobian_at(self, t: Any, q: Any) -> NDArray[np.float64] | None: ...
+    def constraints_at(self, t: Any, q: Any) -> NDArray[np.float64] | None: ...
+    def forces_at(self, t: Any, q: Any, v: Any) -> NDArray[np.float64] | None: ...
+    def accelerations_at(self, t: Any, q: Any, v: Any) -> NDArray[np.float64] | None: ...
+    def residual_at(
+        self, t: Any, q: Any, v: Any, a: Any, lambda_: Any, /
+    ) -> NDArray[np.float64] | None: ...
+
+@final
+class Derivatives:
+    @property
+    def sizes(self) -> tuple[int, int]: ...
+    def at(
+        self,
+        t: NDArray[np.float64],
+        q: NDArray[np.float64],
+        v: NDArray[np.float64],
+        given: tuple[NDArray[np.float64], NDArray[np.float64]] | None,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+
 @final
 class Study:
     @staticmethod
@@ -288,7 +314,13 @@ def si_unit(engine: Engine, name: str) -> str | None: ...
 def with_values(text: str, values: list[tuple[str, str]]) -> str: ...
 def to_toml(json: str) -> str: ...
 def from_toml(text: str) -> str: ...
+def check_values(
+    text: str, path: Path, name: str, overrides: list[tuple[str, str]]
+) -> None: ...
 def compiled_functions(engine: Engine) -> Functions: ...
+def derivatives_of(
+    functions: Functions, of: str, names: list[str], by: list[str]
+) -> Derivatives: ...
 def solve(engine: Engine, wanted: _Wanted) -> Run: ...
 def begin(engine: Engine, wanted: _Begun) -> Stepping: ...
 def open_log(path: Path) -> Run: ...

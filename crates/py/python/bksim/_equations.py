@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from . import _bksim
+from ._words import Form
 
 
 class Equations:
@@ -55,7 +56,7 @@ class Equations:
         """How they were compared with equations derived from T and V in another way."""
         return dict(self._body["certificate"])
 
-    def written(self, notation: str = "text", *, document: bool = False, groups: bool = True) -> str:
+    def written(self, notation: Form = "text", *, document: bool = False, groups: bool = True) -> str:
         """The formulas as ``text``, ``aligned``, ``latex``, ``typst`` or ``mathml``; ``document``
         makes a whole document, ``groups`` names constants that take more than one operation."""
         return self._engine.equations_in(notation, document, groups)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,6 +11,17 @@ from numpy.typing import ArrayLike, NDArray
 from . import _bksim
 
 Array = NDArray[np.float64]
+
+Function: TypeAlias = Literal[
+    "mass_matrix",
+    "forces",
+    "constraint_jacobian",
+    "constraints",
+    "accelerations",
+    "multipliers",
+    "residual",
+]
+"""A function that has derivatives."""
 
 
 def _compiled(engine: _bksim.Engine) -> Functions:
@@ -31,6 +43,7 @@ class Functions:
     def __init__(self, functions: _bksim.Functions) -> None:
         self._functions = functions
         self.nq, self.nc = functions.sizes
+        self._derived: dict[tuple[str | tuple[str, ...], tuple[str, ...]], _bksim.Derivatives] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Compiled again from the text, which gives the same bits.
@@ -65,23 +78,35 @@ class Functions:
 
     def mass_matrix(self, q: ArrayLike, t: ArrayLike = 0.0) -> Array:
         """M, (…, nq, nq): kg, kg m or kg m²."""
+        one = self._functions.mass_matrix_at(t, q)
+        if one is not None:
+            return one
         is_batch, times, (q,) = self._batch(t, (q, self.nq))
         out = self._functions.mass_matrix(times, q)
         return self._shaped(out, is_batch, self.nq, self.nq)
 
     def forces(self, t: ArrayLike, q: ArrayLike, v: ArrayLike) -> Array:
         """f, (…, nq): loads, potentials, and what velocities make of inertia, N or N m."""
+        one = self._functions.forces_at(t, q, v)
+        if one is not None:
+            return one
         is_batch, times, (q, v) = self._batch(t, (q, self.nq), (v, self.nq))
         return self._shaped(self._functions.forces(times, q, v), is_batch, self.nq)
 
     def constraint_jacobian(self, q: ArrayLike, t: ArrayLike = 0.0) -> Array:
         """G = ∂g/∂q, (…, nc, nq)."""
+        one = self._functions.constraint_jacobian_at(t, q)
+        if one is not None:
+            return one
         is_batch, times, (q,) = self._batch(t, (q, self.nq))
         out = self._functions.constraint_jacobian(times, q)
         return self._shaped(out, is_batch, self.nc, self.nq)
 
     def constraints(self, t: ArrayLike, q: ArrayLike) -> Array:
         """g, (…, nc): m or rad."""
+        one = self._functions.constraints_at(t, q)
+        if one is not None:
+            return one
         is_batch, times, (q,) = self._batch(t, (q, self.nq))
         return self._shaped(self._functions.constraints(times, q), is_batch, self.nc)
 
@@ -93,6 +118,9 @@ class Functions:
         self, t: ArrayLike, q: ArrayLike, v: ArrayLike
     ) -> tuple[Array, Array]:
         """v̇, (…, nq), and λ, (…, nc); the smallest λ where it is not unique."""
+        one = self._functions.accelerations_at(t, q, v)
+        if one is not None:
+            return one[: self.nq], one[self.nq :]
         is_batch, times, (q, v) = self._batch(t, (q, self.nq), (v, self.nq))
         both = self._functions.accelerations(times, q, v)
         a, lam = both[:, : self.nq], both[:, self.nq :]
@@ -102,9 +130,101 @@ class Functions:
         self, t: ArrayLike, q: ArrayLike, v: ArrayLike, a: ArrayLike, lam: ArrayLike
     ) -> Array:
         """M a + Gᵀ λ − f, then g, (…, nq + nc)."""
+        one = self._functions.residual_at(t, q, v, a, lam)
+        if one is not None:
+            return one
         n, m = self.nq, self.nc
         is_batch, times, (q, v, a, lam) = self._batch(t, (q, n), (v, n), (a, n), (lam, m))
         return self._shaped(self._functions.residual(times, q, v, a, lam), is_batch, n + m)
+
+    def measure(
+        self,
+        names: str | Sequence[str],
+        q: ArrayLike,
+        v: ArrayLike | None = None,
+        t: ArrayLike = 0.0,
+    ) -> Array:
+        """Quantities of the motion by name at states, (…, len(names)), or (…) of one name: coordinates of points,
+        energies, and with the accelerations that follow from the state, reactions. ``v`` is zero unless given.
+
+        >>> f = load(EXAMPLES / "four-bar" / "model.toml").compile()
+        >>> q = np.array([1.0, 0.2, 0.8])
+        >>> f.measure(["coupler.x", "energy.kinetic"], q).shape
+        (2,)
+
+        Raises KeyError for a name of nothing that follows from the state.
+        """
+        of = (names,) if isinstance(names, str) else tuple(names)
+        v = np.zeros(self.nq) if v is None else v
+        is_batch, times, (q, v) = self._batch(t, (q, self.nq), (v, self.nq))
+        values, _ = self._derivative(of, ()).at(times, q, v, None)
+        values = values[:, 0] if isinstance(names, str) else values
+        return values if is_batch else values[0]
+
+    def derivatives(
+        self,
+        of: Function | Sequence[str],
+        t: ArrayLike,
+        q: ArrayLike,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        lam: ArrayLike | None = None,
+        *,
+        by: str | Sequence[str] = ("q", "v"),
+    ) -> dict[str, Array]:
+        """Exact derivatives of a function of this class, or of the quantities of a list of names, at states.
+
+        ``of`` is ``"mass_matrix"``, ``"forces"``, ``"constraint_jacobian"``, ``"constraints"``,
+        ``"accelerations"``, ``"multipliers"`` or ``"residual"`` (which takes ``a`` and ``lam``), or a list as
+        for :meth:`measure`. ``by`` names variables of the state, ``"t"``, ``"q"`` and ``"v"``, of a residual also
+        ``"a"`` and ``"lam"``, and parameters, with those that are defined through them. A variable adds its axis
+        at the end of that of the function, a parameter and ``t`` add none.
+
+        >>> f = load(EXAMPLES / "cart-pole" / "model.toml").compile()
+        >>> d = f.derivatives("accelerations", 0.0, np.zeros(2), np.zeros(2), by=["q", "u"])
+        >>> d["q"].shape, d["u"].shape
+        ((2, 2), (2,))
+
+        They are derived once for each ``of`` and ``by``, and compiled. Raises KeyError for unknown names, and
+        ValueError for multipliers that joints share.
+        """
+        by = (by,) if isinstance(by, str) else tuple(by)
+        kind = of if isinstance(of, str) else tuple(of)
+        v = np.zeros(self.nq) if v is None else v
+        states = [(q, self.nq), (v, self.nq)]
+        if of == "residual":
+            if a is None or lam is None:
+                raise ValueError("a residual is one of accelerations and multipliers: give a and lam")
+            states += [(a, self.nq), (lam, self.nc)]
+        elif a is not None or lam is not None:
+            raise ValueError(f"{of!r} takes no a and lam: they follow from t, q and v")
+        is_batch, times, rows = self._batch(t, *states)
+        given = (rows[2], rows[3]) if of == "residual" else None
+        _, found = self._derivative(kind, by).at(times, rows[0], rows[1], given)
+
+        # The axes of the function, then that of each variable.
+        n, m = self.nq, self.nc
+        shapes = {"mass_matrix": (n, n), "constraint_jacobian": (m, n), "constraints": (m,)}
+        shapes |= {"multipliers": (m,), "residual": (n + m,)}
+        shape = shapes.get(kind, (n,)) if isinstance(kind, str) else (len(kind),)
+        sizes = {"q": n, "v": n} | ({"a": n, "lam": m} if of == "residual" else {})
+        widths = [sizes.get(name, 1) for name in by]
+        found = found.reshape(len(times), *shape, sum(widths))
+        found = found if is_batch else found[0]
+        ends = np.cumsum(widths)
+        parts = [found[..., end - width : end] for end, width in zip(ends, widths, strict=True)]
+        return {
+            name: part if name in sizes else part[..., 0] for name, part in zip(by, parts, strict=True)
+        }
+
+    def _derivative(
+        self, of: str | tuple[str, ...], by: tuple[str, ...]
+    ) -> _bksim.Derivatives:
+        key = (of, by)
+        if key not in self._derived:
+            word, names = (of, []) if isinstance(of, str) else ("", list(of))
+            self._derived[key] = _bksim.derivatives_of(self._functions, word, names, list(by))
+        return self._derived[key]
 
     def __repr__(self) -> str:
         return f"<bksim.Functions: {self.nq} coordinates, {self.nc} constraints>"

@@ -14,6 +14,7 @@ from . import _bksim
 from ._checked import names, real, whole
 from ._document import Document
 from ._equations import Equations
+from ._events import Event, found
 from ._errors import Diagnostic, LimitError, ModelError, SolverError, WorthWarning, diagnostics_of
 from ._functions import Functions
 from ._parts import Body, Drive, Ground, Joint, Load, Value
@@ -24,6 +25,7 @@ from ._sampled import Sampled, held
 from ._solution import Solution
 from ._stepping import Stepping
 from ._values import Inputs, Law, Parameters, first_line
+from ._words import Formulation, Jit, Method
 
 MEMORY_LIMIT = 4 << 30
 """Bytes that the samples and the motion of one run may take unless ``memory_limit`` says otherwise."""
@@ -35,7 +37,7 @@ def load(
     set: Mapping[str, Value] | None = None,
     units: str | None = None,
     tolerance: float | None = None,
-    jit: str | None = None,
+    jit: Jit | None = None,
 ) -> Model:
     """Reads a model.
 
@@ -71,7 +73,7 @@ def loads(
     *,
     name: str = "model",
     set: Mapping[str, Value] | None = None,
-    jit: str | None = None,
+    jit: Jit | None = None,
 ) -> Model:
     """Reads the text of a model. See :func:`load`."""
     overrides = [(key, _text(value)) for key, value in (set or {}).items()]
@@ -82,7 +84,7 @@ def loads(
 def _read(
     source: tuple[str, Path, str],
     overrides: list[tuple[str, str]],
-    jit: str | None,
+    jit: Jit | None,
     inputs: Mapping[str, Law] | None = None,
     varied: Iterable[str] = (),
 ) -> _bksim.Engine:
@@ -142,10 +144,10 @@ class Model(Questions):
         self._inputs: dict[str, Law | Sampled] = {}
         self._known: tuple[Any, tuple[float, ...], _bksim.Engine] | None = None
         self._source: tuple[str, Path, str] | None = None
-        self._jit: str | None = None
+        self._jit: Jit | None = None
 
     @classmethod
-    def _of(cls, engine: _bksim.Engine, overrides: dict[str, str], jit: str | None) -> Model:
+    def _of(cls, engine: _bksim.Engine, overrides: dict[str, str], jit: Jit | None) -> Model:
         model = cls()
         model._document = None
         model._overrides = overrides
@@ -325,9 +327,10 @@ class Model(Questions):
         step: float | None = None,
         every: float | None = None,
         times: Sequence[float] | None = None,
-        method: str | None = None,
-        formulation: str | None = None,
+        method: Method | None = None,
+        formulation: Formulation | None = None,
         sensitivity: str | Sequence[str] = (),
+        events: Event | Sequence[Event] = (),
         dense: bool = True,
         progress: bool | None = None,
         memory_limit: int = MEMORY_LIMIT,
@@ -341,6 +344,11 @@ class Model(Questions):
 
         ``sensitivity`` names parameters and stated initial values (``"l1"``, ``"A.rate"``) that the motion
         is differentiated by, exactly and with Radau IIA: see ``Solution.sensitivity``.
+
+        ``events`` are quantities by name (``"rod.B.y"``), or functions of t, q and v as the laws of inputs, whose
+        zeros are located on the motion itself, as with SciPy's ``solve_ivp``: ``Solution.t_events`` and
+        ``y_events``. An attribute ``direction`` of a function takes rising (above 0) or falling zeros alone,
+        ``terminal`` ends the motion there.
 
         The interpreter lock is released. Ctrl-C ends the run within a fifth of a second; the
         KeyboardInterrupt has what there is as ``result``.
@@ -358,23 +366,34 @@ class Model(Questions):
         >>> sol.q.shape == (len(m.coordinates), sol.t.size)
         True
         """
-        solution = self._solved(
-            {
-                "t_end": real("t_end", t_end),
-                "rtol": real("rtol", rtol),
-                "atol": real("atol", atol),
-                "step": real("step", step),
-                "every": real("every", every),
-                "times": None if times is None else [real("times", t) or 0.0 for t in times],
-                "method": method,
-                "formulation": formulation,
-                "sensitivity": names("sensitivity", sensitivity),
-                "dense": dense,
-                "most_bytes": whole("memory_limit", memory_limit),
-                "notify": None,
-            },
-            progress,
-        )
+        wanted: _bksim._Wanted = {
+            "t_end": real("t_end", t_end),
+            "rtol": real("rtol", rtol),
+            "atol": real("atol", atol),
+            "step": real("step", step),
+            "every": real("every", every),
+            "times": None if times is None else [real("times", t) or 0.0 for t in times],
+            "method": method,
+            "formulation": formulation,
+            "sensitivity": names("sensitivity", sensitivity),
+            "dense": dense,
+            "most_bytes": whole("memory_limit", memory_limit),
+            "notify": None,
+        }
+        watched: list[Event] = [events] if isinstance(events, str) or callable(events) else list(events)
+        if watched and not dense:
+            raise ValueError("events are located on the motion between samples: leave dense=False out")
+        solution = self._solved(wanted, progress)
+        if watched:
+            instants, end = found(solution, watched)
+            if end is not None:
+                forward = end >= solution.span[0]
+                instants = [at[at <= end] if forward else at[at >= end] for at in instants]
+                times = wanted["times"]
+                if times is not None:
+                    times = [t for t in times if (t <= end) == forward]
+                solution = self._solved({**wanted, "t_end": end, "times": times}, progress)
+            solution.t_events = instants
         for warning in solution.warnings:
             warnings.warn(WorthWarning(warning), stacklevel=2)
         return solution
@@ -432,8 +451,8 @@ class Model(Questions):
         rtol: float | None = None,
         atol: float | None = None,
         step: float | None = None,
-        method: str | None = None,
-        formulation: str | None = None,
+        method: Method | None = None,
+        formulation: Formulation | None = None,
     ) -> Stepping:
         """A motion at its start, which is advanced from here: for controllers, hardware in the loop and
         learning.

@@ -11,10 +11,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeVar, Union
 
+import numpy as np
+from numpy.typing import NDArray
+
 Value = Union[float, str]
 """A number, a quantity or an expression."""
 
-Point = Sequence[Value]
+Point = Union[Sequence[Value], NDArray[np.float64]]
 """``[x, y]`` or ``[x, y, z]``, length."""
 
 Table = dict[str, Any]

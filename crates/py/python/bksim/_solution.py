@@ -18,9 +18,11 @@ from ._checked import names as checked_names
 from ._checked import path as checked_path
 from ._checked import real, whole
 from ._errors import Diagnostic, LogError, diagnostics_of
+from ._functions import Functions
 from ._named import Array, Named, resolved, short_names, unknown
 from ._progress import Progress
 from ._show import Animation, Picture, Plot
+from ._text import small_table
 
 if TYPE_CHECKING:
     import pandas
@@ -35,18 +37,54 @@ def open(path: str | os.PathLike[str]) -> Solution:
     return Solution(_bksim.open_log(file))
 
 
-def _carried(path: Path, log: bytes, facts: _bksim._Facts) -> Solution:
+def _carried(path: Path, log: bytes, facts: _bksim._Facts, t_events: list[Array]) -> Solution:
     """The solution whose log was carried here."""
-    return Solution(_bksim.carried_run(path, log, facts))
+    solution = Solution(_bksim.carried_run(path, log, facts))
+    solution.t_events = t_events
+    return solution
 
 
 class Sensitivity(Named):
-    """Derivatives of the motion by one quantity, (n,) by the name of what is differentiated."""
+    """Derivatives of the motion by one quantity, (n,) by the name of what is differentiated.
 
-    def __init__(self, arrays: dict[str, Array], table: Array, nq: int) -> None:
+    Iteration is over coordinates, rates, accelerations and multipliers. Anything else that a solution has by a name
+    and that follows from the state has its derivative, too: ``["reactions.A.fx"]``, ``["energy.total"]``,
+    ``["rod.B.vx"]``.
+    """
+
+    def __init__(self, arrays: dict[str, Array], table: Array, nq: int, by: str, of: Solution) -> None:
         super().__init__(arrays)
         self._table = table
         self._nq = nq
+        self._by = by
+        self._of = of
+        self._made: dict[str, Array] = {}
+
+    def __getitem__(self, name: str) -> Array:
+        if name in self._arrays:
+            return self._arrays[name]
+        row = resolved(name, {f"state.{known}": k for k, known in enumerate(self._arrays)})
+        topic, _, field = name.partition(".")
+        if row is None and topic in ("state", "acceleration", "multipliers") and field in self._arrays:
+            return self._arrays[field]
+        if name not in self._made:
+            self._made[name] = self._derivative(name)
+        return self._made[name]
+
+    def _derivative(self, name: str) -> Array:
+        """Along the change of the state: y_q ∂q + y_v ∂v + y_p."""
+        of = self._of
+        if name not in of:
+            raise KeyError(unknown(name, [*self._arrays, *of.names]))
+        functions = of._functions
+        by_parameter = [self._by] if self._by in of._parameters else []
+        changes = functions.derivatives([name], of.t, of.q.T, of.v.T, by=["q", "v", *by_parameter])
+        total: Array = np.einsum("kn,nk->k", changes["q"][:, 0], self.q)
+        total += np.einsum("kn,nk->k", changes["v"][:, 0], self.v)
+        for parameter in by_parameter:
+            total += changes[parameter][:, 0]
+        total.flags.writeable = False
+        return total
 
     @property
     def q(self) -> Array:
@@ -187,7 +225,7 @@ class Samples:
         is_row = name == "t" or self._resolved(name) is not None
         return is_row or self._engine.measure_unit(name) is not None
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> Array:
         """A quantity by name, (n,).
 
         A quantity of the table (``energy.total``, or ``theta`` for ``state.theta``), or anything that
@@ -226,9 +264,14 @@ class Samples:
             raise KeyError(unknown(name, self.names))
         return unit
 
-    def __repr__(self) -> str:
+    def _title(self) -> str:
         n, at = len(self._columns), "one instant" if self._is_one else f"{len(self._t)} instants"
-        return f"<bksim.Samples: {n} quantities of {self._engine.name!r} at {at}>"
+        return f"bksim.Samples: {n} quantities of {self._engine.name!r} at {at}"
+
+    def __repr__(self) -> str:
+        columns = [("t", "s", self._t)]
+        columns += [(name, unit, self._table[k]) for k, (name, unit, _) in enumerate(self._columns)]
+        return f"<{self._title()}>\n{small_table(columns)}"
 
     def __len__(self) -> int:
         return len(self._t)
@@ -279,6 +322,18 @@ class Solution(Samples):
     def __init__(self, run: _bksim.Run) -> None:
         super().__init__(run.engine, run.t, run.table, run)
         self._run = run
+        self.t_events: list[Array] = []
+        """Instants of each event that ``solve`` was asked for, s."""
+
+    @property
+    def y_events(self) -> list[Array]:
+        """The states there, (n, 2 nq): coordinates, then their rates."""
+
+        def states(at: Array) -> Array:
+            samples = self(at)
+            return np.concatenate([samples.q, samples.v]).T
+
+        return [states(at) for at in self.t_events]
 
     def __reduce__(self) -> tuple[Any, ...]:
         # By the log, as it is saved and opened; besides, what a log says in other words.
@@ -289,13 +344,21 @@ class Solution(Samples):
             "warnings": run.warnings,
             "summary": run.summary(),
         }
-        return _carried, (self._engine.path, _bksim.log_bytes(run), facts)
+        return _carried, (self._engine.path, _bksim.log_bytes(run), facts, self.t_events)
 
     def __copy__(self) -> Solution:
         return self
 
     def __deepcopy__(self, memo: Any) -> Solution:
         return self
+
+    @cached_property
+    def _functions(self) -> Functions:
+        return Functions(_bksim.compiled_functions(self._engine))
+
+    @cached_property
+    def _parameters(self) -> set[str]:
+        return {name for name, _, _ in self._engine.parameters()}
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
@@ -352,7 +415,7 @@ class Solution(Samples):
         def one(by: str, block: list[int]) -> Sensitivity:
             table = self._table[block[0] : block[-1] + 1]
             names = [self._columns[k][0].removeprefix(f"sensitivity.{by}.") for k in block]
-            return Sensitivity(dict(zip(names, table, strict=True)), table, nq)
+            return Sensitivity(dict(zip(names, table, strict=True)), table, nq, by, self)
 
         return {by: one(by, block) for by, block in blocks.items()}
 
@@ -485,13 +548,13 @@ class Solution(Samples):
             raise ValueError("the motion between samples was not kept: solve with dense=True")
         return span[0], span[1]
 
-    def __repr__(self) -> str:
+    def _title(self) -> str:
         first, last = self.span
         n = len(self._t)
         how = "" if self.success else f", {self._run.ending}"
-        return f"<bksim.Solution {self._engine.name!r}: {n} samples, {first:g} s to {last:g} s{how}>"
+        return f"bksim.Solution {self._engine.name!r}: {n} samples, {first:g} s to {last:g} s{how}"
 
     def _repr_html_(self) -> str:
         from html import escape
 
-        return f"<p>{escape(repr(self)[1:-1])}</p>" + self.plot()._repr_svg_()
+        return f"<p>{escape(self._title())}</p>" + self.plot()._repr_svg_()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import cached_property
 
+import numpy as np
+
 from . import _bksim
 from ._named import Array, Named, resolved, short_names, unknown
 
@@ -73,8 +75,13 @@ class Stepping:
         return {name: k for k, (name, _, _) in enumerate(self._run.engine.columns())}
 
     def __getitem__(self, name: str) -> float:
-        """A quantity by the name that it has in a solution: ``run["energy.total"]``, ``run["theta"]``."""
+        """A quantity by the name that it has in a solution: ``run["energy.total"]``, ``run["theta"]``,
+        ``run["pole.x"]``."""
         column = resolved(name, self._columns)
+        if column is None and self._run.engine.measure_unit(name) is not None:
+            run = self._run
+            parts = (part[:, np.newaxis] for part in (run.q, run.v, run.a, run.reactions))
+            return float(run.engine.measured([name], *parts)[0, 0])
         if column is None:
             raise KeyError(unknown(name, [*self._columns, *short_names(self._columns)]))
         if self._row is None:

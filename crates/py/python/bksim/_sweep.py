@@ -16,6 +16,7 @@ from ._cluster import parts_done
 from ._checked import names, path, real, whole
 from ._progress import DELAY_S, _bars
 from ._swept import About, Failure, InFile, InMemory, Sweep
+from ._words import Design, Formulation, Method
 
 if TYPE_CHECKING:
     from ._model import Model
@@ -31,7 +32,7 @@ def sweep(
     axes: Mapping[str, Axis],
     *,
     outputs: str | Sequence[str] | None = None,
-    design: str = "grid",
+    design: Design = "grid",
     n: int | None = None,
     seed: int = 0,
     t_end: float | None = None,
@@ -39,8 +40,8 @@ def sweep(
     atol: float | None = None,
     step: float | None = None,
     every: float | None = None,
-    method: str | None = None,
-    formulation: str | None = None,
+    method: Method | None = None,
+    formulation: Formulation | None = None,
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
     overwrite: bool = False,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from . import _bksim
 from ._html import table
+from ._text import small_table
 
 if TYPE_CHECKING:
     import pandas
@@ -295,12 +296,21 @@ class Sweep:
         fields = [field.with_metadata({"unit": units.get(field.name, "")}) for field in rows.schema]
         return rows.cast(pyarrow.schema(fields, metadata=rows.schema.metadata))
 
-    def __repr__(self) -> str:
+    def _title(self) -> str:
         n_failed = len(self) - int(np.count_nonzero(self.ok))
         failed = f", {n_failed} failed" if n_failed else ""
         of = "" if self.is_whole else f" of {self._about.n_cases}"
         varied = ", ".join(self.inputs)
-        return f"<bksim.Sweep {self._about.model!r}: {len(self)}{of} cases over {varied}{failed}>"
+        return f"bksim.Sweep {self._about.model!r}: {len(self)}{of} cases over {varied}{failed}"
+
+    def __repr__(self) -> str:
+        if self._rows.path is not None:
+            # The file may be large.
+            return f"<{self._title()}>"
+        units = self._about.units
+        names = ("case", *self.inputs, *self.outputs, "status")
+        columns = [(name, units.get(name, ""), self._rows.column(name)) for name in names]
+        return f"<{self._title()}>\n{small_table(columns)}"
 
     def _repr_html_(self) -> str:
         from html import escape
@@ -316,7 +326,7 @@ class Sweep:
         rows = [[_shown(value) for value in row] for row in zip(*columns, strict=True)]
         if len(places) < len(self):
             rows.insert(first, ["…"] * len(names))
-        return f"<p>{escape(repr(self)[1:-1])}</p>" + table(head, rows)
+        return f"<p>{escape(self._title())}</p>" + table(head, rows)
 
 
 def _shown(value: Any) -> str:

@@ -19,6 +19,9 @@ from ._sampled import Sampled
 if TYPE_CHECKING:
     from ._model import Model
 
+NO_VALUE = frozenset({"M020", "M021", "M022", "M024", "M030", "M031", "M032", "M033"})
+"""Faults of a text that no other values could mend: it cannot be read, or its unit is another one."""
+
 Law: TypeAlias = "Callable[[float, NDArray[np.float64], NDArray[np.float64]], float]"
 """The value of an input, SI, at t, q and v."""
 
@@ -52,6 +55,7 @@ class Parameters(MutableMapping[str, float]):
         if name in self._model._inputs:
             raise ValueError(f"{name} is an input: del model.inputs[{name!r}] makes it a number again")
         if isinstance(value, str):
+            self._check(name, value)
             self._model._numbers.pop(name, None)
         else:
             number = real(name, value)
@@ -61,6 +65,21 @@ class Parameters(MutableMapping[str, float]):
             value = f"{number!r} {unit}".strip()
             self._model._numbers[name] = number
         self._model._overrides[name] = value
+
+    def _check(self, name: str, value: str) -> None:
+        """Refuses a text that is no value, or one of another kind, where it is set; whether a mechanism may have
+        the value is seen when all are set."""
+        text, path, model = self._model._text()
+        values = {**self._model._overrides, name: value}
+        try:
+            _bksim.check_values(text, path, model, list(values.items()))
+        except ModelError as refused:
+            faults = [fault for fault in refused.diagnostics if fault.code in NO_VALUE]
+            if not faults:
+                return
+            words = "; ".join(f"{fault.message} [{fault.code}]" for fault in faults)
+            help = f" ({faults[0].help})" if faults[0].help else ""
+            raise ModelError(f"{name} = {value!r}: {words}{help}", tuple(faults)) from None
 
     def __delitem__(self, name: str) -> None:
         if name not in {name for name, _, _ in self._model._readable().parameters()}:

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _bksim
+from ._words import Notation
 
 Operand = Union["Expr", int, float]
 """What stands for an expression."""
@@ -157,7 +158,7 @@ class Expr:
         """Whether it has the values of another at random points, to 30 digits."""
         return self._e.equals(_lowered(other))
 
-    def written(self, notation: str = "text") -> str:
+    def written(self, notation: Notation = "text") -> str:
         """As ``text``, ``unicode``, ``latex``, ``typst`` or ``mathml``."""
         return self._e.written(notation)
 

@@ -87,7 +87,7 @@ impl SensitivityEquations {
 }
 
 /// ∂P/∂p: one for the parameter itself, and what follows for those defined through it.
-fn parameter_direction(model: &Model, by: Sensitive) -> Vec<Expr> {
+pub(crate) fn parameter_direction(model: &Model, by: Sensitive) -> Vec<Expr> {
     let pool = &model.pool;
     let mut rates: Vec<(SymbolId, Expr)> = Vec::with_capacity(model.parameters.len());
     for (k, parameter) in model.parameters.iter().enumerate() {

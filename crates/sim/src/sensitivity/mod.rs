@@ -25,6 +25,7 @@ mod tangent;
 use bksim_model::Model;
 
 pub use crate::run::StateSensitivity;
+pub(crate) use derive::parameter_direction;
 pub use derive::{SensitivityEquations, differentiate};
 pub use fault::{SensitivityError, diagnose_sensitivity};
 pub use run::run_with_sensitivities;
