@@ -5,9 +5,10 @@ mod common;
 use bksim_expr::{ListingError, Pool};
 use common::{every_function, recipes};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(512))]
+    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, rng_seed: RngSeed::Fixed(20), ..ProptestConfig::default() })]
 
     #[test]
     fn an_expression_survives_its_listing(recipe in recipes(every_function(), 24)) {

@@ -168,7 +168,7 @@ impl<'a> Evaluator<'a> {
 
     /// The factors among the last results of [`Evaluator::unrolled`].
     pub(crate) fn unrolled_factors(&self) -> &[f64] {
-        let line = self.unrolled.as_ref().map_or(&[][..], Function::last);
+        let line = self.buffers.unrolled.as_ref().map_or(&[][..], Function::last);
         let n = self.system.shape.nq + self.system.shape.nc;
         line.get(n..).unwrap_or_default()
     }

@@ -305,8 +305,7 @@ impl Reader<'_> {
         let known = [DRIVE_KEYS.as_slice(), &["between"]].concat();
         for (name, span, table) in self.own_tables(root, "drive") {
             self.usable_name(name, &span, "drive");
-            let fields =
-                Fields::open(self, table, format!("drive `{name}`"), span.clone(), &known);
+            let fields = Fields::open(self, table, format!("drive `{name}`"), span.clone(), &known);
             if let Some(entry) = fields.entry("between") {
                 self.drive_of_points(name, &fields, entry.key_span.clone());
                 continue;
