@@ -238,16 +238,18 @@ impl Curves {
             for pieces in [&centrodes.fixed, &centrodes.moving] {
                 curve += 1;
                 for (piece, points) in pieces.iter().enumerate() {
-                    points
-                        .iter()
-                        .for_each(|p| add(curve, centrodes.branch, piece + 1, [p[0], p[1], 0.0]));
+                    for p in points {
+                        add(curve, centrodes.branch, piece + 1, [p[0], p[1], 0.0]);
+                    }
                 }
             }
         }
         for region in &self.swept {
             curve += 1;
             for (piece, ring) in region.rings.iter().enumerate() {
-                ring.iter().for_each(|p| add(curve, region.branch, piece + 1, [p[0], p[1], 0.0]));
+                for p in ring {
+                    add(curve, region.branch, piece + 1, [p[0], p[1], 0.0]);
+                }
             }
         }
         Table { columns, rows }

@@ -104,7 +104,9 @@ pub(crate) fn modes_of(loaded: &Loaded, about: About) -> Result<Modes, AnalysisE
         let mut shape: Vec<Complex<f64>> =
             along[0].iter().zip(&along[1]).map(|(re, im)| Complex::new(*re, *im)).collect();
         let unit = unit_of(&shape, &loaded.quantities, loaded.model());
-        shape.iter_mut().for_each(|c| *c /= unit);
+        for c in &mut shape {
+            *c /= unit;
+        }
         let pairs = parts[0].iter().zip(parts[1].iter());
         let coordinates = pairs.map(|(re, im)| Complex::new(*re, *im) / unit);
         let shares = energies.shares(loaded, &found.q, parts.each_ref().map(DVector::as_slice));

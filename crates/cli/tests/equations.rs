@@ -165,7 +165,10 @@ fn the_reading_form_with_its_names_put_back_is_what_is_solved() {
         };
         // A recursion lives of what it shares.
         assert!(total("simplified", "shared") <= total("derived", "shared"), "{printed}");
-        assert!(total("reading", "written_out") <= total("simplified", "written_out"), "{printed}");
+        // Sums that are grouped for the eye may cost an operation or two.
+        let [reading, simplified] =
+            ["reading", "simplified"].map(|form| total(form, "written_out"));
+        assert!(reading <= simplified + simplified / 20, "{printed}");
     }
 }
 

@@ -54,7 +54,9 @@ fn right() -> Vec<(String, String)> {
 /// Keys whose sections have names of the author's: a wrong one is none of the schema's.
 fn is_open(section: &str) -> bool {
     let parts: Vec<&str> = section.split('.').collect();
-    ["parameters", "initial"].contains(&parts[0]) || parts.len() > 2 || parts.ends_with(&["points"])
+    let has_keys = ["solve", "units", "ground", "io"].contains(&parts[0]);
+    let has_names = parts.len() == 1 && !has_keys;
+    has_names || parts[0] == "initial" || parts.len() > 2 || parts.ends_with(&["points"])
 }
 
 /// Texts with one fault each, made from a right one: a key that nobody knows, an unknown type, a flag as text.

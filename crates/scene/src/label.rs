@@ -97,10 +97,10 @@ impl Labels<'_> {
 
     /// Boxes around a point, nearer ones first: each time upper right, then the other corners, then the sides.
     fn candidates(&self, at: [f32; 2], extent: [f32; 2]) -> Vec<Area> {
-        REACH.iter().flat_map(|reach| self.around(at, extent, reach * self.gap)).collect()
+        REACH.iter().flat_map(|reach| Self::around(at, extent, reach * self.gap)).collect()
     }
 
-    fn around(&self, [x, y]: [f32; 2], [width, height]: [f32; 2], side: f32) -> [Area; 8] {
+    fn around([x, y]: [f32; 2], [width, height]: [f32; 2], side: f32) -> [Area; 8] {
         let gap = 0.75 * side;
         let area = |left: f32, top: f32| [left, top, left + width, top + height];
         let (middle, half) = (x - 0.5 * width, y - 0.5 * height);

@@ -9,6 +9,7 @@
 use std::time::Instant;
 
 use bksim_dae::Control;
+use bksim_dae::Stats;
 use bksim_model::{Jit, Method};
 use bksim_sim::Mechanism;
 use bksim_sim::run::Sample;
@@ -53,7 +54,7 @@ fn measure(
     let simulation = mechanism.simulation().expect("compiles");
     let mut last = Sample::default();
     let mut best = f64::INFINITY;
-    let mut stats = Default::default();
+    let mut stats = Stats::default();
     for _ in 0..runs {
         let begin = Instant::now();
         let mut keep = |sample: &Sample| {

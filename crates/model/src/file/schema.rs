@@ -138,7 +138,8 @@ mod tests {
             for form in forms {
                 let keys = form.keys.iter().filter(|key| !early.contains(key) && **key != "type");
                 let kind = form.word.map_or(String::new(), |word| format!("type = \"{word}\"\n"));
-                let keys: String = keys.map(|key| format!("{key} = 1\n")).collect();
+                let keys: Vec<String> = keys.map(|key| format!("{key} = 1\n")).collect();
+                let keys = keys.concat();
                 let text = format!("[{}.thing]\n{kind}{keys}zzz = 1\n", section.name);
                 let reading = read(&Source::new(&text, "model"));
                 let unknown = reading.diagnostics.iter().filter(|fault| fault.code.0 == "M005");

@@ -294,6 +294,9 @@ impl Survey<'_> {
 ///
 /// # Errors
 /// [`Unreported`].
+///
+/// # Panics
+/// Never: every drive of a mechanism has its signal.
 pub fn report(playback: &mut Playback) -> Result<Report, Unreported> {
     let quantities = Quantities::new(playback.mechanism())?;
     let drives = playback.mechanism().compiled.drives.clone();
