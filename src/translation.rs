@@ -92,18 +92,18 @@ fn translated_page(code: &str, english: &str, words: &Translation) -> String {
         if is_heading {
             section = line;
             let known = HEADINGS.iter().find(|(heading, _)| *heading == line);
-            page += &format!("\n{}\n", known.map_or(line, |(_, heading)| heading));
+            page.extend(["\n", known.map_or(line, |(_, heading)| heading), "\n"]);
             if matches!(line, "## Cure" | "## When") {
-                page += &format!("\n{}\n", words.cure);
+                page.extend(["\n", &words.cure, "\n"]);
             }
         } else if is_in_block || is_fence {
             if is_fence && !is_in_block {
                 page.push('\n');
             }
-            page += &format!("{line}\n");
+            page.extend([line, "\n"]);
             is_in_block ^= is_fence;
         } else if !section.is_empty() && HEADINGS.iter().all(|(heading, _)| *heading != section) {
-            page += &format!("{line}\n");
+            page.extend([line, "\n"]);
         }
     }
     page

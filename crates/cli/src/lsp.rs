@@ -130,6 +130,7 @@ impl Server {
     }
 }
 
+#[expect(clippy::needless_pass_by_value, reason = "values of JSON are moved")]
 fn published(uri: &str, faults: Value) -> Notification {
     let params = json!({ "uri": uri, "diagnostics": faults });
     Notification::new("textDocument/publishDiagnostics".to_owned(), params)

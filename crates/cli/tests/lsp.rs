@@ -45,6 +45,7 @@ impl Client {
         self.input.flush().expect("it listens");
     }
 
+    #[expect(clippy::needless_pass_by_value, reason = "values of JSON are moved")]
     fn tell(&mut self, method: &str, params: Value) {
         self.send(&json!({ "jsonrpc": "2.0", "method": method, "params": params }));
     }
@@ -67,6 +68,7 @@ impl Client {
     }
 
     /// The whole answer to a request.
+    #[expect(clippy::needless_pass_by_value, reason = "values of JSON are moved")]
     fn response(&mut self, method: &str, params: Value) -> Value {
         self.last_id += 1;
         let id = self.last_id;

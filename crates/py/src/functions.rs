@@ -136,11 +136,11 @@ fn check_sizes(t: &ArrayView1<'_, f64>, states: &[&ArrayView2<'_, f64>]) -> Resu
 }
 
 /// A vector that is filled by `fill`, which tells whether it did.
-fn filled<'py>(
-    py: Python<'py>,
+fn filled(
+    py: Python<'_>,
     n: usize,
     fill: impl FnOnce(&mut [f64]) -> PyResult<bool>,
-) -> AtOne<'py, PyArray1<f64>> {
+) -> AtOne<'_, PyArray1<f64>> {
     let out = PyArray1::zeros(py, n, false);
     let is_done = match out.readwrite().as_slice_mut() {
         Ok(values) => fill(values)?,
@@ -150,11 +150,11 @@ fn filled<'py>(
 }
 
 /// As [`filled`], a matrix.
-fn filled_matrix<'py>(
-    py: Python<'py>,
+fn filled_matrix(
+    py: Python<'_>,
     size: [usize; 2],
     fill: impl FnOnce(&mut [f64]) -> PyResult<bool>,
-) -> AtOne<'py, PyArray2<f64>> {
+) -> AtOne<'_, PyArray2<f64>> {
     let out = PyArray2::zeros(py, size, false);
     let is_done = match out.readwrite().as_slice_mut() {
         Ok(values) => fill(values)?,

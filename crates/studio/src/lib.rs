@@ -42,11 +42,12 @@ fn studio(command: StudioCommand<'_>, common: Common) -> Result<Status, Failure>
     match command {
         StudioCommand::Bode(args, path) => commands::bode::run(args, path, json, nesting),
         StudioCommand::Export(args, path) => to_file(args, path, &PARQUET, json),
-        StudioCommand::Modes(args) => commands::render::run(args, json, nesting),
         StudioCommand::Page(args) => commands::page::run(args, json),
         StudioCommand::Plot(args) => commands::plot::run(args, json),
         StudioCommand::Polygons(args, path) => commands::polygons::run(args, path, json, nesting),
-        StudioCommand::Render(args) => commands::render::run(args, json, nesting),
+        StudioCommand::Modes(args) | StudioCommand::Render(args) => {
+            commands::render::run(args, json, nesting)
+        }
         StudioCommand::Sweep(args) => commands::sweep::run(args, json, nesting),
         StudioCommand::View(args) => commands::view::run(args, json, nesting),
     }

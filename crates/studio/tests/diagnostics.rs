@@ -284,7 +284,7 @@ fn a_diagnostic_is_explained_in_the_language_of_the_environment() {
     room.write("a.toml", "name = \"a\"\n");
     let said = |locale: &str, arguments: &str| {
         let mut command = room.bksim();
-        command.args(arguments.split(" "));
+        command.args(arguments.split(' '));
         let output = command.env_remove("LC_ALL").env_remove("LC_MESSAGES").env("LANG", locale);
         text(&output.output().expect("the program runs").stderr)
     };

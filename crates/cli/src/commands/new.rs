@@ -13,6 +13,9 @@ use crate::output_file::put;
 
 const TEMPLATE: &str = include_str!("../../new.toml");
 
+/// The name and the bytes of a file.
+type NamedBytes = (String, Cow<'static, [u8]>);
+
 /// A model that comes with bksim.
 struct Example {
     /// Name of its folder.
@@ -63,11 +66,7 @@ fn stem(name: &str) -> &str {
 
 /// The files of an example under a new name, that to be solved first. Names of other files stay, as the model
 /// refers to them.
-fn of_example(
-    template: &str,
-    stem: &str,
-    wants_drawing: bool,
-) -> Result<Vec<(String, Cow<'static, [u8]>)>, Failure> {
+fn of_example(template: &str, stem: &str, wants_drawing: bool) -> Result<Vec<NamedBytes>, Failure> {
     let Some(example) = EXAMPLES.iter().find(|example| example.name == template) else {
         let names: Vec<&str> = EXAMPLES.iter().map(|example| example.name).collect();
         let message = format!("there is no template `{template}`");

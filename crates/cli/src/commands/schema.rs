@@ -173,7 +173,9 @@ fn named(section: &str, forms: &[TableForm]) -> Value {
         return json!({ "type": "object", "properties": properties, "additionalProperties": false });
     }
     let mut all = Map::new();
-    forms.iter().for_each(|form| all.extend(properties(form)));
+    for form in forms {
+        all.extend(properties(form));
+    }
     let words: Vec<&str> = forms.iter().filter_map(|form| form.word).collect();
     all.insert("type".to_owned(), json!({ "enum": words }));
     // An editor completes keys from `properties`; the names of those of each type are checked below. A table
@@ -196,10 +198,10 @@ fn key_schema(section: &str, key: &str) -> Value {
     let kind = KINDS.iter().find(|(known, _)| *known == key).map(|(_, kind)| *kind);
     // The words of one section mean something else in another.
     let kind = match (section, key) {
-        ("couplings", "between") | ("curves", "law" | "points" | "segments") => None,
-        ("loads", "between") | ("joints", "between") | ("use", "on") => kind,
+        ("couplings", "between")
+        | ("curves", "law" | "points" | "segments")
+        | ("loads", "axes" | "acceleration" | "of") => None,
         ("couplings" | "drives", _) => kind.filter(|kind| *kind != Kind::Names),
-        ("loads", "axes" | "acceleration" | "of") => None,
         _ => kind,
     };
     let mut schema = kind.map_or(json!({}), Kind::schema);

@@ -70,8 +70,8 @@ impl Document {
         let start = before.rfind('\n').map_or(0, |at| at + 1);
         let end = self.text[byte..].find('\n').map_or(self.text.len(), |at| byte + at);
         let line = &self.text[start..end];
-        let headers = self.text[..start].lines().chain([line]).filter_map(header);
-        let section = headers.last().unwrap_or_default();
+        let mut headers = self.text[..start].lines().chain([line]).filter_map(header);
+        let section = headers.next_back().unwrap_or_default();
         let key = line.split_once('=').filter(|_| header(line).is_none()).map(|(key, _)| {
             let from = start + key.len() - key.trim_start().len();
             (key.trim().trim_matches('"').to_owned(), from..from + key.trim().len())

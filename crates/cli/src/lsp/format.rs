@@ -74,12 +74,11 @@ fn brackets(line: &str) -> i32 {
     for c in line.chars() {
         match (quote, c) {
             (Some(open), c) if open == c => quote = None,
-            (Some(_), _) => (),
             (None, '"' | '\'') => quote = Some(c),
             (None, '#') => break,
             (None, '[' | '{') => depth += 1,
             (None, ']' | '}') => depth -= 1,
-            (None, _) => (),
+            _ => (),
         }
     }
     depth

@@ -42,6 +42,7 @@ pub(super) fn at(document: &Document, byte: usize, nesting: usize) -> Option<Val
     Some(shown(&words, range(&part)))
 }
 
+#[expect(clippy::needless_pass_by_value, reason = "values of JSON are moved")]
 fn shown(text: &str, range: Value) -> Value {
     json!({ "contents": { "kind": "markdown", "value": text }, "range": range })
 }

@@ -41,16 +41,13 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
     };
     let stop = StopWish::watch().map_err(|e| Failure::writing(&args.output, &e))?;
     let request = args.mode.request().map_err(|e| no_curve(&args.input, &e))?;
-    let (opened, period) = match request {
-        Some(request) => {
-            let Swinging { playback, period, .. } = mode_of(&model, nesting, &request)?;
-            let diagnostics = json!([]);
-            (Opened { playback, is_complete: true, diagnostics }, Some(period))
-        }
-        None => {
-            let opening = Opening { cannot: "drawn", nesting, as_json, stop: &stop };
-            (motion::open(&model, opening)?, None)
-        }
+    let (opened, period) = if let Some(request) = request {
+        let Swinging { playback, period, .. } = mode_of(&model, nesting, &request)?;
+        let diagnostics = json!([]);
+        (Opened { playback, is_complete: true, diagnostics }, Some(period))
+    } else {
+        let opening = Opening { cannot: "drawn", nesting, as_json, stop: &stop };
+        (motion::open(&model, opening)?, None)
     };
     let Opened { playback, is_complete, diagnostics } = opened;
     let show = Show::new(playback);

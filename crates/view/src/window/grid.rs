@@ -6,6 +6,7 @@ use egui_plot::{GridInput, GridMark};
 const ROOM: f64 = 1.6;
 
 /// The lines of an axis; each has a label.
+#[expect(clippy::needless_pass_by_value, reason = "the signature that plots ask for")]
 pub(super) fn marks(input: GridInput) -> Vec<GridMark> {
     let (low, high) = input.bounds;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few hundred")]

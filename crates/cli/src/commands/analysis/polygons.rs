@@ -29,12 +29,13 @@ pub fn run(
     let name = model.name.clone();
     let failed = failed(&source);
     let rates = [args.rate.as_slice(), &args.acceleration];
-    let drives = match prescribed(&model, &args.drive, rates, false).map_err(&failed)? {
-        Some(Prescribed::Drives { drives, .. }) => drives,
-        _ => {
-            let help = "write `--drive crank.angle=\"40 deg\"` and `--rate 25`";
-            return Err(Failure::usage("no pose is asked for", help));
-        }
+    let drives = if let Some(Prescribed::Drives { drives, .. }) =
+        prescribed(&model, &args.drive, rates, false).map_err(&failed)?
+    {
+        drives
+    } else {
+        let help = "write `--drive crank.angle=\"40 deg\"` and `--rate 25`";
+        return Err(Failure::usage("no pose is asked for", help));
     };
     let found = polygons(model, &drives).map_err(&failed)?;
     let Answer { command, json, text, table } = told(&name, &found);
