@@ -200,7 +200,9 @@ impl<'a> Balance<'a> {
         if size == 0.0 {
             return Ok((vec![self.loaded.q.clone()], true));
         }
-        for k in 1..values.len() {
+        // Of a closed curve, an equilibrium in the start lies at both ends.
+        let is_met_twice = trace.is_closed && values.first() == Some(&0.0);
+        for k in 1..values.len() - usize::from(is_met_twice) {
             let (before, after) = (values[k - 1], values[k]);
             if before == 0.0 || (before > 0.0) == (after > 0.0) && after != 0.0 {
                 continue;

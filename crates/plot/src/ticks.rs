@@ -69,7 +69,13 @@ impl Ticks {
             }
             decade += stride;
         }
-        if ticks.values.len() < FEWEST { Self::linear(low, high, max_n) } else { ticks }
+        if ticks.values.len() >= FEWEST {
+            return ticks;
+        }
+        // Zero has no place on an axis of logarithms.
+        let even = Self::linear(low, high, max_n);
+        let is_positive = even.values.iter().all(|&value| value > 0.0);
+        if is_positive || ticks.values.is_empty() { even } else { ticks }
     }
 
     fn single(value: f64) -> Self {

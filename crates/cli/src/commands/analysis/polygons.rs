@@ -29,11 +29,8 @@ pub fn run(
     let name = model.name.clone();
     let failed = failed(&source);
     let rates = [args.rate.as_slice(), &args.acceleration];
-    let drives = if let Some(Prescribed::Drives { drives, .. }) =
-        prescribed(&model, &args.drive, rates, false).map_err(&failed)?
-    {
-        drives
-    } else {
+    let asked = prescribed(&model, &args.drive, rates, false).map_err(&failed)?;
+    let Some(Prescribed::Drives { drives, .. }) = asked else {
         let help = "write `--drive crank.angle=\"40 deg\"` and `--rate 25`";
         return Err(Failure::usage("no pose is asked for", help));
     };
