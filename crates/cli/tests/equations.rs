@@ -168,7 +168,7 @@ fn the_reading_form_with_its_names_put_back_is_what_is_solved() {
         // Sums that are grouped for the eye may cost an operation or two.
         let [reading, simplified] =
             ["reading", "simplified"].map(|form| total(form, "written_out"));
-        assert!(reading <= simplified + simplified / 20, "{printed}");
+        assert!(reading <= simplified + 3 + simplified / 20, "{printed}");
     }
 }
 
