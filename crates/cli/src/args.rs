@@ -322,7 +322,7 @@ pub struct Export {
     /// Channels: `state.A_angle`, a whole topic `energy`, a pattern `reactions.*`, or what the model can name, as
     /// `rod.B.x`; with a unit as `A.angle:deg`. All of the log if none.
     pub channels: Vec<String>,
-    /// Units of a CSV table, such as "mm, deg, rpm, kN", or `model` for those of the model's [units]; headings
+    /// Units of a CSV table, such as "mm, deg, rpm, kN", or `model` for those of the model's `[units]`; headings
     /// tell them. SI unless given.
     #[arg(long = "in", value_name = "UNITS")]
     pub shown: Option<String>,
