@@ -244,7 +244,7 @@ fn a_start_at_the_pole_of_named_angles_says_so() {
     solve(&derive(model(&turned)));
 }
 
-/// What the help of a bad frame says is a frame.
+/// The text that the help of a bad frame suggests is a frame.
 #[test]
 fn helps_of_frames_work_as_they_are_written() {
     let text = |axes: &str| {

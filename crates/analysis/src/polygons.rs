@@ -287,7 +287,7 @@ impl Moving<'_> {
         }
     }
 
-    /// What slides on a guide that moves.
+    /// Vectors of parts that slide on guides that move.
     fn along_guides(&self, places: &[Place], found: &mut Polygons) {
         let guided = places.iter().filter_map(|guide| {
             let (name, _) = guide.name.split_once(" on ")?;

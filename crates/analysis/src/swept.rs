@@ -13,7 +13,7 @@ use crate::positions::Positions;
 use crate::region::{doubled_area, hull, union};
 use crate::trace::Trace;
 
-/// What a body sweeps.
+/// The region that a body sweeps.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Swept {
     /// The body.

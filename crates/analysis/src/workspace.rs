@@ -15,6 +15,9 @@
 //! Source: E. J. Haug, C. M. Luh, F. A. Adkins and J. Y. Wang, *Numerical algorithms for mapping boundaries of
 //! manipulator workspaces*, Journal of Mechanical Design 118 (1996).
 
+mod critical;
+mod pieces;
+
 use bksim_model::{LoadKind, Measure, Model, Space};
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
@@ -23,7 +26,6 @@ use rand_pcg::Pcg64;
 use crate::assemblies::{closed, closed_poses};
 use crate::curve::{Curve, Equations, Point, independent_rows};
 use crate::curves::point;
-use crate::double_points::cross;
 use crate::error::AnalysisError;
 use crate::path::{Law, Path};
 use crate::positions::Positions;
@@ -31,6 +33,8 @@ use crate::quantity::PoseQuantity;
 use crate::rows::{Clock, Rows, wrapped};
 use crate::scalar::Scalars;
 use crate::trace::{Trace, closed_way};
+use critical::{Critical, InMechanism, holds};
+use pieces::{pieces, without_duplicates};
 
 /// The region of the plane that a point reaches.
 #[derive(Clone, PartialEq, Debug)]
@@ -317,7 +321,9 @@ impl Reach {
             barriers: Vec::new(),
             area: 0.0,
         };
-        for mut piece in pieces(critical, self.size) {
+        let ways: Vec<Vec<[f64; 2]>> =
+            critical.iter().map(|way| way.iter().map(|stop| stop.p).collect()).collect();
+        for mut piece in pieces(&ways, self.size) {
             let middle = piece.len() / 2;
             let [a, b] = [piece[middle - 1], piece[middle]];
             let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
@@ -340,7 +346,7 @@ impl Reach {
                 (false, false) => (),
             }
         }
-        found.boundary = without_twins(found.boundary, self.size);
+        found.boundary = without_duplicates(found.boundary, self.size);
         let area = |piece: &Vec<[f64; 2]>| {
             piece
                 .windows(2)
@@ -401,205 +407,4 @@ impl Reach {
         }
         false
     }
-}
-
-/// Equations some of whose unknowns are the coordinates.
-trait InMechanism {
-    /// Coordinates in units of the mechanism.
-    fn x(&self, point: &Point) -> Vec<f64>;
-    /// Coordinates.
-    fn q(&self, point: &Point) -> Vec<f64>;
-}
-
-impl InMechanism for Path<'_> {
-    fn x(&self, point: &Point) -> Vec<f64> {
-        point.z.as_slice()[..self.rows.n()].to_vec()
-    }
-
-    fn q(&self, point: &Point) -> Vec<f64> {
-        self.rows.unscaled(&point.z.as_slice()[..self.rows.n()])
-    }
-}
-
-/// The equations of critical poses: x, λ, w.
-struct Critical<'r> {
-    rows: &'r mut Rows,
-    /// x and y of the point first.
-    point: Scalars,
-    active: Vec<usize>,
-    u: Vec<f64>,
-    t: f64,
-    size: f64,
-}
-
-impl InMechanism for Critical<'_> {
-    fn x(&self, point: &Point) -> Vec<f64> {
-        point.z.as_slice()[..self.rows.n()].to_vec()
-    }
-
-    fn q(&self, point: &Point) -> Vec<f64> {
-        self.rows.unscaled(&point.z.as_slice()[..self.rows.n()])
-    }
-}
-
-impl Critical<'_> {
-    /// Φ, and the slopes of Φ and of the point, in units of the mechanism.
-    fn slopes(&mut self, x: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
-        let at = self.rows.at(self.t, x, &self.u);
-        let q = self.rows.unscaled(x);
-        let of_point = self.point.gradients(self.t, &q);
-        let m = self.active.len();
-        let slopes = DMatrix::from_fn(m + 2, x.len(), |i, k| match self.active.get(i) {
-            Some(&row) => at.jacobian[(row, k)],
-            None => of_point[i - m][k] * self.rows.unit_of_column[k] / self.size,
-        });
-        (DVector::from_fn(m, |i, _| at.value[self.active[i]]), slopes)
-    }
-
-    /// A critical pose near `x`, by Gauss and Newton's iteration.
-    fn stationary(&mut self, x: &[f64]) -> Option<DVector<f64>> {
-        const MOST: usize = 60;
-        let (n, m) = (x.len(), self.active.len());
-        // The combination of slopes that is least.
-        let (_, slopes) = self.slopes(x);
-        let mut square = DMatrix::zeros(n.max(m + 2), m + 2);
-        square.rows_mut(0, n).copy_from(&slopes.transpose());
-        let v_t = square.svd(false, true).v_t?;
-        let least = v_t.row(v_t.nrows() - 1);
-        let mut z = DVector::from_fn(n + m + 2, |i, _| if i < n { x[i] } else { least[i - n] });
-        for _ in 0..MOST {
-            let (value, jacobian) = self.at(&z);
-            if value.amax() < 1e-12 {
-                return Some(z);
-            }
-            let step = jacobian.svd(true, true).solve(&value, 1e-10).ok()?;
-            let size = step.norm();
-            if !size.is_finite() {
-                return None;
-            }
-            z -= step * if size > 0.4 { 0.4 / size } else { 1.0 };
-        }
-        None
-    }
-}
-
-impl Equations for Critical<'_> {
-    fn at(&mut self, z: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
-        const ASIDE: f64 = 1e-6;
-        let (n, m) = (self.rows.n(), self.active.len());
-        let x = z.as_slice()[..n].to_vec();
-        let weights = z.rows(n, m + 2).into_owned();
-        let (phi, slopes) = self.slopes(&x);
-        let mut value = DVector::zeros(m + n + 1);
-        value.rows_mut(0, m).copy_from(&phi);
-        value.rows_mut(m, n).copy_from(&(slopes.transpose() * &weights));
-        value[m + n] = 0.5 * (weights.norm_squared() - 1.0);
-        let mut jacobian = DMatrix::zeros(m + n + 1, z.len());
-        jacobian.view_mut((0, 0), (m, n)).copy_from(&slopes.rows(0, m));
-        jacobian.view_mut((m, n), (n, m + 2)).copy_from(&slopes.transpose());
-        jacobian.view_mut((m + n, n), (1, m + 2)).copy_from(&weights.transpose());
-        // Second derivatives by central differences: Newton's iteration needs no more digits of them.
-        for k in 0..n {
-            let mut beside = |off: f64| {
-                let mut x = x.clone();
-                x[k] += off;
-                self.slopes(&x).1.transpose() * &weights
-            };
-            let change = (beside(ASIDE) - beside(-ASIDE)) / (2.0 * ASIDE);
-            jacobian.view_mut((m, k), (n, 1)).copy_from(&change);
-        }
-        (value, jacobian)
-    }
-}
-
-/// Whether a critical pose lies on a curve of such, with λ and w of either sign.
-fn holds(way: &[Point], z: &DVector<f64>, (is_turn, n): (&[bool], usize)) -> bool {
-    let off = |from: &Point, sign: f64| {
-        let off = DVector::from_fn(z.len(), |i, _| {
-            let off = if i < n { z[i] - from.z[i] } else { sign * z[i] - from.z[i] };
-            if is_turn[i] { wrapped(off) } else { off }
-        });
-        let along = off.dot(&from.tangent);
-        (along.abs() < 0.05, (off - &from.tangent * along).norm())
-    };
-    let is_near = |(is_beside, aside): (bool, f64)| is_beside && aside < 2e-3;
-    way.iter().any(|from| is_near(off(from, 1.0)) || is_near(off(from, -1.0)))
-}
-
-/// Critical curves, cut where they cross each other and themselves.
-fn pieces(critical: &[Vec<Stop>], size: f64) -> Vec<Vec<[f64; 2]>> {
-    let chords: Vec<(usize, usize)> = critical
-        .iter()
-        .enumerate()
-        .flat_map(|(of, way)| (1..way.len()).map(move |k| (of, k - 1)))
-        .collect();
-    let ends = |&(of, k): &(usize, usize)| [critical[of][k].p, critical[of][k + 1].p];
-    let mut cuts: Vec<Vec<(usize, f64, [f64; 2])>> = vec![Vec::new(); critical.len()];
-    for (i, a) in chords.iter().enumerate() {
-        for b in &chords[i + 1..] {
-            let (p, q) = (ends(a), ends(b));
-            let is_apart = (0..2).any(|axis| {
-                p[0][axis].max(p[1][axis]) < q[0][axis].min(q[1][axis])
-                    || q[0][axis].max(q[1][axis]) < p[0][axis].min(p[1][axis])
-            });
-            let are_neighbours = a.0 == b.0 && a.1.abs_diff(b.1) <= 1;
-            if is_apart || are_neighbours || !cross(p, q) {
-                continue;
-            }
-            let [u, v] = [p, q].map(|[a, b]| [b[0] - a[0], b[1] - a[1]]);
-            let across = u[0] * v[1] - u[1] * v[0];
-            // Curves that lie on each other do not cross.
-            if across.abs() < 1e-3 * u[0].hypot(u[1]) * v[0].hypot(v[1]) {
-                continue;
-            }
-            let off = [q[0][0] - p[0][0], q[0][1] - p[0][1]];
-            let share = (off[0] * v[1] - off[1] * v[0]) / across;
-            let of_other = (off[0] * u[1] - off[1] * u[0]) / across;
-            let at = [p[0][0] + share * u[0], p[0][1] + share * u[1]];
-            cuts[a.0].push((a.1, share, at));
-            cuts[b.0].push((b.1, of_other, at));
-        }
-    }
-    let mut all = Vec::new();
-    for (way, mut cuts) in critical.iter().zip(cuts) {
-        cuts.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        let mut piece: Vec<[f64; 2]> = Vec::new();
-        let mut cuts = cuts.into_iter().peekable();
-        for (k, stop) in way.iter().enumerate() {
-            piece.push(stop.p);
-            while let Some((_, _, at)) = cuts.next_if(|cut| cut.0 == k) {
-                piece.push(at);
-                all.push(std::mem::replace(&mut piece, vec![at]));
-            }
-        }
-        all.push(piece);
-    }
-    let extent = |piece: &Vec<[f64; 2]>| {
-        piece.iter().map(|p| (p[0] - piece[0][0]).hypot(p[1] - piece[0][1])).fold(0.0, f64::max)
-    };
-    all.retain(|piece| piece.len() > 1 && extent(piece) > 1e-9 * size);
-    all
-}
-
-/// Pieces of a boundary, each once: several assemblies may end on one curve.
-fn without_twins(pieces: Vec<Vec<[f64; 2]>>, size: f64) -> Vec<Vec<[f64; 2]>> {
-    let off = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-    let mut kept: Vec<Vec<[f64; 2]>> = Vec::new();
-    for piece in pieces {
-        let middle = piece[piece.len() / 2];
-        let lies_on = |other: &Vec<[f64; 2]>| {
-            other.windows(2).any(|pair| {
-                let long = off(pair[0], pair[1]).max(f64::MIN_POSITIVE);
-                let u = [(pair[1][0] - pair[0][0]) / long, (pair[1][1] - pair[0][1]) / long];
-                let d = [middle[0] - pair[0][0], middle[1] - pair[0][1]];
-                let along = d[0] * u[0] + d[1] * u[1];
-                let aside = (d[0] * u[1] - d[1] * u[0]).abs();
-                (0.0..=long).contains(&along) && aside < 1e-4 * size
-            })
-        };
-        if !kept.iter().any(lies_on) {
-            kept.push(piece);
-        }
-    }
-    kept
 }

@@ -90,7 +90,7 @@ fn a_planar_four_bar_in_space_repeats_three_conditions() {
     }
 }
 
-/// What a joint gives up is redundant no more, and the rest still is.
+/// A direction that a joint gives up is redundant no more, and the rest still is.
 #[test]
 fn a_freed_direction_is_redundant_no_more() {
     let slides = "type = \"cylindrical\", axis = [0, 0, 1]";

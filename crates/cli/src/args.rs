@@ -6,6 +6,7 @@ pub(crate) mod code;
 pub(crate) mod draw;
 pub(crate) mod edit;
 pub(crate) mod info;
+pub mod mode;
 pub mod page;
 pub mod plot;
 pub mod render;

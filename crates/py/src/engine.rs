@@ -39,12 +39,12 @@ pub(crate) struct Engine {
     pub(crate) simulation: Simulation,
     /// Whether the equations were derived with other values.
     is_replayed: bool,
-    /// What was stated besides the text.
+    /// Statements that came besides the text.
     stated: Arc<Stated>,
     start: OnceLock<Start>,
 }
 
-/// What is stated of a model besides its text.
+/// Statements about a model besides its text.
 #[derive(Default)]
 struct Stated {
     jit: Option<String>,

@@ -24,7 +24,7 @@ pub(crate) struct Run {
     pub(crate) kept: Kept,
     /// The source of the model, as the log has it.
     pub(crate) logged: Option<Logged>,
-    /// What came with the bytes of its log.
+    /// Facts that came with the bytes of its log.
     pub(crate) carried: Option<Carried>,
 }
 

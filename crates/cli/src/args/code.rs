@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::ModelArgs;
-use super::analysis::About;
+use super::mode::About;
 
 #[derive(Args, Debug)]
 pub(crate) struct Code {

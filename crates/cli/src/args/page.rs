@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::analysis::ModeArgs;
+use super::mode::ModeArgs;
 
 /// A run as one page of HTML.
 #[derive(Args, Debug)]

@@ -6,7 +6,7 @@ use bksim_scene::StandardView;
 use bksim_scene::request::{Background, DENSITIES, FACTORS, MOST_GHOSTS, SIDES};
 use clap::{Args, ValueEnum};
 
-use super::analysis::{About, ModeArgs};
+use super::mode::{About, ModeArgs};
 use super::time::time;
 use super::{DrawingArgs, ModelArgs, assignment};
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{ArgAction, Args};
 
-use super::analysis::ModeArgs;
+use super::mode::ModeArgs;
 use super::time::time;
 use super::{DrawingArgs, assignment};
 

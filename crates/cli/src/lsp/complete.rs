@@ -1,4 +1,4 @@
-//! What may stand at a place.
+//! Completions: the words that may stand at a place.
 
 use bksim::expr::function_names;
 use bksim::model::Model;

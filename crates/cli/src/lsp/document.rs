@@ -13,7 +13,7 @@ pub(super) struct Document {
     pub(super) text: String,
 }
 
-/// What stands at a place of a text.
+/// A place of a text: its section, key and word.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Place {
     /// The parts of the last header before it: `joints`, `A`.
@@ -64,7 +64,7 @@ impl Document {
         json!({ "start": self.position(span.start), "end": self.position(span.end) })
     }
 
-    /// What stands at a byte.
+    /// The place of a byte.
     pub(super) fn place(&self, byte: usize) -> Place {
         let before = &self.text[..byte];
         let start = before.rfind('\n').map_or(0, |at| at + 1);

@@ -1,4 +1,4 @@
-//! What a name or a key is.
+//! Hovers: the meaning, value and dimension of a name or a key.
 
 use bksim::Mechanism;
 use bksim::mbs::coordinate::Owner;
@@ -17,7 +17,7 @@ const MOST_EQUATIONS: usize = 8;
 /// Longer equations are cut.
 const MOST_LETTERS: usize = 600;
 
-/// What stands at a byte, as Markdown.
+/// The explanation of the word at a byte, as Markdown.
 pub(super) fn at(document: &Document, byte: usize, nesting: usize) -> Option<Value> {
     let place = document.place(byte);
     let range = |span: &std::ops::Range<usize>| document.range(span);

@@ -93,7 +93,7 @@ impl Condition {
         }
     }
 
-    /// What keeps it: `force`, `moment`, or `force and moment` as in a screw; of a coupling `coupling`.
+    /// The effort that keeps it: `force`, `moment`, or `force and moment` as in a screw; of a coupling `coupling`.
     pub fn effort(&self) -> &'static str {
         match (self.direction, self.of) {
             (Direction::Force(_), _) | (Direction::Alone, Keeper::Joint(_)) => "force",

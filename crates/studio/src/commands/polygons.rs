@@ -69,7 +69,7 @@ struct Drawn<'a> {
 /// From the plane of a polygon to the picture.
 struct Map {
     scale: f64,
-    /// What is in the middle of the area.
+    /// The value in the middle of the area.
     middle: [f64; 2],
     centre: [f32; 2],
 }

@@ -102,7 +102,7 @@ const PERIOD_S: f64 = 2.0;
 /// Ghosts in the picture of a mode.
 const MODE_GHOSTS: usize = 4;
 
-/// What suits a mode where nothing is said: a film of two seconds, a picture of one end with ghosts from the other.
+/// Options that suit a mode where nothing is said: a film of two seconds, a picture of one end with ghosts from the other.
 fn suit_mode(order: &mut Request, show: &Show, period: f64) {
     let [first, _] = show.span();
     if order.format.is_film() {

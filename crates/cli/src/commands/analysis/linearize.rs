@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked, columns_json, failed, lines, pose_json};
 use super::statics::held;
-use crate::args::analysis::{About as AboutArg, Linearize as Args};
+use crate::args::analysis::Linearize as Args;
+use crate::args::mode::About as AboutArg;
 use crate::exit::{Failure, Status};
 use crate::output::number;
 
