@@ -275,11 +275,12 @@ fn prepared(wanted: SweepRequest) -> Result<Study, Fault> {
     let (n, seed) = (wanted.n.unwrap_or_default(), wanted.seed);
     let design = match wanted.design.as_str() {
         "grid" => Design::Grid,
+        "pairs" => Design::Pairs,
         "random" => Design::Random { n, seed },
         "latin-hypercube" => Design::LatinHypercube { n, seed },
         "sobol" => Design::Sobol { n, seed },
         other => {
-            let known = r#""grid", "random", "latin-hypercube" and "sobol""#;
+            let known = r#""grid", "pairs", "random", "latin-hypercube" and "sobol""#;
             return Err(Fault::Value(format!("design = {other:?} is none of {known}")));
         }
     };

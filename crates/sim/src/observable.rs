@@ -88,6 +88,14 @@ impl Observables {
         Ok(Self { buffers: function.buffers(parameters), all: observables.to_vec(), function })
     }
 
+    /// Sets the values of the parameters.
+    ///
+    /// # Panics
+    /// If `parameters` are not as many as in the model.
+    pub fn set_parameters(&mut self, parameters: &[f64]) {
+        self.buffers = self.function.buffers(parameters);
+    }
+
     /// Writes the observables at coordinates, velocities and accelerations, in the order they were given in;
     /// `reaction` has that of a joint in world axes.
     ///

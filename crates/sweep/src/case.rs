@@ -38,7 +38,7 @@ impl<'a> Worker<'a> {
             options: study.options.clone(),
             stated: Vec::new(),
             recorded: Vec::new(),
-            reducer: Reducer::new(study.outputs.len()),
+            reducer: Reducer::new(&study.outputs, study.simulation.parameters()),
         }
     }
 
@@ -132,7 +132,7 @@ impl<'a> Worker<'a> {
         };
 
         // The run, reduced to its outputs as it goes on.
-        reducer.clear();
+        reducer.begin(&study.outputs, simulation.parameters());
         let mut take = |sample: &Sample| {
             reducer.take(&study.outputs, &study.channels, sample);
             Control::Continue

@@ -39,6 +39,7 @@
 
 mod axis;
 mod case;
+mod cases;
 mod error;
 mod input;
 mod output;
@@ -53,9 +54,10 @@ mod study;
 
 pub use axis::{Axis, Spacing, Values};
 pub use bksim::sweep_codes as codes;
+pub use cases::axes_of_table;
 pub use error::SweepError;
 pub use input::si_unit;
-pub use output::{Output, Take};
+pub use output::{Output, Outputs, Take};
 pub use parquet::Column;
 pub use plan::{Design, LARGEST, Plan};
 pub use request::Request;

@@ -13,6 +13,8 @@ use crate::codes;
 pub enum Design {
     /// Every value with every other; the last axis turns fastest.
     Grid,
+    /// The first value of every axis, then the second of every axis, and so on.
+    Pairs,
     /// Independent samples.
     Random {
         /// How many.
@@ -74,6 +76,7 @@ impl Plan {
         // Cases, as many as the design has or can have.
         let n_cases = match design {
             Design::Grid => n_of_grid(&axes)?,
+            Design::Pairs => n_of_pairs(&axes)?,
             Design::Random { n, .. }
             | Design::LatinHypercube { n, .. }
             | Design::Sobol { n, .. } => {
@@ -143,6 +146,11 @@ impl Plan {
                     rest /= n;
                 }
             }
+            Design::Pairs => {
+                for (axis, number) in self.axes.iter().zip(numbers) {
+                    *number = axis.value(case);
+                }
+            }
             Design::Random { seed, .. } => {
                 for (axis_idx, (axis, number)) in self.axes.iter().zip(numbers).enumerate() {
                     *number = axis.sample(uniform(seed, axis_idx, case));
@@ -169,6 +177,7 @@ impl Plan {
         let axes: Vec<String> = self.axes.iter().map(Axis::describe).collect();
         let design = match self.design {
             Design::Grid => "grid".to_owned(),
+            Design::Pairs => "pairs".to_owned(),
             Design::Random { n, seed } => format!("{n} random samples, seed {seed}"),
             Design::LatinHypercube { n, seed } => format!("Latin hypercube of {n}, seed {seed}"),
             Design::Sobol { n, seed } => format!("{n} of Sobol's sequence, seed {seed}"),
@@ -199,19 +208,37 @@ fn shuffled(n: u64, seed: u64, axis_idx: usize) -> Vec<u32> {
 }
 
 fn n_of_grid(axes: &[Axis]) -> Result<u64, Diagnostic> {
-    let mut n_cases = 1u64;
+    let mut counts = axes.iter().map(|axis| counted(axis, "a grid"));
+    counts.try_fold(1u64, |n_cases, n| Ok(n_cases.saturating_mul(n?)))
+}
+
+/// As many cases as every axis has values.
+fn n_of_pairs(axes: &[Axis]) -> Result<u64, Diagnostic> {
+    let Some(first) = axes.first() else { return Ok(1) };
+    let n_cases = counted(first, "pairs")?;
     for axis in axes {
-        let Some(n) = axis.n_values() else {
-            let name = &axis.name;
-            let message =
-                format!("the axis `{name}` of a grid does not say how many values it has");
-            let help =
-                format!("add a count, as in `{name}=0.8:1.2:41`, or ask for samples of this range");
+        let n = counted(axis, "pairs")?;
+        if n != n_cases {
+            let message = format!(
+                "the axes `{}` and `{}` of pairs have {n_cases} and {n} values",
+                first.name, axis.name
+            );
+            let help = "give every axis as many values, or leave out the pairs for a grid";
             return Err(Diagnostic::error(codes::BAD_AXIS, message).help(help));
-        };
-        n_cases = n_cases.saturating_mul(n);
+        }
     }
     Ok(n_cases)
+}
+
+/// Number of values of an axis that has one.
+fn counted(axis: &Axis, of: &str) -> Result<u64, Diagnostic> {
+    axis.n_values().ok_or_else(|| {
+        let name = &axis.name;
+        let message = format!("the axis `{name}` of {of} does not say how many values it has");
+        let help =
+            format!("add a count, as in `{name}=0.8:1.2:41`, or ask for samples of this range");
+        Diagnostic::error(codes::BAD_AXIS, message).help(help)
+    })
 }
 
 /// Samples lie between ends or in lists.
@@ -251,6 +278,15 @@ mod tests {
         let plan = plan(&[("a", "1:2:2"), ("b", "5,7,9")], Design::Grid).expect("a plan");
         let expected = [[1.0, 5.0], [1.0, 7.0], [1.0, 9.0], [2.0, 5.0], [2.0, 7.0], [2.0, 9.0]];
         assert_eq!(cases(&plan), expected);
+    }
+
+    #[test]
+    fn pairs_take_one_value_of_every_axis() {
+        let pairs = |axes| plan(axes, Design::Pairs);
+        let plan = pairs(&[("a", "1:3:3"), ("b", "5,7,9")]).expect("a plan");
+        assert_eq!(cases(&plan), [[1.0, 5.0], [2.0, 7.0], [3.0, 9.0]]);
+        let uneven = pairs(&[("a", "1:3:3"), ("b", "5,7")]).expect_err("a fault");
+        assert_eq!(uneven.code, codes::BAD_AXIS);
     }
 
     #[test]

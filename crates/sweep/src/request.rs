@@ -20,8 +20,7 @@ pub struct Request {
     pub fixed: Vec<(String, String)>,
     /// The cases.
     pub plan: Plan,
-    /// The outputs of each run, as for [`Output::parse`](crate::Output::parse); none for
-    /// [`Output::defaults`](crate::Output::defaults).
+    /// The outputs of each run, as for [`Outputs::read`](crate::Outputs::read).
     pub outputs: Vec<String>,
     /// Settings of the solution.
     pub changes: SolveChanges,

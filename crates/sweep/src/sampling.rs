@@ -1,41 +1,41 @@
 //! The instants at which outputs need samples of a run.
 
 use bksim::model::diagnostic::Diagnostic;
-use bksim::model::{Outputs, SolveOptions};
+use bksim::model::{Outputs as Instants, SolveOptions};
 
 use crate::codes;
-use crate::output::{Output, Take};
+use crate::output::{Outputs, Take};
 
 /// Changes `options` so that a run has the samples that its outputs need, and no others where times
 /// of the outputs are all that is needed.
-pub(crate) fn sample_for(outputs: &[Output], options: &mut SolveOptions) {
-    let takes = || outputs.iter().map(|output| output.take);
+pub(crate) fn sample_for(outputs: &Outputs, options: &mut SolveOptions) {
+    let takes = || outputs.takes().map(|(take, _)| take);
     let mut times: Vec<f64> =
         takes().filter_map(|take| if let Take::At(t) = take { Some(t) } else { None }).collect();
     let needs_all = takes().any(|take| !matches!(take, Take::At(_) | Take::Final));
     match &options.outputs {
         _ if !needs_all => (),
         _ if times.is_empty() => return,
-        Outputs::Even => times.extend(even_times(options)),
-        Outputs::Times(stated) => times.extend(stated),
-        Outputs::Steps => return,
+        Instants::Even => times.extend(even_times(options)),
+        Instants::Times(stated) => times.extend(stated),
+        Instants::Steps => return,
     }
-    options.outputs = Outputs::Times(times);
+    options.outputs = Instants::Times(times);
 }
 
 /// Refuses times of outputs that no run has.
-pub(crate) fn check_times(outputs: &[Output], solve: &SolveOptions) -> Result<(), Diagnostic> {
-    for output in outputs {
-        let Take::At(t) = output.take else { continue };
-        let message = format!("`{}` asks for a time without sample", output.name);
+pub(crate) fn check_times(outputs: &Outputs, solve: &SolveOptions) -> Result<(), Diagnostic> {
+    for (take, output) in outputs.takes() {
+        let Take::At(t) = take else { continue };
+        let message = format!("`{output}` asks for a time without sample");
         let fault = Diagnostic::error(codes::UNKNOWN_OUTPUT, message);
         let span = (solve.t_start.min(solve.t_end), solve.t_start.max(solve.t_end));
         if t < span.0 || t > span.1 {
             let help = format!("runs go from {} s to {} s", solve.t_start, solve.t_end);
             return Err(fault.help(help));
         }
-        let is_instant = |o: &Output| matches!(o.take, Take::At(_) | Take::Final);
-        if solve.outputs == Outputs::Steps && !outputs.iter().all(is_instant) {
+        let is_instant = |(take, _)| matches!(take, Take::At(_) | Take::Final);
+        if solve.outputs == Instants::Steps && !outputs.takes().all(is_instant) {
             let help = "the model samples at steps: say `--every` for even samples";
             return Err(fault.help(help));
         }

@@ -15,7 +15,7 @@ use sha2::{Digest, Sha256};
 use crate::axis::Axis;
 use crate::codes;
 use crate::input::{Input, inputs, overrides};
-use crate::output::Output;
+use crate::output::{Output, Outputs};
 use crate::parquet::{Column, Layout, entry};
 use crate::plan::Plan;
 use crate::request::Request;
@@ -27,7 +27,7 @@ pub struct Study {
     pub(crate) request: Request,
     /// By axis.
     pub(crate) inputs: Vec<Input>,
-    pub(crate) outputs: Vec<Output>,
+    pub(crate) outputs: Outputs,
     pub(crate) channels: Channels,
     /// The equations, derived once, with the values of one case.
     pub(crate) simulation: Simulation,
@@ -78,11 +78,7 @@ impl Study {
         let channels = Channels::new(&mechanism);
 
         // Outputs, and the samples that they need.
-        let outputs = request.outputs.iter().map(|text| Output::parse(text, &channels));
-        let mut outputs = outputs.collect::<Result<Vec<Output>, _>>().map_err(rejected)?;
-        if outputs.is_empty() {
-            outputs = Output::defaults(&mechanism, &channels);
-        }
+        let outputs = Outputs::read(&request.outputs, &mechanism, &channels).map_err(rejected)?;
         check_times(&outputs, &mechanism.model.solve).map_err(rejected)?;
         sample_for(&outputs, &mut options);
 
@@ -129,7 +125,7 @@ impl Study {
 
     /// The outputs of each run.
     pub fn outputs(&self) -> &[Output] {
-        &self.outputs
+        self.outputs.all()
     }
 
     /// The varied quantities, in SI; units are written as those of channels are.
@@ -145,7 +141,7 @@ impl Study {
     /// The columns of the outputs.
     pub fn output_columns(&self) -> Vec<Column> {
         let column = |o: &Output| Column { name: o.name.clone(), unit: o.unit.clone() };
-        self.outputs.iter().map(column).collect()
+        self.outputs.all().iter().map(column).collect()
     }
 
     /// The values of a case as `bksim solve --set` takes them; `A.rate` and the like stand in the
@@ -170,7 +166,7 @@ impl Study {
     /// Equal for sweeps with equal rows: of model, values, outputs, settings and version.
     pub fn fingerprint(&self) -> String {
         let Request { model, name, limits, fixed, .. } = &self.request;
-        let outputs: Vec<&str> = self.outputs.iter().map(|o| o.name.as_str()).collect();
+        let outputs: Vec<&str> = self.outputs.all().iter().map(|o| o.name.as_str()).collect();
         let plan = self.request.plan.describe();
         let all = format!(
             "{VERSION}\0{model}\0{name}\0{limits:?}\0{fixed:?}\0{plan}\0{outputs:?}\0{}",

@@ -299,14 +299,13 @@ fn what_makes_no_sense_is_refused_with_the_nearest_name() {
     assert_eq!(code(&[("m1", "-1,-2")], &[]).0.0, "M040");
 }
 
-#[test]
-fn a_mean_and_a_value_at_a_time_are_those_of_the_motion() {
-    // A body that falls: x = ½ t², on average 1/6 and √(1/20) in the mean square.
-    let text = r#"
+/// A body that falls along x from rest.
+const FALLING: &str = r#"
         [parameters]
+        m = "1 kg"
         a = "1 m/s^2"
         [bodies.block]
-        mass = "1 kg"
+        mass = "m"
         [joints.guide]
         type = "prismatic"
         between = ["ground", "block"]
@@ -317,10 +316,14 @@ fn a_mean_and_a_value_at_a_time_are_those_of_the_motion() {
         acceleration = ["a", 0]
         [solve]
         t_end = 1
-    "#;
+"#;
+
+#[test]
+fn a_mean_and_a_value_at_a_time_are_those_of_the_motion() {
+    // A body that falls: x = ½ t², on average 1/6 and √(1/20) in the mean square.
     let axis = Axis::parse("a", "1:2").expect("an axis").expect("an axis");
     let plan = Plan::new(vec![axis], Design::Sobol { n: 8, seed: 1 }).expect("a plan");
-    let mut request = Request::new(text, "block", plan);
+    let mut request = Request::new(FALLING, "block", plan);
     request.outputs =
         ["mean(x)", "rms(x)", "x@0.333", "min(x)", "max(x_dot)"].map(str::to_owned).to_vec();
     let study = Study::prepare(request).expect("a study");
@@ -333,5 +336,62 @@ fn a_mean_and_a_value_at_a_time_are_those_of_the_motion() {
             let tolerance = if idx < 2 { 2e-6 } else { 1e-9 };
             assert!((found - expected).abs() < tolerance, "{idx}: {found} {expected}");
         }
+    }
+}
+
+#[test]
+fn outputs_are_expressions_of_what_is_taken_of_quantities_over_time() {
+    let axis = Axis::parse("a", "1 m/s^2:2 m/s^2").expect("an axis").expect("an axis");
+    let plan = Plan::new(vec![axis], Design::Sobol { n: 4, seed: 1 }).expect("a plan");
+    let mut request = Request::new(FALLING, "block", plan);
+    // Each with its value and unit, for x = ½ a t² from 0 s to 1 s.
+    type Expected = (&'static str, &'static str, fn(f64) -> f64);
+    let expected: [Expected; 12] = [
+        ("peak_to_peak(x)", "m", |a| a / 2.0),
+        ("max(x) - min(x)", "m", |a| a / 2.0),
+        ("max(x)/a", "s^2", |_| 0.5),
+        ("first(x_dot > 0.5 m/s)", "s", |a| 0.5 / a),
+        ("first(x >= 9 m)", "s", |_| f64::NAN),
+        ("quantile(x_dot, 0.25)", "m/s", |a| a / 4.0),
+        ("max(m*x_dot^2/2) - energy.kinetic", "N*m", |_| 0.0),
+        ("max(t*x_dot)", "m", |a| a),
+        ("x - 20 cm", "m", |a| a / 2.0 - 0.2),
+        ("max(hypot(3*block.x, 4*x))", "m", |a| 2.5 * a),
+        ("max(if x_dot > 0.5 m/s then x_dot else 0)", "m/s", |a| a),
+        ("sqrt(2*x/a)@0.25", "s", |_| 0.25),
+    ];
+    request.outputs = expected.iter().map(|(text, ..)| (*text).to_owned()).collect();
+    let study = Study::prepare(request).expect("a study");
+    for (output, (text, unit, _)) in study.outputs().iter().zip(&expected) {
+        assert_eq!(output.unit, *unit, "{text}");
+        assert!(output.name.contains("state.") || output.name == *text, "{}", output.name);
+    }
+    for row in study.rows(0..4, 1, &Monitor::default()).expect("threads").expect("an end") {
+        for (found, (text, _, value)) in row.outputs.iter().zip(&expected) {
+            let value = value(row.inputs[0]);
+            let is_same = (found - value).abs() < 1e-9 || found.is_nan() && value.is_nan();
+            assert!(is_same, "{text}: {found} for {value}");
+        }
+    }
+
+    // Faults are told, each in its own words.
+    let faults = [
+        ("max(x) + max(x_dot)", "add"),
+        ("max(max(x))", "one number already"),
+        ("first(x)", "what"),
+        ("quantile(x, 95)", "part of the time"),
+        ("sin(x)", "unit"),
+        ("max(x)@0.5", "one number"),
+        ("x^y", "no signal `y`"),
+        ("max(x) quux", "no output"),
+    ];
+    for (text, word) in faults {
+        let axis = Axis::parse("a", "1,2").expect("an axis").expect("an axis");
+        let plan = Plan::new(vec![axis], Design::Grid).expect("a plan");
+        let mut request = Request::new(FALLING, "block", plan);
+        request.outputs = vec![text.to_owned()];
+        let fault = Study::prepare(request).expect_err(text).0.swap_remove(0);
+        assert_eq!(fault.code, codes::UNKNOWN_OUTPUT, "{text}");
+        assert!(fault.message.contains(word), "{text}: {}", fault.message);
     }
 }

@@ -19,8 +19,15 @@ pub struct Sweep {
     /// How a drawing is read.
     #[command(flatten)]
     pub drawing: DrawingArgs,
-    /// Keep this of each run: `max(reactions.B.fx)`, `final(state.x)`, `theta@0.5`; also `min`,
-    /// `mean`, `rms`. The final, smallest and largest values of all coordinates unless given.
+    /// Take one value of every axis after the other, in place of a grid.
+    #[arg(long, conflicts_with_all = ["random", "lhs", "sobol"])]
+    pub pairs: bool,
+    /// Vary what the columns of this table name, one case a row: `l1 [mm], m2` in its first line.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["random", "lhs", "sobol"])]
+    pub cases: Option<PathBuf>,
+    /// Keep this of each run: `max(reactions.B.fx)`, `final(rod.B.x)`, `theta@0.5`; also `min`, `mean`,
+    /// `rms`, `peak_to_peak`, `quantile(x, 0.95)`, `first(x > 1 m)`, and expressions of them. The final,
+    /// smallest and largest values of all coordinates unless given.
     #[arg(long, value_name = "OUTPUT")]
     pub keep: Vec<String>,
     /// The table; NAME.parquet in the working directory unless given.

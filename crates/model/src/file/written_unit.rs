@@ -47,8 +47,8 @@ impl WrittenUnit {
         }
     }
 
-    /// The unit that these factors are.
-    pub(super) fn of(factors: &[UnitFactor]) -> Option<Self> {
+    /// The unit that these factors are; `None` where one is unknown or has an exponent that no quantity has.
+    pub fn of(factors: &[UnitFactor]) -> Option<Self> {
         let mut whole = Self { scale: Scale::ONE, dimension: Dimension::NONE, is_angle: true };
         for factor in factors {
             let unit = find_unit(&factor.name)?;
@@ -75,6 +75,30 @@ impl WrittenUnit {
         if is_angle { Some("angle") } else { self.dimension.noun() }
     }
 
+    /// The unit of pure numbers.
+    pub const PURE: Self = Self { scale: Scale::ONE, dimension: Dimension::NONE, is_angle: false };
+
+    /// True where both measure the same kind of quantity, an angle being a pure number.
+    pub fn is_alike(&self, other: &Self) -> bool {
+        self.dimension == other.dimension
+    }
+
+    /// The SI unit of products of quantities in these units.
+    #[must_use]
+    pub fn times(&self, other: &Self) -> Self {
+        Self {
+            scale: Scale::ONE,
+            dimension: self.dimension.times(other.dimension),
+            is_angle: self.is_angle != other.is_angle,
+        }
+    }
+
+    /// The SI unit of powers; `None` where their exponents are no simple fractions.
+    pub fn power(&self, exponent: f64) -> Option<Self> {
+        let is_angle = self.is_angle && exponent == 1.0;
+        Some(Self { scale: Scale::ONE, dimension: self.dimension.power(exponent)?, is_angle })
+    }
+
     /// The SI unit of the same quantity, as text.
     pub fn si(&self) -> String {
         let unit = self.dimension.to_string();
@@ -85,6 +109,16 @@ impl WrittenUnit {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn units_of_products_and_powers_are_si() {
+        let unit = |text| WrittenUnit::parse(text).expect("a unit");
+        assert_eq!(unit("kN").times(&unit("mm")).si(), "N m");
+        assert_eq!(unit("mm^2").power(0.5).map(|unit| unit.si()).as_deref(), Some("m"));
+        assert_eq!(unit("deg").times(&WrittenUnit::PURE).si(), "rad");
+        assert_eq!(unit("m").power(0.123), None);
+        assert!(unit("deg").is_alike(&WrittenUnit::PURE) && !unit("N").is_alike(&unit("m")));
+    }
 
     #[test]
     fn a_space_between_units_multiplies() {

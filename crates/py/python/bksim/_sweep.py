@@ -52,11 +52,13 @@ def sweep(
     """Solves a model at many values of its parameters and stated initial values.
 
     ``axes`` are values by name (``l1``, ``A.rate``): numbers in SI, or a text as the command line
-    takes it, ``"80 mm:120 mm:41"``. They make a grid, the last one turning fastest. The designs
+    takes it, ``"80 mm:120 mm:41"``. They make a grid, the last one turning fastest; with the design
+    ``"pairs"`` a case takes one value of each, so that a table of trials is swept row by row. The designs
     ``"random"``, ``"latin-hypercube"`` and ``"sobol"`` take ``n`` samples: of a tuple ``(low, high)``
     anything between, of a list its values. ``outputs`` are numbers of each run, ``final(state.x)``,
-    ``min``, ``max``, ``mean``, ``rms`` of any column of a solution, ``"state.x@0.5"`` its value at
-    0.5 s; unless given, the final, smallest and largest value of every coordinate. ``t_end`` to
+    ``min``, ``max``, ``mean``, ``rms``, ``peak_to_peak`` of any column of a solution, ``"state.x@0.5"`` its
+    value at 0.5 s, ``quantile(x, 0.95)``, ``first(x > 1 m)``, of expressions and in expressions, as
+    ``max(hypot(reactions.B.fx, reactions.B.fy))/m``; unless given, the final, smallest and largest value of every coordinate. ``t_end`` to
     ``formulation`` are those of :meth:`Model.solve`.
 
     The equations are derived and compiled once. A row is what ``solve`` gives at its values, to the
@@ -77,9 +79,10 @@ def sweep(
     is there and neither ``resume`` nor ``overwrite`` says what to do; ValueError for options that make
     no sense.
     """
-    if design == "grid" and n is not None:
-        raise ValueError("n is a number of samples, and a grid has none: name a design")
-    if design != "grid" and n is None:
+    is_sampled = design not in ("grid", "pairs")
+    if not is_sampled and n is not None:
+        raise ValueError(f"n is a number of samples, and design = {design!r} has none: name a design")
+    if is_sampled and n is None:
         raise ValueError(f"design = {design!r} needs n, the number of samples")
     if out is None and (resume or overwrite):
         raise ValueError("resume and overwrite are about a file: name it as out")
@@ -200,12 +203,13 @@ def _asked(model: Model, axes: Mapping[str, Axis], design: str) -> Any:
     """Model and axes, plain enough to be sent."""
     text, path, name = model._text()
     engine = model._engine()
+    is_sampled = design not in ("grid", "pairs")
     return {
         "text": text,
         "path": path,
         "name": name,
         "fixed": [(key, value) for key, value in model._overrides.items() if key not in axes],
-        "axes": [_axis(engine, key, values, design != "grid") for key, values in axes.items()],
+        "axes": [_axis(engine, key, values, is_sampled) for key, values in axes.items()],
         "design": design,
         "jit": model._jit,
     }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use bksim::model::diagnostic::Diagnostic;
 use bksim_sweep::{
-    Axis, Design, Existing, Monitor, Plan, Report, Request, Study, SweepError, write,
+    Axis, Design, Existing, Monitor, Plan, Report, Request, Study, SweepError, axes_of_table, write,
 };
 use serde_json::{Value, json};
 
@@ -18,7 +18,7 @@ use bksim_cli::output;
 use bksim_cli::output_file::{OutputFile, check_ending};
 use bksim_cli::progress::{Progress, StopWish};
 use bksim_cli::render;
-use bksim_cli::source::{Text, load};
+use bksim_cli::source::{Text, load, read_bytes};
 
 pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let begun = Instant::now();
@@ -29,7 +29,14 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     let loaded = load(&model, nesting)?;
     let source = &loaded.source;
     let rejected = |fault: Diagnostic| source.rejected(vec![fault]);
-    let axes = fault.map_or(Ok(axes), Err);
+    let of_table = match &args.cases {
+        Some(path) => {
+            let bytes = read_bytes(path)?;
+            axes_of_table(&String::from_utf8_lossy(&bytes)).map_err(rejected)?
+        }
+        None => Vec::new(),
+    };
+    let axes = fault.map_or(Ok([axes, of_table].concat()), Err);
     let plan = axes.and_then(|axes| Plan::new(axes, design(args))).map_err(rejected)?;
     if plan.axes().is_empty() {
         let help = "add `--set NAME=FROM:TO:COUNT`; without any, `bksim solve` is the command";
@@ -149,6 +156,9 @@ impl Settings {
 
 fn design(args: &Sweep) -> Design {
     let seed = args.seed;
+    if args.pairs || args.cases.is_some() {
+        return Design::Pairs;
+    }
     match (args.random, args.lhs, args.sobol) {
         (Some(n), ..) => Design::Random { n, seed },
         (_, Some(n), _) => Design::LatinHypercube { n, seed },
@@ -184,6 +194,7 @@ impl SweepReport<'_> {
         let varied: Vec<&str> = varied.collect();
         let design = match study.plan().design() {
             Design::Grid => "grid",
+            Design::Pairs => "pairs",
             Design::Random { .. } => "random samples",
             Design::LatinHypercube { .. } => "Latin hypercube",
             Design::Sobol { .. } => "Sobol's sequence",
