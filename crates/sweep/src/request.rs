@@ -3,7 +3,7 @@
 use bksim::SolveChanges;
 use bksim::model::Model;
 use bksim::model::diagnostic::Diagnostic;
-use bksim::model::file::{Limits, Reading, Recording, Source, read_recorded};
+use bksim::model::file::{Limits, Reading, Recording, Source, read, read_recorded};
 
 use crate::plan::Plan;
 
@@ -38,6 +38,27 @@ impl Request {
             outputs: Vec::new(),
             changes: SolveChanges::default(),
         }
+    }
+
+    /// Varied values that are no parameters, by their path: `crank.mass`.
+    fn promoted(&self, model: &Model) -> Vec<String> {
+        let is_stated = |name: &str| model.initial.iter().any(|initial| initial.name == name);
+        let names = self.plan.axes().iter().map(|axis| axis.name.as_str());
+        names.filter(|name| name.contains('.') && !is_stated(name)).map(str::to_owned).collect()
+    }
+
+    /// Reads the model as it is written, with the parameters that its axes vary.
+    pub(crate) fn read_stated(&self) -> Result<Model, Vec<Diagnostic>> {
+        let model = self.read(&[])?;
+        let promoted = self.promoted(&model);
+        if promoted.is_empty() {
+            return Ok(model);
+        }
+        let (text, name, limits) = (&self.model, &self.name, self.limits);
+        let (overrides, promoted) = (&self.fixed, &promoted);
+        let source = Source { overrides, promoted, limits, ..Source::new(text, name) };
+        let Reading { model, diagnostics } = read(&source);
+        model.ok_or(diagnostics)
     }
 
     /// Reads the model with these parameters set, too.

@@ -57,7 +57,7 @@ impl Study {
         let rejected = |fault: Diagnostic| Rejected(vec![fault]);
 
         // The quantities of the axes, and the model at the values of one case.
-        let stated = request.read(&[]).map_err(Rejected)?;
+        let stated = request.read_stated().map_err(Rejected)?;
         let inputs = inputs(&request, &stated).map_err(rejected)?;
         let (mut model, recording, warnings) = first_allowed(&request, &inputs)?;
 

@@ -339,13 +339,15 @@ fn a_mean_and_a_value_at_a_time_are_those_of_the_motion() {
     }
 }
 
+/// An output with its unit and its value at an acceleration.
+type Expected = (&'static str, &'static str, fn(f64) -> f64);
+
 #[test]
 fn outputs_are_expressions_of_what_is_taken_of_quantities_over_time() {
     let axis = Axis::parse("a", "1 m/s^2:2 m/s^2").expect("an axis").expect("an axis");
     let plan = Plan::new(vec![axis], Design::Sobol { n: 4, seed: 1 }).expect("a plan");
     let mut request = Request::new(FALLING, "block", plan);
-    // Each with its value and unit, for x = ½ a t² from 0 s to 1 s.
-    type Expected = (&'static str, &'static str, fn(f64) -> f64);
+    // For x = ½ a t² from 0 s to 1 s.
     let expected: [Expected; 12] = [
         ("peak_to_peak(x)", "m", |a| a / 2.0),
         ("max(x) - min(x)", "m", |a| a / 2.0),

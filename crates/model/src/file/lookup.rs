@@ -34,7 +34,8 @@ impl Reader<'_> {
         }
         let parts: Vec<&str> = name.split('.').collect();
         let (measure, quantity) = match (parts.as_slice(), self.names.plain(name)) {
-            ([_], Some(Meaning::Parameter(idx))) => {
+            // A name with dots is one that a value of the file was given as a parameter.
+            (_, Some(Meaning::Parameter(idx))) => {
                 let known = self.parameters[idx].result.clone()?;
                 return Some(Lowered { span, ..known });
             }

@@ -59,6 +59,7 @@ mod pieces;
 mod piecewise;
 mod plausible;
 mod points;
+mod promote;
 mod quantity;
 mod reader;
 mod replay;
@@ -114,8 +115,11 @@ pub struct Source<'a> {
     /// Name of the model unless the text states one.
     pub name: &'a str,
     /// Replaced definitions of parameters, `(name, value)`; a value is written as in the file,
-    /// `25 mm` or `l1/2`, without quotes.
+    /// `25 mm` or `l1/2`, without quotes. Values of the file that are no parameters are named by their
+    /// path: `crank.mass`, `loads.gravity.acceleration.1`.
     pub overrides: &'a [(String, String)],
+    /// Values of the file, by their path, that become parameters of this name.
+    pub promoted: &'a [String],
     /// Limits that protect against hostile input.
     pub limits: Limits,
     /// Whether positions alone are asked for: bodies need no masses then.
@@ -125,7 +129,14 @@ pub struct Source<'a> {
 impl<'a> Source<'a> {
     /// A text by itself.
     pub fn new(text: &'a str, name: &'a str) -> Self {
-        Self { text, name, overrides: &[], limits: Limits::default(), is_geometry: false }
+        Self {
+            text,
+            name,
+            overrides: &[],
+            promoted: &[],
+            limits: Limits::default(),
+            is_geometry: false,
+        }
     }
 }
 
@@ -220,7 +231,10 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
     let root = syntax::parse(source.text, source.limits.nesting, &mut reader.faults);
     let model = root.and_then(|mut root| {
         reader.check_sections(&mut root);
-        reader.read_model(&root, source)
+        let set = source.overrides.iter().map(|(name, _)| name);
+        let paths = source.promoted.iter().chain(set).map(String::as_str);
+        let promoted = promote::promoted(&mut root, paths);
+        reader.read_model(&root, &promoted, source)
     });
     let values = reader.recorded.take();
     let recording = model.as_ref().and(values).map(|values| reader.constants.finish(values));

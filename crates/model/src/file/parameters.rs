@@ -29,14 +29,24 @@ impl Reader<'_> {
         self.pool.symbol_id(time).expect("a symbol was just made")
     }
 
-    /// Gathers the names and definitions of all parameters.
-    pub(super) fn gather_parameters(&mut self, root: &Table, overrides: &[(String, String)]) {
+    /// Gathers the names and definitions of all parameters: those of the file, and values that became some.
+    pub(super) fn gather_parameters(
+        &mut self,
+        root: &Table,
+        promoted: &[Entry],
+        overrides: &[(String, String)],
+    ) {
         if let Some(entry) = root.get("parameters")
             && let Some(table) = self.table(&entry.node, "`parameters`")
         {
             for entry in &table.entries {
-                self.gather_parameter(entry);
+                if self.usable_name(&entry.key, &entry.key_span, "parameter") {
+                    self.gather_parameter(entry);
+                }
             }
+        }
+        for entry in promoted {
+            self.gather_parameter(entry);
         }
         for (name, text) in overrides {
             self.replace(name, text);
@@ -45,9 +55,8 @@ impl Reader<'_> {
 
     fn gather_parameter(&mut self, entry: &Entry) {
         let name = entry.key.as_str();
-        let usable = self.usable_name(name, &entry.key_span, "parameter");
         let idx = self.parameters.len();
-        if !usable || !self.define(name, Meaning::Parameter(idx), Some(entry.key_span.clone())) {
+        if !self.define(name, Meaning::Parameter(idx), Some(entry.key_span.clone())) {
             return;
         }
         let span = entry.node.span.clone();

@@ -2,7 +2,7 @@
 
 use super::bodies::BodyFacts;
 use super::reader::{Fields, Reader};
-use super::tree::{Table, Value};
+use super::tree::{Entry, Table, Value};
 use super::units::{self, FileUnits, find_unit};
 use super::words::closest;
 use super::{MAX_DIAGNOSTICS, Source, codes};
@@ -38,8 +38,13 @@ pub(super) const SECTIONS: &[&str] = &[
 ];
 
 impl Reader<'_> {
-    /// The way through the file: one section per line.
-    pub(super) fn read_model(&mut self, root: &Table, source: &Source<'_>) -> Option<Model> {
+    /// The way through the file: one section per line; `promoted` are values of it that became parameters.
+    pub(super) fn read_model(
+        &mut self,
+        root: &Table,
+        promoted: &[Entry],
+        source: &Source<'_>,
+    ) -> Option<Model> {
         let top = Fields::open(self, root, "the model".to_owned(), 0..0, SECTIONS);
         if let Some(node) = top.get("drawing") {
             self.report(
@@ -63,7 +68,7 @@ impl Reader<'_> {
         self.read_units(root);
         self.gather_names(root);
         let time = self.define_time();
-        self.gather_parameters(root, source.overrides);
+        self.gather_parameters(root, promoted, source.overrides);
         self.gather_coordinates(root);
         self.gather_controllers(root);
         self.read_parameters();
