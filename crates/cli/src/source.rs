@@ -41,6 +41,9 @@ fn load_as(args: &ModelArgs, max_nesting: usize, is_geometry: bool) -> Result<Lo
 }
 
 /// The bytes of a file that is small enough to be a model.
+///
+/// # Errors
+/// A file that cannot be read.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     Ok(bksim_load::read_bytes(path)?)
 }

@@ -10,6 +10,8 @@ pub struct Figure {
     pub title: String,
     /// Panels in reading order.
     pub panels: Vec<Panel>,
+    /// How many panels stand side by side; one or two, by their number, unless given.
+    pub n_columns: Option<usize>,
 }
 
 /// Curves on one pair of axes.
@@ -37,6 +39,18 @@ pub struct Curve {
     pub color: usize,
     /// Number of its dashes: solid, dashed, dotted, dash-dotted, which repeat.
     pub dash: usize,
+    /// The line through its points, or the points themselves.
+    pub mark: Mark,
+}
+
+/// How a curve is drawn.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Mark {
+    /// A line through its points.
+    #[default]
+    Line,
+    /// A dot at each of its points.
+    Dots,
 }
 
 /// Width and height of a picture, in CSS pixels of 1/96 inch.
@@ -51,7 +65,7 @@ pub struct Size {
 impl Figure {
     /// A figure of these panels.
     pub fn new(title: &str, panels: Vec<Panel>) -> Self {
-        Self { title: title.to_owned(), panels }
+        Self { title: title.to_owned(), panels, n_columns: None }
     }
 
     /// The figure with all its texts replaced.
@@ -69,13 +83,14 @@ impl Figure {
             curves: panel.curves.iter().map(curve).collect(),
             equal_scale: panel.equal_scale,
         };
-        Self { title: rename(&self.title), panels: self.panels.iter().map(panel).collect() }
+        let panels = self.panels.iter().map(panel).collect();
+        Self { title: rename(&self.title), panels, n_columns: self.n_columns }
     }
 
     /// Number of columns and of rows of the panels.
     pub fn grid(&self) -> (usize, usize) {
         let n = self.panels.len().max(1);
-        let n_columns = if n <= 3 { 1 } else { 2 };
+        let n_columns = self.n_columns.unwrap_or(if n <= 3 { 1 } else { 2 }).max(1);
         (n_columns, n.div_ceil(n_columns))
     }
 
@@ -88,7 +103,11 @@ impl Figure {
             1 => 440.0,
             n => 40.0 + 250.0 * n as f64,
         };
-        Size { width: if n_columns == 1 { 720.0 } else { 960.0 }, height }
+        let width = match n_columns {
+            1 => 720.0,
+            n => 960.0f64.max(360.0 * n as f64),
+        };
+        Size { width, height }
     }
 }
 
@@ -113,6 +132,6 @@ impl Panel {
 impl Curve {
     /// A curve of the first colour.
     pub fn new(name: &str, points: Vec<Point>) -> Self {
-        Self { name: name.to_owned(), points, color: 0, dash: 0 }
+        Self { name: name.to_owned(), points, color: 0, dash: 0, mark: Mark::Line }
     }
 }

@@ -46,7 +46,7 @@ mod ticks;
 
 pub use axis::{Axis, Scale};
 pub use decimate::{Envelope, LARGEST, Point};
-pub use figure::{Curve, Figure, Panel, Size};
+pub use figure::{Curve, Figure, Mark, Panel, Size};
 pub use picture::{Format, PlotError, convert};
 pub use terminal::Screen;
 pub use theme::Theme;

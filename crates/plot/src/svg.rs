@@ -3,10 +3,11 @@
 //! Texts stay texts. Their widths are those of the font in the program; `textLength` gives a
 //! browser's substitute for the font the same width.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use crate::decimate::{LARGEST, Point, reduce};
-use crate::figure::{Figure, Size};
+use crate::figure::{Figure, Mark, Size};
 use crate::layout::{AXIS_SIZE, Layout, PanelLayout, TICK_GAP, TICK_SIZE, TITLE_SIZE};
 use crate::legend::{SAMPLE, TEXT_SIZE};
 use crate::thin::thin;
@@ -18,6 +19,8 @@ const BUCKETS_PER_PIXEL: f64 = 2.0;
 const FLATNESS: f64 = 0.05;
 /// Width of curves, px.
 const CURVE_WIDTH: f64 = 1.8;
+/// Diameter of dots, px.
+const DOT_WIDTH: f64 = 4.0;
 /// Lengths of dashes and gaps, px.
 const DASHES: [&str; 4] = ["", "7 4", "2 3", "8 3 2 3"];
 const FAMILIES: &str = "Ubuntu, 'Segoe UI', 'Helvetica Neue', Arial, sans-serif";
@@ -142,7 +145,10 @@ impl Svg<'_> {
             );
         }
         for curve in &panel.curves {
-            let path = path(&curve.points, layout);
+            let path = match curve.mark {
+                Mark::Line => path(&curve.points, layout),
+                Mark::Dots => dots(&curve.points, layout),
+            };
             let _ = writeln!(
                 self.out,
                 "<g class=\"curve\"><title>{}</title><path d=\"{path}\" {}/></g>",
@@ -157,6 +163,11 @@ impl Svg<'_> {
 
     fn stroke(&self, curve: &Curve) -> String {
         let color = color(self.theme.curve(curve.color));
+        if curve.mark == Mark::Dots {
+            return format!(
+                "stroke=\"{color}\" stroke-width=\"{DOT_WIDTH}\" stroke-opacity=\"0.6\""
+            );
+        }
         let stroke = format!("stroke=\"{color}\" stroke-width=\"{CURVE_WIDTH}\"");
         match DASHES[curve.dash % DASHES.len()] {
             "" => stroke,
@@ -241,6 +252,22 @@ fn path(points: &[Point], layout: &PanelLayout) -> String {
         }
     }
     path
+}
+
+/// Points as path data, those of one pixel once.
+fn dots(points: &[Point], layout: &PanelLayout) -> String {
+    let mut drawn: BTreeSet<(String, String)> = BTreeSet::new();
+    for &[x, y] in points {
+        let at = [layout.x.map.position(x), layout.y.map.position(y)];
+        if at.iter().all(|value| value.is_finite()) {
+            let [x, y] = at.map(|value| px((value * 2.0).round() / 2.0));
+            drawn.insert((x, y));
+        }
+    }
+    drawn.iter().fold(String::new(), |mut path, (x, y)| {
+        let _ = write!(path, "M{x} {y}h0");
+        path
+    })
 }
 
 /// A text with its superscripts as smaller, raised letters.

@@ -14,7 +14,7 @@ use ratatui::widgets::canvas::{Canvas, Line};
 
 use crate::axis::{Map, Margin};
 use crate::decimate::{LARGEST, Point};
-use crate::{Curve, Figure, Panel};
+use crate::{Curve, Figure, Mark, Panel};
 
 /// The text screen that shows the picture.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -159,7 +159,7 @@ fn draw_curves(panel: &Panel, area: Rect, maps: [Map; 2], buffer: &mut Buffer) {
                     let [x1, y1] = last.unwrap_or(point).map(f64::round);
                     let [x2, y2] = point.map(f64::round);
                     context.draw(&Line::new(x1, y1, x2, y2, color));
-                    last = Some(point);
+                    last = (curve.mark == Mark::Line).then_some(point);
                 }
             }
         })

@@ -41,6 +41,7 @@ mod axis;
 mod case;
 mod cases;
 mod error;
+mod influence;
 mod input;
 mod output;
 mod parquet;
@@ -51,11 +52,13 @@ mod row;
 mod run;
 mod sampling;
 mod study;
+mod table;
 
 pub use axis::{Axis, Spacing, Values};
 pub use bksim::sweep_codes as codes;
 pub use cases::axes_of_table;
 pub use error::SweepError;
+pub use influence::Influence;
 pub use input::si_unit;
 pub use output::{Output, Outputs, Take};
 pub use parquet::Column;
@@ -65,3 +68,4 @@ pub use resume::{Existing, FaultCount, Parts, Report, is_whole, parts_of, write}
 pub use row::{Ending, Fault, Row};
 pub use run::Monitor;
 pub use study::Study;
+pub use table::Table;

@@ -13,6 +13,7 @@ use super::view::seconds;
 pub struct Plot {
     /// Logs, and channels of them: `state.A_angle`, a whole topic `energy`, a pattern
     /// `reactions.*.fx`, or what the model can name, as `rod.B.x`. An overview if there are no channels.
+    /// Or the table of a sweep and outputs of it: curves, contours or points by what varies.
     #[arg(required = true, value_name = "LOG|CHANNEL")]
     pub what: Vec<String>,
     /// Draw over this channel in place of the time.
@@ -70,6 +71,7 @@ Examples:
   bksim plot run.mcap --window
   bksim plot run.mcap energy -o energy.svg
   bksim plot run.mcap state.A_angle_dot --x state.A_angle -o phase.pdf
+  bksim plot sweep.parquet 'max(energy.total)' -o sweep.svg
   bksim plot coarse.mcap fine.mcap energy.total --from 1 --to 2";
 
 fn size(text: &str) -> Result<(f64, f64), String> {

@@ -3,13 +3,14 @@
 mod choose;
 mod compose;
 mod curves;
+mod swept;
 mod window;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use bksim::log::{LogError, Selection};
-use bksim_plot::{Format, PlotError, Screen, Size, Theme};
+use bksim_plot::{Figure, Format, PlotError, Screen, Size, Theme};
 use serde_json::{Value, json};
 
 use bksim_cli::args::plot::{Plot, PlotTheme};
@@ -31,6 +32,9 @@ const PANEL_HEIGHT: u16 = 18;
 pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
     let (paths, patterns) = logs_and_channels(&args.what)?;
     args.output.as_deref().map_or(Ok(()), |path| format(path).map(drop))?;
+    if swept::is_table(&paths[0]) {
+        return swept::run(args, &paths[0], &patterns, as_json);
+    }
     let screenshot = window::check(args, &paths)?;
     let span = [args.from.unwrap_or(f64::NEG_INFINITY), args.to.unwrap_or(f64::INFINITY)];
     if span[0].partial_cmp(&span[1]) != Some(std::cmp::Ordering::Less) {
@@ -83,7 +87,7 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
         window::show(args, screenshot.as_ref(), &plotted)?;
     }
     if let Some((output, format)) = &picture {
-        let bytes = drawn_as(args, *format, &plotted)?;
+        let bytes = drawn_as(args, *format, &plotted.figure)?;
         put(output, &stamped(output.path(), bytes, &model_name))?;
     }
     if as_json {
@@ -96,16 +100,20 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
     } else if let Some(path) = &args.output {
         output::text(&format!("wrote {}: {}", path.display(), plotted.summary()))?;
     } else {
-        let theme = Screen {
-            width: terminal_size::terminal_size().map_or(TEXT_WIDTH, |(width, _)| width.0),
-            panel_height: PANEL_HEIGHT,
-            has_colors: true,
-        };
-        let text = plotted.figure.renamed(&output::unstyled).to_text(theme);
         let left_out = plotted.left_out().map(|words| format!("\n{words}")).unwrap_or_default();
-        output::styled(&format!("{}{left_out}", text.trim_end()))?;
+        output::styled(&format!("{}{left_out}", text_of(&plotted.figure)))?;
     }
     Ok(Status::Done)
+}
+
+/// The picture in characters, as wide as the terminal.
+fn text_of(figure: &Figure) -> String {
+    let screen = Screen {
+        width: terminal_size::terminal_size().map_or(TEXT_WIDTH, |(width, _)| width.0),
+        panel_height: PANEL_HEIGHT,
+        has_colors: true,
+    };
+    figure.renamed(&output::unstyled).to_text(screen).trim_end().to_owned()
 }
 
 /// The words of the command line, sorted: files that are there or end as logs do, and the rest.
@@ -114,6 +122,9 @@ fn logs_and_channels(what: &[String]) -> Result<(Vec<PathBuf>, Vec<String>), Fai
     let (first, rest) = what.split_first().ok_or_else(|| {
         Failure::usage("there is no log to draw", "name one: `bksim plot run.mcap`")
     })?;
+    if swept::is_table(Path::new(first)) {
+        return Ok((vec![PathBuf::from(first)], rest.to_vec()));
+    }
     let (logs, channels): (Vec<&String>, Vec<&String>) =
         rest.iter().partition(|text| is_log(Path::new(text)));
     let paths = std::iter::once(first).chain(logs).map(PathBuf::from).collect();
@@ -165,13 +176,13 @@ fn abscissa(name: &str, run: &Run) -> Result<Quantity, Failure> {
     }
 }
 
-fn drawn_as(args: &Plot, format: Format, plotted: &Plotted) -> Result<Vec<u8>, Failure> {
+fn drawn_as(args: &Plot, format: Format, figure: &Figure) -> Result<Vec<u8>, Failure> {
     let theme = match args.theme {
         None | Some(PlotTheme::Light) => Theme::LIGHT,
         Some(PlotTheme::Dark) => Theme::DARK,
     };
     let size = args.size.map(|(width, height)| Size { width, height });
-    plotted.figure.render(format, size, &theme).map_err(|error| match error {
+    figure.render(format, size, &theme).map_err(|error| match error {
         PlotError::Size { .. } => Failure::usage(error.to_string(), "choose another --size"),
         other => {
             let path = args.output.as_deref().unwrap_or(Path::new("the picture"));
@@ -203,9 +214,7 @@ fn report(args: &Plot, format: Option<Format>, runs: &[Run], plotted: &Plotted) 
     json!({
         "output": args.output.as_ref().map(|path| path.display().to_string()),
         "format": match format {
-            Some(Format::Svg) => "svg",
-            Some(Format::Png) => "png",
-            Some(Format::Pdf) => "pdf",
+            Some(format) => format_word(format),
             None if args.window => "window",
             None => "text",
         },
@@ -216,6 +225,14 @@ fn report(args: &Plot, format: Option<Format>, runs: &[Run], plotted: &Plotted) 
         "panels": plotted.panels_json(runs),
         "left_out": plotted.n_left_out,
     })
+}
+
+fn format_word(format: Format) -> &'static str {
+    match format {
+        Format::Svg => "svg",
+        Format::Png => "png",
+        Format::Pdf => "pdf",
+    }
 }
 
 fn bad_log(path: &Path, error: &LogError) -> Failure {

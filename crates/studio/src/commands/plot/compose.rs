@@ -1,7 +1,7 @@
 //! From curves to a figure: names, titles, colours.
 
 use bksim::overview::word;
-use bksim_plot::{Axis, Curve, Figure, Panel, Point, Scale};
+use bksim_plot::{Axis, Curve, Figure, Mark, Panel, Point, Scale};
 use serde_json::{Value, json};
 
 use super::choose::{PanelPlan, Plan, Quantity};
@@ -123,7 +123,7 @@ impl Drawing<'_> {
                 let points = drawn.points.iter();
                 let points =
                     points.map(|&[x, y]| [x, if y.abs() <= floor { 0.0 } else { y }]).collect();
-                let curve = Curve { name, points, color, dash };
+                let curve = Curve { name, points, color, dash, mark: Mark::Line };
                 drawn_curves.extend(self.by_uniqueness(curve, *run, quantity));
                 told.push(CurveReport {
                     channel: quantity.name.clone(),

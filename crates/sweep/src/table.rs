@@ -1,0 +1,76 @@
+//! A finished table, read back: its columns of numbers.
+
+use std::fs::File;
+use std::path::Path;
+
+use ::parquet::basic::Repetition;
+use ::parquet::errors::ParquetError;
+use ::parquet::file::reader::{FileReader, SerializedFileReader};
+use ::parquet::record::{Field, Row};
+
+use crate::parquet::Column;
+
+/// The numbers of a sweep.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Table {
+    /// Name of the model.
+    pub model_name: String,
+    /// True where every value of an axis goes with every one of the others.
+    pub is_grid: bool,
+    /// The varied quantities and their values by case, SI.
+    pub inputs: Vec<(Column, Vec<f64>)>,
+    /// The outputs by case, SI; NaN where a case failed.
+    pub outputs: Vec<(Column, Vec<f64>)>,
+}
+
+impl Table {
+    /// Reads a table that a sweep has written.
+    ///
+    /// # Errors
+    /// [`ParquetError`] for files that are no Parquet, or no table of a sweep.
+    pub fn read(path: &Path) -> Result<Self, ParquetError> {
+        let reader = SerializedFileReader::new(File::open(path)?)?;
+        let about = reader.metadata().file_metadata();
+        let entries = about.key_value_metadata().cloned().unwrap_or_default();
+        let entry = |key: &str| {
+            entries.iter().find(|entry| entry.key == key).and_then(|entry| entry.value.clone())
+        };
+        let not_ours = || ParquetError::General("it is no table of `bksim sweep`".to_owned());
+        let plan = entry("bksim.plan").ok_or_else(not_ours)?;
+
+        // Columns between the number of the case and how it ended; outputs may be missing.
+        let fields = about.schema().get_fields();
+        let names: Vec<&str> = fields.iter().map(|field| field.name()).collect();
+        let end = names.iter().position(|name| *name == "status").ok_or_else(not_ours)?;
+        let column = |name: &str| Column {
+            name: name.to_owned(),
+            unit: entry(&format!("unit.{name}")).unwrap_or_default(),
+        };
+        let is_output =
+            |idx: usize| fields[idx].get_basic_info().repetition() == Repetition::OPTIONAL;
+        let mut columns: Vec<(Column, Vec<f64>)> =
+            names[1..end].iter().map(|name| (column(name), Vec::new())).collect();
+        for row in reader.get_row_iter(None)? {
+            let row = row?;
+            for ((_, values), idx) in columns.iter_mut().zip(1..) {
+                values.push(number(&row, idx));
+            }
+        }
+        let n_inputs = (1..end).take_while(|&idx| !is_output(idx)).count();
+        let outputs = columns.split_off(n_inputs);
+        Ok(Self {
+            model_name: entry("bksim.model_name").unwrap_or_default(),
+            is_grid: plan.lines().next() == Some("grid"),
+            inputs: columns,
+            outputs,
+        })
+    }
+}
+
+/// A number of a row; NaN where there is none.
+fn number(row: &Row, idx: usize) -> f64 {
+    match row.get_column_iter().nth(idx) {
+        Some((_, Field::Double(value))) => *value,
+        _ => f64::NAN,
+    }
+}
