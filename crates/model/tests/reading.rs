@@ -2,7 +2,7 @@
 
 use bksim_expr::Expr;
 use bksim_model::diagnostic::Diagnostic;
-use bksim_model::file::{Source, read};
+use bksim_model::file::{Source, code, read};
 use bksim_model::{GROUND, JointKind, LoadKind, Measure, Model, Outputs, Space};
 
 fn model(text: &str) -> Model {
@@ -176,6 +176,54 @@ fn definitions_keep_the_names_of_parameters_and_come_in_order() {
     let l = model.pool.symbol("l");
     assert_eq!(model.parameters[1].definition, model.pool.div(l, model.pool.int(2)));
     assert_eq!(model.parameters[1].value, 1.5);
+}
+
+#[test]
+fn values_are_replaced_by_their_path() {
+    let text = r#"
+        [units]
+        length = "mm"
+        [parameters]
+        l = "40 mm"
+        [bodies.rod]
+        mass = 2
+        com = [20, "l/2"]
+        inertia = "3 kg mm^2"
+        [bodies.A]
+        mass = "1 kg"
+        [joints.pin]
+        type = "revolute"
+        between = ["ground", "rod"]
+        [joints.guide]
+        type = "prismatic"
+        between = ["ground", "A"]
+        axis = [1, 0]
+    "#;
+    let set = |pairs: &[(&str, &str)]| {
+        let pair = |(name, value): &(&str, &str)| ((*name).to_owned(), (*value).to_owned());
+        let overrides: Vec<(String, String)> = pairs.iter().map(pair).collect();
+        read(&Source { overrides: &overrides, ..Source::new(text, "test") })
+    };
+    let reading = set(&[("rod.mass", "0.5 kg"), ("rod.com.1", "2*l"), ("bodies.A.mass", "7")]);
+    assert_eq!(reading.diagnostics, []);
+    let model = reading.model.expect("a model");
+    let value = |e| value(&model, e);
+    let [rod, block] = [1, 2].map(|body| &model.bodies[body]);
+    assert_eq!([rod.mass, block.mass].map(value), [0.5, 7.0]);
+    // The other entry is in the units of the file, as it was.
+    assert_eq!([rod.com[0], rod.com[1]].map(value), [0.02, 0.08]);
+    let names: Vec<&str> = model.parameters.iter().map(|p| p.name.as_str()).collect();
+    assert_eq!(names, ["l", "rod.mass", "rod.com.1", "bodies.A.mass"]);
+
+    // A path that leads nowhere, to a table, or to two sections, is refused.
+    for path in ["rod.weight", "rod.com.7", "bodies.rod", "A.mas"] {
+        let codes: Vec<_> = set(&[(path, "1")]).diagnostics.iter().map(|d| d.code).collect();
+        assert_eq!(codes, [code::UNKNOWN_OVERRIDE], "{path}");
+    }
+    // A fault points at the value that is replaced.
+    let reading = set(&[("rod.inertia", "3 kg m")]);
+    let fault = &reading.diagnostics[0];
+    assert_eq!(&text[fault.labels[0].span.clone()], "\"3 kg mm^2\"", "{fault:?}");
 }
 
 #[test]

@@ -46,6 +46,48 @@ fn a_grid_becomes_a_table_and_faults_are_counted() {
 }
 
 #[test]
+fn trials_from_a_table_vary_values_by_their_path_and_are_drawn() {
+    let place = place(PENDULUM);
+    let said = |line: &str| {
+        let output = place.run(line);
+        assert_eq!(output.status.code(), Some(0), "{line}: {}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    // The period grows with the length alone; a longer com by its path is a longer pendulum.
+    place.write("trials.csv", "l [mm]; m\n500; 1\n1000; 2\n1500; 1\n2000; 2\n2500; 3\n");
+    let keep = ["--keep", "first(phi < 0 rad)"];
+    let mut sweep = place.bksim();
+    sweep.args(["sweep", "swing.toml", "--cases", "trials.csv", "-o", "trials.parquet"]).args(keep);
+    let output = sweep.output().expect("bksim runs");
+    assert!(text(&output.stdout).contains("5 of 5 cases done"), "{}", text(&output.stderr));
+    said("plot trials.parquet -o trials.svg");
+    let drawn = fs::read_to_string(place.path().join("trials.svg")).expect("a picture");
+    assert!(drawn.contains("first(phi &lt; 0 rad)"), "its output is named");
+
+    let json = |line: &str| -> serde_json::Value {
+        serde_json::from_str(&said(&format!("{line} --json"))).expect("JSON")
+    };
+    let plotted = json("plot trials.parquet");
+    assert_eq!(plotted["outputs"][0]["influences"][0]["rank_correlation"], 1.0);
+
+    // A quarter of a period after the start, to second order in the angle.
+    let com = "sweep swing.toml --set bob.com.1=-0.5:-0.5001:2 --set phi=0.01,0.02rad --pairs -o com.parquet";
+    let mut sweep = place.bksim();
+    sweep.args(com.split(' ')).args(["--keep", "first(phi < 0 rad)", "--every", "0.001"]);
+    let output = sweep.output().expect("bksim runs");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let quarter = json("plot com.parquet")["outputs"][0]["smallest"].as_f64().expect("a time");
+    let expected = 0.5 * std::f64::consts::PI * (0.5f64 / 9.81).sqrt();
+    assert!((quarter - expected).abs() < 1e-4 * expected, "{quarter} for {expected}");
+
+    // By itself, too, and a path that leads nowhere is told.
+    said("solve swing.toml --set bob.com.1=-0.5 -o short.mcap");
+    let lost = place.run("solve swing.toml --set bob.masss=2 -o lost.mcap");
+    assert_eq!(lost.status.code(), Some(1));
+    assert!(text(&lost.stderr).contains("bob.masss"), "{}", text(&lost.stderr));
+}
+
+#[test]
 fn a_table_is_written_under_no_other_name() {
     let place = place(PENDULUM);
     for name in ["s.csv", "s.pdf", "s.mcap"] {

@@ -5,6 +5,7 @@ use bksim_expr::Syntax;
 use super::codes;
 use super::definition::{Definition, ParameterState};
 use super::names::Meaning;
+use super::promote::identifier;
 use super::reader::Reader;
 use super::replay::Constant;
 use super::tree::{Entry, Quoted, Table, Value};
@@ -56,7 +57,8 @@ impl Reader<'_> {
     fn gather_parameter(&mut self, entry: &Entry) {
         let name = entry.key.as_str();
         let idx = self.parameters.len();
-        if !self.define(name, Meaning::Parameter(idx), Some(entry.key_span.clone())) {
+        let identifier = identifier(name);
+        if !self.define(&identifier, Meaning::Parameter(idx), Some(entry.key_span.clone())) {
             return;
         }
         let span = entry.node.span.clone();
@@ -78,7 +80,7 @@ impl Reader<'_> {
         };
         self.parameters.push(ParameterState {
             name: name.to_owned(),
-            symbol: self.pool.symbol(name),
+            symbol: self.pool.symbol(&identifier),
             span,
             definition,
             result: None,

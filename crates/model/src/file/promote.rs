@@ -15,11 +15,20 @@ pub(super) fn promoted<'p>(root: &mut Table, paths: impl Iterator<Item = &'p str
         else {
             continue;
         };
-        let value = std::mem::replace(&mut node.value, Value::Text(path.to_owned()));
+        let value = std::mem::replace(&mut node.value, Value::Text(identifier(path)));
         let node = Node { span: node.span.clone(), value };
         entries.push(Entry { key: path.to_owned(), key_span: node.span.clone(), node });
     }
     entries
+}
+
+/// A path as expressions name it, where no part may be a number: `bob.com._1`.
+pub(super) fn identifier(path: &str) -> String {
+    let part = |part: &str| {
+        let is_number = part.starts_with(|letter: char| letter.is_ascii_digit());
+        if is_number { format!("_{part}") } else { part.to_owned() }
+    };
+    path.split('.').map(part).collect::<Vec<_>>().join(".")
 }
 
 /// The value at a path.

@@ -118,15 +118,21 @@ impl Columns<'_> {
                     }));
                     points.push([f64::NAN; 2]);
                 }
-                let name = format!("{} = {} {}", column.name, short(line.threshold()), column.unit);
-                Curve::new(name.trim_end(), points)
+                let height = format!("{} {}", short(line.threshold()), column.unit);
+                Curve::new(height.trim_end(), points)
             });
-            let mut panel = Panel::new(x, y, curves.collect());
+            let mut curves: Vec<Curve> = curves.collect();
+            // The legend says once what its heights are of.
+            if let Some(first) = curves.first_mut() {
+                first.name = format!("{}: {}", column.name, first.name);
+            }
+            let mut panel = Panel::new(x, y, curves);
             panel.x.range = ends(&xs);
             panel.y.range = ends(&ys);
             panel
         };
-        self.shown.iter().map(panel).collect()
+        // What does not vary has no lines.
+        self.shown.iter().map(panel).filter(|panel| !panel.curves.is_empty()).collect()
     }
 
     /// The values of an output row by row of a grid; what failed is NaN.
