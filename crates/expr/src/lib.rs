@@ -45,6 +45,7 @@
 //! # }
 //! ```
 
+mod arena;
 mod build;
 mod call;
 mod certificate;
