@@ -2,6 +2,8 @@
 
 mod support;
 
+use bksim::model::file::{Source, read};
+
 use support::elements::Quantity::{Measure, Position, Signal, Velocity};
 use support::elements::{Quantity, check, check_rows, number, text};
 use support::{Within, close, derive, model, solve};
@@ -241,4 +243,72 @@ every = "1 ms"
     let current = support::coordinate(&with_units, "i_integral");
     let last = found.samples.last().expect("samples").v[current];
     assert!((last - 1.5).abs() < 0.3, "{last} A");
+}
+
+/// A pendulum of 2 kg on a rod of 1.5 m.
+const PENDULUM: &str = "
+[bodies.bob]
+mass = \"2 kg\"
+com = [0, \"-1.5 m\"]
+[joints.A]
+type = \"revolute\"
+between = [\"ground\", \"bob\"]
+[loads.gravity]
+type = \"gravity\"
+acceleration = [0, \"-9.81 m/s^2\"]
+[initial]
+A = { angle = \"70 deg\" }
+[solve]
+t_end = \"2 s\"
+every = \"0.1 s\"
+rtol = 1e-10
+atol = 1e-12
+";
+
+#[test]
+fn outputs_name_accelerations_and_reactions_of_results() {
+    let outputs = "[outputs]\ntwice = \"2*sway\"\nsway = \"bob.ax\"\nswing = \"A.acceleration\"\n\
+                   pull = \"hypot(reactions.A.fx, reactions.A.fy)\"\nhalf = \"A.angle/2\"\n";
+    let mechanism = derive(model(&format!("{PENDULUM}{outputs}")));
+    let place = |name: &str| {
+        let all = &mechanism.model.named_signals;
+        let place = all.iter().position(|signal| signal.name == name).expect("an output");
+        assert!(all[place].is_output);
+        (place, all[place].unit.clone())
+    };
+    let motion = solve(&mechanism);
+    let (g, l, m) = (9.81, 1.5, 2.0);
+    for sample in &motion.samples {
+        let (angle, rate) = (sample.q[0], sample.v[0]);
+        let swing = -g / l * angle.sin();
+        let sway = l * (swing * angle.cos() - rate * rate * angle.sin());
+        for (name, unit, expected) in [
+            ("twice", "m/s^2", 2.0 * sway),
+            ("sway", "m/s^2", sway),
+            ("swing", "s^-2", swing),
+            ("pull", "kg m/s^2", m * (g * angle.cos() + l * rate * rate)),
+            ("half", "rad", 0.5 * angle),
+        ] {
+            let (place, found) = place(name);
+            close(name, sample.signals[place], expected, Within { relative: 0.0, absolute: 1e-8 });
+            assert_eq!(found, unit, "{name}");
+        }
+    }
+}
+
+#[test]
+fn nothing_of_the_motion_depends_on_an_output_that_uses_accelerations() {
+    let with = |section: &str| format!("{PENDULUM}{section}[outputs]\nsway = \"bob.ax\"\n");
+    for section in [
+        "[loads.f]\ntype = \"force\"\non = \"bob\"\nvector = [\"1 kg*sway\", 0]\n",
+        "[signals.s]\nvalue = \"sway\"\n",
+        "[states.s]\nrate = \"sway\"\nstart = \"0 m/s\"\n",
+    ] {
+        let text = with(section);
+        let faults = read(&Source::new(&text, "pendulum")).diagnostics;
+        let is_told = |fault: &bksim::model::diagnostic::Diagnostic| {
+            fault.code.0 == "M028" && fault.message.contains("sway")
+        };
+        assert!(faults.iter().any(is_told), "{section}: {faults:?}");
+    }
 }

@@ -6,11 +6,13 @@ pub(crate) mod code;
 pub(crate) mod draw;
 pub(crate) mod edit;
 pub(crate) mod info;
+mod inputs;
 pub mod mode;
 pub mod page;
 pub mod plot;
 pub mod render;
 pub(crate) mod report;
+pub mod run;
 pub(crate) mod shell;
 pub(crate) mod speech;
 pub mod sweep;
@@ -19,6 +21,7 @@ pub mod view;
 
 use std::path::{Path, PathBuf};
 
+use self::run::RunArgs;
 use self::time::time;
 use bksim::model;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -33,6 +36,12 @@ pub(crate) struct Cli {
     /// Print one JSON object on stdout instead of text.
     #[arg(long, global = true)]
     pub(crate) json: bool,
+    /// Print faults and results alone: no warnings, no progress, no word on files that were written.
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+    /// Do it again whenever the model, or a file that it is read from, changes.
+    #[arg(long, global = true)]
+    pub(crate) watch: bool,
     /// How deeply tables, arrays and parentheses of a model may nest.
     #[arg(long, global = true, default_value_t = 64, value_name = "N")]
     pub(crate) max_nesting: usize,
@@ -84,9 +93,9 @@ pub(crate) enum Command {
     Render(render::Render),
     /// Show a model or a log moving, in a window.
     View(view::View),
-    /// Write channels of a log as CSV or Parquet.
+    /// Write channels of a run as CSV or Parquet.
     Export(Export),
-    /// Tell what a log holds.
+    /// Tell what a log, or the run of a model, holds.
     Info(info::Info),
     /// Tell limits, strokes, time ratios, peaks and energies of a run.
     Report(report::Report),
@@ -125,6 +134,9 @@ pub(crate) struct New {
     /// List the examples.
     #[arg(long, conflicts_with_all = ["name", "template", "force"])]
     pub(crate) list: bool,
+    /// With small pictures.
+    #[arg(long, requires = "list")]
+    pub(crate) pictures: bool,
     /// Overwrite an existing file.
     #[arg(long)]
     pub(crate) force: bool,
@@ -252,7 +264,7 @@ pub(crate) enum Channels {
 }
 
 /// Settings of a solution in place of the model's.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 pub struct Tuning {
     /// End time, s, in place of the model's.
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time)]
@@ -315,18 +327,15 @@ pub enum Formulation {
     Index1,
 }
 
-/// Channels of a log as a table.
+/// Channels of a run as a table.
 #[derive(Args, Debug)]
 pub struct Export {
-    /// The log.
-    pub log: PathBuf,
+    /// The run.
+    #[command(flatten)]
+    pub run: RunArgs,
     /// Channels: `state.A_angle`, a whole topic `energy`, a pattern `reactions.*`, or what the model can name, as
     /// `rod.B.x`; with a unit as `A.angle:deg`. All of the log if none.
     pub channels: Vec<String>,
-    /// Units of a CSV table, such as "mm, deg, rpm, kN", or `model` for those of the model's `[units]`; headings
-    /// tell them. SI unless given.
-    #[arg(long = "in", value_name = "UNITS")]
-    pub shown: Option<String>,
     /// The table; its ending chooses the format (.csv, .parquet). Standard output, as CSV, if none.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,

@@ -4,6 +4,7 @@
 //! solved without building them. Both programs have this one command line: [`run`] hands a command
 //! of the studio on to that program, [`run_with`] to a function.
 
+mod again;
 pub mod args;
 pub mod commands;
 pub mod exit;
@@ -13,6 +14,7 @@ pub mod origin;
 pub mod output;
 pub mod output_file;
 pub mod progress;
+mod quiet;
 pub mod render;
 pub mod source;
 #[cfg(unix)]
@@ -118,11 +120,19 @@ pub fn run_with(arguments: &[OsString], studio: Studio<'_>) -> u8 {
             return status.code();
         }
     };
-    let (name, result) = dispatch(&cli, studio);
-    result.unwrap_or_else(|failure| {
-        render::failure(&failure, name, cli.json);
-        failure.status().code()
-    })
+    quiet::be_quiet(cli.quiet);
+    let told = |name: &str, result: Result<u8, Failure>| {
+        result.unwrap_or_else(|failure| {
+            render::failure(&failure, name, cli.json);
+            failure.status().code()
+        })
+    };
+    let once = || {
+        let (name, result) = dispatch(&cli, studio);
+        told(name, result)
+    };
+    let status = once();
+    if cli.watch { told("watch", again::again(&cli.command, status, &once)) } else { status }
 }
 
 /// The parser's message, without its usage lines.
@@ -186,10 +196,10 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
         Command::View(args) => studio(StudioCommand::View(args)),
         Command::Export(args) => match args.parquet() {
             Some(path) => studio(StudioCommand::Export(args, path)),
-            None => own("export", commands::export::run(args, json)),
+            None => own("export", commands::export::run(args, json, nesting)),
         },
         Command::Report(args) => own("report", commands::report::run(args, json, nesting)),
-        Command::Info(args) => own("info", commands::info::run(args, json)),
+        Command::Info(args) => own("info", commands::info::run(args, json, nesting)),
         Command::Plot(args) => studio(StudioCommand::Plot(args)),
         Command::Page(args) => studio(StudioCommand::Page(args)),
         Command::Expr(args) => own("expr", commands::expr::run(args, json, nesting)),

@@ -2,9 +2,11 @@
 
 use std::io::Write;
 
+pub use bksim::report::number;
 use serde_json::{Map, Value};
 
 use crate::exit::Failure;
+use crate::quiet::is_quiet;
 use crate::visible::{Styles, visible, visible_json};
 
 /// Prints text and a line end; what a terminal would obey in it is written out.
@@ -13,6 +15,14 @@ use crate::visible::{Styles, visible, visible_json};
 /// Standard output that cannot be written, or is closed.
 pub fn text(text: &str) -> Result<(), Failure> {
     put(&visible(text, Styles::None))
+}
+
+/// Prints a word on what was written, unless `--quiet`.
+///
+/// # Errors
+/// As [`text()`].
+pub fn report(report: &str) -> Result<(), Failure> {
+    if is_quiet() { Ok(()) } else { text(report) }
 }
 
 /// A name from outside for [`styled()`]: with its own colours written out.
@@ -53,28 +63,6 @@ pub fn json(command: &str, body: Value) -> Result<(), Failure> {
 /// As [`text()`].
 pub(crate) fn object_text(object: &Value) -> Result<(), Failure> {
     put(&visible_json(&format!("{object:#}")))
-}
-
-/// A number for a report: nine significant digits, no trailing zeros.
-pub fn number(value: f64) -> String {
-    if value == 0.0 {
-        return "0".into();
-    }
-    if !value.is_finite() {
-        return value.to_string();
-    }
-    let magnitude = value.abs();
-    if !(1e-4..1e9).contains(&magnitude) {
-        return format!("{value:.3e}");
-    }
-    #[expect(clippy::cast_possible_truncation, reason = "the exponent is between -4 and 9")]
-    let decimals = usize::try_from(8 - magnitude.log10().floor() as i32).unwrap_or(0);
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
 }
 
 /// The size of an error or a residual, two significant digits.
@@ -122,21 +110,6 @@ pub(crate) fn rows_of(columns: &[Vec<String>]) -> Vec<Vec<String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_keep_nine_digits_and_no_zeros() {
-        let cases = [
-            (0.0, "0"),
-            (25.0, "25"),
-            (1.0 / 3.0, "0.333333333"),
-            (-1_963.210_17, "-1963.21017"),
-            (2e-5, "2.000e-5"),
-            (-0.0, "0"),
-        ];
-        for (value, expected) in cases {
-            assert_eq!(number(value), expected);
-        }
-    }
 
     #[test]
     fn points_of_a_column_line_up_and_rounding_is_zero() {

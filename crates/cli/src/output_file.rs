@@ -1,7 +1,7 @@
 //! [`OutputFile`]: a file that a command writes, without harm to what is there already.
 //!
-//! Nothing is written over by chance: a file that exists takes `--force`, and then keeps its content until
-//! the new one is whole; an input is never written over, by whichever of its names. Two commands that write
+//! Nothing is written over by chance: a file that exists takes `--force`, unless bksim made it from the same model,
+//! and then keeps its content until the new one is whole; an input is never written over, by whichever of its names. Two commands that write
 //! one file at the same time are told apart, as files are created exclusively.
 
 use std::fs::{self, File};
@@ -45,7 +45,7 @@ enum Place {
 }
 
 impl OutputFile {
-    /// Refuses a path that exists, unless `force`, that is an input, of this kind, or that has no directory;
+    /// Refuses a path that exists, unless it `may_be_replaced`, that is an input, of this kind, or that has no directory;
     /// `undone` tells what has not been done: "nothing was solved".
     ///
     /// # Errors
@@ -53,7 +53,7 @@ impl OutputFile {
     pub fn plan(
         path: &Path,
         (kind, inputs): (&str, &[&Path]),
-        force: bool,
+        may_be_replaced: bool,
         undone: &str,
     ) -> Result<Self, Failure> {
         let directory = directory(path);
@@ -80,17 +80,29 @@ impl OutputFile {
                 return Err(Failure::file(path, what, Some("name a file in it".to_owned())));
             }
             Ok(known) if !known.is_file() => Found::Device,
-            Ok(known) if !force => {
-                let written = known.modified().ok().map_or_else(String::new, |time| {
-                    format!(", written {}", humantime::format_rfc3339_seconds(time))
-                });
-                let what = format!("exists ({} bytes{written}); {undone}", known.len());
-                let help = "add --force to overwrite it, or name another file with -o".to_owned();
-                return Err(Failure::file(path, what, Some(help)));
-            }
+            Ok(known) if !may_be_replaced => return Err(foreign(path, &known, undone)),
             Ok(_) => Found::File,
         };
         Ok(Self { path: path.to_owned(), found })
+    }
+
+    /// Refuses what was there when the command began, unless it `may_be_replaced`: for commands that know it only
+    /// when their results are there.
+    ///
+    /// # Errors
+    /// As [`OutputFile::plan`] of such a file.
+    pub fn check_again(&self, may_be_replaced: bool, undone: &str) -> Result<(), Failure> {
+        match fs::metadata(&self.path) {
+            Ok(known) if self.found == Found::File && !may_be_replaced => {
+                Err(foreign(&self.path, &known, undone))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// True of a file; false of a device or a pipe, which cannot be read again.
+    pub fn is_regular(&self) -> bool {
+        self.found != Found::Device
     }
 
     /// The path that it will have.
@@ -135,6 +147,16 @@ impl OutputFile {
         };
         Ok(Written { path, place })
     }
+}
+
+/// A file that somebody else has made.
+fn foreign(path: &Path, known: &fs::Metadata, undone: &str) -> Failure {
+    let written = known.modified().ok().map_or_else(String::new, |time| {
+        format!(", written {}", humantime::format_rfc3339_seconds(time))
+    });
+    let what = format!("exists ({} bytes{written}); {undone}", known.len());
+    let help = "add --force to overwrite it, or name another file with -o".to_owned();
+    Failure::file(path, what, Some(help))
 }
 
 /// Writes a whole file. One that exists keeps its content until the new one is whole, and its permissions;

@@ -9,6 +9,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use crate::exit::Status;
+use crate::quiet::is_quiet;
 
 /// How a run was asked to end.
 const INTERRUPT: usize = 1;
@@ -69,7 +70,7 @@ impl Progress {
         if let Ok(style) = style {
             bar.set_style(style);
         }
-        bar.set_draw_target(if io::stderr().is_terminal() {
+        bar.set_draw_target(if io::stderr().is_terminal() && !is_quiet() {
             ProgressDrawTarget::stderr_with_hz(10)
         } else {
             ProgressDrawTarget::hidden()

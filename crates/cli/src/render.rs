@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 
 use crate::exit::Failure;
 use crate::output;
+use crate::quiet::is_quiet;
 use crate::visible::{Styles, visible};
 
 /// The language of what is printed for people.
@@ -30,7 +31,7 @@ pub(crate) fn language() -> Language {
 
 /// Prints diagnostics to stderr.
 pub fn print_all(source: &Text, faults: &[Diagnostic]) {
-    for fault in faults {
+    for fault in faults.iter().filter(|fault| fault.is_error() || !is_quiet()) {
         match translation(fault.code.0, language()) {
             Some(words) => to_stderr(&styled(source, &with_translation(fault, words))),
             None => to_stderr(&styled(source, fault)),
@@ -62,6 +63,9 @@ fn wrapped(text: &str) -> String {
 
 /// A warning about a file that is no model, on stderr.
 pub fn warning(message: &str) {
+    if is_quiet() {
+        return;
+    }
     let group = Group::with_title(Level::WARNING.primary_title(message));
     to_stderr(&Renderer::styled().term_width(WIDTH).render(&[group]));
 }

@@ -2,6 +2,7 @@
 
 pub mod logged;
 pub mod motion;
+pub mod shown;
 
 use std::path::Path;
 
@@ -10,7 +11,7 @@ use bksim::cad::model::Sheet;
 use bksim::model::Model;
 use bksim::model::file::Limits;
 use bksim_load::Request;
-pub use bksim_load::{Loaded, Text};
+pub use bksim_load::{Loaded, Text, is_stdin};
 
 use crate::args::{DrawingArgs, ModelArgs};
 use crate::exit::Failure;

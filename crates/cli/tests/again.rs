@@ -78,3 +78,121 @@ fn code_is_replaced_unless_somebody_has_edited_it() {
         refused(&place, &command, &name);
     }
 }
+
+#[test]
+fn tables_of_answers_are_replaced_unless_somebody_else_wrote_them() {
+    let place = Scratch::new();
+    place.write("one.toml", pendulum("2 s"));
+    done(&place, "kinematics one.toml --drive A.angle=0:90deg:5 -o t.csv");
+    done(&place, "kinematics one.toml --drive A.angle=0:45deg:7 -o t.csv");
+    let table = fs::read_to_string(place.path().join("t.csv")).expect("a table");
+    assert_eq!(table.lines().count(), 8, "{table}");
+    // Somebody's measurements with the same headings, to two digits.
+    let heading = table.lines().next().expect("a heading");
+    let cells = vec!["0.10"; heading.split(',').count()].join(",");
+    place.write("mine.csv", format!("{heading}\n{cells}\n"));
+    refused(&place, "kinematics one.toml --drive A.angle=0:90deg:5 -o mine.csv", "mine.csv");
+    // A name that promises another format.
+    let output = place.run("kinematics one.toml --drive A.angle=0:90deg:5 -o t.parquet");
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+    assert!(!place.path().join("t.parquet").exists());
+}
+
+#[test]
+fn drawings_reports_and_models_of_drawings_are_replaced_unless_edited() {
+    let place = Scratch::new();
+    place.write("one.toml", pendulum("2 s"));
+    for (command, file, from, to) in [
+        ("cad from-toml one.toml -o one.dxf", "one.dxf", "ENDSEC", "ENDSEC "),
+        ("cad to-toml one.dxf -o drawn.toml", "drawn.toml", "[", " ["),
+        ("report one.toml -o one.md", "one.md", "#", "##"),
+        ("report one.toml -o one.txt", "one.txt", "t =", "T ="),
+        ("report one.toml -o one.json", "one.json", "0", "1"),
+        ("code one.toml -o json --lang json", "json/one_terms.json", "0", "1"),
+    ] {
+        done(&place, command);
+        done(&place, command);
+        let path = place.path().join(file);
+        let whole = fs::read_to_string(&path).expect("text");
+        assert!(whole.contains("made by bksim from the model"), "{file}");
+        fs::write(&path, whole.replacen(from, to, 1)).expect("written");
+        let output = place.run(command);
+        assert_eq!(output.status.code(), Some(4), "{command}: {}", text(&output.stderr));
+        fs::write(&path, whole).expect("written");
+    }
+    let json = fs::read_to_string(place.path().join("one.json")).expect("a report");
+    let report: serde_json::Value = serde_json::from_str(&json).expect("an object");
+    assert_eq!(report["model"], "one");
+    let bad = place.run("report one.toml -o one.docx");
+    assert_eq!(bad.status.code(), Some(2), "{}", text(&bad.stderr));
+}
+
+#[test]
+fn a_model_stands_for_its_log_and_for_a_file() {
+    let place = Scratch::new();
+    place.write("one.toml", pendulum("2 s"));
+    done(&place, "solve one.toml");
+    let of_log = place.run("export one.mcap state.A_angle A.rate:rpm");
+    let of_model = place.run("export one.toml state.A_angle A.rate:rpm");
+    assert!(of_log.status.success(), "{}", text(&of_log.stderr));
+    assert_eq!(text(&of_log.stdout), text(&of_model.stdout));
+    assert!(text(&of_model.stdout).starts_with("t,state.A_angle,A.rate [rpm]\n"));
+    let in_units = text(&place.run("export one.toml state --units deg,ms").stdout);
+    assert!(in_units.starts_with("t [ms],state.A_angle [deg],"), "{in_units}");
+    let said = text(&place.run("info one.toml").stdout);
+    assert!(said.contains("one.toml") && said.contains("end time reached"), "{said}");
+
+    // A model from standard input.
+    let mut command = place.bksim();
+    let text_of = std::fs::File::open(place.path().join("one.toml")).expect("the model");
+    let piped = command.args(["export", "-", "state.A_angle", "A.rate:rpm"]).stdin(text_of);
+    let piped = piped.output().expect("bksim starts");
+    assert_eq!(text(&piped.stdout), text(&of_model.stdout), "{}", text(&piped.stderr));
+    let mut command = place.bksim();
+    let bad = command.args(["check", "-"]).stdin(std::process::Stdio::null());
+    let bad = bad.output().expect("bksim starts");
+    assert!(text(&bad.stderr).contains("<stdin>"), "{}", text(&bad.stderr));
+}
+
+#[test]
+fn quiet_commands_say_what_is_wrong_and_nothing_else() {
+    let place = Scratch::new();
+    place.write("one.toml", pendulum("2 s"));
+    for command in ["solve one.toml", "export one.mcap -o one.csv", "report one.toml -o one.md"] {
+        let output = place.run(&format!("{command} --quiet"));
+        assert!(output.status.success(), "{command}");
+        assert_eq!(text(&output.stdout) + &text(&output.stderr), "", "{command}");
+    }
+    let table = place.run("export one.mcap state.A_angle --quiet");
+    assert!(text(&table.stdout).lines().count() > 2, "what is asked for is printed");
+    assert_ne!(text(&place.run("solve none.toml --quiet").stderr), "");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_watched_model_is_solved_again_when_it_or_a_part_changes() {
+    use std::io::{BufRead, BufReader};
+    use std::process::Stdio;
+    let place = Scratch::new();
+    place.write("one.toml", pendulum("2 s"));
+    let mut command = place.bksim();
+    command.args(["solve", "one.toml", "--watch"]).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("bksim starts");
+    let mut said = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let mut watching = || {
+        let is_watching = |line: &std::io::Result<String>| {
+            line.as_ref().is_ok_and(|line| line.starts_with("watching one.toml"))
+        };
+        assert!(said.any(|line| is_watching(&line)), "it waits for changes");
+    };
+    watching();
+    place.write("one.toml", pendulum("3 s"));
+    watching();
+    let table = text(&place.run("export one.mcap state.A_angle").stdout);
+    assert!(table.lines().last().expect("a row").starts_with("3.0,"), "{table}");
+    let id = child.id().to_string();
+    assert!(std::process::Command::new("kill").args(["-INT", &id]).status().is_ok());
+    let _ = child.wait().expect("an end");
+    let nothing = place.run("explain M012 --watch");
+    assert_eq!(nothing.status.code(), Some(2), "{}", text(&nothing.stderr));
+}

@@ -1,7 +1,9 @@
-//! Files as bytes: read whole, unless they are too large to be a model.
+//! Files as bytes: read whole, unless they are too large to be a model. `-` is standard input.
 
 use std::fs;
+use std::io::{self, Read};
 use std::path::Path;
+use std::sync::OnceLock;
 
 use crate::error::InputError;
 
@@ -13,6 +15,9 @@ const LARGEST_MODEL_BYTES: u64 = 64 * 1024 * 1024;
 /// # Errors
 /// [`InputError`] when it cannot be read, or is too large.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>, InputError> {
+    if is_stdin(path) {
+        return standard_input();
+    }
     let metadata = fs::metadata(path).map_err(|e| InputError::reading(path, &e))?;
     if metadata.is_dir() {
         let help = Some(format!("name a file in it: `{}`", path.join("model.toml").display()));
@@ -26,3 +31,46 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, InputError> {
     }
     fs::read(path).map_err(|e| InputError::reading(path, &e))
 }
+
+/// The first bytes of every MCAP file.
+const MCAP: [u8; 8] = *b"\x89MCAP0\r\n";
+
+/// True for a log: by how it begins, or, where it begins otherwise, by its name.
+pub fn is_log(path: &Path) -> bool {
+    let mut first = [0; MCAP.len()];
+    let read = fs::File::open(path).and_then(|mut file| file.read_exact(&mut first));
+    let is_named = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
+    is_named || read.is_ok() && first == MCAP
+}
+
+/// True for `-`, which stands for standard input.
+pub fn is_stdin(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// Standard input to its end. It can be read once only, and is kept for whoever asks again.
+fn standard_input() -> Result<Vec<u8>, InputError> {
+    static READ: OnceLock<Result<Vec<u8>, String>> = OnceLock::new();
+    let path = Path::new(STDIN);
+    let read = READ.get_or_init(|| {
+        let mut bytes = Vec::new();
+        let most = LARGEST_MODEL_BYTES + 1;
+        let read = io::stdin().lock().take(most).read_to_end(&mut bytes);
+        read.map(|_| bytes).map_err(|error| error.to_string())
+    });
+    match read {
+        Ok(bytes) if bytes.len() as u64 > LARGEST_MODEL_BYTES => {
+            let what =
+                format!("is longer than {LARGEST_MODEL_BYTES} bytes, which a model may have");
+            Err(InputError::NoModel { path: path.to_owned(), what })
+        }
+        Ok(bytes) => Ok(bytes.clone()),
+        Err(error) => {
+            let what = format!("cannot be read: {error}");
+            Err(InputError::File { path: path.to_owned(), what, help: None })
+        }
+    }
+}
+
+/// The name of standard input in messages.
+pub(crate) const STDIN: &str = "<stdin>";

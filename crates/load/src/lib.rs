@@ -19,6 +19,7 @@
 //! | `request.rs`, `file.rs` | the model that is asked for; files as bytes |
 //! | `drawing.rs` | models that come out of drawings |
 //! | `parts.rs` | models of several files |
+//! | `watch.rs` | changes of files |
 //! | `load.rs` | from a path to a model: a model file, a drawing, or one that names the other |
 //!
 //! # Invariants
@@ -33,12 +34,14 @@ mod load;
 mod parts;
 mod request;
 mod text;
+mod watch;
 
 pub use drawing::read_sheet;
 pub use error::{InputError, plain_words, without_number};
 pub use excerpt::{WIDTH, json, json_all, plain, styled, titled};
-pub use file::read_bytes;
-pub use load::{Loaded, load, parse, parse_recorded};
+pub use file::{is_log, is_stdin, read_bytes};
+pub use load::{Loaded, is_drawn, load, parse, parse_recorded};
 pub use parts::whole;
 pub use request::Request;
 pub use text::{Drawn, Located, Parts, Text, line_and_column};
+pub use watch::Watch;

@@ -9,7 +9,7 @@ use bksim::model::file::{Limits, Reading, Recording, Source, decode, read_record
 
 use crate::drawing::{compose, compose_named};
 use crate::error::InputError;
-use crate::file::read_bytes;
+use crate::file::{STDIN, is_stdin, read_bytes};
 use crate::parts::whole;
 use crate::request::Request;
 use crate::text::Text;
@@ -30,8 +30,8 @@ pub struct Loaded {
 /// # Errors
 /// [`InputError`].
 pub fn load(request: &Request<'_>) -> Result<Loaded, InputError> {
-    let path = request.path;
-    let bytes = read_bytes(path)?;
+    let bytes = read_bytes(request.path)?;
+    let path = if is_stdin(request.path) { Path::new(STDIN) } else { request.path };
     let name = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy());
     let name = default_name(path, &name);
     let (source, warnings) = if is_drawing(&bytes, path) {
@@ -70,6 +70,12 @@ fn utf8(path: &Path, bytes: &[u8]) -> Result<String, InputError> {
             Err(Text::new(path, text).rejected(vec![fault]))
         }
     }
+}
+
+/// True for a drawing, and for a model file that names one.
+pub fn is_drawn(path: &Path) -> bool {
+    let Ok(bytes) = read_bytes(path) else { return false };
+    is_drawing(&bytes, path) || decode(&bytes).is_ok_and(|text| named_drawing(text).is_some())
 }
 
 /// Whether a file is a drawing: by its bytes, or, where they are something else, by its name.
@@ -130,6 +136,7 @@ fn read_text(
 fn default_name(path: &Path, stem: &str) -> String {
     let directory = path.parent().and_then(Path::file_name);
     match directory {
+        _ if path == Path::new(STDIN) => "model".to_owned(),
         Some(directory) if stem == "model" || stem == "drawing" => {
             directory.to_string_lossy().into_owned()
         }

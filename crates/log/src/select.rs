@@ -15,6 +15,9 @@ pub struct Column {
     pub field_idx: usize,
 }
 
+/// Topics whose channels need not name them: `mu` for `outputs.mu`, where nothing else is called so.
+pub const SHORT: [&str; 3] = ["outputs", "signals", "state"];
+
 /// Signals in the order in which they are exported, each once.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Selection {
@@ -42,7 +45,7 @@ impl Selection {
         let mut is_taken = vec![false; all.len()];
         let mut chosen = Vec::new();
         for pattern in patterns {
-            let pattern = dotted(pattern.as_ref());
+            let pattern = whole(&dotted(pattern.as_ref()), &all);
             let mut is_known = false;
             for (column, is_taken) in all.iter().zip(&mut is_taken) {
                 if matches(&pattern, &column.name) {
@@ -63,6 +66,17 @@ impl Selection {
     pub fn columns(&self) -> &[Column] {
         &self.columns
     }
+}
+
+/// A pattern with the topic that it need not name.
+fn whole(pattern: &str, all: &[Column]) -> String {
+    let fits = |pattern: &str| all.iter().any(|column| matches(pattern, &column.name));
+    if fits(pattern) {
+        return pattern.to_owned();
+    }
+    let longer = SHORT.iter().map(|topic| format!("{topic}.{pattern}"));
+    let mut longer = longer.filter(|longer| all.iter().any(|column| column.name == *longer));
+    longer.next().unwrap_or_else(|| pattern.to_owned())
 }
 
 fn columns(header: &Header) -> Vec<Column> {

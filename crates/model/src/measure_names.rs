@@ -58,9 +58,12 @@ pub(crate) const N_POINT_WORDS: usize = 6;
 /// Number of rows of [`BODY_WORDS`] that a start is stated by.
 pub(crate) const N_START_WORDS: usize = 17;
 
+/// Number of rows of [`ACCELERATION_WORDS`] that a point has.
+pub(crate) const N_POINT_ACCELERATIONS: usize = 3;
+
 /// Accelerations of a body, which results have but no load; a point has the first three.
 #[rustfmt::skip]
-const ACCELERATION_WORDS: [BodyWord; 9] = {
+pub(crate) const ACCELERATION_WORDS: [BodyWord; 9] = {
     use Axis::{X, Y, Z};
     [
         ("ax", |b, p| Measure::PointAcceleration(b, p, X)),
@@ -183,7 +186,7 @@ fn of_body(model: &Model, owner: &str, point: Option<&str>, word: &str) -> Optio
         None => None,
     };
     let [rows, accelerations] = match point {
-        Some(_) => [&BODY_WORDS[..N_POINT_WORDS], &ACCELERATION_WORDS[..3]],
+        Some(_) => [&BODY_WORDS[..N_POINT_WORDS], &ACCELERATION_WORDS[..N_POINT_ACCELERATIONS]],
         None => [&BODY_WORDS[..], &ACCELERATION_WORDS[..]],
     };
     let (_, measure) = rows.iter().chain(accelerations).find(|(known, _)| *known == word)?;

@@ -58,7 +58,7 @@ pub struct Model<P = Pool> {
     pub drives: Vec<Drive>,
     /// Quantities that are integrated with the motion, in file order.
     pub states: Vec<State>,
-    /// Named expressions, each after those it uses.
+    /// Named expressions: signals, each after those it uses, then outputs, each after those it uses.
     pub named_signals: Vec<NamedSignal>,
     /// Clocks, in file order.
     pub clocks: Vec<Clock>,

@@ -31,6 +31,8 @@ pub struct NamedSignal {
     pub value: Expr,
     /// SI unit as text, empty of a pure number and where the author gave none.
     pub unit: String,
+    /// True of an output, which results have but nothing of the motion depends on: it may use accelerations.
+    pub is_output: bool,
     /// Position of the value.
     pub span: Span,
 }

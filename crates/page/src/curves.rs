@@ -1,5 +1,7 @@
 //! Every channel of a run as a curve: at even times, and at both sides of jumps.
 
+use bksim::model::file::{ShownUnit, ShownUnits};
+use bksim::overview::floor;
 use bksim::playback::Playback;
 use bksim::sim::run::Unreplayed;
 use serde_json::{Value, json};
@@ -25,6 +27,7 @@ pub(crate) struct Curves {
 #[derive(Clone, PartialEq, Debug)]
 struct Channel {
     name: String,
+    /// The reader's.
     unit: String,
     description: String,
     values: Vec<f64>,
@@ -37,11 +40,12 @@ struct Channel {
 pub(crate) fn take(
     playback: &mut Playback,
     motion: &Motion,
-    bytes: usize,
+    (units, bytes): (&ShownUnits, usize),
 ) -> Result<Curves, Unreplayed> {
     let times = times(motion);
     let capacity = n_numbers(bytes, size_of::<f32>()) / times.len().max(1);
     let (mut signals, mut channels) = (Vec::new(), Vec::new());
+    let mut shown = Vec::new();
     let mut n_left_out = 0;
     for (signal, name, field) in playback.channels().signals() {
         if channels.len() == capacity.max(1) {
@@ -49,7 +53,9 @@ pub(crate) fn take(
             continue;
         }
         signals.push(signal);
-        let (unit, description) = (field.unit.clone(), field.description.clone());
+        let own = units.of(&field.unit);
+        let (unit, description) = (own.unit.clone(), field.description.clone());
+        shown.push((field.unit.clone(), own));
         let shared = shared_spans(&playback.uniqueness_of(signal), motion.span());
         channels.push(Channel { name, unit, description, values: Vec::new(), shared });
     }
@@ -59,7 +65,19 @@ pub(crate) fn take(
             channel.values.push(playback.value(signal));
         }
     }
+    for (channel, unit) in channels.iter_mut().zip(&shown) {
+        in_units(channel, unit);
+    }
     Ok(Curves { times, channels, n_left_out })
+}
+
+/// Puts the values of a channel into the reader's unit, without what is rounding.
+fn in_units(channel: &mut Channel, (si, shown): &(String, ShownUnit)) {
+    let size = |value: &f64| if value.is_finite() { value.abs() } else { 0.0 };
+    let floor = floor(si, channel.values.iter().map(size).fold(0.0, f64::max));
+    for value in &mut channel.values {
+        *value = shown.of_si(if value.abs() <= floor { 0.0 } else { *value });
+    }
 }
 
 /// The spans in which a signal is not unique, from the instants at which that changes.

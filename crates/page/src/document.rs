@@ -34,6 +34,8 @@ pub(crate) struct Content<'a> {
     pub playback: &'a Playback,
     /// Its equations.
     pub equations: &'a Equations,
+    /// The numbers of the run: headings and HTML.
+    pub tables: &'a [(String, String)],
     /// Remarks on parts that are left out.
     pub remarks: &'a [String],
 }
@@ -46,6 +48,7 @@ pub(crate) fn write(content: &Content<'_>, data: &str) -> String {
     let body = [
         header(content),
         STAGE.to_owned(),
+        section("report", "Report", &headed(content.tables)),
         section("equations", "Equations", &headed(&content.equations.formulas)),
         section("model", "The model", &model(content)),
         section("certificate", "The run", &certificate::html(content.playback)),

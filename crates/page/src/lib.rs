@@ -6,7 +6,7 @@
 //!           ├─ poses    the tape from q and v to the poses of the bodies
 //!           ├─ scene    shapes on bodies, and their paint in both themes
 //!           ├─ curves   every channel at even times and at both sides of jumps
-//!           └─ equations, certificate, model_text: HTML
+//!           └─ report, equations, certificate, model_text: HTML
 //! document: all of it with the script of `web/`, which draws any instant from the polynomials
 //! ```
 //!
@@ -22,9 +22,11 @@ mod escape;
 mod model_text;
 mod motion;
 mod poses;
+mod report;
 mod scene;
 mod solids;
 
+use bksim::model::file::ShownUnits;
 use bksim::playback::Playback;
 
 pub use budget::Budget;
@@ -38,6 +40,8 @@ pub struct Options {
     pub title: Option<String>,
     /// Curves laid over the mechanism, as [`bksim::overlay::overlays`] reads them.
     pub curves: Vec<String>,
+    /// Units of curves and of the report; SI unless given.
+    pub units: ShownUnits,
     /// Sizes of the parts.
     pub budget: Budget,
 }
@@ -71,10 +75,12 @@ pub fn page(playback: &mut Playback, options: &Options) -> Result<Page, PageErro
         return Err(PageError::NotBundled);
     }
     let motion = motion::take(playback, options.budget.motion)?;
-    let curves = curves::take(playback, &motion, options.budget.curves)?;
+    let curves = curves::take(playback, &motion, (&options.units, options.budget.curves))?;
     let poses = poses::tape(playback.mechanism())?;
     let (scene, coarser) = scene::write(playback, options.budget.solids, &options.curves)?;
     let equations = equations::sections(playback.mechanism(), options.budget.equations);
+
+    let tables = report::html(playback, &options.units);
 
     let mut remarks: Vec<String> = motion.thinning.iter().map(Thinning::words).collect();
     remarks.extend(curves.remark());
@@ -88,7 +94,13 @@ pub fn page(playback: &mut Playback, options: &Options) -> Result<Page, PageErro
         "scene": scene,
         "curves": curves.write(),
     });
-    let content = document::Content { title, playback, equations: &equations, remarks: &remarks };
+    let content = document::Content {
+        title,
+        playback,
+        equations: &equations,
+        tables: &tables,
+        remarks: &remarks,
+    };
     let html = document::write(&content, &serde_json::to_string(&data)?);
     Ok(Page {
         html,

@@ -1,6 +1,7 @@
 //! Curves and pages of runs.
 
 use bksim::log::LogReader;
+use bksim::model::file::ShownUnits;
 use bksim::overview::{Group, word};
 use bksim::playback::Playback;
 use bksim_page::Options;
@@ -30,7 +31,8 @@ pub(crate) fn page(py: Python<'_>, run: Py<Run>, title: Option<String>) -> PyRes
     let rows = run.rows(py);
     guard(py, || {
         let mut playback = playback(run, &rows)?;
-        let options = Options { title, ..Options::default() };
+        let units = ShownUnits::of_model(&playback.log().header.model_text);
+        let options = Options { title, units, ..Options::default() };
         let page = bksim_page::page(&mut playback, &options);
         page.map(|page| page.html).map_err(|e| Fault::Log(e.to_string()))
     })

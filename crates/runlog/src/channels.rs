@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use bksim_log::{Field, Topic};
+use bksim_log::{Field, SHORT, Topic};
 use bksim_mbs::constraint::{Constraint, Source};
 use bksim_model::ParameterId;
 use bksim_sim::Mechanism;
@@ -20,6 +20,8 @@ pub struct Channels {
     couplings: Range<usize>,
     /// Rows of the drives.
     drives: Range<usize>,
+    /// Named expressions that are signals; those after them are outputs.
+    n_signals: usize,
     /// The part of the mechanism that each multiplier is a force of.
     rows: Vec<RowKind>,
 }
@@ -49,6 +51,7 @@ pub(crate) enum TopicKind {
     Drives,
     Inputs,
     Signals,
+    Outputs,
     Energy,
     Solver,
 }
@@ -76,7 +79,8 @@ impl Channels {
             Source::Stop(_) | Source::Friction(_) => RowKind::Contact(row - n_bilateral),
         };
         let rows = mechanism.system.constraints.iter().enumerate().map(row).collect();
-        Self { topics: topics(mechanism), couplings, drives, rows }
+        let n_signals = mechanism.model.named_signals.iter().filter(|s| !s.is_output).count();
+        Self { topics: topics(mechanism), couplings, drives, n_signals, rows }
     }
 
     /// The signals that have a value at every instant, with their names and fields: all but what a
@@ -91,9 +95,17 @@ impl Channels {
         })
     }
 
-    /// The signal of this name, such as `state.A_angle`, if it has a value at every instant.
+    /// The signal of this name, such as `state.A_angle`, or of an output or a signal without its topic, if it has a
+    /// value at every instant.
     pub fn signal(&self, name: &str) -> Option<Signal> {
-        self.signals().find(|(_, known, _)| known == name).map(|(signal, ..)| signal)
+        let is_it = |known: &str| known == name;
+        let found = self.signals().find(|(_, known, _)| is_it(known));
+        let in_short = |topic: &str| {
+            let name = format!("{topic}.{name}");
+            self.signals().find(|(_, known, _)| *known == name)
+        };
+        let found = found.or_else(|| SHORT.iter().find_map(|topic| in_short(topic)));
+        found.map(|(signal, ..)| signal)
     }
 
     /// Its value in a sample; NaN in a sample that was not filled yet.
@@ -152,7 +164,9 @@ impl Channels {
             TopicKind::Couplings => [&lambda[self.couplings.clone()], &[]],
             TopicKind::Drives => [&lambda[self.drives.clone()], &[]],
             TopicKind::Inputs => [inputs, &[]],
-            TopicKind::Signals => [signals, &[]],
+            // A sample that was not filled yet has none.
+            TopicKind::Signals => [signals.get(..self.n_signals).unwrap_or_default(), &[]],
+            TopicKind::Outputs => [signals.get(self.n_signals..).unwrap_or_default(), &[]],
             TopicKind::Energy => {
                 let total = energy.kinetic + energy.potential;
                 let five = [energy.kinetic, energy.potential, total, sample.work, energy.power];
@@ -236,9 +250,13 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, TopicKind)> {
         Field::new(&parameter.name, &unit, "a function of the motion")
     });
 
-    let signals = mechanism.model.named_signals.iter();
-    let signals =
-        signals.map(|s| Field::new(&s.name, &s.unit.replace(' ', "*"), "value of the signal"));
+    let named = |is_output: bool, description: &'static str| {
+        let named = mechanism.model.named_signals.iter();
+        let named = named.filter(move |signal| signal.is_output == is_output);
+        named.map(move |s| Field::new(&s.name, &s.unit.replace(' ', "*"), description))
+    };
+    let signals = named(false, "value of the signal");
+    let outputs = named(true, "value of the output");
 
     // One topic for each part of a sample.
     let mut topics = vec![
@@ -252,12 +270,14 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, TopicKind)> {
         (Topic::new("/drives", efforts), TopicKind::Drives),
         (Topic::new(INPUTS, inputs), TopicKind::Inputs),
         (Topic::new("/signals", signals), TopicKind::Signals),
+        (Topic::new("/outputs", outputs), TopicKind::Outputs),
         (Topic::new("/energy", energy_fields()), TopicKind::Energy),
         (Topic::new("/solver", solver_fields()), TopicKind::Solver),
     ]);
     let is_optional = |of: &TopicKind| {
         use TopicKind as T;
-        matches!(of, T::Multipliers | T::Couplings | T::Drives | T::Inputs | T::Signals)
+        let of_parts = matches!(of, T::Multipliers | T::Couplings | T::Drives | T::Inputs);
+        of_parts || matches!(of, T::Signals | T::Outputs)
     };
     topics.retain(|(topic, of)| !(is_optional(of) && topic.fields.is_empty()));
     topics

@@ -49,12 +49,25 @@ const WORDS: [(&str, &str); 19] = [
     ("", "Number"),
 ];
 
+/// Values below this part of the largest of their unit are rounding.
+const ROUNDING: f64 = 1e-12;
+/// What rounding leaves of a mechanical quantity that is zero throughout, such as a force where nothing has a mass, SI: a
+/// bacterium weighs ten thousand times as many newtons.
+const NOTHING: f64 = 1e-18;
+
+/// The size below which values of this SI unit are nothing but rounding, in a run whose largest value of that unit is
+/// `largest`.
+pub fn floor(unit: &str, largest: f64) -> f64 {
+    let least = if ["N", "N*m", "J", "W"].contains(&unit) { NOTHING } else { 0.0 };
+    least.max(ROUNDING * largest)
+}
+
 /// The usual word for what is measured in an SI unit.
 pub fn word(unit: &str) -> Option<&'static str> {
     WORDS.iter().find(|(known, _)| *known == unit).map(|(_, word)| *word)
 }
 
-/// Coordinates and rates, currents, energies, and efforts of drives or sizes of reactions, among channels with
+/// Outputs, coordinates and rates, currents, energies, and efforts of drives or sizes of reactions, among channels with
 /// their units; of each at most so many, and how many were left out.
 pub fn overview(channels: &[(String, String)], most: usize) -> (Vec<Group>, usize) {
     let of = |topic: &str, unit: &str, names: &[&str]| -> Vec<Quantity> {
@@ -78,6 +91,16 @@ pub fn overview(channels: &[(String, String)], most: usize) -> (Vec<Group>, usiz
         }
         is_there
     };
+    // What the author named comes first.
+    let mut named: Vec<&str> = Vec::new();
+    for (name, unit) in channels {
+        if name.starts_with("outputs.") && !named.contains(&unit.as_str()) {
+            named.push(unit);
+        }
+    }
+    for unit in named {
+        add(Some("Output"), unit, of("outputs", unit, &[]));
+    }
     for unit in ["rad", "m", "rad/s", "m/s", "A"] {
         add(None, unit, of("state", unit, &[]));
     }

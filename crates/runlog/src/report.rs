@@ -4,14 +4,18 @@
 //! They are of the motion itself, not of its samples: a grid within every step brackets the extremes, a golden
 //! section search between the instants beside each finds it, and integrals are Gauss sums over the steps.
 
+mod number;
 mod ratio;
 mod survey;
+mod tables;
 
 use bksim_expr::TapeError;
 use bksim_sim::run::Unreplayed;
 
+pub use number::number;
 pub use ratio::TimeRatio;
 pub use survey::report;
+pub use tables::{Row, tables};
 
 /// A value with its instant.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -28,6 +28,9 @@ const SPREAD: f64 = 200.0;
 const DECADES: f64 = 5.0;
 /// Vectors below this part of the largest are rounding.
 const ROUNDING: f64 = 1e-9;
+/// Forces and velocities below this are what rounding leaves of none at all: a bacterium weighs ten thousand times as
+/// much, N.
+const NOTHING: f64 = 1e-18;
 
 /// From the sizes of vectors of one kind to the lengths of their arrows.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -57,7 +60,7 @@ impl ArrowScale {
     /// The scale with which the largest vector of a run is drawn a quarter as long as the mechanism is large. `peaks` are
     /// the largest sizes of each vector over the run.
     pub fn of(peaks: &[f64], extent: f64) -> Self {
-        let largest = peaks.iter().copied().fold(0.0, f64::max);
+        let largest = peaks.iter().copied().filter(|peak| *peak > NOTHING).fold(0.0, f64::max);
         let least = peaks.iter().copied().filter(|peak| *peak > ROUNDING * largest);
         let least = least.fold(f64::INFINITY, f64::min);
         let longest = arrow_scale(largest, extent) * largest;
@@ -179,6 +182,9 @@ mod tests {
         assert!(!scale.is_logarithmic);
         assert_eq!(scale.length(50.0), 2.0 * scale.length(25.0));
         assert!(ArrowScale::of(&[], 1.0).samples().is_empty());
+        // Where nothing has a mass, reactions are zero but for rounding.
+        let scale = ArrowScale::of(&[3e-31, 1e-30], 4.0);
+        assert!(scale.samples().is_empty() && scale.length(1e-30) == 0.0);
     }
 
     #[test]

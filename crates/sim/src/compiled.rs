@@ -168,7 +168,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         transmissions: Transmissions::compile(model, system, &q, &parameters)?,
         second_angles: system.kinematics.sequences().iter().map(|three| three[1]).collect(),
         signals: (!signals.is_empty())
-            .then(|| function(&signals, &[&q, &v, &lambda, u]))
+            .then(|| function(&signals, &[&q, &v, &a, &lambda, u]))
             .transpose()?,
         n_parameters: model.parameters.len(),
         n_states: model.states.len(),

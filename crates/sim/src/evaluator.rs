@@ -116,11 +116,15 @@ impl<'a> Evaluator<'a> {
         self.buffers.inputs.at(t, q, v)
     }
 
-    /// The values of the named signals at a state, SI.
-    pub fn signals(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &[f64]) -> &[f64] {
+    /// The values of the named signals, then of the outputs, at a state with its accelerations and multipliers, SI.
+    pub fn signals(
+        &mut self,
+        StateRef { t, q, v }: StateRef<'_>,
+        AccelerationRef { a, lambda }: AccelerationRef<'_>,
+    ) -> &[f64] {
         let Self { system, buffers: EvaluatorBuffers { signals, inputs, .. } } = self;
         let (Some(function), Some(buffers)) = (&system.signals, signals) else { return &[] };
-        function.evaluate(buffers, &[&[t], q, v, lambda, inputs.at(t, q, v)])
+        function.evaluate(buffers, &[&[t], q, v, a, lambda, inputs.at(t, q, v)])
     }
 
     /// The rows whose multipliers loads depend on.

@@ -78,7 +78,7 @@ impl<'m> Quantities<'m> {
                 let ParameterId(k) = *model.inputs.iter().find(is_it)?;
                 Some(pool.symbol_expr(model.parameters[k].symbol))
             }
-            "signals" => {
+            "signals" | "outputs" => {
                 let signal = model.named_signals.iter().find(|signal| signal.name == field)?;
                 Some(pool.substitute(signal.value, &signal_values(model, &system.kinematics)))
             }

@@ -41,9 +41,9 @@ fn studio(command: StudioCommand<'_>, common: Common) -> Result<Status, Failure>
     let Common { json, nesting } = common;
     match command {
         StudioCommand::Bode(args, path) => commands::bode::run(args, path, json, nesting),
-        StudioCommand::Export(args, path) => to_file(args, path, &PARQUET, json),
-        StudioCommand::Page(args) => commands::page::run(args, json),
-        StudioCommand::Plot(args) => commands::plot::run(args, json),
+        StudioCommand::Export(args, path) => to_file(args, path, &PARQUET, (json, nesting)),
+        StudioCommand::Page(args) => commands::page::run(args, json, nesting),
+        StudioCommand::Plot(args) => commands::plot::run(args, json, nesting),
         StudioCommand::Polygons(args, path) => commands::polygons::run(args, path, json, nesting),
         StudioCommand::Modes(args) | StudioCommand::Render(args) => {
             commands::render::run(args, json, nesting)

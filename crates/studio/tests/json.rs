@@ -103,6 +103,7 @@ fn the_page_lists_the_keys_that_are_printed() {
     place.write("bad.toml", "[bodies.b]\nmas = 1\n");
     place.write("bead.toml", "[bodies.bead]\nmass = 1\nfree = true\n");
     place.write("contacts.toml", CONTACTS);
+    place.write("outputs.toml", format!("{CONTACTS}[outputs]\nway = \"2*S.position\"\n"));
     place.write("cam.toml", CAM);
     place.write("undercut.toml", CAM.replace("30 mm", "5 mm"));
     let commands = [
@@ -131,6 +132,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "equations four-bar.toml",
         "equations contacts.toml",
         "equations robot-arm.toml",
+        "equations outputs.toml",
         "expr x*y-y=1 --solve x --certificate",
         "expr x+1 --at x=1",
         "code five-link.toml -o code",
@@ -150,7 +152,9 @@ fn the_page_lists_the_keys_that_are_printed() {
         "plot parallelogram.mcap state.nothing",
         "export parallelogram.mcap energy -o joules.csv --in kJ",
         "report parallelogram.mcap",
-        "report quick-return.toml --in mm,deg",
+        "report contacts.toml -o contacts.md",
+        "plot four-bar.toml --path coupler.C -o path.svg",
+        "report quick-return.toml --units mm,deg",
         "info parallelogram.mcap",
         "info contacts.mcap",
         "info cut.mcap",

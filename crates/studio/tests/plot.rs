@@ -268,3 +268,49 @@ fn what_the_model_can_name_is_drawn() {
     assert_eq!(status, 2);
     assert!(said.contains("no channel matches `rod.why`"), "{said}");
 }
+
+#[test]
+fn a_model_is_drawn_like_its_log_in_the_units_of_the_reader() {
+    let place = solved("four-bar", "--t-end 1");
+    let of_log = json(&place, "plot four-bar.mcap D.angle:deg A.rate:rpm");
+    let panel = |object: &Value, idx: usize| object["panels"][idx].clone();
+    assert_eq!(panel(&of_log, 0)["unit"], "deg");
+    assert_eq!(panel(&of_log, 1)["unit"], "rpm");
+    // The crank turns at the speed of its drive.
+    let rate = &panel(&of_log, 1)["curves"][0];
+    for end in ["smallest", "largest"] {
+        let rpm = rate[end].as_f64().expect("a number");
+        assert!((rpm - 60.0).abs() < 1e-6, "{rate}");
+    }
+    let in_si = json(&place, "plot four-bar.mcap D.angle");
+    let [deg, rad] = [&of_log, &in_si]
+        .map(|object| panel(object, 0)["curves"][0]["largest"].as_f64().expect("a number"));
+    assert!((deg - rad.to_degrees()).abs() < 1e-9 * deg.abs(), "{deg} deg, {rad} rad");
+    let of_model = json(&place, "plot four-bar.toml D.angle --units deg,ms");
+    assert_eq!(panel(&of_model, 0)["unit"], "deg");
+    let (status, said) = refused(&place, "plot four-bar.mcap D.angle:mm");
+    assert!(status == 2 && said.contains("is in rad, not in mm"), "{said}");
+}
+
+#[test]
+fn the_path_of_a_point_is_drawn_to_one_scale() {
+    let place = solved("four-bar", "--t-end 1");
+    let object = json(&place, "plot four-bar.mcap --path crank.B --units mm -o path.svg");
+    let curve = &object["panels"][0]["curves"][0];
+    // The pin of a crank of 100 mm goes round.
+    for (end, expected) in [("smallest", -100.0), ("largest", 100.0)] {
+        let y = curve[end].as_f64().expect("a number");
+        assert!((y - expected).abs() < 0.01, "{curve}");
+    }
+    let svg = fs::read_to_string(place.path().join("path.svg")).expect("a picture");
+    assert!(svg.contains("x (mm)") && svg.contains("y (mm)"), "axes have units");
+    let circle = &curves(&svg)[0];
+    let extent = |axis: usize| {
+        let values = circle.iter().map(|point| point[axis]);
+        values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
+    };
+    assert!((extent(0) - extent(1)).abs() < 0.5, "{} by {}", extent(0), extent(1));
+    let two = json(&place, "plot four-bar.mcap --path crank.B --path coupler.C energy.kinetic");
+    assert_eq!(two["panels"].as_array().map(Vec::len), Some(2));
+    assert_eq!(two["panels"][1]["curves"].as_array().map(Vec::len), Some(2));
+}

@@ -89,3 +89,21 @@ fn what_makes_no_sense_is_refused_and_leaves_no_file() {
     }
     assert_eq!(fs::read(place.path().join("there.png")).expect("it is there"), b"mine");
 }
+
+#[test]
+fn films_are_replaced_by_those_of_the_same_model_and_by_no_other() {
+    let place = with_model();
+    for name in ["a.gif", "a.mp4", "a.apng"] {
+        let command = format!("render model.toml -o {name} --size 64x48 --to 0.1 --fps 10");
+        for _ in 0..2 {
+            let drawn = place.run(&command);
+            assert!(drawn.status.success(), "{name}: {}", text(&drawn.stderr));
+        }
+        let path = place.path().join(name);
+        let mut film = fs::read(&path).expect("a film");
+        film[40] ^= 1;
+        fs::write(&path, film).expect("written");
+        let output = place.run(&command);
+        assert_eq!(output.status.code(), Some(4), "{name}: {}", text(&output.stderr));
+    }
+}

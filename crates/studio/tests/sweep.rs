@@ -6,7 +6,7 @@ mod common;
 use std::fs;
 use std::time::{Duration, Instant};
 
-use common::{Scratch, text};
+use common::{CRATE, Scratch, text};
 
 const PENDULUM: &str = include_str!("../../../tests/fixtures/swept-pendulum.toml");
 
@@ -186,4 +186,26 @@ fn interrupted_and_killed_sweeps_go_on_to_the_same_table() {
         assert_eq!(again.status.code(), Some(4), "{signal}: {}", text(&again.stderr));
         assert!(text(&again.stderr).contains("`t.parquet` exists ("), "{}", text(&again.stderr));
     }
+}
+
+#[test]
+fn a_name_that_ends_in_csv_is_a_table_of_text_with_the_same_rows() {
+    let place = Scratch::new();
+    let model = fs::read(format!("{CRATE}/../../examples/four-bar/model.toml"));
+    place.write("model.toml", model.expect("an example"));
+    let command = "sweep model.toml --set b=0.01,0.3,0.35 --t-end 0.1 -o s.csv";
+    for _ in 0..2 {
+        let swept = place.run(command);
+        assert!(swept.status.success(), "{}", text(&swept.stderr));
+    }
+    let table = fs::read_to_string(place.path().join("s.csv")).expect("a table");
+    let lines: Vec<&str> = table.lines().collect();
+    assert!(lines.len() == 4 && lines[0].starts_with("case,b,"), "{table}");
+    // A coupler of 10 mm does not reach.
+    assert!(lines[1].starts_with("0,0.01,") && lines[1].contains(",no start,"), "{table}");
+    assert!(lines[2].starts_with("1,0.3,") && lines[2].contains(",done,"), "{table}");
+    assert!(!place.path().join("s.csv.parts").exists());
+    place.write("s.csv", table.replace("done", "fine").replace("case", "number"));
+    assert_eq!(place.run(command).status.code(), Some(4));
+    assert_eq!(place.run("sweep model.toml --set b=0.3,0.35 -o s.xlsx").status.code(), Some(2));
 }

@@ -40,6 +40,7 @@
 mod axis;
 mod case;
 mod cases;
+mod csv;
 mod error;
 mod influence;
 mod input;

@@ -14,6 +14,7 @@ use ::parquet::file::metadata::KeyValue;
 use bksim::model::diagnostic::Diagnostic;
 
 use crate::codes;
+use crate::csv::to_csv;
 use crate::error::SweepError;
 use crate::parquet::{entry, survey};
 use crate::row::Row;
@@ -274,10 +275,26 @@ impl<'a> Parts<'a> {
             joined.append(&file).map_err(SweepError::table(&path))?;
         }
         joined.finish().map_err(&bad)?;
-        out.into_inner().map_err(|e| failed(e.into_error()))?.sync_all().map_err(&failed)?;
+        let joined = out.into_inner().map_err(|e| failed(e.into_error()))?;
+        joined.sync_all().map_err(&failed)?;
+        if is_csv(&self.table) {
+            let table = File::open(&written).map_err(&failed)?;
+            let text = self.directory.join("table.csv.parquet.new");
+            let mut out = BufWriter::new(File::create(&text).map_err(SweepError::file(&text))?);
+            to_csv(&table, &mut out).map_err(SweepError::table(&text))?;
+            let out = out.into_inner().map_err(|e| failed(e.into_error()))?;
+            out.sync_all().map_err(&failed)?;
+            fs::rename(&text, &self.table).map_err(SweepError::file(&self.table))?;
+            return self.remove();
+        }
         fs::rename(&written, &self.table).map_err(SweepError::file(&self.table))?;
         self.remove()
     }
+}
+
+/// True for a table that is to be text.
+fn is_csv(table: &Path) -> bool {
+    table.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
 }
 
 /// Whether a file is one that parts are written to.

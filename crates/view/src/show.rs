@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use bksim::analysis::AnalysisError;
+use bksim::model::file::ShownUnits;
 use bksim::overlay;
 use bksim::playback::Playback;
 use bksim::sim::pose::Pose;
@@ -73,6 +74,8 @@ pub struct Show {
     /// Time that one call of [`Show::extras`] may spend on other instants than the one shown;
     /// unlimited if none.
     pub patience: Option<Duration>,
+    /// Units of what is told in words and curves: those of the model's `[units]` unless changed.
+    pub units: ShownUnits,
     playback: Playback,
     scene: Arc<Scene>,
     /// The instant that is shown, s.
@@ -97,7 +100,8 @@ impl Show {
         let [t, _] = playback.span();
         let options = ShowOptions::default();
         let (patience, arrows, reach, is_whole) = (None, None, None, true);
-        Self { options, patience, playback, scene, t, past, arrows, reach, is_whole }
+        let units = ShownUnits::of_model(&playback.log().header.model_text);
+        Self { options, patience, units, playback, scene, t, past, arrows, reach, is_whole }
     }
 
     /// Lays curves of the mechanism over it, as [`bksim::overlay::overlays`] reads their texts.

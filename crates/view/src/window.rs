@@ -33,7 +33,6 @@ mod server;
 mod source;
 mod style;
 mod viewport;
-mod watch;
 
 use std::cell::RefCell;
 use std::path::Path;

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::mode::{About, ModeArgs};
 use super::render::Render;
+use super::time::time;
 use super::{ModelArgs, assignment};
 
 /// `NAME=VALUES`, or a name alone.
@@ -245,7 +246,7 @@ pub(crate) struct Verify {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
     /// End of the runs, s; that of the model unless given.
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time)]
     pub(crate) t_end: Option<f64>,
     #[command(flatten)]
     pub(crate) table: TableArgs,

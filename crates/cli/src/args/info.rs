@@ -1,12 +1,13 @@
 //! The arguments of `bksim info`.
 
-use std::path::PathBuf;
-
 use clap::Args;
 
-/// Contents of a log: its model, options and channels, and how its run ended.
+use super::run::RunArgs;
+
+/// Contents of a log: its model, options and channels, and how its run ended. Any MCAP file will do; a model is solved
+/// first.
 #[derive(Args, Debug)]
 pub(crate) struct Info {
-    /// The log; any MCAP file will do.
-    pub(crate) log: PathBuf,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
 }

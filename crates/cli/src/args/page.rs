@@ -5,13 +5,15 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::mode::ModeArgs;
+use super::run::RunArgs;
 
 /// A run as one page of HTML.
 #[derive(Args, Debug)]
 pub struct Page {
-    /// The log.
-    pub log: PathBuf,
-    /// The page; LOG's name with the ending .html, in the working directory, unless given.
+    /// The run.
+    #[command(flatten)]
+    pub run: RunArgs,
+    /// The page; the name of the log or model with the ending .html, in the working directory, unless given.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Heading of the page; the model's name unless given.
@@ -21,6 +23,9 @@ pub struct Page {
     /// `centrode:coupler`, `swept:rocker`, `workspace:arm.P`; may be repeated.
     #[arg(long, value_name = "CURVE")]
     pub curve: Vec<String>,
+    /// Lay the path of this point, `coupler.P`, over the mechanism: the same as --curve; may be repeated.
+    #[arg(long, value_name = "POINT")]
+    pub path: Vec<String>,
     /// A mode in place of the run.
     #[command(flatten)]
     pub mode: ModeArgs,

@@ -1,21 +1,29 @@
 //! The arguments of `bksim plot`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use bksim_load::is_log;
 use clap::{Args, ValueEnum};
 
+use super::run::ReadingArgs;
 use super::time::time;
 use super::view::seconds;
 
-/// Curves of runs. Names of logs and of channels may stand in any order, the first log first.
+/// Curves of runs. Names of logs, models and channels may stand in any order, the first log or model first.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Plot {
-    /// Logs, and channels of them: `state.A_angle`, a whole topic `energy`, a pattern
-    /// `reactions.*.fx`, or what the model can name, as `rod.B.x`. An overview if there are no channels.
-    /// Or the table of a sweep and outputs of it: curves, contours or points by what varies.
-    #[arg(required = true, value_name = "LOG|CHANNEL")]
+    /// Logs or models, which are solved first, and channels of them: `state.A_angle`, a whole topic `energy`, a
+    /// pattern `reactions.*.fx`, or what the model can name, as `rod.B.x`; with a unit as `A.angle:deg`. An overview if
+    /// there are no channels. Or the table of a sweep and outputs of it: curves, contours or points by what varies.
+    #[arg(required = true, value_name = "LOG|MODEL|CHANNEL")]
     pub what: Vec<String>,
+    /// How models are read, and in which units curves are drawn.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
+    /// Draw the path of this point, `coupler.P`: its y over its x, to one scale; may be repeated.
+    #[arg(long, value_name = "POINT", conflicts_with = "x")]
+    pub path: Vec<String>,
     /// Draw over this channel in place of the time.
     #[arg(long, value_name = "CHANNEL")]
     pub x: Option<String>,
@@ -56,6 +64,27 @@ pub struct Plot {
     pub force: bool,
 }
 
+impl Plot {
+    /// The logs and models among the words: the first, which was meant to be one, and those that are there.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let is_file = |text: &&String| {
+            let path = Path::new(text.as_str());
+            let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+            is_log(path) || ["toml", "dxf", "dwg"].iter().any(|known| ending == *known)
+        };
+        let rest = self.what.iter().skip(1).filter(is_file);
+        self.what.iter().take(1).chain(rest).map(PathBuf::from).collect()
+    }
+
+    /// The channels among the words.
+    pub fn channels(&self) -> Vec<String> {
+        let files = self.files();
+        let is_channel =
+            |text: &&String| !files.iter().any(|file| file == Path::new(text.as_str()));
+        self.what.iter().filter(is_channel).cloned().collect()
+    }
+}
+
 /// Colours of the picture.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub enum PlotTheme {
@@ -70,6 +99,8 @@ Examples:
   bksim plot run.mcap
   bksim plot run.mcap --window
   bksim plot run.mcap energy -o energy.svg
+  bksim plot model.toml A.angle:deg B.rate:rpm -o angles.pdf
+  bksim plot run.mcap --path coupler.P --units mm -o path.png
   bksim plot run.mcap state.A_angle_dot --x state.A_angle -o phase.pdf
   bksim plot sweep.parquet 'max(energy.total)' -o sweep.svg
   bksim plot coarse.mcap fine.mcap energy.total --from 1 --to 2";

@@ -57,7 +57,7 @@ pub struct Render {
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=i64::from(MOST_GHOSTS)))]
     pub ghosts: u16,
     /// How far back ghosts and trails reach, s; to the start of the motion unless given.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = past)]
     pub past: Option<f64>,
     /// Write names next to joints, points and centres of mass.
     #[arg(long)]
@@ -69,6 +69,9 @@ pub struct Render {
     /// `centrode:coupler`, `swept:rocker`, `workspace:arm.P`; may be repeated.
     #[arg(long, value_name = "CURVE")]
     pub curve: Vec<String>,
+    /// Lay the path of this point, `coupler.P`, over the mechanism: the same as --curve; may be repeated.
+    #[arg(long, value_name = "POINT")]
+    pub path: Vec<String>,
     /// Arrows, to one scale over the whole motion.
     #[arg(long, value_enum, value_name = "KINDS", value_delimiter = ',')]
     pub arrows: Vec<Arrows>,
@@ -102,6 +105,7 @@ impl Render {
             labels: false,
             trail: Vec::new(),
             curve: Vec::new(),
+            path: Vec::new(),
             arrows: Vec::new(),
             mode: ModeArgs { mode: None, amplitude: None, mode_at: About::Static },
             view: None,
@@ -136,6 +140,12 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     let (width, height) = text.split_once(['x', 'X', '×']).ok_or_else(wrong)?;
     let side = |text: &str| text.trim().parse().ok().filter(|n| SIDES.contains(n));
     side(width).zip(side(height)).map(|(w, h)| [w, h]).ok_or_else(wrong)
+}
+
+fn past(text: &str) -> Result<f64, String> {
+    let value = time(text).ok().filter(|x| FACTORS.contains(x));
+    let wrong = "expected a time from 0.000001 to 1000000 s, such as 0.5 or `500 ms`";
+    value.ok_or_else(|| wrong.to_owned())
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -1,23 +1,26 @@
 //! The arguments of `bksim report`.
 
-use bksim::model::file::ShownUnits;
+use std::path::PathBuf;
+
 use clap::{Args, ValueEnum};
 
-use super::ModelArgs;
+use super::run::RunArgs;
 
 /// The numbers of a run: limits, strokes, time ratios, largest velocities, efforts, reactions, energies.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Report {
-    /// A log, or a model or drawing, which is solved first.
     #[command(flatten)]
-    pub(crate) model: ModelArgs,
-    /// How the report is written.
-    #[arg(long, value_enum, default_value_t = ReportFormat::Text)]
-    pub(crate) format: ReportFormat,
-    /// Units of the report, such as "mm, deg, rpm, kN"; `si` for SI. Those of the model's [units] unless given.
-    #[arg(long = "in", value_name = "UNITS", value_parser = ShownUnits::parse)]
-    pub(crate) shown: Option<ShownUnits>,
+    pub(crate) run: RunArgs,
+    /// How the report is written; text unless the name of the file says otherwise.
+    #[arg(long, value_enum)]
+    pub(crate) format: Option<ReportFormat>,
+    /// The report; its ending chooses the format (.txt, .md, .json). Standard output if none.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Overwrite an existing file.
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
@@ -31,5 +34,5 @@ pub(crate) enum ReportFormat {
 const EXAMPLES: &str = "\
 Examples:
   bksim report quick_return.mcap
-  bksim report quick_return.toml --in mm,deg,rpm
-  bksim report run.mcap --format markdown > report.md";
+  bksim report quick_return.toml --units mm,deg,rpm
+  bksim report run.mcap -o report.md";

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{ArgAction, Args};
 
 use super::mode::ModeArgs;
+use super::run::ReadingArgs;
 use super::time::time;
-use super::{DrawingArgs, assignment};
 
 /// A model or a log moving, in a window.
 #[derive(Args, Debug)]
@@ -15,17 +15,16 @@ pub struct View {
     /// A log, a model file, or a drawing (DXF, DWG); it is watched, and shown anew when it changes.
     #[arg(value_name = "MODEL|LOG")]
     pub input: PathBuf,
-    /// Give a parameter of a model another value: a number, a quantity such as "25 mm", or an
-    /// expression.
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
-    pub set: Vec<(String, String)>,
-    /// How a drawing is read.
+    /// How a model is read, and in which units values are told.
     #[command(flatten)]
-    pub drawing: DrawingArgs,
+    pub reading: ReadingArgs,
     /// Lay a curve of the whole motion over the mechanism: the way of a point (`coupler.P`),
     /// `centrode:coupler`, `swept:rocker`, `workspace:arm.P`; may be repeated.
     #[arg(long, value_name = "CURVE")]
     pub curve: Vec<String>,
+    /// Lay the path of this point, `coupler.P`, over the mechanism: the same as --curve; may be repeated.
+    #[arg(long, value_name = "POINT")]
+    pub path: Vec<String>,
     /// A mode in place of the run.
     #[command(flatten)]
     pub mode: ModeArgs,

@@ -77,7 +77,7 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
     };
     let files = written.iter().map(|path| format!("wrote {path}\n"));
     let text: String = functions.iter().map(line).chain(files).collect();
-    output::text(text.trim_end())?;
+    output::report(text.trim_end())?;
     Ok(Status::Done)
 }
 

@@ -1,5 +1,6 @@
 //! `bksim export`: channels of a log as a table.
 
+use std::cell::OnceCell;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Write};
 use std::path::Path;
@@ -7,15 +8,18 @@ use std::path::Path;
 use bksim::log::export::{Exported, to_csv_as};
 use bksim::log::{LogError, LogReader, Record, Selection};
 use bksim::model::file::{ShownUnit, ShownUnits};
+use bksim::sim::observable::Observable;
 use serde_json::json;
 
 use crate::args::Export;
+use crate::commands::solve::RunFile;
 use crate::exit::{Failure, Status};
-use crate::origin::{has_columns, is_of_model};
+use crate::origin::{has_headings, is_of_model};
 use crate::output;
 use crate::output_file::{OutputFile, Written};
 use crate::render;
-use crate::source::logged::measured;
+use crate::source::logged::{measured, mechanism as mechanism_of};
+use crate::source::shown::shown_units;
 
 /// A log that is open.
 pub type OpenLog = LogReader<BufReader<File>>;
@@ -56,14 +60,14 @@ impl Asked {
     }
 }
 
-pub(crate) fn run(args: &Export, as_json: bool) -> Result<Status, Failure> {
-    let Some(path) = &args.output else { return to_stdout(args, as_json) };
+pub(crate) fn run(args: &Export, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let Some(path) = &args.output else { return to_stdout(args, as_json, nesting) };
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     if !ending.eq_ignore_ascii_case(CSV.name) {
         let message = format!("`{}` has no ending that names a table", path.display());
         return Err(Failure::usage(message, "end the name with .csv or .parquet"));
     }
-    to_file(args, path, &CSV, as_json)
+    to_file(args, path, &CSV, (as_json, nesting))
 }
 
 /// A channel as it is asked for: `A.angle:deg`.
@@ -77,30 +81,26 @@ fn name_and_unit(asked: &str) -> Result<(&str, Option<ShownUnit>), Failure> {
 }
 
 /// The log, and the channels of it that are asked for.
-fn open(args: &Export) -> Result<(OpenLog, Asked), Failure> {
+fn open(args: &Export, run: &RunFile) -> Result<(OpenLog, Asked), Failure> {
+    let name = &run.name;
     let asked = args.channels.iter().map(|asked| name_and_unit(asked));
     let asked = asked.collect::<Result<Vec<_>, _>>()?;
     let names: Vec<String> = asked.iter().map(|(name, _)| (*name).to_owned()).collect();
-    let file = File::open(&args.log).map_err(|e| Failure::reading(&args.log, &e))?;
-    let mut log = LogReader::open(BufReader::new(file)).map_err(|e| bad_log(&args.log, &e))?;
-    if let Some(measured) = measured(&args.log, log.header(), &names, "exported")? {
+    let file = File::open(run.log()).map_err(|e| Failure::reading(name, &e))?;
+    let mut log = LogReader::open(BufReader::new(file)).map_err(|e| bad_log(name, &e))?;
+    if let Some(measured) = measured(&run.log(), log.header(), &names, "exported")? {
         log = log.making(measured.making());
     }
     let header = log.header();
     let selection = if names.is_empty() {
         Selection::all(header)
     } else {
-        Selection::new(header, &names).map_err(|e| bad_log(&args.log, &e))?
+        Selection::new(header, &names).map_err(|e| bad_log(name, &e))?
     };
 
     // Units of all, and those of single channels before them.
-    let all = match args.shown.as_deref() {
-        None => ShownUnits::default(),
-        Some("model") => ShownUnits::of_model(&header.model_text),
-        Some(list) => ShownUnits::parse(list).map_err(|fault| {
-            Failure::usage(format!("--in: {fault}"), "write for example `--in mm,deg,rpm`")
-        })?,
-    };
+    let asked_units = args.run.reading.shown(name);
+    let all = shown_units(asked_units, &header.model_text, ShownUnits::default())?;
     let mut units = vec![all.of("s")];
     let mut headings = vec![heading("t", "s", &units[0])];
     for column in selection.columns() {
@@ -129,9 +129,10 @@ fn heading(name: &str, si: &str, shown: &ShownUnit) -> String {
     if shown.unit == si { name.to_owned() } else { format!("{name} [{}]", shown.unit) }
 }
 
-fn to_stdout(args: &Export, as_json: bool) -> Result<Status, Failure> {
+fn to_stdout(args: &Export, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let run = RunFile::open(&args.run, nesting, as_json)?;
     // Write over nothing that exists, least of all over the log.
-    let (log, asked) = open(args)?;
+    let (log, asked) = open(args, &run)?;
     if as_json {
         return Err(Failure::usage(
             "--json reports on a table, but there is none",
@@ -144,10 +145,10 @@ fn to_stdout(args: &Export, as_json: bool) -> Result<Status, Failure> {
     let exported = exported.map_err(|e| match e {
         _ if stdout.closed => Failure::OutputClosed,
         LogError::Io(error) => Failure::stdout(&error),
-        other => bad_log(&args.log, &other),
+        other => bad_log(&run.name, &other),
     })?;
-    warn_if_cut(args, &exported);
-    Ok(Status::Done)
+    warn_if_cut(&run, &exported);
+    Ok(run.status)
 }
 
 /// Exports to a file of this format.
@@ -158,23 +159,24 @@ pub fn to_file(
     args: &Export,
     path: &Path,
     format: &TableFormat,
-    as_json: bool,
+    (as_json, nesting): (bool, usize),
 ) -> Result<Status, Failure> {
-    let (log, asked) = open(args)?;
+    let run = RunFile::open(&args.run, nesting, as_json)?;
+    let (log, asked) = open(args, &run)?;
     if format.name != CSV.name && !asked.is_si() {
         let message = format!("a table as {} is in SI units", format.name);
         return Err(Failure::usage(message, "leave out the units, or end the name with .csv"));
     }
-    let may_replace = args.force || is_own_table(path, format, &log);
-    let output =
-        OutputFile::plan(path, ("log", &[args.log.as_path()]), may_replace, "nothing was written")?;
+    let may_replace = args.force || is_own_table(path, format, &log, &run);
+    let inputs = ("log", &[run.name.as_path()][..]);
+    let output = OutputFile::plan(path, inputs, may_replace, "nothing was written")?;
 
     // Write the table.
     let mut out = BufWriter::new(output.create()?);
     let exported = (format.write)(log, &asked, &mut out);
-    let exported = exported.map_err(|e| bad_log(&args.log, &e))?;
+    let exported = exported.map_err(|e| bad_log(&run.name, &e))?;
     out.into_inner().map_err(|e| Failure::writing(path, e.error()))?.finish()?;
-    warn_if_cut(args, &exported);
+    warn_if_cut(&run, &exported);
     // Tell what was written.
     if as_json {
         let columns = asked.selection.columns().iter().zip(&asked.units[1..]);
@@ -191,22 +193,29 @@ pub fn to_file(
         )?;
     } else {
         let n_columns = asked.selection.columns().len() + 1;
-        output::text(&format!(
+        output::report(&format!(
             "wrote {}: {} rows, {n_columns} columns",
             path.display(),
             exported.n_rows
         ))?;
     }
-    Ok(Status::Done)
+    Ok(run.status)
 }
 
 /// True for a table that is there already and was made from this log, or from another one of its model.
-fn is_own_table(path: &Path, format: &TableFormat, log: &OpenLog) -> bool {
+fn is_own_table(path: &Path, format: &TableFormat, log: &OpenLog, run: &RunFile) -> bool {
     if format.name != CSV.name {
         return is_of_model(path, &log.header().model_name);
     }
     let known = Selection::all(log.header());
-    has_columns(path, "t", &known.columns().iter().map(|column| column.name.as_str()))
+    let is_logged = |name: &str| known.columns().iter().any(|column| column.name == name);
+    // The model is derived for a table of what no channel has, alone.
+    let mechanism = OnceCell::new();
+    let is_measured = |name: &str| {
+        let mechanism = mechanism.get_or_init(|| mechanism_of(&run.log(), "exported").ok());
+        mechanism.as_ref().is_some_and(|of| Observable::named(&of.model, name).is_some())
+    };
+    has_headings(path, &|name| name == "t" || is_logged(name) || is_measured(name))
 }
 
 /// A stream that remembers whether its reader has gone, whatever the writers above make of it.
@@ -257,13 +266,13 @@ fn bad_log(path: &Path, error: &LogError) -> Failure {
     }
 }
 
-fn warn_if_cut(args: &Export, exported: &Exported) {
+fn warn_if_cut(run: &RunFile, exported: &Exported) {
     if exported.end.is_none() {
         let last =
-            last_time(&args.log).map_or_else(String::new, |t| format!(", the last at t = {t} s"));
+            last_time(&run.log()).map_or_else(String::new, |t| format!(", the last at t = {t} s"));
         let message = format!(
             "`{}` was cut off before its run ended: {} rows were read{last}",
-            args.log.display(),
+            run.name.display(),
             exported.n_rows
         );
         render::warning(&message);

@@ -9,16 +9,21 @@ use bksim::log::{Contents, Level, LogError, Note, Outcome, Survey};
 use serde_json::{Value, json};
 
 use crate::args::info::Info;
+use crate::commands::solve::RunFile;
 use crate::exit::{Failure, Status};
 use crate::output::{self, number, table};
 
 /// Notes that are printed; JSON has all that were read.
 const MAX_NOTES: usize = 40;
 
-pub(crate) fn run(args: &Info, as_json: bool) -> Result<Status, Failure> {
-    let path = &args.log;
-    let open = || File::open(path).map(|file| BufReader::with_capacity(1 << 18, file));
-    let n_bytes = fs::metadata(path).map_err(|e| Failure::reading(path, &e))?.len();
+pub(crate) fn run(args: &Info, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let run = RunFile::open(&args.run, nesting, as_json)?;
+    if let Some(status) = run.interrupted() {
+        return Ok(status);
+    }
+    let (path, log) = (&run.name, run.log());
+    let open = || File::open(&log).map(|file| BufReader::with_capacity(1 << 18, file));
+    let n_bytes = fs::metadata(&log).map_err(|e| Failure::reading(path, &e))?.len();
     let source = open().map_err(|e| Failure::reading(path, &e))?;
     match Survey::read(source) {
         Ok(survey) if as_json => output::json("info", json_of(path, n_bytes, &survey))?,
@@ -34,7 +39,7 @@ pub(crate) fn run(args: &Info, as_json: bool) -> Result<Status, Failure> {
         }
         Err(error) => return Err(bad_log(path, &error)),
     }
-    Ok(Status::Done)
+    Ok(run.status)
 }
 
 fn bad_log(path: &Path, error: &LogError) -> Failure {

@@ -1,5 +1,7 @@
 //! `bksim new NAME`: a small commented model that solves, or one of the examples.
 
+mod pictures;
+
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
@@ -34,7 +36,7 @@ const DRAWING: &str = "drawing.dxf";
 const SIDECAR: &str = "drawing.toml";
 
 pub(crate) fn run(args: &New, as_json: bool) -> Result<Status, Failure> {
-    let Some(name) = args.name.as_deref() else { return list(as_json) };
+    let Some(name) = args.name.as_deref() else { return list(args.pictures, as_json) };
     let files = match &args.template {
         Some(template) => of_example(template, stem(name), args.drawing)?,
         None => vec![(format!("{}.toml", stem(name)), Cow::Borrowed(TEMPLATE.as_bytes()))],
@@ -52,7 +54,7 @@ pub(crate) fn run(args: &New, as_json: bool) -> Result<Status, Failure> {
         output::json("new", json!({ "output": written[0], "files": written }))?;
     } else {
         let first = &written[0];
-        output::text(&format!("wrote {}\nnext:  bksim solve {first}", written.join(", ")))?;
+        output::report(&format!("wrote {}\nnext:  bksim solve {first}", written.join(", ")))?;
     }
     Ok(Status::Done)
 }
@@ -101,13 +103,23 @@ fn of_example(template: &str, stem: &str, wants_drawing: bool) -> Result<Vec<Nam
 }
 
 /// Prints the templates.
-fn list(as_json: bool) -> Result<Status, Failure> {
+fn list(has_pictures: bool, as_json: bool) -> Result<Status, Failure> {
     if as_json {
         let templates = EXAMPLES.iter().map(|example| {
             let files: Vec<&str> = example.files.iter().map(|(name, _)| *name).collect();
             json!({ "name": example.name, "title": example.title, "files": files })
         });
         output::json("new", json!({ "templates": templates.collect::<Vec<_>>() }))?;
+    } else if has_pictures {
+        let all = EXAMPLES.iter().map(|example| {
+            let has = |name: &str| example.files.iter().any(|(file, _)| *file == name);
+            let first = [MODEL, SIDECAR, DRAWING].into_iter().find(|name| has(name));
+            let lines = first.and_then(|first| pictures::lines(example.files, first));
+            let indented = lines.into_iter().flatten().map(|line| format!("\n    {line}"));
+            format!("{}: {}{}\n", example.name, example.title, indented.collect::<String>())
+        });
+        let all: Vec<String> = all.collect();
+        output::text(&format!("{}\nnext:  bksim new NAME --template TEMPLATE", all.join("\n")))?;
     } else {
         let rows: Vec<Vec<String>> = EXAMPLES
             .iter()

@@ -1,51 +1,130 @@
 //! `bksim report`: the numbers of a run.
 
-use bksim::model::file::{ShownUnit, ShownUnits};
-use bksim::report::{Extreme, Report, report};
+use std::io::Write;
+
+use bksim::model::file::ShownUnits;
+use bksim::report::{Extreme, Report, report, tables};
 use serde_json::{Value, json};
 
 use crate::args::report::{Report as Arguments, ReportFormat};
 use crate::exit::{Failure, Status};
+use crate::origin::{is_of_model, may_be_own, stamped};
 use crate::output::{self, number, table};
+use crate::output_file::OutputFile;
 use crate::progress::StopWish;
 use crate::source::logged::unplayable;
 use crate::source::motion::{Opened, Opening, open};
+use crate::source::shown::shown_units;
 
 pub(crate) fn run(args: &Arguments, as_json: bool, nesting: usize) -> Result<Status, Failure> {
-    let path = &args.model.model;
+    let path = &args.run.input;
+    let format = format(args)?;
+    let planned = args.output.as_deref().map(|output| {
+        let may_be_replaced = args.force || may_be_own(output);
+        OutputFile::plan(output, ("run", &[path.as_path()]), may_be_replaced, UNDONE)
+    });
+    let planned = planned.transpose()?;
     let stop = StopWish::watch().map_err(|e| Failure::reading(path, &e))?;
     let opening = Opening { cannot: "reported", nesting, as_json, stop: &stop };
-    let Opened { mut playback, is_complete, diagnostics } = open(&args.model, opening)?;
+    let Opened { mut playback, is_complete, diagnostics } = open(&args.run.model(), opening)?;
     if let Some(status) = stop.status() {
         return Ok(status);
     }
     let found = report(&mut playback).map_err(|e| unplayable(path, "reported", &e))?;
     let model = &playback.mechanism().model.name;
+
+    // The report in each of its formats.
+    let mut body = json_of(&found);
+    body["model"] = model.as_str().into();
+    body["complete"] = is_complete.into();
+    let text = match format {
+        Format::Json => format!("{body:#}"),
+        Format::Words(format) => {
+            let model_text = &playback.log().header.model_text;
+            let stated = ShownUnits::of_model(model_text);
+            let units = shown_units(args.run.reading.shown(path), model_text, stated)?;
+            in_words(format, model, &found, is_complete, &units)
+        }
+    };
+
+    // Written, printed, or both as JSON.
+    if let Some(file) = &planned {
+        let may_be_replaced = args.force || is_of_model(file.path(), model);
+        file.check_again(may_be_replaced, UNDONE)?;
+        let mut out = file.create()?;
+        let bytes = stamped(file.path(), (text.clone() + "\n").into_bytes(), model);
+        out.write_all(&bytes).map_err(|e| Failure::writing(file.path(), &e))?;
+        out.finish()?;
+    }
+    let written = planned.as_ref().map(|file| file.path().display().to_string());
     if as_json {
-        let mut body = json_of(&found);
-        body["model"] = model.as_str().into();
-        body["complete"] = is_complete.into();
+        body["output"] = written.into();
         body["diagnostics"] = diagnostics;
         output::json("report", body)?;
-        return Ok(Status::Done);
+    } else {
+        match written {
+            Some(name) => output::report(&format!("wrote {name}"))?,
+            None => output::text(&text)?,
+        }
     }
-    let stated = || ShownUnits::of_model(&playback.log().header.model_text);
-    let units = args.shown.clone().unwrap_or_else(stated);
-    let sections = sections(&found, &units);
-    let text = match args.format {
+    Ok(Status::Done)
+}
+
+/// The words for a report that was not written.
+const UNDONE: &str = "no report was written";
+
+/// The ways to write a report.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Format {
+    Words(ReportFormat),
+    Json,
+}
+
+/// The format that is asked for, by the name of the file or in words.
+fn format(args: &Arguments) -> Result<Format, Failure> {
+    let ending = args.output.as_ref().and_then(|path| path.extension());
+    let ending = ending.map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    let named = match ending.as_deref() {
+        Some("md") => Some(Format::Words(ReportFormat::Markdown)),
+        Some("txt") => Some(Format::Words(ReportFormat::Text)),
+        Some("json") => Some(Format::Json),
+        _ => None,
+    };
+    let asked = args.format.map(Format::Words);
+    match (&args.output, named, asked) {
+        (Some(path), None, _) => {
+            let message = format!("`{}` has no ending that names a report", path.display());
+            Err(Failure::usage(message, "end the name with .txt, .md or .json"))
+        }
+        (Some(path), Some(named), Some(asked)) if named != asked => {
+            let message = format!("`{}` promises another format than --format", path.display());
+            Err(Failure::usage(message, "leave out --format"))
+        }
+        _ => Ok(named.or(asked).unwrap_or(Format::Words(ReportFormat::Text))),
+    }
+}
+
+/// The report as text or Markdown.
+fn in_words(
+    format: ReportFormat,
+    model: &str,
+    found: &Report,
+    is_complete: bool,
+    units: &ShownUnits,
+) -> String {
+    let sections = tables(found, units);
+    let title = title(model, found, is_complete, units);
+    match format {
         ReportFormat::Text => {
-            let title = title(model, &found, is_complete, &units);
             let bodies = sections.iter().map(|(name, rows)| format!("{name}\n{}", table(rows)));
             std::iter::once(title).chain(bodies).collect::<Vec<_>>().join("\n\n")
         }
         ReportFormat::Markdown => {
-            let title = format!("# {}", title(model, &found, is_complete, &units));
+            let title = format!("# {title}");
             let bodies = sections.iter().map(|(name, rows)| markdown(name, rows));
             std::iter::once(title).chain(bodies).collect::<Vec<_>>().join("\n\n")
         }
-    };
-    output::text(&text)?;
-    Ok(Status::Done)
+    }
 }
 
 fn title(model: &str, report: &Report, is_complete: bool, units: &ShownUnits) -> String {
@@ -66,188 +145,6 @@ fn markdown(name: &str, rows: &[Vec<String>]) -> String {
         (0..head.len()).map(|column| if column == 0 { "---" } else { "---:" }.to_owned()).collect();
     let lines = [line(head), line(&rule)].into_iter().chain(body.iter().map(|row| line(row)));
     format!("## {name}\n\n{}", lines.collect::<Vec<_>>().join("\n"))
-}
-
-/// A row of a table under its heading.
-type Row = Vec<String>;
-
-/// The words for values in units.
-struct Writing<'u> {
-    units: &'u ShownUnits,
-    time: ShownUnit,
-    /// The largest sizes of forces and of moments and energies, N and J.
-    scales: [f64; 2],
-}
-
-/// Part of the largest value of a kind below which another one is rounding.
-const ROUNDING: f64 = 1e-12;
-
-/// A value, or zero where it is rounding beside a scale.
-fn above(value: f64, scale: f64) -> f64 {
-    if value.abs() < ROUNDING * scale { 0.0 } else { value }
-}
-
-/// The largest sizes of forces and of moments and energies in a report: what is far below is rounding of them.
-fn scales(report: &Report) -> [f64; 2] {
-    let of_drives = |unit: &str| {
-        let own = report.drives.iter().filter(move |drive| drive.unit == unit);
-        own.map(|drive| drive.peak.value).collect::<Vec<_>>()
-    };
-    let forces = report.reactions.iter().map(|reaction| reaction.force.value);
-    let moments = report.reactions.iter().map(|reaction| reaction.moment.value);
-    let energy = &report.energy;
-    let [least, most] = energy.potential.map(|extreme| extreme.value);
-    let energies = [energy.kinetic.value, least, most, energy.work];
-    let largest = |values: &mut dyn Iterator<Item = f64>| {
-        values.fold(0.0, |largest: f64, value| largest.max(value.abs()))
-    };
-    [
-        largest(&mut forces.chain(of_drives("N"))),
-        largest(&mut moments.chain(of_drives("N*m")).chain(energies)),
-    ]
-}
-
-impl Writing<'_> {
-    /// A value with its unit.
-    fn value(&self, value: f64, si: &str) -> String {
-        let unit = self.units.of(si);
-        let value = self.floored(value, si);
-        format!("{} {}", number(unit.of_si(value)), unit.unit).trim_end().to_owned()
-    }
-
-    /// A value, or zero where it is rounding of the largest one of its kind.
-    fn floored(&self, value: f64, si: &str) -> f64 {
-        let scale = match si {
-            "N" => self.scales[0],
-            "N*m" | "J" => self.scales[1],
-            _ => 0.0,
-        };
-        above(value, scale)
-    }
-
-    fn instant(&self, t: f64) -> String {
-        format!("{} {}", number(self.time.of_si(t)), self.time.unit)
-    }
-
-    /// A value and its instant; none of what is zero but for rounding.
-    fn extreme(&self, extreme: Extreme, si: &str) -> [String; 2] {
-        let is_zero = self.floored(extreme.value, si) == 0.0;
-        let instant = if is_zero { String::new() } else { self.instant(extreme.t) };
-        [self.value(extreme.value, si), instant]
-    }
-}
-
-fn words<const N: usize>(words: [&str; N]) -> Row {
-    words.map(str::to_owned).to_vec()
-}
-
-/// The tables with their names; those without rows are left out.
-fn sections(report: &Report, units: &ShownUnits) -> Vec<(&'static str, Vec<Row>)> {
-    let writing = Writing { units, time: units.of("s"), scales: scales(report) };
-    let w = &writing;
-    let per =
-        |unit: &str, n: usize| if n == 1 { format!("{unit}/s") } else { format!("{unit}/s^2") };
-    let duration = (report.span[1] - report.span[0]).abs();
-    let motions = report.motions.iter().map(|motion| {
-        let floored =
-            |limit: Extreme| Extreme { value: above(limit.value, motion.stroke()), ..limit };
-        let [least, largest] = motion.limits.map(|limit| w.extreme(floored(limit), motion.unit));
-        let stroke = [w.value(motion.stroke(), motion.unit)];
-        let cells = [vec![motion.name.clone()], least.to_vec(), largest.to_vec(), stroke.to_vec()];
-        cells.concat()
-    });
-    let rates = report.motions.iter().map(|motion| {
-        let rate = w.extreme(motion.rate, &per(motion.unit, 1));
-        // What a steady rate has of it is rounding.
-        let least = motion.rate.value.abs() / duration;
-        let acceleration =
-            Extreme { value: above(motion.acceleration.value, least), ..motion.acceleration };
-        let acceleration = w.extreme(acceleration, &per(motion.unit, 2));
-        [vec![motion.name.clone()], rate.to_vec(), acceleration.to_vec()].concat()
-    });
-    let ratios = report.motions.iter().filter_map(|motion| {
-        let ratio = motion.time_ratio?;
-        let [forward, back] = [ratio.forward, ratio.back].map(|time| w.instant(time));
-        Some(vec![motion.name.clone(), forward, back, number(ratio.value())])
-    });
-    let points = report.points.iter().map(|point| {
-        let speed = w.extreme(point.speed, "m/s");
-        let acceleration = w.extreme(point.acceleration, "m/s^2");
-        [vec![point.name.clone()], speed.to_vec(), acceleration.to_vec()].concat()
-    });
-    let drives = report.drives.iter().map(|drive| {
-        let [peak, at] = w.extreme(drive.peak, &drive.unit);
-        let [power, power_at] = w.extreme(drive.power, "W");
-        let mean = w.value(drive.mean_power, "W");
-        vec![drive.name.clone(), peak, at, w.value(drive.rms, &drive.unit), power, power_at, mean]
-    });
-    let reactions = report.reactions.iter().map(|reaction| {
-        let [force, at] = w.extreme(reaction.force, "N");
-        let [moment, moment_at] = w.extreme(reaction.moment, "N*m");
-        let mark = if reaction.is_unique { "" } else { " (not unique)" };
-        let rms = [w.value(reaction.force_rms, "N"), w.value(reaction.moment_rms, "N*m")];
-        let [force_rms, moment_rms] = rms;
-        vec![
-            format!("{}{mark}", reaction.name),
-            force,
-            at,
-            force_rms,
-            moment,
-            moment_at,
-            moment_rms,
-        ]
-    });
-    let energy = &report.energy;
-    let at = |name: &str, extreme: Extreme, unit: &str| {
-        [vec![name.to_owned()], w.extreme(extreme, unit).to_vec()].concat()
-    };
-    let joule =
-        |name: &str, value: f64, t: &str| vec![name.to_owned(), w.value(value, "J"), t.to_owned()];
-    let [first, last] = report.span.map(|t| w.instant(t));
-    let energies = vec![
-        at("kinetic energy, largest", energy.kinetic, "J"),
-        at("potential energy, least", energy.potential[0], "J"),
-        at("potential energy, largest", energy.potential[1], "J"),
-        joule("total energy at the start", energy.total[0], &first),
-        joule("total energy at the end", energy.total[1], &last),
-        joule("work of loads and drives", energy.work, ""),
-        at("their power, largest", energy.power, "W"),
-    ];
-    let headed = |head: Row, rows: Vec<Row>| {
-        if rows.is_empty() { rows } else { std::iter::once(head).chain(rows).collect() }
-    };
-    let mut sections = vec![
-        (
-            "Limits and strokes",
-            headed(words(["motion", "least", "at", "largest", "at", "stroke"]), motions.collect()),
-        ),
-        ("Time ratios", headed(words(["motion", "forward", "back", "ratio"]), ratios.collect())),
-        (
-            "Largest rates of joints",
-            headed(words(["motion", "rate", "at", "acceleration", "at"]), rates.collect()),
-        ),
-        (
-            "Largest velocities of points",
-            headed(words(["point", "speed", "at", "acceleration", "at"]), points.collect()),
-        ),
-        (
-            "Drives",
-            headed(
-                words(["drive", "peak", "at", "RMS", "power", "at", "mean power"]),
-                drives.collect(),
-            ),
-        ),
-        (
-            "Reactions",
-            headed(
-                words(["joint", "force", "at", "RMS", "moment", "at", "RMS"]),
-                reactions.collect(),
-            ),
-        ),
-        ("Energies", headed(words(["energy", "value", "at"]), energies)),
-    ];
-    sections.retain(|(_, rows)| !rows.is_empty());
-    sections
 }
 
 /// The report in SI.

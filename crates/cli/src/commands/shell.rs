@@ -1,6 +1,7 @@
 //! `bksim completions SHELL` and `bksim man`: for shells and for the reader of manual pages.
 
 use std::fs;
+use std::io::Write;
 
 use clap::{Command, CommandFactory};
 use clap_mangen::Man;
@@ -9,7 +10,12 @@ use serde_json::json;
 use crate::args::Cli;
 use crate::args::shell::{Completions, Man as ManArguments};
 use crate::exit::{Failure, Status};
+use crate::origin::{is_of_model, stamped};
 use crate::output;
+use crate::output_file::OutputFile;
+
+/// The words for pages that were not written.
+const UNDONE: &str = "no pages were written from there on";
 
 /// Prints the completions of a shell.
 pub(crate) fn completions(args: &Completions, as_json: bool) -> Result<Status, Failure> {
@@ -35,13 +41,18 @@ pub(crate) fn man(args: &ManArguments, as_json: bool) -> Result<Status, Failure>
         gather(&all, "bksim", &mut pages);
         for (name, command) in &pages {
             let path = folder.join(format!("{name}.1"));
-            fs::write(&path, page(command)).map_err(|e| Failure::writing(&path, &e))?;
+            // A page is of no model, and takes the place of an earlier one alone.
+            let file = OutputFile::plan(&path, ("manual", &[]), is_of_model(&path, ""), UNDONE)?;
+            let mut out = file.create()?;
+            let bytes = stamped(&path, page(command).into_bytes(), "");
+            out.write_all(&bytes).map_err(|e| Failure::writing(&path, &e))?;
+            out.finish()?;
         }
         let names: Vec<&String> = pages.iter().map(|(name, _)| name).collect();
         if as_json {
             output::json("man", json!({ "output": folder.display().to_string(), "pages": names }))?;
         } else {
-            output::text(&format!("wrote {} pages to {}", names.len(), folder.display()))?;
+            output::report(&format!("wrote {} pages to {}", names.len(), folder.display()))?;
         }
         return Ok(Status::Done);
     }

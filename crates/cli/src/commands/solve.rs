@@ -2,6 +2,7 @@
 
 mod events;
 mod files;
+mod recorded;
 mod report;
 mod resume;
 
@@ -26,6 +27,7 @@ use bksim::sim::start::Start;
 use bksim::{Mechanism, Rejected, SensitivityPlan, Simulation};
 
 pub use self::files::named_after;
+pub use self::recorded::RunFile;
 pub(super) use self::report::not_unique;
 use self::report::{Report, Times};
 use self::resume::FirstPart;
@@ -66,7 +68,29 @@ struct Conclusion {
 
 pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let mut times = Times::default();
-    let mut prepared = prepare(args, nesting, &mut times)?;
+    let (prepared, summary, status) = solved(args, nesting, as_json, &mut times)?;
+    let Prepared { source, mechanism, sensitive, warnings, output, .. } = &prepared;
+    let path = output.path();
+    let report =
+        Report { source, path, summary: &summary, times: &times, status, mechanism, sensitive };
+    if as_json {
+        let mut body = report.describe();
+        body["diagnostics"] = render::json_all(source, warnings);
+        output::json("solve", body)?;
+    } else {
+        output::report(&report.text())?;
+    }
+    Ok(status)
+}
+
+/// Solves a model into its log; warnings and faults are printed, unless they go into JSON.
+fn solved(
+    args: &Solve,
+    nesting: usize,
+    as_json: bool,
+    times: &mut Times,
+) -> Result<(Prepared, Summary, Status), Failure> {
+    let mut prepared = prepare(args, nesting, times)?;
     if !as_json {
         render::print_all(&prepared.source, &prepared.warnings);
     }
@@ -86,19 +110,7 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     judge(&mut prepared, &mut log, (&summary, status), as_json)?;
     close_log(&prepared, log, &summary, status, &reason)?;
     times.log += clock.lap();
-
-    let Prepared { source, mechanism, sensitive, warnings, output, .. } = &prepared;
-    let path = output.path();
-    let report =
-        Report { source, path, summary: &summary, times: &times, status, mechanism, sensitive };
-    if as_json {
-        let mut body = report.describe();
-        body["diagnostics"] = render::json_all(source, warnings);
-        output::json("solve", body)?;
-    } else {
-        output::text(&report.text())?;
-    }
-    Ok(status)
+    Ok((prepared, summary, status))
 }
 
 /// Reads the model, derives its equations and finds the start.

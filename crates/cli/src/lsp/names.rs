@@ -7,6 +7,10 @@ use serde_json::{Value, json};
 
 use super::document::{Document, header};
 
+/// Sections whose keys are names.
+const NAMED: [&str; 9] =
+    ["parameters", "bodies", "joints", "loads", "drives", "states", "signals", "outputs", "clocks"];
+
 /// Keys whose texts are no names of the model.
 const WORDS: [&str; 14] = [
     "type",
@@ -63,8 +67,7 @@ pub(super) fn defined(text: &str) -> Vec<Defined> {
         let is_name = !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_');
         // `rod = { … }` below `[bodies]` names a body, too.
         if let ([of], true) = (section.as_slice(), is_name)
-            && ["parameters", "bodies", "joints", "loads", "drives", "states", "signals", "clocks"]
-                .contains(&of.as_str())
+            && NAMED.contains(&of.as_str())
         {
             let from = start + key.len() - key.trim_start().len();
             let span = from..from + name.len();

@@ -1,7 +1,7 @@
 //! Logs: told from models, and opened to be played.
 
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::BufReader;
 use std::path::Path;
 
 use bksim::Mechanism;
@@ -10,19 +10,9 @@ use bksim::measured::Measured;
 use bksim::playback::{Playback, PlaybackError, RunLog};
 use bksim::record::INPUTS;
 use bksim::sim::observable::Observable;
+pub use bksim_load::is_log;
 
 use crate::exit::Failure;
-
-/// The first bytes of every MCAP file.
-const MCAP: [u8; 8] = *b"\x89MCAP0\r\n";
-
-/// Whether a file is a log: by how it begins, or, where it begins otherwise, by its name.
-pub fn is_log(path: &Path) -> bool {
-    let mut first = [0; MCAP.len()];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut first));
-    let is_named = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
-    is_named || read.is_ok() && first == MCAP
-}
 
 /// The mechanism of a log, for what its samples do not say.
 ///

@@ -461,7 +461,13 @@ impl Reader<'_> {
         // A name that the author has given to something else keeps its meaning.
         if self.names.plain(&name).is_none() {
             let unit = unit.to_owned();
-            self.belt_signals.push(NamedSignal { name, value, unit, span: span.clone() });
+            self.belt_signals.push(NamedSignal {
+                name,
+                value,
+                unit,
+                is_output: false,
+                span: span.clone(),
+            });
         }
     }
 }

@@ -7,7 +7,7 @@ use super::codes;
 use super::joint_types::type_of;
 use super::names::{BodyName, JointName, Meaning, quantities, quantity_of};
 use super::reader::{Reader, entry_like};
-use super::tree::{Node, Table, Value};
+use super::tree::{Entry, Node, Table, Value};
 use super::units::Quantity;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
@@ -220,6 +220,14 @@ pub(super) fn sub_tables<'t>(
         .iter()
         .map(|entry| (entry.key.as_str(), entry.key_span.clone(), as_table(&entry.node)))
         .collect()
+}
+
+/// The entries of a section that is a table, whatever their values.
+pub(super) fn entries_of<'t>(root: &'t Table, section: &str) -> &'t [Entry] {
+    match root.get(section).map(|entry| &entry.node.value) {
+        Some(Value::Table(table)) => &table.entries,
+        _ => &[],
+    }
 }
 
 /// The section of a kind: `bodies` for `body`.

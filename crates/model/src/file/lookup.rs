@@ -54,8 +54,11 @@ impl Reader<'_> {
                     Scope::Constant => known.value.is_none(),
                     Scope::Position => !self.follows_positions(known.expr),
                     Scope::Time => self.moves(known.expr),
-                    Scope::Motion | Scope::Tick => self.presses(known.expr),
-                    Scope::Load => false,
+                    Scope::Motion | Scope::Tick => {
+                        self.presses(known.expr) || self.accelerates(known.expr)
+                    }
+                    Scope::Load => self.accelerates(known.expr),
+                    Scope::Output => false,
                 };
                 if is_refused {
                     self.not_constant(name, span, context);
@@ -66,7 +69,10 @@ impl Reader<'_> {
             ([_], Some(Meaning::Faulty)) => return None,
             ([_], Some(Meaning::Measure(_))) => self.names.coordinate(name)?,
             ([owner, rest @ ..], _) => {
+                let accelerations = || self.names.acceleration(owner, rest);
+                let is_result = context.scope == Scope::Output;
                 let found = self.names.measure(owner, rest);
+                let found = found.or_else(|| is_result.then(accelerations)?);
                 if found.is_none() {
                     self.unknown_name(&parts, range, context);
                 }
@@ -79,7 +85,7 @@ impl Reader<'_> {
             Scope::Constant | Scope::Time => true,
             Scope::Position => measure.is_velocity(),
             Scope::Motion | Scope::Tick => measure.is_reaction(),
-            Scope::Load => false,
+            Scope::Load | Scope::Output => false,
         };
         if is_refused {
             self.not_constant(name, span, context);

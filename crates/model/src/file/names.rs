@@ -10,7 +10,9 @@ use crate::diagnostic::Span;
 use crate::ids::{BodyId, ClockId, JointId, PointId};
 use crate::joint::{MotionKind, motion_words};
 use crate::measure::{Measure, Signal};
-use crate::measure_names::{BODY_WORDS, N_POINT_WORDS, REACTIONS};
+use crate::measure_names::{
+    ACCELERATION_WORDS, BODY_WORDS, N_POINT_ACCELERATIONS, N_POINT_WORDS, REACTIONS,
+};
 
 /// The meaning of a name in an expression.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -198,6 +200,30 @@ impl Names {
             _ => return None,
         };
         let (_, measure) = BODY_WORDS[..rows].iter().find(|(known, _)| known == word)?;
+        let measure = measure(body, point);
+        Some((measure, quantity_of(measure)))
+    }
+
+    /// The acceleration of `body.ax`, `body.point.ay`, `joint.acceleration`, which results alone have.
+    pub(super) fn acceleration(&self, owner: &str, parts: &[&str]) -> Option<(Measure, Quantity)> {
+        if let ([word], Some(joint)) = (parts, self.joint(owner)) {
+            let freedoms = self.joints[joint.0].freedoms?;
+            return freedoms.iter().enumerate().find_map(|(idx, freedom)| {
+                let is_it = motion_words(freedoms, idx)[2] == *word;
+                let quantity = match freedom {
+                    MotionKind::Rotation => Quantity::ANGULAR_ACCELERATION,
+                    MotionKind::Translation => Quantity::ACCELERATION,
+                };
+                is_it.then_some((Measure::JointAcceleration(joint, idx), quantity))
+            });
+        }
+        let body = self.body(owner)?;
+        let (point, word, n) = match parts {
+            [word] => (None, word, ACCELERATION_WORDS.len()),
+            [point, word] => (Some(self.point(body, point)?), word, N_POINT_ACCELERATIONS),
+            _ => return None,
+        };
+        let (_, measure) = ACCELERATION_WORDS[..n].iter().find(|(known, _)| known == word)?;
         let measure = measure(body, point);
         Some((measure, quantity_of(measure)))
     }

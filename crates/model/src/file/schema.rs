@@ -94,7 +94,7 @@ pub fn sections() -> Vec<SectionForm> {
         "space" => Holds::Word(vec!["planar", "spatial"]),
         "coordinates" => Holds::Word(vec!["auto", "relative", "absolute"]),
         "units" => units(),
-        "parameters" => Holds::Values,
+        "parameters" | "outputs" => Holds::Values,
         "use" => named(&USE_KEYS),
         // A table may stand in a file of its own.
         "tables" => named(&[&TABLE_KEYS[..], &["file"]].concat()),

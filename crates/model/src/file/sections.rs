@@ -30,6 +30,7 @@ pub(super) const SECTIONS: &[&str] = &[
     "states",
     "clocks",
     "signals",
+    "outputs",
     "loads",
     "drives",
     "initial",
@@ -87,6 +88,7 @@ impl Reader<'_> {
         let mut controllers = self.read_controllers(root);
         let couplings = self.read_couplings(root);
         controllers.signals.append(&mut self.belt_signals);
+        controllers.signals.sort_by_key(|signal| signal.is_output);
         let loads = self.read_loads(root);
         let drives = self.read_drives(root);
         let (mut initial, orientations) = self.read_initial(root);

@@ -76,6 +76,17 @@ impl ShownUnit {
         }
     }
 
+    /// A value in this unit in SI.
+    pub fn to_si(&self, value: f64) -> f64 {
+        match &self.written {
+            None => value,
+            Some((unit, _)) => {
+                let scale = unit.scale;
+                value * scale.up / scale.down * std::f64::consts::PI.powi(scale.pi)
+            }
+        }
+    }
+
     /// True where it is a unit of the quantity whose SI unit this is.
     pub fn measures(&self, si: &str) -> bool {
         Self::parse(si).is_some_and(|own| self.is_like(&own))

@@ -1,5 +1,5 @@
-//! `[states.…]` and `[signals.…]`: quantities that are integrated with the motion, and named expressions of
-//! both, some of them sampled or latched.
+//! `[states.…]`, `[signals.…]` and `[outputs]`: quantities that are integrated with the motion, and named expressions
+//! of both, some of them sampled or latched, some of results alone.
 
 use std::ops::Range;
 
@@ -7,11 +7,11 @@ use bksim_expr::Expr;
 
 use super::codes;
 use super::dimension::Dimension;
-use super::gather::sub_tables;
+use super::gather::{entries_of, sub_tables};
 use super::names::Meaning;
 use super::reader::{Fields, Reader};
 use super::sampled::names_used;
-use super::tree::{Node, Table, Value};
+use super::tree::{Entry, Node, Table, Value};
 use super::units::Quantity;
 use super::value::{Kind, Lowered, Scope};
 use crate::diagnostic::{Diagnostic, Span};
@@ -52,12 +52,20 @@ impl Reader<'_> {
                 if table.is_none() {
                     self.not_a_table(what, name, &span);
                 }
-                let meaning = Meaning::Value(self.values.len());
-                self.values.push(None);
-                if self.usable_name(name, &span, what) {
-                    self.define(name, meaning, Some(span));
-                }
+                self.gather_value(name, span, what);
             }
+        }
+        for Entry { key, key_span, .. } in entries_of(root, "outputs") {
+            self.gather_value(key, key_span.clone(), "output");
+        }
+    }
+
+    /// The name of a value that is read later.
+    fn gather_value(&mut self, name: &str, span: Span, what: &str) {
+        let meaning = Meaning::Value(self.values.len());
+        self.values.push(None);
+        if self.usable_name(name, &span, what) {
+            self.define(name, meaning, Some(span));
         }
     }
 
@@ -88,7 +96,15 @@ impl Reader<'_> {
             let kind = self.read_state_start(state, id, &fields, &mut controllers.initial);
             opened.push((state, fields, kind));
         }
-        self.read_signals(root, &signals, &mut controllers);
+        let no_table = Table::default();
+        let n_before = all.len();
+        let outputs = entries_of(root, "outputs").iter().enumerate().map(|(idx, entry)| {
+            let Entry { key, key_span, node } = entry;
+            let (value_idx, span) = (n_before + idx, key_span.clone());
+            (ControllerEntry { value_idx, name: key, span, table: &no_table }, node)
+        });
+        let outputs: Vec<(ControllerEntry<'_>, &Node)> = outputs.collect();
+        self.read_signals(root, (&signals, &outputs), &mut controllers);
         for (state, fields, kind) in opened {
             if let Some(read) = kind.and_then(|kind| self.read_state_rate(state, &fields, kind)) {
                 controllers.states.push(read);
@@ -172,11 +188,11 @@ impl Reader<'_> {
         })
     }
 
-    /// Lowers all signals, each after those it uses; those that use each other are named.
+    /// Lowers all signals and outputs, each after those it uses; those that use each other are named.
     fn read_signals(
         &mut self,
         root: &Table,
-        entries: &[ControllerEntry<'_>],
+        (entries, outputs): (&[ControllerEntry<'_>], &[(ControllerEntry<'_>, &Node)]),
         controllers: &mut Controllers,
     ) {
         let (mut read, mut latched) = (Vec::new(), Vec::new());
@@ -208,6 +224,12 @@ impl Reader<'_> {
                 self.parse(&quoted, &what, "2 N")
             });
             read.push((entry, node, (what, scope), syntax));
+        }
+        for (entry, node) in outputs {
+            let what = format!("output `{}`", entry.name);
+            let quoted = node.text(self.text);
+            let syntax = quoted.and_then(|quoted| self.parse(&quoted, &what, "A.angle"));
+            read.push((entry, Some(*node), (what, Scope::Output), syntax));
         }
         // Those that a signal uses come first.
         let place = |name: &str| match self.names.plain(name) {
@@ -269,7 +291,8 @@ impl Reader<'_> {
                 controllers.held.push(signal);
                 value = held;
             }
-            controllers.signals.push(named_signal(entry.name, &value));
+            let is_output = scope == Scope::Output;
+            controllers.signals.push(NamedSignal { is_output, ..named_signal(entry.name, &value) });
             self.values[entry.value_idx] = Some(value);
         }
         // Conditions may use all of them.
@@ -296,6 +319,12 @@ impl Reader<'_> {
     pub(super) fn presses(&self, expr: Expr) -> bool {
         let mut reactions = self.names.signals.iter().filter(|s| s.measure.is_reaction());
         reactions.any(|signal| self.pool.depends_on(expr, signal.symbol))
+    }
+
+    /// True where an expression depends on accelerations.
+    pub(super) fn accelerates(&self, expr: Expr) -> bool {
+        let mut found = self.names.signals.iter().filter(|s| s.measure.is_acceleration());
+        found.any(|signal| self.pool.depends_on(expr, signal.symbol))
     }
 
     /// True where an expression depends on parameters, positions and values that are held alone.
@@ -332,7 +361,8 @@ fn named_signal(name: &str, value: &Lowered) -> NamedSignal {
         Kind::Known(dimension) => dimension.to_string(),
         Kind::Bare => String::new(),
     };
-    NamedSignal { name: name.to_owned(), value: value.expr, unit, span: value.span.clone() }
+    let (name, span) = (name.to_owned(), value.span.clone());
+    NamedSignal { name, value: value.expr, unit, is_output: false, span }
 }
 
 /// An order in which each comes after those it uses at once, and after those of which it uses what was before

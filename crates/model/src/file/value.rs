@@ -21,6 +21,8 @@ pub(super) enum Scope {
     Load,
     /// All that, at the ticks of a clock.
     Tick,
+    /// All that and accelerations, for results alone.
+    Output,
 }
 
 /// A value of the file in SI.

@@ -6,11 +6,13 @@ const SPREAD = 200;
 const DECADES = 5;
 /** Vectors below this part of the largest are rounding. */
 const ROUNDING = 1e-9;
+/** Forces and velocities below this are what rounding leaves of none at all. */
+const NOTHING = 1e-18;
 
 export class ArrowScale {
   /** `peaks` are the largest sizes of each vector over the run; the largest of all has an arrow of `longest` metres. */
   constructor(peaks, longest) {
-    this.largest = Math.max(0, ...peaks);
+    this.largest = Math.max(0, ...peaks.filter((peak) => peak > NOTHING));
     const least = Math.min(...peaks.filter((peak) => peak > ROUNDING * this.largest));
     this.longest = this.largest > 0 ? longest : 0;
     this.isLogarithmic = Number.isFinite(least) && this.largest > SPREAD * least;

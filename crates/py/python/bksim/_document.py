@@ -22,7 +22,7 @@ from ._parts import (
 
 
 # Sections without classes of their own.
-OTHERS = ("tables", "curves", "couplings", "states", "clocks", "signals")
+OTHERS = ("tables", "curves", "couplings", "states", "clocks", "signals", "outputs")
 
 
 @dataclass

@@ -39,7 +39,7 @@ def unknown(name: str, known: Sequence[str]) -> str:
 
 def resolved(name: str, rows: Mapping[str, int]) -> int | None:
     """The row of a quantity by its name, or by the last part of it where that is clear."""
-    for topic in ("", "state.", "acceleration.", "multipliers.", "inputs."):
+    for topic in ("", "state.", "acceleration.", "multipliers.", "inputs.", "outputs.", "signals."):
         if topic + name in rows:
             return rows[topic + name]
     return None

@@ -6,6 +6,7 @@ use bksim_mbs::equations::{
     contact_texts, functions,
 };
 use bksim_mbs::quantity::Quantity;
+use bksim_model::NamedSignal;
 use serde_json::{Map, Value, json};
 
 use bksim_sim::Mechanism;
@@ -56,6 +57,10 @@ pub fn equations(mechanism: &Mechanism, form: &ReadingForm, proof: &Proof) -> Va
         })
     };
     let pieces: Vec<Value> = functions(model, form).into_iter().map(piece).collect();
+    // The outputs, in the measures that they are written in.
+    let outputs = model.named_signals.iter().filter(|signal| signal.is_output);
+    let output = |s: &NamedSignal| json!({ "name": s.name, "formula": printer.expr(s.value), "unit": s.unit });
+    let outputs: Vec<Value> = outputs.map(output).collect();
     // The object, formulas first.
     let mut body = formulas(&plain);
     body.extend([
@@ -65,6 +70,7 @@ pub fn equations(mechanism: &Mechanism, form: &ReadingForm, proof: &Proof) -> Va
         ("multipliers".to_owned(), compiled.multipliers.iter().map(multiplier).collect()),
         ("contacts".to_owned(), contacts.into_iter().map(contact).collect()),
         ("functions".to_owned(), pieces.into()),
+        ("outputs".to_owned(), outputs.into()),
         ("parameters".to_owned(), parameters.into()),
         ("time".to_owned(), json!("t")),
         (

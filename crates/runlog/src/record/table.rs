@@ -36,7 +36,7 @@ impl Channels {
     /// # Panics
     /// If the row is shorter than a row of this table.
     pub fn sample_of(&self, t: f64, row: &[f64], like: &Sample) -> Sample {
-        let mut sample = Sample { t, ..like.clone() };
+        let mut sample = Sample { t, signals: Vec::new(), ..like.clone() };
         let mut rest = row;
         for (topic, of) in &self.topics {
             let (values, others) = rest.split_at(topic.fields.len());
@@ -64,6 +64,8 @@ fn put(sample: &mut Sample, of: TopicKind, values: &[f64]) {
         TopicKind::Couplings | TopicKind::Drives => (),
         TopicKind::Inputs => sample.inputs = values.to_vec(),
         TopicKind::Signals => sample.signals = values.to_vec(),
+        // Their topic comes after that of signals, whose values they follow.
+        TopicKind::Outputs => sample.signals.extend_from_slice(values),
         TopicKind::Energy => {
             let energy = &mut sample.energy;
             (energy.kinetic, energy.potential) = (values[0], values[1]);

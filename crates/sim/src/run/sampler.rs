@@ -398,11 +398,11 @@ pub(super) fn project(
 /// energies, reactions.
 pub(super) fn complete(evaluator: &mut Evaluator<'_>, sample: &mut Sample) {
     let Sample { t, q, v, a, lambda, reactions, inputs, signals, energy, .. } = sample;
+    let state = StateRef { t: *t, q, v };
     signals.clear();
-    signals.extend_from_slice(evaluator.signals(*t, q, v, lambda));
+    signals.extend_from_slice(evaluator.signals(state, AccelerationRef { a, lambda }));
     inputs.clear();
     inputs.extend_from_slice(evaluator.inputs(*t, q, v));
     *energy = evaluator.energy(*t, q, v, lambda);
-    let state = StateRef { t: *t, q, v };
     evaluator.reactions_into(state, AccelerationRef { a, lambda }, reactions);
 }

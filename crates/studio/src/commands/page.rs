@@ -5,6 +5,7 @@ use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
 
 use bksim::log::LogReader;
+use bksim::model::file::ShownUnits;
 use bksim::playback::{Playback, PlaybackError};
 use bksim_page::{IS_BUNDLED, Options, PageError, page};
 use serde_json::json;
@@ -13,41 +14,50 @@ use crate::curve_fault::no_curve;
 use crate::modal::mode_of_run;
 use bksim_cli::args::ModelArgs;
 use bksim_cli::args::page::Page;
+use bksim_cli::commands::solve::RunFile;
 use bksim_cli::exit::{Failure, Status};
 use bksim_cli::origin::{is_of_model, stamped};
 use bksim_cli::output;
 use bksim_cli::output_file::{OutputFile, check_ending};
 use bksim_cli::render;
+use bksim_cli::source::shown::shown_units;
 
 /// The advice of a build without a page.
 const NO_PAGE: &str = "install Node.js 18 or later with npm, and build bksim again: the page's script is bundled then";
 
-pub(crate) fn run(args: &Page, as_json: bool) -> Result<Status, Failure> {
+pub(crate) fn run(args: &Page, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let path = output_path(args);
     check_ending(&path, &["html", "htm"])?;
     if !IS_BUNDLED {
         return Err(Failure::usage(PageError::NotBundled.to_string(), NO_PAGE));
     }
-    let file = File::open(&args.log).map_err(|e| Failure::reading(&args.log, &e))?;
-    let log = LogReader::open(BufReader::new(file)).map_err(|e| no_page(&args.log, &e, None))?;
+    let run = RunFile::open(&args.run, nesting, as_json)?;
+    if let Some(status) = run.interrupted() {
+        return Ok(status);
+    }
+    let name = &run.name;
+    let file = File::open(run.log()).map_err(|e| Failure::reading(name, &e))?;
+    let log = LogReader::open(BufReader::new(file)).map_err(|e| no_page(name, &e, None))?;
     let model_name = log.header().model_name.clone();
     let may_replace = args.force || is_of_model(&path, &model_name);
-    let output = OutputFile::plan(
-        &path,
-        ("log", &[args.log.as_path()]),
-        may_replace,
-        "nothing was written",
-    )?;
-    let mut playback = Playback::open(log).map_err(|e| unplayable(&args.log, &e))?;
-    if let Some(request) = args.mode.request().map_err(|e| no_curve(&args.log, &e))? {
-        let model = ModelArgs::of(&args.log);
+    let output =
+        OutputFile::plan(&path, ("log", &[name.as_path()]), may_replace, "nothing was written")?;
+    let mut playback = Playback::open(log).map_err(|e| unplayable(name, &e))?;
+    if let Some(request) = args.mode.request().map_err(|e| no_curve(name, &e))? {
+        let model = ModelArgs::of(name);
         playback = mode_of_run(&playback, &model, &request)?.playback;
     }
-    let options =
-        Options { title: args.title.clone(), curves: args.curve.clone(), ..Options::default() };
+    let text = &playback.log().header.model_text;
+    let units = shown_units(args.run.reading.shown(name), text, ShownUnits::of_model(text))?;
+    let options = Options {
+        title: args.title.clone(),
+        curves: [args.curve.clone(), args.path.clone()].concat(),
+        units,
+        ..Options::default()
+    };
     let page = page(&mut playback, &options).map_err(|e| match e {
-        PageError::Curves(error) => no_curve(&args.log, &error),
-        other => no_page(&args.log, &other, None),
+        PageError::Curves(error) => no_curve(name, &error),
+        other => no_page(name, &other, None),
     })?;
     let mut out = output.create()?;
     let html = stamped(&path, page.html.into_bytes(), &model_name);
@@ -65,6 +75,7 @@ pub(crate) fn run(args: &Page, as_json: bool) -> Result<Status, Failure> {
             "curves": kept,
             "curves_of_run": all,
             "remarks": page.remarks.join(" "),
+            "diagnostics": run.diagnostics,
         });
         output::json("page", body)?;
     } else {
@@ -72,15 +83,16 @@ pub(crate) fn run(args: &Page, as_json: bool) -> Result<Status, Failure> {
             render::warning(remark);
         }
         let size = output::number((n_bytes as f64 / 1e3).round());
-        output::text(&format!("wrote {}: {size} kB", path.display()))?;
+        output::report(&format!("wrote {}: {size} kB", path.display()))?;
     }
-    Ok(Status::Done)
+    Ok(run.status)
 }
 
 /// Where the page goes.
 fn output_path(args: &Page) -> PathBuf {
     args.output.clone().unwrap_or_else(|| {
-        let stem = args.log.file_stem().unwrap_or(args.log.as_os_str());
+        let stem =
+            args.run.input.file_stem().filter(|stem| *stem != "-").unwrap_or("model".as_ref());
         let mut name = stem.to_owned();
         name.push(".html");
         PathBuf::from(name)

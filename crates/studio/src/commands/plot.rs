@@ -4,36 +4,44 @@ mod choose;
 mod compose;
 mod curves;
 mod swept;
+mod units;
 mod window;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use bksim::log::{LogError, Selection};
+use bksim::model::file::ShownUnits;
 use bksim_plot::{Figure, Format, PlotError, Screen, Size, Theme};
 use serde_json::{Value, json};
 
 use bksim_cli::args::plot::{Plot, PlotTheme};
+use bksim_cli::args::run::{ReadingArgs, RunArgs};
+use bksim_cli::commands::solve::RunFile;
 use bksim_cli::exit::{Failure, Status};
 use bksim_cli::origin::{is_of_model, stamped};
 use bksim_cli::output;
 use bksim_cli::output_file::OutputFile;
 use bksim_cli::render;
 use bksim_cli::source::logged::is_log;
+use bksim_cli::source::shown::shown_units;
 use choose::{Plan, Quantity};
 use compose::{Drawing, Plotted};
 use curves::{CurveRequest, Run};
+use units::{Units, name_and_unit};
 
 /// Columns where there is no terminal.
 const TEXT_WIDTH: u16 = 100;
 /// Rows of a panel in text.
 const PANEL_HEIGHT: u16 = 18;
 
-pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
-    let (paths, patterns) = logs_and_channels(&args.what)?;
+pub(crate) fn run(args: &Plot, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let (paths, asked) = (args.files(), args.channels());
+    let patterns: Vec<String> = asked.iter().map(|asked| name_and_unit(asked).0.into()).collect();
+    let x_name = args.x.as_deref().map(|x| name_and_unit(x).0);
     args.output.as_deref().map_or(Ok(()), |path| format(path).map(drop))?;
     if swept::is_table(&paths[0]) {
-        return swept::run(args, &paths[0], &patterns, as_json);
+        return swept::run(args, &paths[0], &asked, as_json);
     }
     let screenshot = window::check(args, &paths)?;
     let span = [args.from.unwrap_or(f64::NEG_INFINITY), args.to.unwrap_or(f64::INFINITY)];
@@ -43,10 +51,22 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
             "--from is the earlier",
         ));
     }
-    let mut runs = Vec::new();
-    let named: Vec<String> = patterns.iter().chain(&args.x).cloned().collect();
+    // The logs, of which those of models are made first.
+    let mut logs = Vec::new();
     for path in &paths {
-        let mut run = Run::open(path).map_err(|e| bad_log(path, &e))?;
+        let of = RunArgs { input: path.clone(), reading: reading_of(args, path) };
+        let log = RunFile::open(&of, nesting, as_json)?;
+        if let Some(status) = log.interrupted() {
+            return Ok(status);
+        }
+        logs.push(log);
+    }
+    let mut runs = Vec::new();
+    let mut named = patterns.clone();
+    named.extend(x_name.map(str::to_owned));
+    named.extend(args.path.iter().flat_map(|point| coordinates(point)));
+    for (path, log) in paths.iter().zip(&logs) {
+        let mut run = Run::open(path, &log.log()).map_err(|e| bad_log(path, &e))?;
         run.measure(&named)?;
         runs.push(run);
     }
@@ -58,23 +78,31 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
     let picture = picture.transpose()?;
     let headers: Vec<_> = runs.iter().map(|run| &run.header).collect();
     let first = &paths[0];
-    let plan = if patterns.is_empty() {
-        Plan::overview(headers[0], runs.len())
+    let text = &headers[0].model_text;
+    let stated = shown_units(args.reading.shown(first), text, ShownUnits::of_model(text))?;
+    let with_x: Vec<String> = asked.iter().chain(&args.x).cloned().collect();
+    let units = Units::new(stated, &with_x, &headers)?;
+    let plan = if !patterns.is_empty() {
+        Plan::named(&headers, &patterns, &units).map_err(|e| bad_log(first, &e))?
+    } else if args.path.is_empty() {
+        Plan::overview(headers[0], runs.len(), &units)
     } else {
-        Plan::named(&headers, &patterns).map_err(|e| bad_log(first, &e))?
+        Plan::default()
     };
-    let x = args.x.as_ref().map(|name| abscissa(name, &runs[0])).transpose()?;
+    let x = x_name.map(|name| abscissa("--x", name, &runs[0], &units)).transpose()?;
 
-    // The curves.
-    let (quantities, is_zoomed) = (plan.quantities().collect(), args.window);
-    let wish = CurveRequest { quantities, x: x.as_ref(), span, is_zoomed };
-    let mut drawn = Vec::new();
-    for run in &mut runs {
-        let curves = run.curves(&wish);
-        drawn.push(curves.map_err(|e| bad_log(&run.path, &e))?);
+    // The curves, then the paths of points.
+    let mut plotted = curves_of(args, &mut runs, (&plan, x.as_ref()), (span, &units))?;
+    let mut ways = Vec::new();
+    for point in &args.path {
+        let [x_name, y_name] = coordinates(point);
+        let x = abscissa("--path", &x_name, &runs[0], &units)?;
+        let headers: Vec<_> = runs.iter().map(|run| &run.header).collect();
+        let plan = Plan::named(&headers, &[y_name], &units).map_err(|e| bad_log(first, &e))?;
+        let way = curves_of(args, &mut runs, (&plan, Some(&x)), (span, &units))?;
+        ways.push((point.clone(), way));
     }
-    let drawing = Drawing { runs: &runs, plan: &plan, x: x.as_ref(), drawn: &drawn };
-    let plotted = drawing.plotted(args.title.as_deref(), args.log_y);
+    plotted.join(ways);
     if plotted.n_values() == 0 {
         let what = "has no values of these channels in this time".to_owned();
         let help = Some(format!("`bksim info {}` lists what it holds", first.display()));
@@ -84,7 +112,7 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
         warn(&runs);
     }
     if args.window {
-        window::show(args, screenshot.as_ref(), &plotted)?;
+        window::show(args, (screenshot.as_ref(), &model_name), &plotted)?;
     }
     if let Some((output, format)) = &picture {
         let bytes = drawn_as(args, *format, &plotted.figure)?;
@@ -94,11 +122,11 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
         let format = picture.map(|(_, format)| format);
         output::json("plot", report(args, format, &runs, &plotted))?;
     } else if let Some(path) = &args.screenshot {
-        output::text(&format!("wrote {}: {}", path.display(), plotted.summary()))?;
+        output::report(&format!("wrote {}: {}", path.display(), plotted.summary()))?;
     } else if args.window {
         // What is to be said of it has been seen.
     } else if let Some(path) = &args.output {
-        output::text(&format!("wrote {}: {}", path.display(), plotted.summary()))?;
+        output::report(&format!("wrote {}: {}", path.display(), plotted.summary()))?;
     } else {
         let left_out = plotted.left_out().map(|words| format!("\n{words}")).unwrap_or_default();
         output::styled(&format!("{}{left_out}", text_of(&plotted.figure)))?;
@@ -116,19 +144,37 @@ fn text_of(figure: &Figure) -> String {
     figure.renamed(&output::unstyled).to_text(screen).trim_end().to_owned()
 }
 
-/// The words of the command line, sorted: files that are there or end as logs do, and the rest.
-fn logs_and_channels(what: &[String]) -> Result<(Vec<PathBuf>, Vec<String>), Failure> {
-    // The first is a log, or was meant to be one.
-    let (first, rest) = what.split_first().ok_or_else(|| {
-        Failure::usage("there is no log to draw", "name one: `bksim plot run.mcap`")
-    })?;
-    if swept::is_table(Path::new(first)) {
-        return Ok((vec![PathBuf::from(first)], rest.to_vec()));
+/// The curves of a plan over an abscissa, or over the time.
+fn curves_of(
+    args: &Plot,
+    runs: &mut [Run],
+    (plan, x): (&Plan, Option<&Quantity>),
+    (span, units): ([f64; 2], &Units),
+) -> Result<Plotted, Failure> {
+    let (quantities, is_zoomed) = (plan.quantities().collect(), args.window);
+    let wish = CurveRequest { quantities, x, span, is_zoomed };
+    let mut drawn = Vec::new();
+    for run in runs.iter_mut() {
+        let curves = run.curves(&wish);
+        drawn.push(curves.map_err(|e| bad_log(&run.path, &e))?);
     }
-    let (logs, channels): (Vec<&String>, Vec<&String>) =
-        rest.iter().partition(|text| is_log(Path::new(text)));
-    let paths = std::iter::once(first).chain(logs).map(PathBuf::from).collect();
-    Ok((paths, channels.into_iter().cloned().collect()))
+    let x_unit = x.map_or_else(|| units.of("", "s"), |x| x.shown.clone());
+    let drawing = Drawing { runs, plan, x, x_unit, drawn: &drawn };
+    Ok(drawing.plotted(args.title.as_deref(), args.log_y))
+}
+
+/// Names of the coordinates of a point in the plane of drawing.
+fn coordinates(point: &str) -> [String; 2] {
+    ["x", "y"].map(|axis| format!("{point}.{axis}"))
+}
+
+/// How a file is read: options of models do not concern logs beside them.
+fn reading_of(args: &Plot, path: &Path) -> ReadingArgs {
+    let has_models = args.files().iter().any(|file| !is_log(file));
+    if has_models && is_log(path) {
+        return ReadingArgs { set: Vec::new(), tolerance: None, ..args.reading.clone() };
+    }
+    args.reading.clone()
 }
 
 /// The file, and the format that its name asks for; refuses names that cannot be written.
@@ -165,12 +211,12 @@ fn put(output: &OutputFile, bytes: &[u8]) -> Result<(), Failure> {
 }
 
 /// The channel of the abscissa, which is one.
-fn abscissa(name: &str, run: &Run) -> Result<Quantity, Failure> {
+fn abscissa(option: &str, name: &str, run: &Run, units: &Units) -> Result<Quantity, Failure> {
     let selection = Selection::new(&run.header, [name]).map_err(|e| bad_log(&run.path, &e))?;
     match selection.columns() {
-        [column] => Ok(Quantity::channel(column, true)),
+        [column] => Ok(Quantity::channel(column, true, units)),
         columns => Err(Failure::usage(
-            format!("`--x {name}` names {} channels", columns.len()),
+            format!("`{option} {name}` names {} channels", columns.len()),
             "name one of them",
         )),
     }
@@ -222,6 +268,7 @@ fn report(args: &Plot, format: Option<Format>, runs: &[Run], plotted: &Plotted) 
         "title": plotted.figure.title,
         "x": args.x,
         "runs": logs.collect::<Vec<_>>(),
+        "path": args.path,
         "panels": plotted.panels_json(runs),
         "left_out": plotted.n_left_out,
     })

@@ -16,7 +16,7 @@ use crate::modal::mode_of;
 use bksim_cli::args::ModelArgs;
 use bksim_cli::args::render::{Arrows, Render};
 use bksim_cli::exit::{Failure, Status};
-use bksim_cli::origin::{is_of_model, stamped};
+use bksim_cli::origin::{is_of_model, may_be_own, stamp_file, stamped};
 use bksim_cli::output;
 use bksim_cli::output_file::OutputFile;
 use bksim_cli::progress::{Progress, StopWish};
@@ -31,9 +31,9 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
         let inputs = ("motion", &[args.input.as_path()][..]);
         OutputFile::plan(&args.output, inputs, may_replace, "nothing was drawn")
     };
-    // A picture that may be one of the same model is judged when that is known; films have no mark.
+    // What may be one of the same model is judged when that is known.
     let is_film = matches!(order.format, Format::Film(_));
-    let output = plan(args.force || !is_film)?;
+    let output = plan(args.force || may_be_own(&args.output))?;
     let model = ModelArgs {
         model: args.input.clone(),
         set: args.set.clone(),
@@ -58,8 +58,8 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
         return Ok(status);
     }
     let model_name = show.playback().mechanism().model.name.clone();
-    let may_replace = args.force || is_film || is_of_model(&args.output, &model_name);
-    let output = if may_replace { output } else { plan(false)? };
+    let may_replace = args.force || is_of_model(&args.output, &model_name);
+    output.check_again(may_replace, "nothing was drawn")?;
     let mut rendering = order.prepare(show).map_err(|e| refused(args, &e))?;
     let mut out = BufWriter::new(output.create()?);
     let progress = Progress::of("drawing", rendering.clip.from, rendering.clip.to);
@@ -82,6 +82,9 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
     }
     let unwritten = |error: &io::Error| Failure::writing(&args.output, error);
     let mut out = out.into_inner().map_err(|error| unwritten(error.error()))?;
+    if is_film && output.is_regular() {
+        stamp_file(out.path_now(), &args.output, &model_name).map_err(|error| unwritten(&error))?;
+    }
     let n_bytes = out.seek(SeekFrom::End(0)).map_err(|error| unwritten(&error))?;
     out.finish()?;
     let report = Report { args, rendering, n_bytes };
@@ -91,7 +94,7 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
         body["diagnostics"] = diagnostics;
         output::json("render", body)?;
     } else {
-        output::text(&report.text(begun))?;
+        output::report(&report.text(begun))?;
     }
     Ok(Status::Done)
 }
@@ -141,7 +144,7 @@ fn order(args: &Render) -> Result<Request, Failure> {
         background: args.background,
         options,
         trails: args.trail.clone(),
-        curves: args.curve.clone(),
+        curves: [args.curve.clone(), args.path.clone()].concat(),
     })
 }
 

@@ -13,7 +13,7 @@ use bksim_cli::args::ModelArgs;
 use bksim_cli::args::sweep::Sweep;
 use bksim_cli::commands::solve::{changes, named_after};
 use bksim_cli::exit::{Failure, Status, without_number};
-use bksim_cli::origin::is_of_model;
+use bksim_cli::origin::{has_headings, is_of_model, may_be_own};
 use bksim_cli::output;
 use bksim_cli::output_file::{OutputFile, check_ending};
 use bksim_cli::progress::{Progress, StopWish};
@@ -42,7 +42,14 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
         let help = "add `--set NAME=FROM:TO:COUNT`; without any, `bksim solve` is the command";
         return Err(Failure::usage("a sweep needs something that varies", help));
     }
-    let path = table_path(args, &loaded.model.name, source)?;
+    let path = output_path(args, &loaded.model.name);
+    check_ending(&path, &["parquet", "csv"])?;
+    OutputFile::plan(
+        &path,
+        ("model", &[]),
+        args.force || args.resume || may_be_own(&path) || is_of_model(&path, &loaded.model.name),
+        "nothing was solved",
+    )?;
 
     // Derive and compile once.
     let mut request = Request::new(&source.text, &loaded.model.name, plan);
@@ -51,6 +58,7 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     request.outputs.clone_from(&args.keep);
     request.changes = changes(&args.tuning, loaded.model.solve.t_start)?;
     let study = Study::prepare(request).map_err(|rejected| source.rejected(rejected.0))?;
+    let path = table_path(args, &study, source)?;
     let warnings = loaded.warnings;
     if !as_json {
         render::print_all(source, &warnings);
@@ -86,15 +94,30 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
 }
 
 /// The file of the table; refuses to write over what is not ours before any work is done.
-fn table_path(args: &Sweep, model_name: &str, source: &Text) -> Result<PathBuf, Failure> {
-    let path = args.out.clone().unwrap_or_else(|| named_after(model_name, "parquet"));
+fn table_path(args: &Sweep, study: &Study, source: &Text) -> Result<PathBuf, Failure> {
+    let model_name = study.model_name();
+    let path = output_path(args, model_name);
     let mut inputs = source.files();
     inputs.push(&args.model);
-    check_ending(&path, &["parquet"])?;
+    check_ending(&path, &["parquet", "csv"])?;
     // What is to be gone on with is not whole yet: a table in its place is of another sweep.
-    let may_replace = args.force || !args.resume && is_of_model(&path, model_name);
+    let is_own = || is_of_model(&path, model_name) || is_own_csv(&path, study);
+    let may_replace = args.force || !args.resume && is_own();
     OutputFile::plan(&path, ("model", &inputs), may_replace, "nothing was solved")?;
     Ok(path)
+}
+
+/// Where the table goes.
+fn output_path(args: &Sweep, model_name: &str) -> PathBuf {
+    args.out.clone().unwrap_or_else(|| named_after(model_name, "parquet"))
+}
+
+/// True for a table in text whose columns this sweep has, too, or that a sweep of this model may have.
+fn is_own_csv(path: &Path, study: &Study) -> bool {
+    let columns = study.input_columns().into_iter().chain(study.output_columns());
+    let names: Vec<String> = columns.map(|column| column.name).collect();
+    let of_all = ["case", "status", "code", "reason", "t_reached", "steps"];
+    has_headings(path, &|name| of_all.contains(&name) || names.iter().any(|own| own == name))
 }
 
 /// Solves the cases into a table, with progress on a terminal.
@@ -118,7 +141,7 @@ fn solved(study: &Study, path: &Path, args: &Sweep, stop: &StopWish) -> Result<R
 /// Tells people how a sweep went.
 fn tell(told: &SweepReport<'_>) -> Result<(), Failure> {
     let (report, n_cases) = (told.report, told.study.n_cases());
-    output::text(&told.text())?;
+    output::report(&told.text())?;
     if report.is_stopped {
         let how = format!(
             "interrupted: {} of {n_cases} cases are kept; the same command with --resume goes on",

@@ -7,31 +7,38 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use bksim::model::file::ShownUnits;
 use bksim_view::window::{Look, Outcome, Report, Source, WindowError, WindowOptions, open};
 use serde_json::{Value, json};
 
 use self::motion::Motion;
 use crate::curve_fault::no_curve;
-use bksim_cli::args::ModelArgs;
 use bksim_cli::args::view::View;
 use bksim_cli::exit::{Failure, Status};
+use bksim_cli::origin::{is_of_model, stamped};
 use bksim_cli::output;
-use bksim_cli::output_file::check_ending;
+use bksim_cli::output_file::{check_ending, put};
 use bksim_cli::render;
+use bksim_cli::source::is_stdin;
+use bksim_cli::source::shown::shown_units;
 
 pub(crate) fn run(args: &View, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let started = Instant::now();
     check(args)?;
-    let model = ModelArgs {
-        model: args.input.clone(),
-        set: args.set.clone(),
-        drawing: args.drawing.clone(),
-    };
+    let model = args.reading.model(&args.input);
+    let units = args.reading.shown(&args.input).map(str::to_owned);
+    shown_units(units.as_deref(), "", ShownUnits::default())?;
     let mode = args.mode.request().map_err(|e| no_curve(&args.input, &e))?;
-    let motion = Motion { model, nesting, curves: args.curve.clone(), mode };
+    let motion = Motion {
+        model,
+        units,
+        nesting,
+        curves: [args.curve.clone(), args.path.clone()].concat(),
+        mode,
+    };
     let source = Source {
         name: args.input.display().to_string(),
-        files: vec![args.input.clone()],
+        files: vec![args.input.clone()].into_iter().filter(|path| !is_stdin(path)).collect(),
         load: Box::new(move |task| motion.load(task)),
     };
     let options = WindowOptions {
@@ -52,21 +59,26 @@ pub(crate) fn run(args: &View, as_json: bool, nesting: usize) -> Result<Status, 
     let outcome = outcome.map_err(|e| no_window(&e, instead))?;
 
     if let (Some(path), Some(png)) = (&args.screenshot, &outcome.png) {
-        fs::write(path, png).map_err(|e| Failure::writing(path, &e))?;
+        put(path, &stamped(path, png.clone(), &shown_name(&args.input)))?;
     }
     if as_json {
         output::json("view", describe(args, &outcome))?;
     } else if let Some(text) = summary(args, &outcome) {
-        output::text(&text)?;
+        output::report(&text)?;
     }
     Ok(Status::Done)
+}
+
+/// The name of the file that is shown: its model may change while it is.
+fn shown_name(input: &Path) -> String {
+    input.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// Refuses what cannot be shown, and pictures that cannot be written, before a window opens.
 fn check(args: &View) -> Result<(), Failure> {
     let input = &args.input;
-    let known = fs::metadata(input).map_err(|e| Failure::reading(input, &e))?;
-    if known.is_dir() {
+    let is_directory = || fs::metadata(input).map(|known| known.is_dir());
+    if !is_stdin(input) && is_directory().map_err(|e| Failure::reading(input, &e))? {
         let help = Some(format!("name a file in it: `{}`", input.join("model.toml").display()));
         return Err(Failure::file(input, "is a directory, not a model or a log".to_owned(), help));
     }
@@ -75,7 +87,7 @@ fn check(args: &View) -> Result<(), Failure> {
         let what = "is what is to be shown, and would be overwritten".to_owned();
         return Err(Failure::file(path, what, Some("name another file".to_owned())));
     }
-    if path.exists() && !args.force {
+    if path.exists() && !args.force && !is_of_model(path, &shown_name(input)) {
         let help = Some("add --force to overwrite it".to_owned());
         return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
     }

@@ -133,7 +133,7 @@ impl<'a> App<'a> {
     /// Shows another motion: time, camera and choices stay.
     fn take_show(&mut self, show: Box<Show>) {
         self.time.set_span(show.span());
-        self.panel.curves.set_motion(show.playback());
+        self.panel.curves.set_motion(&show);
         self.viewport.set_show(show);
     }
 

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
+use bksim::model::file::{ShownUnit, ShownUnits};
+use bksim::overview::floor;
 use bksim::playback::Playback;
 use bksim::record::Signal;
 use bksim::sim::run::Unreplayed;
@@ -24,8 +26,11 @@ const FIRST: usize = 3;
 pub(super) struct Curve {
     /// Its name, such as `state.A_angle`.
     pub(super) name: String,
-    /// Its unit.
+    /// The unit that it is shown in.
     pub(super) unit: String,
+    /// SI.
+    si: String,
+    shown: ShownUnit,
     signal: Signal,
     points: Vec<PlotPoint>,
     /// Whether each of them is one of many solutions of the equilibrium.
@@ -50,7 +55,7 @@ impl Curve {
 
     /// Its value at the instant shown.
     pub(super) fn value(&self, playback: &Playback) -> f64 {
-        playback.value(self.signal)
+        self.shown.of_si(playback.value(self.signal))
     }
 }
 
@@ -62,18 +67,19 @@ pub(super) struct Curves {
     /// Whether the user has chosen; then another motion keeps the choice.
     is_chosen_by_hand: bool,
     all: Vec<Curve>,
+    /// The reader's units.
+    units: ShownUnits,
     /// Number of points of each curve so far.
     n_known: usize,
     /// By unit the largest size of all channels so far.
     largest: BTreeMap<String, f64>,
 }
 
-/// Values below this part of the largest of their unit are rounding, which is no result.
-const ROUNDING: f64 = 1e-12;
-
 impl Curves {
     /// Takes another motion, with those of the chosen channels that it has.
-    pub(super) fn set_motion(&mut self, playback: &Playback) {
+    pub(super) fn set_motion(&mut self, show: &Show) {
+        let playback = show.playback();
+        self.units = show.units.clone();
         if !self.is_chosen_by_hand {
             self.chosen = overview(playback);
         }
@@ -124,7 +130,7 @@ impl Curves {
             let t = first + part * (last - first);
             show.seek(t)?;
             for curve in &mut self.all {
-                curve.points.push(PlotPoint::new(t, show.playback().value(curve.signal)));
+                curve.points.push(PlotPoint::new(t, curve.value(show.playback())));
                 curve.shared.push(is_shared(curve.signal, show.playback(), t));
             }
             let playback = show.playback();
@@ -145,7 +151,8 @@ impl Curves {
 
     fn leave_out_rounding(&mut self) {
         for curve in &mut self.all {
-            let floor = ROUNDING * self.largest.get(&curve.unit).copied().unwrap_or(0.0);
+            let largest = self.largest.get(&curve.si).copied().unwrap_or(0.0);
+            let floor = curve.shown.of_si(floor(&curve.si, largest));
             for point in curve.points.iter_mut().filter(|point| point.y.abs() <= floor) {
                 point.y = 0.0;
             }
@@ -159,8 +166,10 @@ impl Curves {
         let found = self.chosen.iter().filter_map(|name| {
             let mut signals = playback.channels().signals();
             let (signal, name, field) = signals.find(|(_, known, _)| known == name)?;
-            let unit = field.unit.clone();
-            Some(Curve { name, unit, signal, points: Vec::new(), shared: Vec::new() })
+            let si = field.unit.clone();
+            let shown = self.units.of(&si);
+            let (unit, points, shared) = (shown.unit.clone(), Vec::new(), Vec::new());
+            Some(Curve { name, unit, si, shown, signal, points, shared })
         });
         self.all = found.collect();
     }
@@ -192,7 +201,7 @@ mod tests {
     #[test]
     fn an_overview_is_chosen_and_grouped_by_unit() {
         let (show, mut curves) = (show(), Curves::default());
-        curves.set_motion(show.playback());
+        curves.set_motion(&show);
         let names: Vec<Vec<&str>> = curves
             .groups()
             .iter()
@@ -205,7 +214,7 @@ mod tests {
     #[test]
     fn curves_have_the_values_of_their_instants_and_come_to_an_end() {
         let (mut show, mut curves) = (show(), Curves::default());
-        curves.set_motion(show.playback());
+        curves.set_motion(&show);
         while curves.is_unfinished() {
             curves.go_on(&mut show).expect("the motion of the mechanism");
         }
@@ -249,10 +258,10 @@ mod tests {
     #[test]
     fn a_choice_by_hand_outlives_another_motion() {
         let (show, mut curves) = (show(), Curves::default());
-        curves.set_motion(show.playback());
+        curves.set_motion(&show);
         curves.toggle("energy.kinetic", show.playback());
         curves.toggle("reactions.A.fx", show.playback());
-        curves.set_motion(show.playback());
+        curves.set_motion(&show);
         assert!(curves.has("reactions.A.fx") && !curves.has("energy.kinetic"));
         assert_eq!(curves.groups().len(), 3, "an angle, energies, a force");
     }

@@ -8,8 +8,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::watch::Watch;
 use crate::show::Show;
+use bksim_load::Watch;
 
 /// Time without further changes after which a changed file is read again.
 const QUIET: Duration = Duration::from_millis(120);

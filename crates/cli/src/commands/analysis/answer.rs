@@ -1,22 +1,75 @@
 //! Answers: as JSON, as a table in a file, as text.
 
 use std::io::Write;
+use std::path::Path;
 
 use bksim::analysis::{AnalysisError, Column, Table};
+use bksim::model::Model;
+use bksim::sim::observable::Observable;
 use serde_json::{Value, json};
 
 use crate::args::ModelArgs;
 use crate::args::analysis::TableArgs;
 use crate::exit::{Failure, Status};
+use crate::origin::{headings, is_of_model, is_table, may_be_own, stamped};
 use crate::output::{self, number, table};
-use crate::output_file::OutputFile;
+use crate::output_file::{OutputFile, check_ending, is_same_file};
 use crate::render;
 use crate::source::{Loaded, Text, load, load_geometry};
 
 /// A question that is ready: the model, and the file for its table.
 pub(super) struct Asked {
     loaded: Loaded,
-    file: Option<OutputFile>,
+    file: Option<AnswerFile>,
+}
+
+/// The file of an answer: a new one, or one in the place of an earlier answer about the same model.
+#[derive(Debug)]
+pub(super) struct AnswerFile {
+    file: OutputFile,
+    /// Whether anything may be replaced.
+    force: bool,
+    model_name: String,
+    /// Headings of the table that is there which the model has no name for.
+    unknown: Vec<String>,
+}
+
+/// The words for a file that was not written.
+const UNDONE: &str = "nothing was computed";
+
+impl AnswerFile {
+    /// Refuses a file that is no answer about any model; `inputs` are the files that are read.
+    pub(super) fn plan(path: &Path, force: bool, inputs: &[&Path]) -> Result<OutputFile, Failure> {
+        OutputFile::plan(path, ("model", inputs), force || may_be_own(path), UNDONE)
+    }
+
+    /// A planned file, for an answer about this model.
+    pub(super) fn about(model: &Model, file: OutputFile, force: bool) -> Self {
+        let is_unknown = |name: &String| Observable::named(model, name).is_none();
+        let unknown = headings(file.path()).into_iter().filter(is_unknown).collect();
+        Self { file, force, model_name: model.name.clone(), unknown }
+    }
+
+    /// Its path.
+    pub(super) fn path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// Writes the content, with a mark where its format has one.
+    fn write(&self, bytes: Vec<u8>) -> Result<(), Failure> {
+        let path = self.path();
+        // The first line of a table; of anything else, nothing that could be a heading there.
+        let first = bytes.split(|&byte| byte == b'\n').next().unwrap_or_default();
+        let first = String::from_utf8_lossy(first);
+        let is_own_heading = |name: &String| first.split(',').any(|own| own == name);
+        let is_earlier = || is_table(path) && self.unknown.iter().all(is_own_heading);
+        let may_be_replaced = self.force || is_of_model(path, &self.model_name) || is_earlier();
+        self.file.check_again(may_be_replaced, "nothing was written")?;
+        let mut written = self.file.create()?;
+        let bytes = stamped(path, bytes, &self.model_name);
+        written.write_all(&bytes).map_err(|e| Failure::writing(path, &e))?;
+        written.finish()
+    }
 }
 
 /// An answer in the three ways that it can be given.
@@ -33,7 +86,34 @@ pub struct Answer {
 
 /// Reads the model, after a look at where the table goes.
 pub(super) fn asked(model: &ModelArgs, file: &TableArgs, nesting: usize) -> Result<Asked, Failure> {
+    check_table(file)?;
     asked_of(model, file, || load(model, nesting))
+}
+
+/// Refuses a name that promises another format than that of tables.
+fn check_table(file: &TableArgs) -> Result<(), Failure> {
+    file.file.as_deref().map_or(Ok(()), |path| check_ending(path, &["csv"]))
+}
+
+/// Refuses a table in the place of a file that is read.
+pub(super) fn refuse_input(file: &TableArgs, input: &Path) -> Result<(), Failure> {
+    let path = file.file.as_deref().filter(|path| is_same_file(path, input));
+    let what = || format!("is read by this command and would be overwritten; {UNDONE}");
+    let help = || Some("name another file with -o".to_owned());
+    path.map_or(Ok(()), |path| Err(Failure::file(path, what(), help())))
+}
+
+/// As [`asked`], for an answer that may be drawn in the file.
+pub(super) fn asked_drawn(
+    model: &ModelArgs,
+    file: &TableArgs,
+    is_drawn: bool,
+    load: impl FnOnce() -> Result<Loaded, Failure>,
+) -> Result<Asked, Failure> {
+    if !is_drawn {
+        check_table(file)?;
+    }
+    asked_of(model, file, load)
 }
 
 /// As [`asked`], for a question about positions, which masses have no part in.
@@ -42,6 +122,7 @@ pub(super) fn asked_geometry(
     file: &TableArgs,
     nesting: usize,
 ) -> Result<Asked, Failure> {
+    check_table(file)?;
     asked_of(model, file, || load_geometry(model, nesting))
 }
 
@@ -50,11 +131,12 @@ fn asked_of(
     file: &TableArgs,
     load: impl FnOnce() -> Result<Loaded, Failure>,
 ) -> Result<Asked, Failure> {
-    let planned = file.file.as_ref().map(|path| {
-        OutputFile::plan(path, ("model", &[&model.model]), file.force, "nothing was computed")
-    });
-    let file = planned.transpose()?;
-    Ok(Asked { loaded: load()?, file })
+    let planned = file.file.as_ref();
+    let planned = planned.map(|path| AnswerFile::plan(path, file.force, &[&model.model]));
+    let planned = planned.transpose()?;
+    let loaded = load()?;
+    let file = planned.map(|planned| AnswerFile::about(&loaded.model, planned, file.force));
+    Ok(Asked { loaded, file })
 }
 
 /// Faults of a question as a failure of the command.
@@ -67,7 +149,7 @@ impl Asked {
     pub(super) fn answer(
         source: &Text,
         warnings: &[bksim::model::diagnostic::Diagnostic],
-        file: Option<OutputFile>,
+        file: Option<AnswerFile>,
         answer: Answer,
         as_json: bool,
     ) -> Result<Status, Failure> {
@@ -81,14 +163,13 @@ impl Asked {
     pub(super) fn told(
         source: &Text,
         warnings: &[bksim::model::diagnostic::Diagnostic],
-        content: Option<(OutputFile, Vec<u8>, String)>,
+        content: Option<(AnswerFile, Vec<u8>, String)>,
         (command, mut json, mut text): (&'static str, Value, String),
         as_json: bool,
     ) -> Result<Status, Failure> {
+        let is_written = content.is_some();
         if let Some((file, bytes, summary)) = content {
-            let mut written = file.create()?;
-            written.write_all(&bytes).map_err(|e| Failure::writing(file.path(), &e))?;
-            written.finish()?;
+            file.write(bytes)?;
             json["output"] = file.path().display().to_string().into();
             text.extend([format!("\nwrote {}: {summary}", file.path().display())]);
         }
@@ -97,7 +178,8 @@ impl Asked {
             output::json(command, json)?;
         } else {
             render::print_all(source, warnings);
-            output::text(&text)?;
+            // What a file holds need not be printed as well.
+            if is_written { output::report(&text)? } else { output::text(&text)? }
         }
         Ok(Status::Done)
     }
@@ -105,8 +187,7 @@ impl Asked {
     /// The parts, so that the model can be given away.
     pub(super) fn parts(
         self,
-    ) -> (Text, bksim::model::Model, Vec<bksim::model::diagnostic::Diagnostic>, Option<OutputFile>)
-    {
+    ) -> (Text, Model, Vec<bksim::model::diagnostic::Diagnostic>, Option<AnswerFile>) {
         let Self { loaded: Loaded { source, model, warnings }, file } = self;
         (source, model, warnings, file)
     }

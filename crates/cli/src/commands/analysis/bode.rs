@@ -3,12 +3,13 @@
 use bksim::analysis::{AnalysisError, Channels, Frequencies, Range, Response, Transfer, bode};
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Asked, asked, columns_json, failed, lines, pose_json};
+use super::answer::{Answer, Asked, asked_drawn, columns_json, failed, lines, pose_json};
 use super::linearize::{about, pole};
 use super::statics::held;
 use crate::args::analysis::Bode as Args;
 use crate::exit::{Failure, Status};
 use crate::output::number;
+use crate::source::load;
 
 /// A response drawn as the contents of a picture; the title is the name of the model.
 pub type Draw<'a> = &'a dyn Fn(&str, &Response) -> Result<Vec<u8>, Failure>;
@@ -23,7 +24,9 @@ pub fn run(
     as_json: bool,
     nesting: usize,
 ) -> Result<Status, Failure> {
-    let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
+    let (source, model, warnings, file) =
+        asked_drawn(&args.model, &args.table, draw.is_some(), || load(&args.model, nesting))?
+            .parts();
     let name = model.name.clone();
     let failed = failed(&source);
     let channels =

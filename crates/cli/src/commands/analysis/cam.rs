@@ -7,7 +7,7 @@ use bksim::cad::write::profile::{Outline, dxf, svg};
 use bksim::model::FollowerKind;
 use serde_json::{Value, json};
 
-use super::answer::{failed, lines, shown, table_json};
+use super::answer::{AnswerFile, failed, lines, shown, table_json};
 use crate::args::analysis::Cam as Args;
 use crate::commands::analysis::answer::Asked;
 use crate::exit::{Failure, Status};
@@ -28,12 +28,12 @@ enum Kind {
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let file = args.file.as_ref().map(|path| -> Result<(OutputFile, Kind), Failure> {
         let kind = kind_of(path)?;
-        let inputs: [&Path; 1] = [&args.model.model];
-        let undone = "nothing was computed";
-        Ok((OutputFile::plan(path, ("model", &inputs), args.force, undone)?, kind))
+        Ok((AnswerFile::plan(path, args.force, &[&args.model.model])?, kind))
     });
     let file = file.transpose()?;
     let loaded = load_geometry(&args.model, nesting)?;
+    let about = |(file, kind)| (AnswerFile::about(&loaded.model, file, args.force), kind);
+    let file = file.map(about);
     let (source, model) = (loaded.source, loaded.model);
     let failed = failed(&source);
     let cutter = args.cutter.as_ref().map(|text| quantity(text, "m")).transpose();
@@ -68,9 +68,9 @@ fn kind_of(path: &Path) -> Result<Kind, Failure> {
 /// The file, what is written into it, and that in a few words.
 fn content(
     report: &CamReport,
-    file: OutputFile,
+    file: AnswerFile,
     kind: Kind,
-) -> Result<(OutputFile, Vec<u8>, String), Failure> {
+) -> Result<(AnswerFile, Vec<u8>, String), Failure> {
     if kind == Kind::Csv {
         let rows = format!("{} rows", report.table.rows.len());
         return Ok((file, report.table.csv().into_bytes(), rows));

@@ -6,7 +6,7 @@ use bksim::analysis::{AnalysisError, Inverse, Load, Motion, Range, inverse};
 use bksim::model::Model;
 use serde_json::json;
 
-use super::answer::{Answer, Asked, asked, failed, lines, table_json};
+use super::answer::{Answer, Asked, asked, failed, lines, refuse_input, table_json};
 use crate::args::analysis::Inverse as Args;
 use crate::exit::{Failure, Status};
 use crate::output::number;
@@ -16,6 +16,9 @@ use crate::source::{Text, read_bytes};
 const N_TIMES: usize = 101;
 
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    for path in args.motion.iter().filter_map(|(_, motion)| motion.strip_prefix('@')) {
+        refuse_input(&args.table, Path::new(path))?;
+    }
     let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
     let name = model.name.clone();
     let times = times(&model, args.times.as_deref()).map_err(failed(&source))?;

@@ -5,11 +5,12 @@ use bksim::analysis::{
 };
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Asked, asked_geometry, failed, lines};
+use super::answer::{Answer, Asked, asked_drawn, failed, lines};
 use super::kinematics::prescribed;
 use crate::args::analysis::Polygons as Args;
 use crate::exit::{Failure, Status};
 use crate::output::number;
+use crate::source::load_geometry;
 
 /// Polygons drawn as the contents of a picture; the title is the name of the model.
 pub type Draw<'a> = &'a dyn Fn(&str, &Polygons) -> Result<Vec<u8>, Failure>;
@@ -25,7 +26,10 @@ pub fn run(
     nesting: usize,
 ) -> Result<Status, Failure> {
     let (source, model, warnings, file) =
-        asked_geometry(&args.model, &args.table, nesting)?.parts();
+        asked_drawn(&args.model, &args.table, draw.is_some(), || {
+            load_geometry(&args.model, nesting)
+        })?
+        .parts();
     let name = model.name.clone();
     let failed = failed(&source);
     let rates = [args.rate.as_slice(), &args.acceleration];

@@ -14,7 +14,6 @@ use crate::args::cad::Doctor;
 use crate::args::draw::Destination;
 use crate::exit::{Failure, Status};
 use crate::output;
-use crate::output_file::put;
 use crate::render;
 use crate::source::{Text, read_bytes};
 
@@ -58,7 +57,9 @@ fn mark(
         Ungrafted::Drawing(fault) => source.rejected(vec![*fault]).into(),
         Ungrafted::Write(error) => Failure::writing(&written.output, &error),
     })?;
-    put(&written.output, &marked)
+    // The name of a drawing stands for that of its model: what is examined need not be one.
+    let name = source.path.file_stem().unwrap_or_default().to_string_lossy();
+    written::put_own(&written.output, (written.force, &name), marked)
 }
 
 fn print(
@@ -92,7 +93,7 @@ fn print(
     };
     output::text(&format!("{}: {head}", source.path.display()))?;
     match written {
-        Some(written) => output::text(&format!("wrote {}", written.output.display())),
+        Some(written) => output::report(&format!("wrote {}", written.output.display())),
         None => Ok(()),
     }
 }

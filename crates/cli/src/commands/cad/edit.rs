@@ -61,7 +61,7 @@ pub(super) fn run(subject: Subject, change: &Change, as_json: bool) -> Result<St
     render::print_all(&after, &new);
     let count =
         if edits.len() == 1 { "1 edit".to_owned() } else { format!("{} edits", edits.len()) };
-    output::text(&format!("wrote {} ({count})", output.display()))?;
+    output::report(&format!("wrote {} ({count})", output.display()))?;
     Ok(Status::Done)
 }
 

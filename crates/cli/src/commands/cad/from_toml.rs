@@ -40,5 +40,6 @@ pub(super) fn run(args: &FromToml, as_json: bool, nesting: usize) -> Result<Stat
         render::print_all(&source, &loaded.warnings);
     }
     let diagnostics = render::json_all(&source, &loaded.warnings);
-    written::write("cad from-toml", &args.written, &bytes, &diagnostics, as_json)
+    let destination = (&args.written, mechanism.model.name.as_str());
+    written::write("cad from-toml", destination, bytes, &diagnostics, as_json)
 }

@@ -13,5 +13,6 @@ pub(super) fn run(args: &Template, as_json: bool) -> Result<Status, Failure> {
     let wanted =
         template::Template { release: style.dxf_version, unit: &style.units, size: args.size };
     let bytes = template(&wanted).map_err(|e| Failure::writing(&args.written.output, &e))?;
-    written::write("cad template", &args.written, &bytes, &json!([]), as_json)
+    // A template is of no model, and takes the place of another template alone.
+    written::write("cad template", (&args.written, ""), bytes, &json!([]), as_json)
 }

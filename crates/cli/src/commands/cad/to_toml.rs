@@ -6,7 +6,7 @@ use super::written;
 use crate::args::cad::ToToml;
 use crate::exit::{Failure, Status};
 use crate::output;
-use crate::output_file::{check_ending, put};
+use crate::output_file::check_ending;
 use crate::render;
 use crate::source::load;
 
@@ -18,11 +18,8 @@ pub(super) fn run(args: &ToToml, as_json: bool, nesting: usize) -> Result<Status
         let mut inputs = loaded.source.files();
         inputs.push(&args.model.model);
         written::refuse_inputs(path, &inputs)?;
-        if path.exists() && !args.force {
-            let help = Some("add --force to overwrite it".to_owned());
-            return Err(Failure::file(path, "exists already; nothing was written".into(), help));
-        }
-        put(path, text.as_bytes())?;
+        let name = loaded.model.name.as_str();
+        written::put_own(path, (args.force, name), text.clone().into_bytes())?;
     }
     if as_json {
         let output = args.output.as_ref().map(|path| path.display().to_string());
@@ -33,7 +30,7 @@ pub(super) fn run(args: &ToToml, as_json: bool, nesting: usize) -> Result<Status
     }
     render::print_all(&loaded.source, &loaded.warnings);
     match &args.output {
-        Some(path) => output::text(&format!("wrote {}", path.display()))?,
+        Some(path) => output::report(&format!("wrote {}", path.display()))?,
         None => output::text(text.trim_end())?,
     }
     Ok(Status::Done)

@@ -68,7 +68,8 @@ pub(super) fn run(args: &Trace, as_json: bool, nesting: usize) -> Result<Status,
         parts.print_warnings();
     }
     let diagnostics = render::json_all(&parts.source, &parts.composition.diagnostics);
-    written::write("cad trace", &args.written, &traced, &diagnostics, as_json)
+    let destination = (&args.written, mechanism.model.name.as_str());
+    written::write("cad trace", destination, traced, &diagnostics, as_json)
 }
 
 /// The log and the mechanism that it is a run of.

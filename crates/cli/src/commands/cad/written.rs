@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use crate::args::draw::Destination;
 use crate::exit::{Failure, Status};
+use crate::origin::{is_of_model, may_be_own, stamped};
 use crate::output;
 use crate::output_file::{check_ending, put};
 
@@ -19,33 +20,50 @@ pub(super) fn refuse_inputs(path: &Path, read: &[&Path]) -> Result<(), Failure> 
     Ok(())
 }
 
-/// Refuses a file that exists, or that is read.
+/// Refuses a file that exists and is none of bksim's, or that is read.
 pub(super) fn check(written: &Destination, read: &[&Path]) -> Result<(), Failure> {
     let path = &written.output;
     refuse_inputs(path, read)?;
     check_ending(path, &["dxf"])?;
-    if path.exists() && !written.force {
-        let help = Some("add --force to overwrite it".to_owned());
-        return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
+    if path.exists() && !written.force && !may_be_own(path) {
+        return Err(exists(path));
     }
     Ok(())
 }
 
-/// Writes the file and says so.
+/// A file that somebody else has made.
+pub(super) fn exists(path: &Path) -> Failure {
+    let help = Some("add --force to overwrite it".to_owned());
+    Failure::file(path, "exists already; nothing was written".to_owned(), help)
+}
+
+/// Writes a file of this model; what was there is replaced if it is one, too.
+pub(super) fn put_own(
+    path: &Path,
+    (force, model_name): (bool, &str),
+    bytes: Vec<u8>,
+) -> Result<(), Failure> {
+    if path.is_file() && !force && !is_of_model(path, model_name) {
+        return Err(exists(path));
+    }
+    put(path, &stamped(path, bytes, model_name))
+}
+
+/// Writes a drawing of this model and says so.
 pub(super) fn write(
     command: &str,
-    written: &Destination,
-    bytes: &[u8],
+    (written, model_name): (&Destination, &str),
+    bytes: Vec<u8>,
     diagnostics: &Value,
     as_json: bool,
 ) -> Result<Status, Failure> {
     let path = &written.output;
-    put(path, bytes)?;
+    put_own(path, (written.force, model_name), bytes)?;
     if as_json {
         let output = path.display().to_string();
         output::json(command, json!({ "output": output, "diagnostics": diagnostics }))?;
     } else {
-        output::text(&format!("wrote {}", path.display()))?;
+        output::report(&format!("wrote {}", path.display()))?;
     }
     Ok(Status::Done)
 }

@@ -6,7 +6,7 @@ use super::{Body, Cell, Label, Section, Style, Subject, Writer, number, unit};
 use crate::coordinate::{Coordinate, CoordinateKind, Owner};
 use crate::equations::{ContactText, Counts, FunctionText, ReadingForm, contact_texts, functions};
 use crate::system::Derivation;
-use bksim_model::{Anchor, BodyId, JointId, JointKind, Model, Space, StateId};
+use bksim_model::{Anchor, BodyId, JointId, JointKind, Model, NamedSignal, Space, StateId};
 
 /// The form as the style wants it: typeset, multipliers are λ₁, λ₂ …
 pub(super) fn form_for(subject: &Subject<'_>, style: Style) -> ReadingForm {
@@ -65,6 +65,7 @@ pub(super) fn sections(writer: &Writer<'_>) -> Vec<Section> {
         formulas("equations of motion", equations(writer)),
         formulas("constraints", constraints(writer)),
         formulas("functions", function_pieces(writer)),
+        formulas("outputs", outputs(writer)),
         table("contacts", &["name", "law", "of", "multiplier", "limit"], contacts(writer)),
         table("multipliers", &["symbol", "in the model", "force of", "unit"], multipliers(writer)),
         table(
@@ -279,6 +280,15 @@ fn function_pieces(writer: &Writer<'_>) -> Vec<super::Formula> {
         writer.formula(Label::Left(call), &piece.terms, remark)
     };
     functions(model, form).into_iter().map(formula).collect()
+}
+
+/// The outputs as the author wrote them, in the measures of the motion.
+fn outputs(writer: &Writer<'_>) -> Vec<super::Formula> {
+    let outputs = writer.subject.model.named_signals.iter().filter(|signal| signal.is_output);
+    let formula = |output: &NamedSignal| {
+        writer.formula(Label::Left(writer.name(&output.name)), &[output.value], output.unit.clone())
+    };
+    outputs.map(formula).collect()
 }
 
 /// The multipliers as they stand in the formulas.

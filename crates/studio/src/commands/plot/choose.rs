@@ -1,7 +1,10 @@
 //! Which curves to draw, in which panels.
 
 use bksim::log::{Column, Header, LogError, Selection};
+use bksim::model::file::ShownUnit;
 use bksim::overview::{self, Group, keep, overview};
+
+use super::units::Units;
 
 /// Panels of a figure at most, and curves of one.
 pub(super) const MAX_PANELS: usize = overview::MAX_GROUPS;
@@ -14,7 +17,10 @@ const OVERVIEW_CURVES: usize = 6;
 pub(super) struct Quantity {
     /// The channel, or what the vector's channels begin with.
     pub(super) name: String,
+    /// SI.
     pub(super) unit: String,
+    /// The unit that it is drawn in.
+    pub(super) shown: ShownUnit,
     pub(super) channels: Vec<String>,
     /// Whether it was named itself, not matched by a pattern.
     pub(super) is_named: bool,
@@ -25,7 +31,10 @@ pub(super) struct Quantity {
 pub(super) struct PanelPlan {
     /// A word for them, if a better one than the unit's usual word is known.
     pub(super) label: Option<String>,
+    /// SI.
     pub(super) unit: String,
+    /// The unit that they are drawn in.
+    pub(super) shown: ShownUnit,
     pub(super) quantities: Vec<Quantity>,
 }
 
@@ -37,10 +46,11 @@ pub(super) struct Plan {
 }
 
 impl Quantity {
-    pub(super) fn channel(column: &Column, is_named: bool) -> Self {
+    pub(super) fn channel(column: &Column, is_named: bool, units: &Units) -> Self {
         let Column { name, unit, .. } = column;
         let (name, unit) = (name.clone(), unit.clone());
-        Self { channels: vec![name.clone()], name, unit, is_named }
+        let shown = units.of(&name, &unit);
+        Self { channels: vec![name.clone()], name, unit, shown, is_named }
     }
 }
 
@@ -49,7 +59,11 @@ impl Plan {
     ///
     /// # Errors
     /// [`LogError::UnknownChannel`] for the first pattern that matches nothing in any log.
-    pub(super) fn named(headers: &[&Header], patterns: &[String]) -> Result<Self, LogError> {
+    pub(super) fn named(
+        headers: &[&Header],
+        patterns: &[String],
+        units: &Units,
+    ) -> Result<Self, LogError> {
         // The channels that each pattern names, in one log at least.
         let mut quantities: Vec<Quantity> = Vec::new();
         for pattern in patterns {
@@ -66,7 +80,7 @@ impl Plan {
                         for column in selection.columns() {
                             if !quantities.iter().any(|known| known.name == column.name) {
                                 let is_named = column.name == dotted;
-                                quantities.push(Quantity::channel(column, is_named));
+                                quantities.push(Quantity::channel(column, is_named, units));
                             }
                         }
                     }
@@ -79,12 +93,16 @@ impl Plan {
         // A panel for each unit, up to a number that a page holds.
         let mut plan = Self::default();
         for quantity in quantities {
-            let panel = plan.panels.iter_mut().find(|panel| panel.unit == quantity.unit);
+            let is_of = |panel: &&mut PanelPlan| {
+                panel.unit == quantity.unit && panel.shown == quantity.shown
+            };
+            let panel = plan.panels.iter_mut().find(is_of);
             match panel {
                 Some(panel) => panel.quantities.push(quantity),
                 None => plan.panels.push(PanelPlan {
                     label: None,
                     unit: quantity.unit.clone(),
+                    shown: quantity.shown.clone(),
                     quantities: vec![quantity],
                 }),
             }
@@ -97,17 +115,19 @@ impl Plan {
     }
 
     /// Coordinates and rates, energies, and efforts of drives or sizes of reactions.
-    pub(super) fn overview(header: &Header, n_runs: usize) -> Self {
+    pub(super) fn overview(header: &Header, n_runs: usize, units: &Units) -> Self {
         let columns = Selection::all(header);
         let columns = columns.columns().iter().map(|c| (c.name.clone(), c.unit.clone()));
         let most = (OVERVIEW_CURVES / n_runs.max(1)).max(1);
         let (groups, n_left_out) = overview(&columns.collect::<Vec<_>>(), most);
         let shown = |of: overview::Quantity| {
             let overview::Quantity { name, unit, channels } = of;
-            Quantity { name, unit, channels, is_named: true }
+            let shown = units.of(&name, &unit);
+            Quantity { name, unit, shown, channels, is_named: true }
         };
         let panel = |Group { label, unit, quantities }: Group| PanelPlan {
             label: label.map(str::to_owned),
+            shown: units.of("", &unit),
             unit,
             quantities: quantities.into_iter().map(shown).collect(),
         };

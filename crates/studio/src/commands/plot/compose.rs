@@ -1,5 +1,6 @@
 //! From curves to a figure: names, titles, colours.
 
+use bksim::model::file::ShownUnit;
 use bksim::overview::word;
 use bksim_plot::{Axis, Curve, Figure, Mark, Panel, Point, Scale};
 use serde_json::{Value, json};
@@ -12,6 +13,8 @@ pub(super) struct Drawing<'a> {
     pub(super) runs: &'a [Run],
     pub(super) plan: &'a Plan,
     pub(super) x: Option<&'a Quantity>,
+    /// The unit of the abscissa.
+    pub(super) x_unit: ShownUnit,
     /// For each run, a curve for each quantity of the plan.
     pub(super) drawn: &'a [Vec<Option<Drawn>>],
 }
@@ -120,25 +123,26 @@ impl Drawing<'_> {
                 };
                 // Rounding is no result.
                 let floor = self.runs[*run].floor(&quantity.unit);
-                let points = drawn.points.iter();
-                let points =
-                    points.map(|&[x, y]| [x, if y.abs() <= floor { 0.0 } else { y }]).collect();
+                let is_rounding = |y: f64| y.abs() <= floor;
+                let x_of = |x| self.x_unit.of_si(x);
+                let y_of = |y| quantity.shown.of_si(if is_rounding(y) { 0.0 } else { y });
+                let points = drawn.points.iter().map(|&[x, y]| [x_of(x), y_of(y)]).collect();
                 let curve = Curve { name, points, color, dash, mark: Mark::Line };
                 drawn_curves.extend(self.by_uniqueness(curve, *run, quantity));
                 told.push(CurveReport {
                     channel: quantity.name.clone(),
                     run: *run,
-                    unit: quantity.unit.clone(),
+                    unit: quantity.shown.unit.clone(),
                     n_values: drawn.n_values,
-                    range: drawn.range,
+                    range: drawn.range.map(|range| range.map(|y| quantity.shown.of_si(y))),
                     is_dense: drawn.is_dense,
                     is_unique: !self.runs[*run].is_ever_shared(quantity),
                 });
             }
         }
         let x = match self.x {
-            None => Axis::new("Time", "s"),
-            Some(x) => Axis::new(&self.short(x), &x.unit),
+            None => Axis::new("Time", &self.x_unit.unit),
+            Some(x) => Axis::new(&self.short(x), &self.x_unit.unit),
         };
         let label = match (curves, &plan.label) {
             // A single curve has no legend: the axis tells.
@@ -153,7 +157,7 @@ impl Drawing<'_> {
             (_, words) => words.clone(),
         };
         let words = || word(&plan.unit).unwrap_or("Value").to_owned();
-        let mut y = Axis::new(&label.unwrap_or_else(words), &plan.unit);
+        let mut y = Axis::new(&label.unwrap_or_else(words), &plan.shown.unit);
         y.scale = if log_y { Scale::Logarithmic } else { Scale::Linear };
         let is_path = self.x.is_some_and(|x| x.unit == "m") && plan.unit == "m" && !log_y;
         (Panel { x, y, curves: drawn_curves, equal_scale: is_path }, told)
@@ -167,7 +171,9 @@ impl Drawing<'_> {
             return vec![curve];
         }
         // Over another abscissa, points do not tell their time.
-        let is_shared = |point: &Point| self.x.is_some() || run.is_shared_at(quantity, point[0]);
+        let is_shared = |point: &Point| {
+            self.x.is_some() || run.is_shared_at(quantity, self.x_unit.to_si(point[0]))
+        };
         let part = |is_wanted: bool| -> Vec<Point> {
             let kept =
                 |point: &Point| if is_shared(point) == is_wanted { point[1] } else { f64::NAN };
@@ -205,6 +211,36 @@ impl Drawing<'_> {
 }
 
 impl Plotted {
+    /// The curves of several figures of one pair of axes in one panel, each called by its name.
+    pub(super) fn join(&mut self, others: Vec<(String, Self)>) {
+        let mut joined: Option<(Panel, Vec<CurveReport>)> = None;
+        for (number, (name, other)) in others.into_iter().enumerate() {
+            let Self { figure, curves, .. } = other;
+            for (mut panel, told) in figure.panels.into_iter().zip(curves) {
+                for curve in &mut panel.curves {
+                    curve.name.clone_from(&name);
+                    (curve.color, curve.dash) = (number, number / 6);
+                }
+                match &mut joined {
+                    Some((known, all)) => {
+                        known.curves.extend(panel.curves);
+                        all.extend(told);
+                    }
+                    None => {
+                        let axis = |label: &str, axis: &Axis| Axis::new(label, &axis.unit);
+                        (panel.x, panel.y) = (axis("x", &panel.x), axis("y", &panel.y));
+                        panel.equal_scale = true;
+                        joined = Some((panel, told));
+                    }
+                }
+            }
+        }
+        if let Some((panel, told)) = joined {
+            self.figure.panels.push(panel);
+            self.curves.push(told);
+        }
+    }
+
     pub(super) fn n_values(&self) -> usize {
         self.figure.panels.iter().flat_map(|panel| &panel.curves).map(|c| c.points.len()).sum()
     }

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use bksim::log::export::rows;
 use bksim::log::{Header, LogError, LogReader, NotUnique, Record, Selection};
 use bksim::measured::Measured;
+use bksim::overview::floor;
 use bksim::playback::RunLog;
 use bksim::record::{Channels, INPUTS, Signal};
 use bksim::sim::run::{Replay, Sample, Segment};
@@ -33,7 +34,10 @@ const JUMP: f64 = 1e-6;
 
 /// A log to draw.
 pub(super) struct Run {
+    /// The file that was named.
     pub(super) path: PathBuf,
+    /// The log.
+    file: PathBuf,
     pub(super) header: Header,
     /// Whether its end was read; known after [`Run::curves`].
     pub(super) is_complete: bool,
@@ -46,9 +50,6 @@ pub(super) struct Run {
     /// By unit the largest size of all its channels; known after [`Run::curves`].
     largest: BTreeMap<String, f64>,
 }
-
-/// Values below this part of the largest of their unit are rounding.
-const ROUNDING: f64 = 1e-12;
 
 /// Values of a quantity along a run.
 #[derive(Clone, PartialEq, Debug)]
@@ -88,10 +89,11 @@ fn open(path: &Path) -> Result<LogReader<BufReader<File>>, LogError> {
 }
 
 impl Run {
-    pub(super) fn open(path: &Path) -> Result<Self, LogError> {
-        let header = open(path)?.header().clone();
+    pub(super) fn open(path: &Path, file: &Path) -> Result<Self, LogError> {
+        let header = open(file)?.header().clone();
         Ok(Self {
             path: path.to_owned(),
+            file: file.to_owned(),
             header,
             is_complete: false,
             coarse_because: None,
@@ -103,7 +105,7 @@ impl Run {
 
     /// The size below which values of this unit are nothing but rounding.
     pub(super) fn floor(&self, unit: &str) -> f64 {
-        ROUNDING * self.largest.get(unit).copied().unwrap_or(0.0)
+        floor(unit, self.largest.get(unit).copied().unwrap_or(0.0))
     }
 
     /// Adds the quantities of these names that the log does not have as channels.
@@ -111,7 +113,7 @@ impl Run {
     /// # Errors
     /// As [`measured`].
     pub(super) fn measure(&mut self, names: &[String]) -> Result<(), Failure> {
-        self.measured = measured(&self.path, &self.header, names, "drawn")?;
+        self.measured = measured(&self.file, &self.header, names, "drawn")?;
         if self.measured.is_some() {
             let log = self.samples().map_err(|e| super::bad_log(&self.path, &e))?;
             self.header = log.header().clone();
@@ -121,7 +123,7 @@ impl Run {
 
     /// The log from its beginning, with the quantities that are computed from it.
     fn samples(&self) -> Result<LogReader<BufReader<File>>, LogError> {
-        let log = open(&self.path)?;
+        let log = open(&self.file)?;
         Ok(match &self.measured {
             Some(measured) => log.making(measured.making()),
             None => log,
@@ -288,7 +290,7 @@ impl Run {
         let span = [first, last];
         let mut player = Player { replay, draw, span, n_instants, next: 0, last: None, states };
         let mut reader =
-            open(&self.path).map_err(|e| e.to_string())?.only(&bksim::log::Request::MOTION);
+            open(&self.file).map_err(|e| e.to_string())?.only(&bksim::log::Request::MOTION);
         while let Some(record) = reader.next_record().map_err(|e| e.to_string())? {
             if let Record::Segment(segment) = record {
                 player.play(segment)?;

@@ -68,7 +68,7 @@ pub(super) fn run(
     } else if let Some(file) = &args.output {
         let n = figure.panels.len();
         let panels = if n == 1 { "1 panel".to_owned() } else { format!("{n} panels") };
-        output::text(&format!("wrote {}: {panels}\n{words}", file.display()))?;
+        output::report(&format!("wrote {}: {panels}\n{words}", file.display()))?;
     } else {
         output::styled(&text_of(&figure))?;
         output::text(&words)?;

@@ -14,11 +14,14 @@ use bksim_cli::args::ModelArgs;
 use bksim_cli::exit::Failure;
 use bksim_cli::render;
 use bksim_cli::source::logged::{is_log, playback};
-use bksim_cli::source::{Text, derive, load};
+use bksim_cli::source::shown::shown_units;
+use bksim_cli::source::{Text, derive, is_stdin, load};
 
 /// Where a window's motion comes from.
 pub(super) struct Motion {
     pub(super) model: ModelArgs,
+    /// The units that values are told in; those of the model unless given.
+    pub(super) units: Option<String>,
     pub(super) nesting: usize,
     /// Curves laid over the mechanism.
     pub(super) curves: Vec<String>,
@@ -36,8 +39,16 @@ impl Motion {
             None => self.solved(task),
         };
         let mut loaded = self.with_curves(loaded);
+        if let Some(show) = &mut loaded.show {
+            let text = &show.playback().log().header.model_text;
+            // Whether it is a list of units was checked before the window opened.
+            let asked = shown_units(self.units.as_deref(), text, show.units.clone());
+            show.units = asked.unwrap_or_default();
+        }
         // The file itself is watched whatever is wrong with it.
-        loaded.files.push(path.clone());
+        if !is_stdin(path) {
+            loaded.files.push(path.clone());
+        }
         loaded
     }
 

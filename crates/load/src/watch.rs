@@ -8,7 +8,8 @@ use notify::{Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher};
 
 /// Watches the directories of files, so that a file replaced by another of its name is noticed,
 /// too.
-pub(super) struct Watch {
+#[derive(Debug)]
+pub struct Watch {
     watcher: RecommendedWatcher,
     files: Arc<Mutex<BTreeSet<PathBuf>>>,
     directories: BTreeSet<PathBuf>,
@@ -16,7 +17,10 @@ pub(super) struct Watch {
 
 impl Watch {
     /// A watch without files; `on_change` is called on a thread of its own.
-    pub(super) fn new(on_change: impl Fn() + Send + 'static) -> notify::Result<Self> {
+    ///
+    /// # Errors
+    /// A system that notices no changes.
+    pub fn new(on_change: impl Fn() + Send + 'static) -> notify::Result<Self> {
         let files: Arc<Mutex<BTreeSet<PathBuf>>> = Arc::default();
         let watched = Arc::clone(&files);
         let watcher = notify::recommended_watcher(move |event: notify::Result<Event>| {
@@ -30,7 +34,7 @@ impl Watch {
     }
 
     /// Watches these files and no others. Files that cannot be watched are skipped.
-    pub(super) fn set_files(&mut self, files: &[PathBuf]) {
+    pub fn set_files(&mut self, files: &[PathBuf]) {
         let paths: BTreeSet<PathBuf> = files.iter().flat_map(|file| absolute_paths(file)).collect();
         let parents = paths.iter().filter_map(|path| path.parent()).map(Path::to_owned);
         let parents: BTreeSet<PathBuf> = parents.collect();
