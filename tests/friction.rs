@@ -197,3 +197,64 @@ fn the_pins_of_a_four_bar() {
         close("multiplier", *y, *x, within(1e-4));
     }
 }
+
+/// Without other forces N = m v² κ turns the way, so that v = v₀ e^(−μφ) after a turn of the tangent by φ, on any
+/// curve that bends one way: a wire in a plane, and one that lies askew in space.
+#[test]
+fn a_bead_on_a_wire_loses_its_speed_as_a_rope_its_tension() {
+    let wire = |space: &str, axes: &str| {
+        format!(
+            "{space}[curves.wire]\ntype = \"formula\"\nformula = [\"0.5 m*cos(p)\", \"0.3 m*sin(p)\"]\n{axes}\
+             [bodies.bead]\nmass = 2\n\
+             [joints.wire]\ntype = \"point-on-curve\"\nbetween = [\"ground.O\", \"bead\"]\ncurve = \"wire\"\n\
+             [loads.rub]\ntype = \"friction\"\njoint = \"wire\"\nmu = 0.2\n\
+             [initial]\nwire = {{ angle = 0.3, rate = 4 }}\nbead = {{ guess = {{ x = 0.45, y = 0.1 }} }}\n\
+             [solve]\nt_end = 2\nevery = 0.1\nrtol = 1e-11\natol = 1e-12\n"
+        )
+    };
+    let plane = wire("", "[ground]\npoints = { O = [0, 0] }\n");
+    let space = wire(
+        "space = \"spatial\"\n",
+        "[ground]\npoints = { O = { at = [0, 0, 0], rpy = [\"30 deg\", \"40 deg\", 0] } }\n",
+    );
+    for text in [plane, space] {
+        let mechanism = derive(model(&text));
+        let motion = solve(&mechanism);
+        let measures = Measures::new(&mechanism, &["wire.angle", "wire.rate"]);
+        let [angle, speed] = [
+            // The tangent is that of a circle, stretched.
+            |p: f64| (0.3 * p.cos()).atan2(-0.5 * p.sin()),
+            |p: f64| (0.5 * p.sin()).hypot(0.3 * p.cos()),
+        ];
+        let (mut turned, mut before) = (0.0, angle(0.3));
+        for sample in &motion.samples {
+            let found = measures.at(sample);
+            let now = angle(found[0]);
+            turned += (now - before).rem_euclid(std::f64::consts::TAU);
+            before = now;
+            let expected = 4.0 * speed(0.3) * (-0.2 * turned).exp();
+            let what = format!("at {} s", sample.t);
+            close(&what, found[1] * speed(found[0]), expected, within(1e-8));
+        }
+    }
+}
+
+/// A bead at rest on a slope stays where the slope is below the friction at rest, and slides where it is above.
+#[test]
+fn a_bead_on_a_slope_of_a_wire_stays_or_slides() {
+    // The slope of the parabola at p is p; `static` is 0.4.
+    for (place, rests) in [(0.39, true), (0.41, false)] {
+        let text = format!(
+            "[curves.wire]\ntype = \"formula\"\nformula = [\"1 m*p\", \"0.5 m*p^2\"]\n\
+             [bodies.bead]\nmass = 2\n\
+             [joints.wire]\ntype = \"point-on-curve\"\nbetween = [\"ground\", \"bead\"]\ncurve = \"wire\"\n\
+             [loads.rub]\ntype = \"friction\"\njoint = \"wire\"\nmu = 0.3\nstatic = 0.4\n\
+             [loads.gravity]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n\
+             [initial]\nwire = {{ angle = {place}, rate = 0 }}\nbead = {{ guess = {{ x = {place}, y = 0.08 }} }}\n"
+        );
+        let slope = f64::atan(place);
+        let expected = if rests { 0.0 } else { -9.81 * (slope.sin() - 0.3 * slope.cos()) };
+        let found = accelerations(&text, &["bead_x"])[0];
+        close("along the slope", found / slope.cos(), expected, within(1e-9));
+    }
+}

@@ -22,15 +22,43 @@ pub enum Section {
     Loads,
     /// `[drives.…]`.
     Drives,
+    /// `[couplings.…]`.
+    Couplings,
+    /// `[tables.…]`.
+    Tables,
+    /// `[curves.…]`.
+    Curves,
+    /// `[states.…]`.
+    States,
+    /// `[clocks.…]`.
+    Clocks,
+    /// `[signals.…]`.
+    Signals,
+    /// `[use.…]`: models of other files, or of the library.
+    Parts,
     /// `[parameters]`.
     Parameters,
     /// `[initial]`.
     Initial,
     /// `[solve]`.
     Solve,
+    /// `[io]`.
+    Io,
     /// The top level: name and coordinates; `[units]`, the units of bare numbers.
     Model,
 }
+
+/// Sections of what is called by its name and says the keys of a model file as they are, with their words
+/// there.
+pub const NAMED: [(Section, &str); 7] = [
+    (Section::Tables, "tables"),
+    (Section::Curves, "curves"),
+    (Section::Couplings, "couplings"),
+    (Section::States, "states"),
+    (Section::Clocks, "clocks"),
+    (Section::Signals, "signals"),
+    (Section::Parts, "use"),
+];
 
 /// The meaning of where an attachment stands.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -60,8 +88,10 @@ pub struct Kind {
     pub keys: &'static [&'static str],
 }
 
-const INITIAL: &[&str] =
-    &["name", "x", "y", "angle", "position", "vx", "vy", "rate", "velocity", "value", "guess"];
+const INITIAL: &[&str] = &[
+    "name", "x", "y", "angle", "angle1", "angle2", "position", "vx", "vy", "rate", "rate1",
+    "rate2", "velocity", "value", "guess",
+];
 
 macro_rules! kinds {
     ($($name:literal $block:literal $section:ident $placement:ident $keys:expr;)*) => {
@@ -96,24 +126,67 @@ kinds! {
     ];
     "weld" "BK_WELD" Joints Point &["name", "body1", "body2", "point1", "point2", "cut"];
     "link" "BK_LINK" Joints Line &["name", "body1", "body2", "point1", "point2", "length"];
+    "point-on-curve" "BK_POINT_ON_CURVE" Joints Line &[
+        "name", "body1", "body2", "point1", "point2", "curve", "radius", "side", "coordinate",
+    ];
+    "line-on-curve" "BK_LINE_ON_CURVE" Joints Line &[
+        "name", "body1", "body2", "point1", "point2", "curve", "axis", "direction", "coordinate",
+    ];
+    "curve-on-curve" "BK_CURVE_ON_CURVE" Joints Line &[
+        "name", "body1", "body2", "point1", "point2", "curve", "second_curve", "tangents", "rolling",
+        "coordinate",
+    ];
+    "cylinder" "BK_CYLINDER" Joints Line &[
+        "name", "body1", "body2", "point1", "point2", "min", "max", "restitution", "coordinate",
+    ];
     "gravity" "BK_GRAVITY" Loads Frame &["name", "acceleration"];
-    "force" "BK_FORCE" Loads Frame &["name", "body", "point", "value", "vector", "axes"];
+    "force" "BK_FORCE" Loads Frame &["name", "body", "point", "value", "vector", "axes", "joint", "of"];
     "actuator" "BK_ACTUATOR" Loads Line &["name", "body1", "body2", "point1", "point2", "value"];
-    "torque" "BK_TORQUE" Loads Point &["name", "body", "from", "joint", "value"];
+    "torque" "BK_TORQUE" Loads Point &["name", "body", "from", "joint", "of", "value"];
     "spring" "BK_SPRING" Loads Line &[
         "name", "body1", "body2", "point1", "point2", "stiffness", "length", "damping",
+        "joint", "of",
     ];
-    "damper" "BK_DAMPER" Loads Line &["name", "body1", "body2", "point1", "point2", "damping"];
-    "torsion" "BK_TORSION" Loads Point &["name", "joint", "stiffness", "angle", "damping"];
+    "damper" "BK_DAMPER" Loads Line &[
+        "name", "body1", "body2", "point1", "point2", "damping", "joint", "of",
+    ];
+    "torsion" "BK_TORSION" Loads Point &["name", "joint", "of", "stiffness", "angle", "damping"];
     "stop" "BK_STOP" Loads Point &["name", "joint", "of", "min", "max", "restitution"];
     "friction" "BK_FRICTION" Loads Point &["name", "joint", "of", "force", "torque", "mu", "static", "radius", "length"];
     "drive" "BK_DRIVE" Drives Point &["name", "joint", "of", "motion"];
+    "gear" "BK_GEAR" Couplings Line &[
+        "name", "between", "teeth", "module", "radii", "ratio", "internal", "carrier", "phase",
+    ];
+    "rack" "BK_RACK" Couplings Line &[
+        "name", "between", "teeth", "module", "radius", "reversed", "phase",
+    ];
+    "belt" "BK_BELT" Couplings Line &[
+        "name", "between", "teeth", "module", "radii", "crossed", "carrier", "phase", "turns", "length",
+        "stiffness", "damping",
+    ];
+    "chain" "BK_CHAIN" Couplings Line &[
+        "name", "between", "teeth", "module", "radii", "carrier", "phase", "turns", "length",
+        "stiffness", "damping",
+    ];
+    "screw" "BK_SCREW" Couplings Point &["name", "between", "lead", "phase"];
+    "relation" "BK_RELATION" Couplings Anywhere &["name", "relation"];
+    "table" "BK_TABLE" Tables Anywhere &[
+        "name", "points", "file", "units", "interpolation", "extrapolate",
+    ];
+    "curve" "BK_CURVE" Curves Anywhere &["name", "points", "formula", "parameter", "range"];
+    "cam-law" "BK_CAM_LAW" Curves Anywhere &["name", "segments", "turns"];
+    "cam" "BK_CAM" Curves Anywhere &["name", "law", "base_circle", "follower", "sense"];
+    "state" "BK_STATE" States Anywhere &["name", "rate", "start"];
+    "clock" "BK_CLOCK" Clocks Anywhere &["name", "every", "start"];
+    "signal" "BK_SIGNAL" Signals Anywhere &["name", "value", "clock", "start", "when"];
+    "part" "BK_PART" Parts Anywhere &["name", "part", "file", "on", "with"];
     "parameter" "BK_PARAMETER" Parameters Anywhere &["name", "value"];
     "initial" "BK_INITIAL" Initial Anywhere INITIAL;
     "solve" "BK_SOLVE" Solve Anywhere &[
         "t_start", "t_end", "every", "times", "rtol", "atol", "step", "newton_tolerance", "method",
         "formulation", "jit",
     ];
+    "io" "BK_IO" Io Anywhere &["input", "output"];
     "model" "BK_MODEL" Model Anywhere &[
         "name", "coordinates", "length", "mass", "time", "angle", "force",
     ];
@@ -121,6 +194,9 @@ kinds! {
 
 /// Geometry on the layer `BK_BODY_crank` is the shape of the body `crank`.
 pub const BODY_LAYER: &str = "BK_BODY_";
+
+/// Geometry on the layer `BK_CURVE_track` is the curve `track`, which joints follow.
+pub const CURVE_LAYER: &str = "BK_CURVE_";
 
 /// Geometry on this layer belongs to the ground.
 pub const GROUND_LAYER: &str = "BK_GROUND";

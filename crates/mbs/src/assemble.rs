@@ -81,9 +81,9 @@ fn assemble_along(
             *force = pool.substitute(model.states[state].rate, &signals);
         }
     }
-    for (joint, effort) in efforts_on_curves(model, &kinematics, &signals) {
+    for (joint, motion_idx, effort) in efforts_on_curves(model, &kinematics, &signals) {
         let mut owners = kinematics.coordinates.iter().map(|coordinate| coordinate.owner);
-        if let Some(idx) = owners.position(|owner| owner == Owner::Joint(joint, 0)) {
+        if let Some(idx) = owners.position(|owner| owner == Owner::Joint(joint, motion_idx)) {
             applied_force[idx] = pool.add(applied_force[idx], effort);
         }
     }

@@ -16,8 +16,8 @@ use crate::quaternion::Quaternion;
 use crate::spatial::{self, Rotation};
 use crate::tree::{Branch, Tree};
 use bksim_model::{
-    Anchor, BodyId, Joint, JointId, JointKind, Model, MotionKind, PointId, Space, State, StateId,
-    Vector,
+    Anchor, BodyId, CurveId, Joint, JointId, JointKind, Model, MotionKind, PointId, Space, State,
+    StateId, Vector,
 };
 
 /// Four coordinates that are the quaternion of a body's turning against its parent in the tree.
@@ -117,8 +117,12 @@ impl Kinematics {
         for &id in &tree.cuts {
             let joint = &model.joints[id.0];
             if joint.kind.curve().is_some() {
-                let name = joint_coordinate_name(joint, &joint::motions(pool, joint), 0);
-                kinematics.add_coordinate(model, name, CoordinateKind::Angle, Owner::Joint(id, 0));
+                let motions = joint::motions(pool, joint);
+                for idx in 0..motions.len() {
+                    let name = joint_coordinate_name(joint, &motions, idx);
+                    let owner = Owner::Joint(id, idx);
+                    kinematics.add_coordinate(model, name, CoordinateKind::Angle, owner);
+                }
             }
         }
         if form == Form::Motion {
@@ -159,17 +163,25 @@ impl Kinematics {
             },
             p_world_predecessor: self.anchor(model, joint.predecessor),
             p_world_successor: self.anchor(model, joint.successor),
-            on_curve: self.on_curve(model, joint),
+            on_curve: joint.kind.curve().and_then(|curve| self.on_curve(model, joint, (0, curve))),
+            on_second: {
+                let second = joint.kind.second_curve();
+                second.and_then(|curve| self.on_curve(model, joint, (1, curve)))
+            },
         }
     }
 
-    /// The place of a joint on the curve that it follows.
-    fn on_curve(&self, model: &Model, joint: &Joint) -> Option<OnCurve> {
-        let curve = joint.kind.curve()?;
+    /// The place of a joint on the curve whose parameter is its coordinate of this number.
+    fn on_curve(
+        &self,
+        model: &Model,
+        joint: &Joint,
+        (number, curve): (usize, CurveId),
+    ) -> Option<OnCurve> {
         let id = model.joints.iter().position(|of| of.name == joint.name).map(JointId)?;
         let pool = &model.pool;
         let curve = &model.curves[curve.0];
-        let parameter = self.coordinates.get(*self.first_of_joint.get(&id)?)?.q;
+        let parameter = self.coordinates.get(self.first_of_joint.get(&id)? + number)?.q;
         let parameter = pool.symbol_expr(parameter);
         let here = |e: Expr| pool.substitute(e, &[(curve.parameter, parameter)]);
         let by_parameter = |path: &Vector| path.map(|e| pool.diff(e, curve.parameter));
@@ -184,7 +196,11 @@ impl Kinematics {
             let left = [pool.neg(pool.div(y, length)), pool.div(x, length), pool.zero()];
             path = spatial::add(pool, &path, &spatial::scale(pool, distance, &left));
         }
-        Some(OnCurve { offset: path.map(here), tangent: by_parameter(&path).map(here) })
+        let arc = match joint.kind {
+            JointKind::CurveOnCurve { arcs, .. } => arcs.map(|arcs| here(arcs[number])),
+            _ => None,
+        };
+        Some(OnCurve { offset: path.map(here), tangent: by_parameter(&path).map(here), arc })
     }
 
     /// The coordinates whose value or velocity occurs in some expressions, ascending.

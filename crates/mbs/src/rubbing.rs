@@ -4,6 +4,7 @@
 //! guide      F = μ |N|                       N the reaction across the motion
 //! sleeve     F = μ (|N₁| + |N₂|)             N₁, N₂ = N/2 ± (a × M)/l at its ends, a along the motion
 //! journal    F = μ r/√(1 + μ²) |N|           the moment of a force at the rim, N with its friction
+//! track      F = μ |N| |c′|                  the force on the parameter s of the curve c, N across c′
 //! thread     F = μ r (1 + m²) |λ|/(1 − ς sign(λ) μ m)     m = p/r the slope of the thread
 //! ```
 //!
@@ -16,6 +17,7 @@ use bksim_model::{Frame, Joint, JointId, JointKind, Measure, Model, MotionKind, 
 use bksim_model::{Surface, Vector};
 
 use crate::constraint::{Constraint, Source};
+use crate::joint::OnCurve;
 use crate::kinematics::Kinematics;
 use crate::spatial;
 
@@ -53,6 +55,27 @@ pub(crate) fn friction(
             let across = reaction(model, kinematics, joint, rows).across();
             let lever = pool.div(radius, pool.sqrt(pool.add(pool.one(), square(mu))));
             pool.product([mu, lever, magnitude(pool, across)])
+        }
+        Surface::Track => {
+            let force = reaction(model, kinematics, joint, rows).force;
+            let sides = kinematics.sides(model, joint);
+            let Some(OnCurve { tangent, .. }) = &sides.on_curve else {
+                unreachable!("only joints that follow a curve have tracks")
+            };
+            let speed = pool.sqrt(spatial::dot(pool, tangent, tangent));
+            let along = spatial::scale(pool, pool.div(pool.one(), speed), tangent);
+            let along = sides.predecessor.rotation.apply(pool, &along);
+            let across = match model.space {
+                Space::Planar => {
+                    let normal = spatial::cross(pool, &spatial::z_axis(pool), &along);
+                    vec![pool.simplify(spatial::dot(pool, &normal, &force))]
+                }
+                Space::Spatial => {
+                    let part = spatial::dot(pool, &along, &force);
+                    spatial::sub(pool, &force, &spatial::scale(pool, part, &along)).to_vec()
+                }
+            };
+            pool.product([mu, speed, magnitude(pool, across)])
         }
         Surface::Thread { radius } => {
             let JointKind::Screw { lead } = joint.kind else {

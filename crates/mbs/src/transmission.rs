@@ -12,7 +12,7 @@ use bksim_model::{JointId, JointKind, Model, Vector};
 pub struct Transmission {
     /// The joint.
     pub joint: JointId,
-    /// The successor's joint point, world axes, m.
+    /// The successor's joint point, or the place where two curves touch, world axes, m.
     pub at: Vector,
     /// The axes of the joint, those of its first point's frame: unit vectors in world axes.
     pub frame: [Vector; 3],
@@ -35,11 +35,15 @@ pub fn transmission(model: &Model, kinematics: &Kinematics, joint: JointId) -> T
     let pool = &model.pool;
     let of = &model.joints[joint.0];
     let sides = kinematics.sides(model, of);
+    let mut at = sides.p_world_successor;
     let directions = if let JointKind::Link { .. } = of.kind {
         let [from, to] = [&sides.p_world_predecessor, &sides.p_world_successor];
         Directions::Alone(JointWrench::of_force(pool, spatial::sub(pool, from, to)))
     } else if let Some(contact) = joint::contact(pool, of, &sides) {
         Directions::Alone(contact)
+    } else if let Some((place, motions)) = joint::touch(pool, of, &sides) {
+        at = place;
+        Directions::AllBut(motions)
     } else {
         // Where no angle is used, three turns have no pole.
         let has_angles = !turns_by_quaternion(model, joint);
@@ -47,5 +51,5 @@ pub fn transmission(model: &Model, kinematics: &Kinematics, joint: JointId) -> T
         Directions::AllBut(joint::motions_in_world(pool, of, positions.as_deref(), &sides))
     };
     let frame = spatial::axes(pool).map(|axis| sides.predecessor.rotation.apply(pool, &axis));
-    Transmission { joint, at: sides.p_world_successor, frame, directions }
+    Transmission { joint, at, frame, directions }
 }

@@ -104,6 +104,17 @@ pub enum JointKind {
         /// The curve, in the frame of the predecessor's point.
         curve: CurveId,
     },
+    /// A curve of the successor touches one of the predecessor, in space as prisms along z do; always a constraint,
+    /// with the parameters of both at the place of contact as coordinates of their own.
+    CurveOnCurve {
+        /// The curve of the predecessor, then that of the successor, each in the frame of its point.
+        curves: [CurveId; 2],
+        /// The tangents point the same way as both parameters rise, as those of a wheel in a ring do.
+        is_same_way: bool,
+        /// Where the curves roll: the lengths of both from two points that come together, m, as expressions of the
+        /// parameters of the curves. `None` where they slide.
+        arcs: Option<[Expr; 2]>,
+    },
     /// An actuator or rope without mass between the two points, whose one motion is their distance; always a
     /// constraint, though without rows.
     Cylinder,
@@ -120,7 +131,7 @@ pub enum MotionKind {
 
 /// The words of a joint type in a model file, and its motions in the order of their coordinates:
 /// first translations, then rotations, each about an axis that those before it have turned.
-pub const JOINT_TYPES: [(&str, &[MotionKind]); 19] = {
+pub const JOINT_TYPES: [(&str, &[MotionKind]); 20] = {
     use MotionKind::{Rotation, Translation};
     [
         ("revolute", &[Rotation]),
@@ -142,6 +153,7 @@ pub const JOINT_TYPES: [(&str, &[MotionKind]); 19] = {
         ("point-on-curve", &[Rotation]),
         ("line-on-curve", &[Rotation]),
         ("cylinder", &[Translation]),
+        ("curve-on-curve", &[Rotation, Rotation]),
     ]
 };
 
@@ -168,6 +180,7 @@ impl JointKind {
             Self::PointOnCurve { .. } => 16,
             Self::LineOnCurve { .. } => 17,
             Self::Cylinder => 18,
+            Self::CurveOnCurve { .. } => 19,
         }
     }
 
@@ -177,7 +190,7 @@ impl JointKind {
     }
 
     /// The elementary motions that a joint of this kind allows, in the order of its coordinates; none
-    /// for a kind that is always cut, but the parameter of a curve, which counts as an angle.
+    /// for a kind that is always cut, but the parameters of curves, which count as angles.
     pub fn motions(&self) -> &'static [MotionKind] {
         JOINT_TYPES[self.row()].1
     }
@@ -187,7 +200,8 @@ impl JointKind {
         match self {
             Self::Cylinder => 0,
             Self::Link { .. } | Self::LineOnCurve { .. } => 1,
-            Self::PointOnCurve { .. } => 2,
+            Self::CurveOnCurve { arcs: None, .. } => 1,
+            Self::PointOnCurve { .. } | Self::CurveOnCurve { arcs: Some(_), .. } => 2,
             Self::ConstantVelocity => 4,
             _ => self.motions().iter().fold(6, |left, _| left - 1),
         }
@@ -200,10 +214,19 @@ impl JointKind {
             || self.curve().is_some()
     }
 
-    /// The curve that a joint of this kind follows, whose parameter is its coordinate.
+    /// The curve that a joint of this kind follows, whose parameter is its first coordinate.
     pub fn curve(&self) -> Option<CurveId> {
         match *self {
             Self::PointOnCurve { curve, .. } | Self::LineOnCurve { curve } => Some(curve),
+            Self::CurveOnCurve { curves: [first, _], .. } => Some(first),
+            _ => None,
+        }
+    }
+
+    /// The curve of the successor that touches the other, whose parameter is the second coordinate.
+    pub fn second_curve(&self) -> Option<CurveId> {
+        match *self {
+            Self::CurveOnCurve { curves: [_, second], .. } => Some(second),
             _ => None,
         }
     }

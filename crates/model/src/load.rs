@@ -151,6 +151,8 @@ pub enum Surface {
         /// Mean radius, m.
         radius: Expr,
     },
+    /// A curve along which the successor's point slides, in a slot or on a wire.
+    Track,
 }
 
 impl FrictionLaw {
@@ -162,6 +164,7 @@ impl FrictionLaw {
                 let size = match surface {
                     Surface::Guide { length } => length,
                     Surface::Journal { radius } | Surface::Thread { radius } => Some(radius),
+                    Surface::Track => None,
                 };
                 [Some(sliding), Some(sticking), size].into_iter().flatten().collect()
             }

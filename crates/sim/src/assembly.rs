@@ -247,16 +247,15 @@ impl WithSlopes {
 }
 
 /// 1 − cosine of the axes that are alike where a cut joint holds; angles in the plane tell by
-/// themselves.
+/// themselves, but those of curves that touch.
 fn senses(model: &Model, system: &SymbolicSystem) -> Vec<(JointId, Expr)> {
-    if model.space == Space::Planar {
-        return Vec::new();
-    }
     let pool = &model.pool;
     let of_joint = |&id: &JointId| {
         let joint = &model.joints[id.0];
-        let sides = system.kinematics.sides(model, joint);
-        let cosines = bksim_mbs::joint::alignments(pool, joint, &sides);
+        let is_told = model.space == Space::Planar && joint.kind.second_curve().is_none();
+        let sides = (!is_told).then(|| system.kinematics.sides(model, joint));
+        let cosines =
+            sides.map_or_else(Vec::new, |sides| bksim_mbs::joint::alignments(pool, joint, &sides));
         cosines.into_iter().map(move |cosine| (id, pool.sub(pool.one(), cosine)))
     };
     system.tree.cuts.iter().flat_map(of_joint).collect()

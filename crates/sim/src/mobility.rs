@@ -58,6 +58,7 @@ pub fn taken(space: Space, kind: &JointKind) -> i64 {
     let freedoms = freedoms_of_body(space);
     match kind {
         JointKind::Link { .. } | JointKind::LineOnCurve { .. } => 1,
+        JointKind::CurveOnCurve { .. } => kind.n_taken(),
         // One direction across the curve in a plane, two in space.
         JointKind::PointOnCurve { .. } => freedoms / 3,
         JointKind::Cylinder => 0,

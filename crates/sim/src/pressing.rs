@@ -42,7 +42,7 @@ pub(crate) fn bearings(model: &Model) -> Vec<Bearing> {
         };
         let [forces, moments] = match surface {
             Surface::Guide { length } => [true, length.is_some()],
-            Surface::Journal { .. } => [true, false],
+            Surface::Journal { .. } | Surface::Track => [true, false],
             Surface::Thread { .. } => [false, false],
         };
         let [f, m] = [forces, moments];

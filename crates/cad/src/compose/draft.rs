@@ -11,6 +11,28 @@ use crate::geometry::Point;
 /// Keys whose bare numbers are lengths of the drawing.
 const LENGTHS: [&str; 5] = ["thickness", "length", "x", "y", "position"];
 
+/// Keys whose values are true or false.
+const FLAGS: [&str; 6] = ["free", "cut", "guess", "internal", "crossed", "reversed"];
+
+/// Keys whose values may be lists, with commas between their parts.
+const LISTS: [&str; 15] = [
+    "vector",
+    "acceleration",
+    "times",
+    "axis",
+    "between",
+    "teeth",
+    "radii",
+    "turns",
+    "formula",
+    "range",
+    "points",
+    "units",
+    "input",
+    "rolling",
+    "output",
+];
+
 /// A model file being written.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Draft {
@@ -146,7 +168,7 @@ pub(super) fn written(key: &str, content: &Content, unit: LengthUnit) -> Value {
 }
 
 fn text_value(key: &str, text: &str, unit: LengthUnit) -> Value {
-    if ["free", "cut", "guess"].contains(&key) {
+    if FLAGS.contains(&key) {
         let is_one_of = |words: [&str; 4]| words.iter().any(|word| word.eq_ignore_ascii_case(text));
         if is_one_of(["true", "yes", "1", "on"]) {
             return Value::from(true);
@@ -155,12 +177,24 @@ fn text_value(key: &str, text: &str, unit: LengthUnit) -> Value {
             return Value::from(false);
         }
     }
-    let inner = text.trim_start_matches('[').trim_end_matches(']');
-    if ["vector", "acceleration"].contains(&key) && split(inner).nth(1).is_some() {
-        return array(split(inner).map(|part| text_value("", part.trim(), unit)));
+    // As a model file has it, with quotes and braces.
+    if text.starts_with(['[', '{'])
+        && let Ok(mut value) = text.parse::<Value>()
+    {
+        value.decor_mut().clear();
+        return value;
     }
-    if key == "times" {
-        return array(split(inner).map(|part| text_value("", part.trim(), unit)));
+    if key == "with" {
+        return settings(text, unit);
+    }
+    let inner = bare(text);
+    if key == "points" && inner.contains(';') {
+        let rows = inner.split(';').map(bare).filter(|row| !row.is_empty());
+        return array(rows.map(|row| list(row, unit)));
+    }
+    let is_list = inner != text || split(inner).nth(1).is_some();
+    if key == "times" || LISTS.contains(&key) && is_list {
+        return list(inner, unit);
     }
     if ["coordinates", "coordinate"].contains(&key) && inner.contains([',', ' ']) {
         let names = inner.split([',', ' ']).map(str::trim).filter(|name| !name.is_empty());
@@ -177,13 +211,36 @@ fn text_value(key: &str, text: &str, unit: LengthUnit) -> Value {
     }
 }
 
-/// The parts of a text between commas that stand in no parentheses.
+/// The parts of a list, lists within it among them.
+fn list(inner: &str, unit: LengthUnit) -> Value {
+    array(split(inner).map(str::trim).map(|part| match bare(part) {
+        row if row.len() < part.len() => list(row, unit),
+        part => text_value("", part, unit),
+    }))
+}
+
+/// A text without the brackets around it.
+fn bare(text: &str) -> &str {
+    let inner = text.trim().strip_prefix('[').and_then(|text| text.strip_suffix(']'));
+    inner.unwrap_or(text).trim()
+}
+
+/// `R = 2 ohm; L = 1 mH` as a table.
+fn settings(text: &str, unit: LengthUnit) -> Value {
+    let entries = text.split(';').filter_map(|entry| entry.split_once('='));
+    let value = |(key, value): (&str, &str)| {
+        (key.trim().to_owned(), text_value("", value.trim().trim_matches('"'), unit))
+    };
+    Value::from(entries.map(value).collect::<InlineTable>())
+}
+
+/// The parts of a text between commas that stand in no parentheses and no brackets.
 fn split(text: &str) -> impl Iterator<Item = &str> {
     let mut depth = 0_usize;
     text.split(move |c| {
         match c {
-            '(' => depth += 1,
-            ')' => depth = depth.saturating_sub(1),
+            '(' | '[' => depth += 1,
+            ')' | ']' => depth = depth.saturating_sub(1),
             _ => (),
         }
         c == ',' && depth == 0

@@ -163,10 +163,23 @@ pub fn compose(
     let (body_sections, body_reports) = sections::bodies(&mechanism, &points, weights);
     let starts = sections::starts(&mechanism, &body_reports, &mut faults);
     let solve = sections::solve(source);
+    let mut named = sections::named(&mechanism, &mut faults);
+    sections::put_drawn_curves(&mechanism, &mut named, &mut faults);
+    let io = sections::io(source);
 
     // The text, in the order of a model file; a drawing with errors has none.
-    let mut draft =
-        Draft::joined([top, parameters, body_sections, joints, loads, drives, starts, solve]);
+    let mut draft = Draft::joined([
+        top,
+        parameters,
+        body_sections,
+        joints,
+        named,
+        loads,
+        drives,
+        starts,
+        solve,
+        io,
+    ]);
     let spellings = Spellings::of(&draft.document);
     report_spellings(&spellings, &draft, &mut faults);
     let (text, origins) = if faults.has_error() {

@@ -3,7 +3,7 @@
 use super::faults::Faults;
 use super::source::Source;
 use crate::attachment::Attachment;
-use crate::kind::Section;
+use crate::kind::{NAMED, Section};
 
 /// The attachments of a section with their names. One without a name is called as `default` says,
 /// with a number unless it is the only one of its kind; joints always have a number.
@@ -50,6 +50,9 @@ fn plural(section: Section) -> &'static str {
         Section::Joints => "joints",
         Section::Loads => "loads",
         Section::Drives => "drives",
-        _ => "things",
+        Section::Parts => "parts",
+        section => {
+            NAMED.iter().find(|(own, _)| *own == section).map_or("things", |(_, words)| *words)
+        }
     }
 }

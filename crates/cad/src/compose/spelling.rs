@@ -11,18 +11,37 @@ use any_ascii::any_ascii_char;
 use toml_edit::{DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
 
 /// Sections whose keys are names, with the letter that a name without any letter begins with.
-const NAMED: [(&str, char); 6] = [
+const NAMED: [(&str, char); 13] = [
     ("parameters", 'p'),
+    ("tables", 't'),
+    ("curves", 'c'),
     ("bodies", 'b'),
     ("joints", 'j'),
+    ("couplings", 'c'),
+    ("states", 's'),
+    ("clocks", 'c'),
+    ("signals", 's'),
+    ("use", 'u'),
     ("loads", 'l'),
     ("drives", 'd'),
     ("initial", 'c'),
 ];
 
 /// Keys whose values are names, `body.point` among them, and no expressions.
-const REFERENCES: [&str; 7] =
-    ["between", "on", "joint", "about", "coordinate", "coordinates", "from"];
+const REFERENCES: [&str; 12] = [
+    "between",
+    "on",
+    "joint",
+    "about",
+    "coordinate",
+    "coordinates",
+    "from",
+    "curve",
+    "second_curve",
+    "law",
+    "clock",
+    "carrier",
+];
 
 /// Sections and keys without names.
 const PLAIN: [&str; 4] = ["units", "solve", "type", "name"];

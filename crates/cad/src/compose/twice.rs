@@ -21,6 +21,7 @@ pub(super) fn stated_twice(source: Source<'_>, sidecar: &Sidecar, faults: &mut F
     for (section, help) in [
         (Section::Model, "keep one, with the keys of both"),
         (Section::Solve, "keep one, with the keys of both"),
+        (Section::Io, "keep one, with the keys of both"),
     ] {
         let all: Vec<&Attachment> = source.attached(section).collect();
         if let [first, others @ ..] = all.as_slice() {
@@ -43,8 +44,10 @@ fn add(message: &str, help: &str, [here, there]: [&Location; 2], faults: &mut Fa
 /// Joints, loads and drives without a name that are the same to the last word: what copying leaves.
 fn copies(source: Source<'_>, faults: &mut Faults<'_>) {
     let is_copied = |it: &&Attachment| {
-        matches!(it.kind.section, Section::Joints | Section::Loads | Section::Drives)
-            && it.kind.name != "gravity"
+        matches!(
+            it.kind.section,
+            Section::Joints | Section::Loads | Section::Drives | Section::Couplings
+        ) && it.kind.name != "gravity"
             && it.text("name").is_none()
             && it.at.is_some()
     };

@@ -10,7 +10,7 @@ use crate::attach::LEGEND_LAYER;
 use crate::codes;
 use crate::drawing::{Drawing, Location, Shape};
 use crate::excerpt::Excerpts;
-use crate::kind::{BODY_LAYER, GROUND_LAYER, JOINT_LAYER, KINDS};
+use crate::kind::{BODY_LAYER, CURVE_LAYER, GROUND_LAYER, JOINT_LAYER, KINDS};
 use crate::model::Sheet;
 
 /// Layers that begin with this have a meaning.
@@ -47,7 +47,9 @@ pub(super) fn unknown(drawing: &Drawing, excerpts: &Excerpts<'_>) -> Vec<Diagnos
     let means_something = |layer: &str| {
         known.iter().any(|it| it.eq_ignore_ascii_case(layer))
             || starts(layer, TRACE)
-            || starts(layer, BODY_LAYER) && layer.len() > BODY_LAYER.len()
+            || [BODY_LAYER, CURVE_LAYER]
+                .iter()
+                .any(|head| starts(layer, head) && layer.len() > head.len())
             // Inserts may stand on a layer that is called as their block.
             || KINDS.iter().any(|kind| kind.block.eq_ignore_ascii_case(layer))
     };

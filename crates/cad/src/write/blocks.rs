@@ -4,7 +4,7 @@ use super::canvas::{AttributeStyle, Canvas, Insertion, Mark, WriteError};
 use super::prompt::prompt;
 use super::symbol::symbol;
 use crate::geometry::Point;
-use crate::kind::{KINDS, Kind, Placement};
+use crate::kind::{KINDS, Kind, Placement, Section};
 
 /// Height of a name, as part of the size of a symbol.
 const NAME_HEIGHT: f64 = 0.35;
@@ -23,6 +23,13 @@ const SHOWN: &[(&str, &str)] = &[
     ("damper", "damping"),
     ("torsion", "stiffness"),
     ("drive", "motion"),
+    ("gear", "teeth"),
+    ("rack", "teeth"),
+    ("relation", "relation"),
+    ("state", "rate"),
+    ("clock", "every"),
+    ("signal", "value"),
+    ("part", "part"),
     ("parameter", "value"),
     ("solve", "t_end"),
 ];
@@ -77,11 +84,12 @@ pub(super) fn styles(kind: &Kind, size: f64) -> Vec<AttributeStyle> {
 fn anchor(kind: &Kind) -> Point {
     match kind.name {
         "body" => [0.35, 0.2],
-        "gravity" | "parameter" | "initial" | "solve" | "model" => [0.7, 0.3],
+        "gravity" => [0.7, 0.3],
         "force" | "torque" | "drive" | "torsion" => [0.6, 0.45],
         "point" => [0.15, -0.45],
         "ground" => [0.55, -0.6],
         _ if kind.placement == Placement::Line => [1.2, 0.6],
+        _ if kind.placement == Placement::Anywhere => [0.8, 0.3],
         _ => [0.25, 0.3],
     }
 }
@@ -120,7 +128,10 @@ pub(super) fn place(canvas: &mut Canvas, placed: &Placed<'_>) -> Result<(), Writ
     let along = [placed.to[0] - placed.at[0], placed.to[1] - placed.at[1]];
     let length = along[0].hypot(along[1]);
     let is_line = placed.kind.placement == Placement::Line;
-    let scale = if is_line { [length, length.min(6.0 * placed.size)] } else { [1.0, 1.0] };
+    // Wheels stay round; springs and the like do not grow fat with their length.
+    let is_round = placed.kind.section == Section::Couplings;
+    let width = if is_round { length } else { length.min(6.0 * placed.size) };
+    let scale = if is_line { [length, width] } else { [1.0, 1.0] };
     let mut attributes = styles(placed.kind, placed.size);
     for style in &mut attributes {
         match placed.words {

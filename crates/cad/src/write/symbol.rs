@@ -38,6 +38,25 @@ pub(super) fn symbol(kind: &str) -> Option<Symbol> {
         "stop" => ("limits of a joint", stop()),
         "friction" => ("dry friction of a joint", friction()),
         "drive" => ("prescribed motion of a joint", drive()),
+        "point-on-curve" => ("point or roller of body 2 on a curve of body 1", follower(true)),
+        "line-on-curve" => ("flat face of body 2 on a curve of body 1", follower(false)),
+        "curve-on-curve" => ("curve of body 2 on a curve of body 1", touching()),
+        "cylinder" => ("actuator or rope between two points", cylinder()),
+        "gear" => ("gears, from wheel to wheel", gear()),
+        "rack" => ("pinion and rack, from one to the other", rack()),
+        "belt" => ("belt around wheels", belt(0.0)),
+        "chain" => ("chain around wheels", belt(0.03)),
+        "screw" => ("nut on a spindle", screw()),
+        "relation" => ("a relation of motions", sheet("=")),
+        "table" => ("a table of numbers", table()),
+        "curve" => ("a curve that is followed", curve()),
+        "cam-law" => ("the law of a cam", sheet("h")),
+        "cam" => ("the profile of a cam", cam()),
+        "state" => ("a quantity that is integrated", sheet("1/s")),
+        "clock" => ("the clock of a sampled controller", clock()),
+        "signal" => ("a named expression", sheet("u")),
+        "part" => ("a model of another file, or of the library", part()),
+        "io" => ("inputs and outputs of linear equations", sheet("io")),
         "parameter" => ("a named number", sheet("P")),
         "initial" => ("where the motion starts", sheet("0")),
         "solve" => ("how to solve", sheet("S")),
@@ -248,6 +267,142 @@ fn sheet(letter: &str) -> Vec<Mark> {
         Mark::chain(&[[0.0, 0.0], [0.5, 0.0], [0.5, 0.5], [0.35, 0.65], [0.0, 0.65]], true),
         Mark::chain(&[[0.35, 0.65], [0.35, 0.5], [0.5, 0.5]], false),
         Mark::centred([0.25, 0.13], 0.25, letter),
+    ]
+}
+
+/// A rising path, and what follows it at the far end: a roller, or a face.
+fn follower(is_roller: bool) -> Vec<Mark> {
+    let path: Vec<Point> =
+        (0..=12).map(|i| 0.04 * f64::from(i)).map(|x| [x, x * x - 0.06]).collect();
+    let mut marks = vec![Mark::chain(&path, false), Mark::Line([0.44, 0.16], [1.0, 0.0])];
+    marks.push(match is_roller {
+        true => Mark::Circle([0.4, 0.18], 0.05),
+        false => Mark::Line([0.3, 0.05], [0.55, 0.25]),
+    });
+    marks
+}
+
+/// Two curves that touch halfway.
+fn touching() -> Vec<Mark> {
+    let path = |side: f64| -> Vec<Point> {
+        let at = |i: i32| 0.04 * f64::from(i);
+        (-6..=6).map(|i| [0.5 + side * at(i) * at(i), at(i)]).collect()
+    };
+    vec![
+        Mark::chain(&path(1.0), false),
+        Mark::chain(&path(-2.0), false),
+        Mark::Line([0.0, 0.0], [0.5, 0.0]),
+        Mark::Line([0.5, 0.0], [1.0, 0.0]),
+    ]
+}
+
+/// A barrel and its rod, with pins at both ends.
+fn cylinder() -> Vec<Mark> {
+    vec![
+        Mark::Circle([0.0, 0.0], 0.03),
+        rectangle([0.03, -0.07], [0.6, 0.07]),
+        Mark::Line([0.5, -0.07], [0.5, 0.07]),
+        Mark::Line([0.5, 0.0], [0.97, 0.0]),
+        Mark::Circle([1.0, 0.0], 0.03),
+    ]
+}
+
+/// Two circles that touch, with the teeth that mesh.
+fn gear() -> Vec<Mark> {
+    let mut marks = vec![Mark::Circle([0.0, 0.0], 0.4), Mark::Circle([1.0, 0.0], 0.6)];
+    for (centre, radius, facing) in [(0.0, 0.4, 0.0), (1.0, 0.6, PI)] {
+        marks.extend((-2..=2).map(|i| {
+            let angle = facing + 0.08 * f64::from(i) / radius;
+            let at = |r: f64| [centre + r * angle.cos(), r * angle.sin()];
+            Mark::Line(at(radius - 0.03), at(radius + 0.03))
+        }));
+    }
+    marks
+}
+
+/// A circle and a toothed line across the way to the rack.
+fn rack() -> Vec<Mark> {
+    let tooth = |i: u8| {
+        let depth = if i.is_multiple_of(2) { 0.33 } else { 0.27 };
+        [depth, 0.06 * f64::from(i) - 0.6]
+    };
+    let teeth: Vec<Point> = (0..=20).map(tooth).collect();
+    vec![
+        Mark::Circle([0.0, 0.0], 0.3),
+        Mark::chain(&teeth, false),
+        Mark::Line([0.33, 0.0], [1.0, 0.0]),
+    ]
+}
+
+/// Two circles and the strands that touch them outside, `apart` from them.
+fn belt(apart: f64) -> Vec<Mark> {
+    // The strands touch both circles where the sine of their slope is the difference of the radii.
+    let [small, large]: [f64; 2] = [0.2, 0.3];
+    let (sin, cos) = (large - small, (1.0 - (large - small).powi(2)).sqrt());
+    let strand = |side: f64| {
+        let at = |x: f64, radius: f64| [x - (radius + apart) * sin, side * (radius + apart) * cos];
+        Mark::Line(at(0.0, small), at(1.0, large))
+    };
+    vec![
+        Mark::Circle([0.0, 0.0], small),
+        Mark::Circle([1.0, 0.0], large),
+        strand(1.0),
+        strand(-1.0),
+    ]
+}
+
+/// A spindle with its thread in a nut.
+fn screw() -> Vec<Mark> {
+    let mut marks =
+        vec![rectangle([-0.8, -0.12], [0.8, 0.12]), rectangle([-0.25, -0.35], [0.25, 0.35])];
+    marks.extend((-7..=7).map(|i| {
+        let x = 0.1 * f64::from(i);
+        Mark::Line([x - 0.03, -0.12], [x + 0.03, 0.12])
+    }));
+    marks
+}
+
+fn table() -> Vec<Mark> {
+    let mut marks = vec![rectangle([0.0, 0.0], [0.6, 0.6])];
+    marks.extend([0.2, 0.4].map(|y| Mark::Line([0.0, y], [0.6, y])));
+    marks.push(Mark::Line([0.3, 0.0], [0.3, 0.6]));
+    marks
+}
+
+fn curve() -> Vec<Mark> {
+    let at = |i: i32| [0.03 * f64::from(i), 0.3 + 0.2 * (0.3 * f64::from(i)).sin()];
+    vec![
+        rectangle([0.0, 0.0], [0.6, 0.6]),
+        Mark::chain(&(0..=20).map(at).collect::<Vec<_>>(), false),
+    ]
+}
+
+/// A circle with a nose.
+fn cam() -> Vec<Mark> {
+    let at = |i: i32| {
+        let angle = PI / 30.0 * f64::from(i);
+        let radius = 0.2 + 0.16 * (0.5 * angle).sin().powi(4);
+        [0.3 - radius * angle.cos(), 0.3 + radius * angle.sin()]
+    };
+    vec![Mark::chain(&(0..60).map(at).collect::<Vec<_>>(), true), Mark::Circle([0.3, 0.3], 0.05)]
+}
+
+fn clock() -> Vec<Mark> {
+    vec![
+        Mark::Circle([0.3, 0.3], 0.3),
+        Mark::Line([0.3, 0.3], [0.3, 0.52]),
+        Mark::Line([0.3, 0.3], [0.45, 0.3]),
+    ]
+}
+
+/// A box with a mechanism in it.
+fn part() -> Vec<Mark> {
+    vec![
+        rectangle([0.0, 0.0], [0.7, 0.6]),
+        Mark::chain(&[[0.15, 0.15], [0.25, 0.45], [0.55, 0.4]], false),
+        Mark::Circle([0.15, 0.15], 0.05),
+        Mark::Circle([0.25, 0.45], 0.05),
+        Mark::Circle([0.55, 0.4], 0.05),
     ]
 }
 

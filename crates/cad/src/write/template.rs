@@ -58,7 +58,7 @@ pub(super) fn usual_size(unit: &str) -> f64 {
 }
 
 /// Of the legend, in sizes.
-const WIDTH: f64 = 36.0;
+const WIDTH: f64 = 72.0;
 
 /// One insert of each block, with its title and its keys.
 fn legend(canvas: &mut Canvas, size: f64) -> Result<(), WriteError> {

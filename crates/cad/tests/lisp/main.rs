@@ -76,7 +76,8 @@ fn command(kind: &str) -> String {
 }
 
 /// The texts that a kind's keys are answered with.
-const WORDS: [&str; 11] = ["k0", "k1", "k2", "k3", "k4", "k5", "k6", "k7", "k8", "k9", "k10"];
+const WORDS: [&str; 15] =
+    ["k0", "k1", "k2", "k3", "k4", "k5", "k6", "k7", "k8", "k9", "k10", "k11", "k12", "k13", "k14"];
 
 #[test]
 fn every_kind_has_a_command_that_attaches_all_of_its_keys_and_its_place() {

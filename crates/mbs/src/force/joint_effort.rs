@@ -27,8 +27,11 @@ pub(super) fn action(
 }
 
 /// The effort of a load on the parameter of a curve, with the joint that follows it.
-pub(super) fn effort_on_curve(context: &Context<'_>, load: &Load) -> Option<(JointId, Expr)> {
-    let LoadKind::Effort { joint, value, .. } = load.kind else { return None };
+pub(super) fn effort_on_curve(
+    context: &Context<'_>,
+    load: &Load,
+) -> Option<(JointId, usize, Expr)> {
+    let LoadKind::Effort { joint, motion_idx, value } = load.kind else { return None };
     context.model.joints[joint.0].kind.curve()?;
-    Some((joint, context.resolved(value)))
+    Some((joint, motion_idx, context.resolved(value)))
 }

@@ -69,7 +69,10 @@ impl Law {
 
 /// The effort of a load on the parameter of a curve, with the joint that follows it; of a spring with a potential
 /// this is the gradient.
-pub(super) fn effort_on_curve(context: &Context<'_>, load: &Load) -> Option<(JointId, Expr)> {
+pub(super) fn effort_on_curve(
+    context: &Context<'_>,
+    load: &Load,
+) -> Option<(JointId, usize, Expr)> {
     let Context { model, pool, kinematics, .. } = *context;
     let LoadKind::JointSpring { joint, motion_idx, stiffness, unloaded, damping } = load.kind
     else {
@@ -79,5 +82,5 @@ pub(super) fn effort_on_curve(context: &Context<'_>, load: &Load) -> Option<(Joi
     let position = kinematics.joint_positions(model, joint)[motion_idx];
     let law = Law::of(context, position, [stiffness, unloaded, damping]);
     let elastic = if law.potential.is_some() { pool.zero() } else { law.elastic };
-    Some((joint, pool.add(elastic, law.viscous)))
+    Some((joint, motion_idx, pool.add(elastic, law.viscous)))
 }

@@ -87,12 +87,13 @@ impl Wrench {
     }
 }
 
-/// The efforts of loads on the parameters of curves, each with the joint that follows it.
+/// The efforts of loads on the parameters of curves, each with the joint that follows it and the
+/// number of its motion.
 pub(crate) fn efforts_on_curves(
     model: &Model,
     kinematics: &Kinematics,
     signals: &[(SymbolId, Expr)],
-) -> Vec<(JointId, Expr)> {
+) -> Vec<(JointId, usize, Expr)> {
     let context = &Context { model, pool: &model.pool, kinematics, signals };
     let loads = model.loads.iter();
     let effort = |load| {

@@ -12,6 +12,7 @@
 //! `constraint_rows`. The table `Mechanics::of` leads from a kind to them.
 
 mod constant_velocity;
+mod curve_on_curve;
 mod cylinder;
 mod cylindrical;
 mod free;
@@ -105,7 +106,7 @@ impl JointWrench {
 pub struct Row {
     /// g, zero when the joint holds.
     pub expression: Expr,
-    /// `x`, `y`, `z` in world axes; `normal` to a slot; `angle`, `length`.
+    /// `x`, `y`, `z` in world axes; `normal` to a slot or a curve, `tangent` to it; `angle`, `length`, `rolling`.
     pub direction: &'static str,
     /// Wrench on the successor for λ = 1.
     pub wrench: JointWrench,
@@ -125,14 +126,18 @@ pub struct Sides {
     pub p_world_successor: Vector,
     /// The place on the curve that the joint follows.
     pub on_curve: Option<OnCurve>,
+    /// The place on the curve of the successor that touches it.
+    pub on_second: Option<OnCurve>,
 }
 
-/// A place on a curve, in the frame of the predecessor's point.
+/// A place on a curve, in the frame of the point that the curve belongs to.
 pub struct OnCurve {
     /// From the point, m; that of the centre of a roller.
     pub offset: Vector,
     /// Its derivative by the parameter, m.
     pub tangent: Vector,
+    /// The length that has come by, m, of curves that roll on each other.
+    pub arc: Option<Expr>,
 }
 
 /// The functions of one kind of joint.
@@ -178,6 +183,7 @@ impl Mechanics {
             JointKind::PointOnCurve { .. } => functions!(point_on_curve),
             JointKind::LineOnCurve { .. } => functions!(line_on_curve),
             JointKind::Cylinder => functions!(cylinder),
+            JointKind::CurveOnCurve { .. } => functions!(curve_on_curve),
         }
     }
 }
@@ -202,6 +208,9 @@ pub fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
 /// Cosines that are one where a joint holds that is cut: rows that ask two axes to be parallel hold
 /// with the axes opposite, too.
 pub fn alignments(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
+    if let Some(cosine) = curve_on_curve::alignment(pool, joint, sides) {
+        return vec![cosine];
+    }
     let rows = (Mechanics::of(joint).constraint_rows)(pool, joint, sides);
     let n_right_angles = rows.iter().filter(|row| row.direction == "angle").count();
     let turns = motions(pool, joint).into_iter().filter(|m| m.kind == MotionKind::Rotation);
@@ -280,6 +289,12 @@ pub fn effort(
 /// contact; `None` of other joints.
 pub fn contact(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<JointWrench> {
     line_on_curve::contact(pool, joint, sides)
+}
+
+/// The place where two curves touch, with the motions about it that they leave, in world axes; `None` of other
+/// joints.
+pub fn touch(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<(Vector, Vec<Motion>)> {
+    curve_on_curve::contact(pool, joint, sides)
 }
 
 /// The motions of a joint as they are now, their axes in world axes; `positions` are those of all of them.

@@ -146,9 +146,13 @@ impl Reader<'_> {
         location: Span,
     ) -> Option<Surface> {
         let kind = self.names.joints[joint.0].kind?;
-        let (stated, other) = match (kind, motion_idx) {
-            ("prismatic" | "slot", 0) => ("length", "radius"),
-            ("revolute" | "screw", 0) => ("radius", "length"),
+        let (stated, others) = match (kind, motion_idx) {
+            ("prismatic" | "slot", 0) => (Some("length"), ["radius"].as_slice()),
+            ("revolute" | "screw", 0) => (Some("radius"), ["length"].as_slice()),
+            // A roller rolls, or rubs beside its centre.
+            ("point-on-curve", 0) if !self.names.joints[joint.0].has_radius => {
+                (None, ["length", "radius"].as_slice())
+            }
             _ => {
                 self.report(
                     Diagnostic::error(
@@ -156,23 +160,28 @@ impl Reader<'_> {
                         format!("{} has `mu`, but where a {kind} joint rubs is not known", fields.owner),
                     )
                     .at(location, "this motion")
-                    .note("`mu` goes with revolute, prismatic and screw joints, and with the sliding of slots")
+                    .note("`mu` goes with revolute, prismatic and screw joints, and with points that slide in slots and on curves")
                     .help("state the friction itself: `force = \"5 N\"` or `torque = \"0.2 N m\"`"),
                 );
                 return None;
             }
         };
-        if let Some(entry) = fields.entry(other) {
+        if let Some(entry) = others.iter().find_map(|other| fields.entry(other)) {
+            let help = match stated {
+                Some(stated) => format!("remove it, or write `{stated}`"),
+                None => "remove it".to_owned(),
+            };
             self.report(
                 Diagnostic::error(
                     codes::NO_SURFACE,
-                    format!("{} has `{other}`, which a {kind} joint has not", fields.owner),
+                    format!("{} has `{}`, which a {kind} joint has not", fields.owner, entry.key),
                 )
                 .at(entry.key_span.clone(), "of no meaning here")
-                .help(format!("remove it, or write `{stated}`")),
+                .help(help),
             );
             return None;
         }
+        let Some(stated) = stated else { return Some(Surface::Track) };
         let size = match fields.get(stated) {
             Some(node) => {
                 let what = fields.what(stated);

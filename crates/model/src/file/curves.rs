@@ -170,11 +170,11 @@ impl Reader<'_> {
         Some(position.value.map(|value| self.constants.pinned(value)))
     }
 
-    /// The curve that a joint names.
-    pub(super) fn curve_of(&mut self, fields: &Fields<'_>) -> Option<CurveId> {
-        let node =
-            fields.require(self, "curve", "write `curve = \"track\"` with the name of a curve")?;
-        let quoted = self.text_of(node, &fields.what("curve"), "track")?;
+    /// The curve that a joint names under a key.
+    pub(super) fn curve_of(&mut self, fields: &Fields<'_>, key: &str) -> Option<CurveId> {
+        let help = format!("write `{key} = \"track\"` with the name of a curve");
+        let node = fields.require(self, key, &help)?;
+        let quoted = self.text_of(node, &fields.what(key), "track")?;
         let found = self.curves.iter().position(|(name, _)| name == quoted.text);
         if let Some(idx) = found {
             // One that could not be read was reported there.
@@ -196,6 +196,11 @@ impl Reader<'_> {
             (quoted.text, &names),
         );
         None
+    }
+
+    /// A path that could be read.
+    pub(super) fn curve(&self, id: CurveId) -> Option<&Curve> {
+        self.curves.iter().filter_map(|(_, curve)| curve.as_ref()).nth(id.0)
     }
 
     /// The paths that could be read, in the order of their ids.

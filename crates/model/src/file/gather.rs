@@ -48,7 +48,8 @@ impl Reader<'_> {
                 JOINT_TYPES.iter().find(|(known, _)| *known == kind)
             });
             let (kind, freedoms) = known.copied().unzip();
-            self.names.add_joint(JointName { name: name.to_owned(), kind, freedoms });
+            let has_radius = table.is_some_and(|table| table.get("radius").is_some());
+            self.names.add_joint(JointName { name: name.to_owned(), kind, freedoms, has_radius });
         }
     }
 

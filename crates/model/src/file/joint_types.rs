@@ -24,6 +24,7 @@ pub(super) const JOINT_KEYS: [&[&str]; JOINT_TYPES.len()] = [
     &["type", "between", "curve", "radius", "side", "coordinate"],
     &["type", "between", "curve", "axis", "direction", "coordinate"],
     &["type", "between", "min", "max", "restitution", "coordinate"],
+    &["type", "between", "curve", "second_curve", "tangents", "rolling", "coordinate"],
 ];
 
 /// The word that is a link where it has a `length`, and a cylinder where it has none.
@@ -44,7 +45,7 @@ pub(super) fn type_of(word: &str, table: &Table) -> &'static str {
 }
 
 /// The types that a planar model may have; every other one leaves the plane.
-pub(super) const PLANAR_TYPES: [&str; 8] = [
+pub(super) const PLANAR_TYPES: [&str; 9] = [
     "revolute",
     "prismatic",
     "weld",
@@ -53,4 +54,5 @@ pub(super) const PLANAR_TYPES: [&str; 8] = [
     "point-on-curve",
     "line-on-curve",
     "cylinder",
+    "curve-on-curve",
 ];

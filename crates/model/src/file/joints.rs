@@ -124,14 +124,17 @@ impl Reader<'_> {
             "point-on-curve" => {
                 let has_roller = fields.has("radius") || fields.has("side");
                 let (curve, roller) =
-                    (self.curve_of(fields), has_roller.then(|| self.roller(fields)));
+                    (self.curve_of(fields, "curve"), has_roller.then(|| self.roller(fields)));
                 let roller = match roller {
                     Some(distance) => Some(distance?),
                     None => None,
                 };
                 Some(JointKind::PointOnCurve { curve: curve?, roller })
             }
-            "line-on-curve" => self.curve_of(fields).map(|curve| JointKind::LineOnCurve { curve }),
+            "line-on-curve" => {
+                self.curve_of(fields, "curve").map(|curve| JointKind::LineOnCurve { curve })
+            }
+            "curve-on-curve" => self.curves_in_touch(fields),
             "screw" => self.lead(fields).map(|lead| JointKind::Screw { lead }),
             "link" => {
                 let help = "write for example `length = \"250 mm\"`";

@@ -63,6 +63,7 @@ mod promote;
 mod quantity;
 mod reader;
 mod replay;
+mod rolling;
 mod sampled;
 mod schema;
 mod sections;

@@ -77,6 +77,8 @@ pub(super) struct JointName {
     /// Its type.
     pub(super) kind: Option<&'static str>,
     pub(super) freedoms: Option<&'static [MotionKind]>,
+    /// A roller or a sleeve of a `radius` stands for its point.
+    pub(super) has_radius: bool,
 }
 
 /// A signal with a clock, as expressions know it.

@@ -27,6 +27,7 @@ from ._model import Model, load, loads
 from ._parts import (
     Body,
     ConstantVelocity,
+    CurveOnCurve,
     Cylinder,
     Cylindrical,
     Damper,
@@ -75,6 +76,7 @@ __all__ = [
     "Body",
     "Check",
     "ConstantVelocity",
+    "CurveOnCurve",
     "Cylinder",
     "Cylindrical",
     "Damper",

@@ -260,6 +260,23 @@ class LineOnCurve(Joint):
 
 
 @dataclass(slots=True)
+class CurveOnCurve(Joint):
+    """The ``second_curve`` of the second body touches the ``curve`` of the first.
+
+    ``tangents`` are ``"opposite"`` or the ``"same"`` as both parameters rise. With ``rolling``, the parameters of two
+    points that come together, the curves do not slip.
+    """
+
+    type: ClassVar[str] = "curve-on-curve"
+
+    curve: str
+    second_curve: str
+    tangents: str | None = None
+    rolling: Sequence[Value] | None = None
+    coordinate: Sequence[str] | None = None
+
+
+@dataclass(slots=True)
 class Distance(Joint):
     """A rod of a ``length``, which may be a function of time, or a rope between its limits."""
 
@@ -427,6 +444,7 @@ JOINTS: tuple[type[Joint], ...] = (
     ConstantVelocity,
     PointOnCurve,
     LineOnCurve,
+    CurveOnCurve,
     Distance,
     Cylinder,
 )

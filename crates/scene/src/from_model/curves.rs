@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use bksim_model::{Curve, Joint, JointKind};
+use bksim_model::{Anchor, Curve, Joint, JointKind};
 
 use super::Sketch;
 use crate::{Form, Role, Shape};
@@ -24,9 +24,12 @@ impl Sketch<'_> {
                     .or(curve.cam.as_ref().and_then(|cam| cam.roller))
                     .map(|distance| self.roller(joint, self.numbers.value(distance).abs())),
                 JointKind::LineOnCurve { .. } => Some(self.face(joint, curve)),
+                JointKind::CurveOnCurve { curves: [_, second], .. } => {
+                    Some(self.curve(joint.successor, &self.model().curves[second.0]))
+                }
                 _ => None,
             };
-            Some([Some(self.curve(joint, curve)), follower])
+            Some([Some(self.curve(joint.predecessor, curve)), follower])
         };
         self.model().joints.iter().filter_map(of_joint).flatten().flatten().collect()
     }
@@ -44,7 +47,7 @@ impl Sketch<'_> {
 
     /// A line to both sides of the successor's point, as long as the curve is wide.
     fn face(&self, joint: &Joint, curve: &Curve) -> Shape {
-        let (points, _) = self.points_of(joint, curve);
+        let (points, _) = self.points_of(joint.predecessor, curve);
         let half = 0.5 * extent(&points);
         let axis = self.numbers.vector(&joint.axis);
         let end = |side: f64| self.numbers.in_frame(joint.successor, axis.map(|e| side * half * e));
@@ -53,20 +56,20 @@ impl Sketch<'_> {
         Shape { body, role: self.role_of(body), form: Form::Line { points, is_closed: false } }
     }
 
-    fn curve(&self, joint: &Joint, curve: &Curve) -> Shape {
-        let (points, is_closed) = self.points_of(joint, curve);
+    fn curve(&self, owner: Anchor, curve: &Curve) -> Shape {
+        let (points, is_closed) = self.points_of(owner, curve);
         let form = Form::Line { points, is_closed };
-        Shape { body: joint.predecessor.body.0, role: Role::Guide, form }
+        Shape { body: owner.body.0, role: Role::Guide, form }
     }
 
-    /// Points along a curve in the frame of its body, and whether its ends meet.
-    fn points_of(&self, joint: &Joint, curve: &Curve) -> (Vec<[f64; 3]>, bool) {
+    /// Points along a curve in the frame of its owner, and whether its ends meet.
+    fn points_of(&self, owner: Anchor, curve: &Curve) -> (Vec<[f64; 3]>, bool) {
         let numbers = &self.numbers;
         let [from, to] = curve.range.map(|end| numbers.value(end));
         let point = |k: usize| {
             let at = from + (to - from) * k as f64 / (N_POINTS - 1) as f64;
             let offset = curve.position.map(|e| numbers.value_at(e, (curve.parameter, at)));
-            numbers.in_frame(joint.predecessor, offset)
+            numbers.in_frame(owner, offset)
         };
         let mut points: Vec<[f64; 3]> = (0..N_POINTS).map(point).collect();
         let is_closed = distance(&points[0], &points[N_POINTS - 1]) <= MEETS * extent(&points);

@@ -22,10 +22,15 @@ pub(super) fn table_left(at: &FaultInstant<'_>) -> Option<Diagnostic> {
     let value = at.value();
     // A curve may call tables with its parameter, which each joint that follows it has at another value.
     let on_curves: Vec<(SymbolId, Expr)> = (0..model.joints.len())
-        .filter_map(|idx| {
-            let curve = model.joints[idx].kind.curve()?;
-            let positions = system.kinematics.joint_positions(model, JointId(idx));
-            Some((model.curves[curve.0].parameter, positions[0]))
+        .flat_map(|idx| {
+            let kind = &model.joints[idx].kind;
+            let curves = [kind.curve(), kind.second_curve()].into_iter().flatten();
+            let positions = match kind.curve() {
+                Some(_) => system.kinematics.joint_positions(model, JointId(idx)),
+                None => Vec::new(),
+            };
+            let parameter = |curve: bksim_model::CurveId| model.curves[curve.0].parameter;
+            curves.map(parameter).zip(positions).collect::<Vec<_>>()
         })
         .collect();
     model.table_calls.iter().find_map(|call| {

@@ -11,6 +11,24 @@ use crate::compose::report::JointReport;
 use crate::geometry::vector::distance;
 use crate::kind::Placement;
 
+/// Keys that a model file has, too.
+const OWN_KEYS: [&str; 14] = [
+    "coordinate",
+    "cut",
+    "length",
+    "curve",
+    "radius",
+    "side",
+    "axis",
+    "direction",
+    "min",
+    "max",
+    "restitution",
+    "second_curve",
+    "tangents",
+    "rolling",
+];
+
 /// Every joint with its points and its axis in the frame of its first body.
 pub(in crate::compose) fn joints(mechanism: &Mechanism<'_>) -> (Draft, Vec<JointReport>) {
     let mut draft = Draft::default();
@@ -58,7 +76,7 @@ fn put_joint(draft: &mut Draft, mechanism: &Mechanism<'_>, connection: &Connecti
     }
 
     for value in &attachment.values {
-        if ["coordinate", "cut", "length"].contains(&value.key) {
+        if OWN_KEYS.contains(&value.key) {
             let written = written(value.key, &value.content, unit);
             draft.put(["joints", name, value.key], written, &value.location);
         }

@@ -1,13 +1,10 @@
 //! `[loads]` and `[drives]`.
 
-use bksim_model::diagnostic::Diagnostic;
 use toml_edit::Value;
 
 use super::Mechanism;
 use super::number::direction;
 use crate::attachment::Attachment;
-use crate::codes;
-use crate::compose::connect::Connection;
 use crate::compose::draft::{Draft, array, quantity, written};
 use crate::compose::faults::Faults;
 use crate::compose::names::names;
@@ -16,7 +13,6 @@ use crate::compose::points::Points;
 use crate::compose::units::Quantity;
 use crate::compose::weigh::factor;
 use crate::drawing::Location;
-use crate::excerpt::short;
 use crate::geometry::Point;
 use crate::geometry::vector::distance;
 use crate::kind::Section;
@@ -38,6 +34,10 @@ pub(in crate::compose) fn loads(
         let mut load = Load { mechanism, attachment, name, draft: &mut draft };
         match attachment.kind.name {
             "gravity" => load.put_gravity(),
+            // Along the motion of a joint in place of between two points.
+            "force" | "spring" | "damper" if attachment.value("joint").is_some() => {
+                load.put_at_joint("loads", faults);
+            }
             "force" => load.put_force(points, faults),
             "torque" => load.put_torque(faults),
             "actuator" | "spring" | "damper" => load.put_between(points, faults),
@@ -177,26 +177,7 @@ impl Load<'_> {
             return Some(name.to_owned());
         }
         let at = point_of(attachment, faults)?;
-        let tolerance = mechanism.source.scale.tolerance;
-        let is_there = |connection: &&Connection<'_>| distance(connection.at[0], at) <= tolerance;
-        let there = mechanism.connections.iter().filter(is_there);
-        let found: Vec<&str> = there.map(|connection| connection.name.as_str()).collect();
-        if let [one] = found.as_slice() {
-            return Some((*one).to_owned());
-        }
-
-        let [x, y] = at.map(short);
-        let title = attachment.title();
-        let message = match found.as_slice() {
-            [] => format!("{title} at ({x}, {y}) is at no joint"),
-            many => {
-                format!("{title} at ({x}, {y}) is at {} joints: {}", many.len(), many.join(", "))
-            }
-        };
-        let fault = Diagnostic::error(codes::NO_JOINT_THERE, message)
-            .help("move it onto its joint, or name the joint: `joint=…`");
-        faults.add(fault, &attachment.location);
-        None
+        mechanism.joint_at(attachment, at, "joint", faults)
     }
 }
 

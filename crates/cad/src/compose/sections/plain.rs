@@ -44,10 +44,19 @@ pub(in crate::compose) fn parameters(source: Source<'_>, faults: &mut Faults<'_>
 
 /// `[solve]`.
 pub(in crate::compose) fn solve(source: Source<'_>) -> Draft {
+    keys(source, Section::Solve, "solve")
+}
+
+/// `[io]`.
+pub(in crate::compose) fn io(source: Source<'_>) -> Draft {
+    keys(source, Section::Io, "io")
+}
+
+fn keys(source: Source<'_>, section: Section, words: &str) -> Draft {
     let mut draft = Draft::default();
-    for value in source.attached(Section::Solve).flat_map(|it| &it.values) {
+    for value in source.attached(section).flat_map(|it| &it.values) {
         let written = written(value.key, &value.content, source.unit());
-        draft.put(["solve", "", value.key], written, &value.location);
+        draft.put([words, "", value.key], written, &value.location);
     }
     draft
 }

@@ -85,8 +85,9 @@ impl Sketch<'_> {
         if outlines.is_empty() && body != GROUND {
             let radius = 0.5 * self.size;
             let points = self.used_points(body)?;
-            let mark = match (self.slide(body)?, &points[..]) {
-                (Some(angle), &[at]) => Some(block(at, angle, radius)),
+            let mark = match (self.pitch_circle(body)?, self.slide(body)?, &points[..]) {
+                (Some((centre, radius)), ..) => Some(Mark::Circle(centre, radius)),
+                (_, Some(angle), &[at]) => Some(block(at, angle, radius)),
                 _ => rounded_hull(&points, radius),
             };
             if let Some(mark) = mark {

@@ -46,7 +46,7 @@ impl Sketch<'_> {
             let unwritten = || no_place(&format!("`{key}`"), &owner);
             match (key, known) {
                 // The drawn angle of the bodies is the fixed one.
-                ("type" | "between" | "axis" | "direction", _) | ("angle", None) => (),
+                ("type" | "between", _) | ("axis" | "direction" | "angle", None) => (),
                 (_, Some(&known)) => {
                     let words = item.as_value().map(text).ok_or_else(unwritten)?;
                     let dimension = dimension(kind.name, key, false);
@@ -87,7 +87,7 @@ impl Sketch<'_> {
     /// Whether the motion of a joint is a translation.
     pub(super) fn slides(&self, joint: JointId, of: Option<&str>) -> bool {
         match self.model.joints[joint.0].kind {
-            JointKind::Prismatic { .. } => true,
+            JointKind::Prismatic { .. } | JointKind::Cylinder => true,
             JointKind::PinInSlot => of == Some("position"),
             _ => false,
         }

@@ -14,6 +14,10 @@ impl Sketch<'_> {
     pub(super) fn loads(&mut self) -> Result<(), Unwritten> {
         let model = self.model;
         for load in &model.loads {
+            // The limits of cylinders are keys of these.
+            if self.item("loads", &load.name).is_none() {
+                continue;
+            }
             let (kind, ends, partners) = self.load(&load.name, &load.kind)?;
             let mut values: Values = vec![("name", load.name.clone())];
             values.extend(partners);
@@ -51,10 +55,7 @@ impl Sketch<'_> {
                 (kind("torque"), along(self.centre_of_mass(*on), [1.0, 0.0]), Values::new())
             }
             LoadKind::Spring { a, b, .. } => {
-                let item = self.item("loads", name).and_then(Item::as_table_like);
-                let is_damper = item.and_then(|t| words(t, "type")).is_some_and(|t| t == "damper");
-                let kind = kind(if is_damper { "damper" } else { "spring" });
-                (kind, self.line(*a, *b)?, self.ends(*a, *b))
+                (self.spring_or_damper(name), self.line(*a, *b)?, self.ends(*a, *b))
             }
             LoadKind::Effort { joint, motion_idx, .. } if self.turns(*joint, *motion_idx) => {
                 let on = self.model.joints[joint.0].successor.body;
@@ -63,10 +64,10 @@ impl Sketch<'_> {
             LoadKind::JointSpring { joint, motion_idx, .. } if self.turns(*joint, *motion_idx) => {
                 (kind("torsion"), self.at_joint(*joint)?, Values::new())
             }
-            LoadKind::Effort { .. } | LoadKind::JointSpring { .. } => {
-                let help = "write `between` with the two points in place of `joint`";
-                let owner = format!("load `{name}`");
-                return Err(no_place("`joint` of what slides", &owner).help(help).into());
+            // Along the motion of a joint that slides.
+            LoadKind::Effort { joint, .. } => (kind("force"), self.along(*joint)?, Values::new()),
+            LoadKind::JointSpring { joint, .. } => {
+                (self.spring_or_damper(name), self.along(*joint)?, Values::new())
             }
             LoadKind::Stop { joint, .. } => (kind("stop"), self.at_joint(*joint)?, Values::new()),
             LoadKind::Friction { joint, .. } => {
@@ -81,6 +82,18 @@ impl Sketch<'_> {
 
     fn line(&self, a: Anchor, b: Anchor) -> Result<[Point; 2], Unwritten> {
         Ok([self.positions.anchor(a)?, self.positions.anchor(b)?])
+    }
+
+    fn spring_or_damper(&self, name: &str) -> &'static Kind {
+        let table = self.item("loads", name).and_then(Item::as_table_like);
+        let is_damper = table.and_then(|t| words(t, "type")).is_some_and(|t| t == "damper");
+        kind(if is_damper { "damper" } else { "spring" })
+    }
+
+    /// A line at a joint along its axis, long enough to be seen.
+    fn along(&self, joint: JointId) -> Result<[Point; 2], Unwritten> {
+        let [at, to] = self.at_joint(joint)?;
+        Ok([at, [0, 1].map(|i| at[i] + 3.0 * self.size * (to[i] - at[i]))])
     }
 
     fn at_joint(&self, joint: JointId) -> Result<[Point; 2], Unwritten> {

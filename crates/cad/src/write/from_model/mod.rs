@@ -5,7 +5,8 @@
 //! frames, points    BK_MARKS                   BK_BODY, BK_COM, BK_POINT
 //! joints            BK_JOINTS                  BK_REVOLUTE …, bodies and points always stated
 //! loads, drives     BK_LOADS
-//! the rest          BK_SHEET                   BK_PARAMETER, BK_INITIAL, BK_SOLVE, BK_MODEL
+//! couplings         BK_LOADS                   BK_GEAR, BK_BELT …, from joint to joint
+//! the rest          BK_SHEET                   BK_PARAMETER, BK_TABLE, BK_STATE, BK_INITIAL …
 //! ```
 //!
 //! Values are the words of the file; a bare number that is a whole value gets its unit, since in a
@@ -15,6 +16,7 @@
 mod bodies;
 mod joints;
 mod loads;
+mod named;
 mod positions;
 mod shape;
 mod sheet;
@@ -68,11 +70,7 @@ pub fn from_model(source: &ModelSource<'_>) -> Result<Vec<u8>, Unwritten> {
                     view` and `bksim render` show it in space";
         return Err(Diagnostic::error(codes::SPATIAL, message).help(help).into());
     }
-    beyond_a_drawing(source.model)?;
     let document: DocumentMut = source.text.parse().map_err(|_| no_place("this text", "it"))?;
-    if let Some(section) = ["tables", "curves"].into_iter().find(|key| document.contains_key(key)) {
-        return Err(no_place(&format!("`[{section}]`"), "this model").into());
-    }
     let positions = Positions::new(source)?;
     let size = positions.symbol_size().max(1e-3 * usual_size(source.unit));
     let mut sketch = Sketch {
@@ -90,6 +88,7 @@ pub fn from_model(source: &ModelSource<'_>) -> Result<Vec<u8>, Unwritten> {
     sketch.joints()?;
     sketch.loads()?;
     sketch.drives()?;
+    sketch.couplings()?;
     sketch.sheet()?;
     Ok(sketch.canvas.bytes()?)
 }
@@ -199,18 +198,6 @@ impl Sketch<'_> {
 /// The row of a kind that is known to be there.
 fn kind(name: &str) -> &'static Kind {
     by_name(name).expect("kinds of models are kinds of attachments")
-}
-
-/// Refuses what stands in a model file only, beside the drawing that it names.
-fn beyond_a_drawing(model: &Model) -> Result<(), Diagnostic> {
-    let coupling = model.couplings.first().map(|c| (format!("coupling `{}`", c.name), &c.span));
-    let state = model.states.first().map(|s| (format!("state `{}`", s.name), &s.span));
-    let signal = model.named_signals.first().map(|s| (format!("signal `{}`", s.name), &s.span));
-    let Some((what, span)) = coupling.or(state).or(signal) else { return Ok(()) };
-    let message = format!("{what} has no place in a drawing");
-    Err(Diagnostic::error(codes::UNDRAWABLE, message).at(span.clone(), "in a model file only").help(
-        "draw the model without it, and write it in a model file with `drawing = \"…\"`, which adds to the drawing",
-    ))
 }
 
 /// The fault of a value that a drawing cannot hold.

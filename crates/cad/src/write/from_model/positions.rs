@@ -147,8 +147,12 @@ impl<'a> Positions<'a> {
                 let joint = &self.model.joints[id.0];
                 let [first, second] = [joint.predecessor, joint.successor];
                 let poses = [first, second].map(|anchor| self.pose(anchor.body));
+                if joint.kind.curve().is_some() {
+                    // The places of bodies do not tell the parameter of a curve.
+                    return None;
+                }
                 let slides = match joint.kind {
-                    JointKind::Prismatic { .. } => true,
+                    JointKind::Prismatic { .. } | JointKind::Cylinder => true,
                     JointKind::PinInSlot => motion_idx == 0,
                     _ => false,
                 };
@@ -157,6 +161,9 @@ impl<'a> Positions<'a> {
                 }
                 let from = poses[0].place(self.in_body(first)?);
                 let to = poses[1].place(self.in_body(second)?);
+                if joint.kind == JointKind::Cylinder {
+                    return Some((to[0] - from[0]).hypot(to[1] - from[1]));
+                }
                 let [x, y] = self.vector([joint.axis[0], joint.axis[1]])?;
                 let (sin, cos) = poses[0].angle.sin_cos();
                 let along = [cos * x - sin * y, sin * x + cos * y];

@@ -40,6 +40,7 @@ impl Sketch<'_> {
             let value = item.as_value().map(text).ok_or_else(unwritten)?;
             sheets.push((kind("parameter"), vec![("name", name.to_owned()), ("value", value)]));
         }
+        sheets.extend(self.named_sheets()?);
         for (name, item) in entries(self.document, "initial") {
             for values in self.initial(name, item)? {
                 sheets.push((kind("initial"), values));
@@ -51,6 +52,7 @@ impl Sketch<'_> {
                 sheets.push((kind("solve"), values));
             }
         }
+        sheets.extend(self.io_sheet()?);
         Ok(sheets)
     }
 

@@ -38,6 +38,29 @@ fn bracketed(array: &Array) -> String {
     format!("[{}]", array.iter().map(text).collect::<Vec<_>>().join(", "))
 }
 
+/// A value in one line as a model file has it within a list or a table, with quotes.
+pub(super) fn quoted(item: &Item) -> Option<String> {
+    let value = item.clone().into_value().ok()?;
+    Some(match &value {
+        Value::Array(_) | Value::InlineTable(_) => nested(&value),
+        value => text(value),
+    })
+}
+
+fn nested(value: &Value) -> String {
+    match value {
+        Value::Array(array) => {
+            format!("[{}]", array.iter().map(nested).collect::<Vec<_>>().join(", "))
+        }
+        Value::InlineTable(table) => {
+            let entries = table.iter().map(|(key, value)| format!("{key} = {}", nested(value)));
+            format!("{{ {} }}", entries.collect::<Vec<_>>().join(", "))
+        }
+        Value::String(words) => Value::from(one_line(words.value())).to_string(),
+        value => text(value),
+    }
+}
+
 fn one_line(words: &str) -> String {
     words.split_whitespace().collect::<Vec<_>>().join(" ")
 }

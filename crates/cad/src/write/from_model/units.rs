@@ -84,9 +84,14 @@ pub(super) fn dimension(kind: &str, key: &str, slides: bool) -> Dimension {
         (_, "inertia") => Dimension::Inertia,
         (_, "density") => Dimension::Density,
         (_, "thickness" | "length" | "radius" | "position" | "x" | "y") => Dimension::Length,
-        (_, "rate") => Dimension::Rate,
+        // That of a state has the unit that the state has.
+        ("state", "rate") => Dimension::Open,
+        (_, "rate" | "rate1" | "rate2") => Dimension::Rate,
         (_, "velocity" | "vx" | "vy") => Dimension::Speed,
-        ("actuator" | "friction", "force") | ("actuator", "value") => Dimension::Force,
+        ("actuator" | "friction", "force") | ("actuator" | "force", "value") => Dimension::Force,
+        ("cylinder", "min" | "max") | ("cam", "base_circle") => Dimension::Length,
+        (_, "module" | "lead") => Dimension::Length,
+        ("line-on-curve", "direction") => Dimension::Angle,
         ("friction", "static") if slides => Dimension::Force,
         ("torque", "value") | ("friction", "torque" | "static") => Dimension::Torque,
         ("torsion", "stiffness") => Dimension::TurningStiffness,
@@ -94,8 +99,8 @@ pub(super) fn dimension(kind: &str, key: &str, slides: bool) -> Dimension {
         (_, "stiffness") => Dimension::Stiffness,
         (_, "damping") => Dimension::Damping,
         (_, "min" | "max" | "motion") if slides => Dimension::Length,
-        (_, "min" | "max" | "motion" | "angle") => Dimension::Angle,
-        (_, "t_start" | "t_end" | "every" | "step") => Dimension::Time,
+        (_, "min" | "max" | "motion" | "angle" | "angle1" | "angle2") => Dimension::Angle,
+        (_, "t_start" | "t_end" | "every" | "step") | ("clock", "start") => Dimension::Time,
         _ => Dimension::Open,
     }
 }
