@@ -37,6 +37,8 @@ pub struct Assemblies {
     pub held: Vec<(String, f64, &'static str)>,
     /// Why there are no others, where that is proved.
     pub proof: Option<Proof>,
+    /// The number of the one that the model holds, if it holds one.
+    pub held_number: Option<usize>,
 }
 
 /// Finds the assemblies of `model` at the values that its start states.
@@ -44,37 +46,55 @@ pub struct Assemblies {
 /// # Errors
 /// [`AnalysisError::Rejected`] when the start does not close.
 pub fn assemblies(model: Model) -> Result<Assemblies, AnalysisError> {
+    let (model, held_number) = without_held_pose(model);
     let positions = Positions::of(model)?;
-    let (measures, held) = held(&positions)?;
+    Ok(Assemblies { held_number, ..assemblies_of(&positions)? })
+}
+
+/// The model as it was written, without the pose of the assembly that it holds.
+pub(crate) fn without_held_pose(mut model: Model) -> (Model, Option<usize>) {
+    let Some(found) = model.assembly.take().and_then(|chosen| chosen.found) else {
+        return (model, None);
+    };
+    model.initial = found.written;
+    (model, Some(found.number))
+}
+
+/// As [`assemblies`], of a start that has closed.
+pub(crate) fn assemblies_of(positions: &Positions) -> Result<Assemblies, AnalysisError> {
+    let (measures, held) = held(positions)?;
     let mut rows = positions.rows(&measures, &[], Clock::Held)?;
     let u: Vec<f64> = held.iter().map(|(_, value, _)| *value).collect();
     let start = rows.scaled(&positions.q);
     let mut found = vec![start.clone()];
-    let proof = match Apart::of(&positions, &measures)? {
-        Some(mut apart) => proved(&positions, &mut apart, (&mut rows, &u), &mut found),
+    let proof = match Apart::of(positions, &measures)? {
+        Some(mut apart) => proved(positions, &mut apart, (&mut rows, &u), &mut found),
         None => None,
     };
     if proof.is_none() {
         found.truncate(1);
-        search(&positions, &mut rows, &u, &start, &mut found)?;
+        search(positions, &mut rows, &u, &start, &mut found)?;
     }
 
     // Names, and the pose of each.
     let shapes: Vec<LoopPolygons> = found
         .iter()
-        .map(|x| LoopPolygons::of(&positions, &rows.unscaled(x)))
+        .map(|x| LoopPolygons::of(positions, &rows.unscaled(x)))
         .collect::<Result<_, _>>()?;
-    let names = names(&positions, &shapes);
+    let mut names = names(positions, &shapes);
     let mut scalars = positions.scalars(positions.quantities())?;
-    let assembly = |(number, (x, name)): (usize, (&Vec<f64>, String))| {
-        let q = rows.unscaled(x);
-        let values = scalars.values(positions.t(), &q);
+    let mut pose = |q: &Vec<f64>| -> Vec<(String, f64, &'static str)> {
+        let values = scalars.values(positions.t(), q);
         let shown = positions.quantities().iter().zip(values);
-        let pose = shown.map(|(quantity, value)| (quantity.names[0].clone(), value, quantity.unit));
-        Assembly { number: number + 1, name, pose: pose.collect(), q }
+        shown.map(|(quantity, value)| (quantity.names[0].clone(), value, quantity.unit)).collect()
     };
-    let assemblies = found.iter().zip(names).enumerate().map(assembly).collect();
-    Ok(Assemblies { assemblies, held, proof })
+    let all: Vec<Vec<f64>> = found.iter().map(|x| rows.unscaled(x)).collect();
+    let poses: Vec<_> = all.iter().map(&mut pose).collect();
+    tell_apart(&mut names, &poses);
+    let all = all.into_iter().zip(poses).zip(names).enumerate();
+    let assembly = |(k, ((q, pose), name))| Assembly { number: k + 1, name, pose, q };
+    let assemblies = all.map(assembly).collect();
+    Ok(Assemblies { assemblies, held, proof, held_number: None })
 }
 
 /// Adds to `found` all assemblies of a linkage that comes apart into Assur groups; none where the start is not among them, or
@@ -117,7 +137,7 @@ pub(crate) fn closed_poses(positions: &Positions, rows: &mut Rows) -> Vec<Vec<f6
 
 /// Measures to hold: those stated, then joints with the ground first, as long as they leave less free.
 #[expect(clippy::type_complexity, reason = "measures, and the same with names and values")]
-fn held(
+pub(crate) fn held(
     positions: &Positions,
 ) -> Result<(Vec<Measure>, Vec<(String, f64, &'static str)>), AnalysisError> {
     let model = positions.model();
@@ -370,4 +390,40 @@ fn names(positions: &Positions, shapes: &[LoopPolygons]) -> Vec<String> {
         name
     };
     shapes.iter().enumerate().map(full).collect()
+}
+
+/// Tells assemblies of one name apart by the first joint in which all of them differ: by its place along a guide, or else by
+/// the order of its angles.
+fn tell_apart(names: &mut [String], poses: &[Vec<(String, f64, &'static str)>]) {
+    const DIFFERENT: f64 = 1e-6;
+    for i in 0..names.len() {
+        let twins: Vec<usize> = (i..names.len()).filter(|&j| names[j] == names[i]).collect();
+        if twins.len() < 2 {
+            continue;
+        }
+        let n_quantities = poses[i].len();
+        let values = |k: usize| -> Vec<f64> { twins.iter().map(|&j| poses[j][k].1).collect() };
+        let tells = |&k: &usize| {
+            let mut sorted = values(k);
+            sorted.sort_by(f64::total_cmp);
+            sorted.windows(2).all(|pair| pair[1] - pair[0] > DIFFERENT)
+        };
+        let is_guide = |&k: &usize| poses[i][k].0.ends_with(".position");
+        let all = || (0..n_quantities).filter(tells);
+        let Some(k) = all().find(is_guide).or_else(|| all().next()) else { continue };
+        let of = values(k);
+        let (what, unit) = (poses[i][k].0.clone(), poses[i][k].2);
+        let what = what.rsplit_once('.').map_or(what.as_str(), |(joint, _)| joint);
+        for (twin, value) in twins.iter().zip(&of) {
+            let place = 1 + of.iter().filter(|other| *other < value).count();
+            let words = match (unit, of.len(), place) {
+                ("m", 2, 1) => format!("{what} behind"),
+                ("m", 2, _) => format!("{what} ahead"),
+                (_, n, place) => format!("{what} {place} of {n}"),
+            };
+            let name = &mut names[*twin];
+            let comma = if name.is_empty() { "" } else { ", " };
+            *name = format!("{name}{comma}{words}");
+        }
+    }
 }

@@ -14,6 +14,7 @@
 //! mechanisms*, J. Mech. Des. 121 (1999) 387.
 
 mod dyad;
+mod four_bar;
 mod laurent;
 mod order;
 mod place;
@@ -31,6 +32,8 @@ use crate::positions::Positions;
 use crate::rows::wrapped;
 use crate::scalar::Scalars;
 
+pub(crate) use self::four_bar::four_bars;
+pub use self::four_bar::{BarkerType, FourBar, Rotatability, SliderCrank};
 pub use self::laurent::Root;
 
 /// The proof that a linkage has these assemblies and no others.

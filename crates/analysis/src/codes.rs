@@ -14,4 +14,5 @@ bksim_model::codes! {
     UNKNOWN_CAM = "Q011", "a cam that the model has not";
     NOT_BALANCED = "Q012", "a start that no value balances";
     NOT_PLANAR = "Q013", "a question about planar mechanisms, asked of one in space";
+    NO_ASSEMBLY = "Q014", "an assembly that there is not";
 }

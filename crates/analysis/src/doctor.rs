@@ -29,7 +29,10 @@ pub use self::drives::DriveCheck;
 pub use self::motions::FreeMotion;
 pub use self::singular::{SingularPose, Singularity, singular_poses};
 
-use self::pose::{Placed, Pose};
+pub(crate) use self::drives::start;
+pub(crate) use self::pose::{Placed, Pose as PlacedPose};
+
+use self::pose::Pose;
 use crate::error::AnalysisError;
 use crate::table::{Column, Table};
 

@@ -1,7 +1,8 @@
 //! [`AnalysisError`]: why a question has no answer, in the author's terms.
 
 use bksim_expr::TapeError;
-use bksim_model::diagnostic::{Diagnostic, Rejected};
+use bksim_model::AssemblyChoice;
+use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
 
 use crate::codes;
 
@@ -164,6 +165,19 @@ pub enum AnalysisError {
         /// s.
         t: f64,
     },
+    /// The start does not close in this way.
+    #[error("the start has no assembly {}", match .choice {
+        AssemblyChoice::Number(number) => number.to_string(),
+        AssemblyChoice::Name(name) => format!("`{name}`"),
+    })]
+    NoAssembly {
+        /// The one that is chosen.
+        choice: AssemblyChoice,
+        /// Where.
+        span: Span,
+        /// Numbers and names of those that there are.
+        known: Vec<(usize, String)>,
+    },
     /// A pose in which the forces are not balanced.
     #[error("{what} do not determine {n} unknowns")]
     Undetermined {
@@ -287,12 +301,21 @@ impl AnalysisError {
                 "end the motion before, or choose one within the limits of the mechanism"
                     .to_owned(),
             ),
+            Self::NoAssembly { .. } => (
+                codes::NO_ASSEMBLY,
+                "write a number or a name that `bksim kinematics --assemblies` lists".to_owned(),
+            ),
             Self::Undetermined { .. } => (
                 codes::UNDETERMINED,
                 "ask for as many unknowns as there are independent equations".to_owned(),
             ),
         };
-        let fault = Diagnostic::error(code, self.to_string());
+        let mut fault = Diagnostic::error(code, self.to_string());
+        if let Self::NoAssembly { span, known, .. } = self {
+            let rows = known.iter().map(|(number, name)| format!("{number}: {name}"));
+            let listed = rows.collect::<Vec<_>>().join("; ");
+            fault = fault.at(span.clone(), "").note(format!("it has {listed}"));
+        }
         vec![if help.is_empty() { fault } else { fault.help(help) }]
     }
 }

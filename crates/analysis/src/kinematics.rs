@@ -1,8 +1,10 @@
 //! Positions, velocities and accelerations over a range of prescribed motions.
 
 use bksim_model::{Measure, Model};
+use bksim_sim::held_assembly::AssemblyChange;
 use nalgebra::DVector;
 
+use crate::assembly_watch::AssemblyWatch;
 use crate::curve::Curve;
 use crate::drive::{Drive, Range};
 use crate::error::AnalysisError;
@@ -39,6 +41,9 @@ pub struct Kinematics {
     pub limits: Vec<Extreme>,
     /// Where the range could not be continued, if so: the prescribed values there.
     pub stopped: Option<Vec<f64>>,
+    /// Where the motion passes over into another assembly than the one that the model holds: the value of the first
+    /// prescribed measure there, or the time, and the joint that goes through its dead centre.
+    pub changes: Vec<AssemblyChange>,
 }
 
 /// Follows the prescribed motions from the start of `model`.
@@ -252,10 +257,20 @@ struct Found {
     table: Table,
     parameters: Vec<f64>,
     limits: Vec<Extreme>,
+    changes: Vec<AssemblyChange>,
     end: Option<f64>,
 }
 
 impl Request<'_> {
+    /// The prescribed values, or the time, at a value of the parameter.
+    fn prescribed(&self, s: f64) -> Vec<f64> {
+        let Law { t, t_slope, u, u_slope } = &self.law;
+        if u.is_empty() {
+            return vec![t + t_slope * s];
+        }
+        u.iter().zip(u_slope).map(|(u, slope)| u + slope * s).collect()
+    }
+
     fn follow(
         &self,
         rows: &mut Rows,
@@ -274,25 +289,38 @@ impl Request<'_> {
         let mut limits = Vec::new();
         let mut curve = free_curve(rows, self.law.clone(), x, n_driven)?;
         let first = curve.equations.unknowns(x);
+        let mut watch = AssemblyWatch::of(positions)?;
         let end = follow(
             &mut curve,
             first,
             &self.targets,
             self.through,
-            &mut |curve, (from, to), ds| limits.extend(extremes.between(curve, (from, to), ds)),
+            &mut |curve, (from, to), ds| {
+                limits.extend(extremes.between(curve, (from, to), ds));
+                if let Some(watch) = &mut watch {
+                    watch.step(curve, (from, to), ds[0]);
+                }
+            },
             &mut |curve, z, s| {
                 table.rows.push(row(curve, &mut rates, z, s, (u_dot, u_ddot)));
                 parameters.push(s);
             },
         );
-        Ok(Found { table, parameters, limits, end })
+        let changes = watch.map_or_else(Vec::new, |watch| watch.changes);
+        // By what is prescribed first, not by the parameter.
+        let prescribed = |change: AssemblyChange| {
+            let at = self.prescribed(change.t);
+            AssemblyChange { t: at.first().copied().unwrap_or(f64::NAN), ..change }
+        };
+        let changes = changes.into_iter().map(prescribed).collect();
+        Ok(Found { table, parameters, limits, changes, end })
     }
 }
 
 impl Found {
     /// The answer, each column once.
     fn without_twins(self, request: &Request<'_>) -> Kinematics {
-        let Self { mut table, limits, end, .. } = self;
+        let Self { mut table, limits, changes, end, .. } = self;
         let mut known = std::collections::HashSet::new();
         let keep: Vec<bool> =
             table.columns.iter().map(|column| known.insert(column.name.clone())).collect();
@@ -301,16 +329,8 @@ impl Found {
         for row in &mut table.rows {
             *row = (0..keep.len()).filter(kept).map(|k| row[k]).collect();
         }
-        let stopped = end.map(|s| {
-            let u = request.law.u.iter().zip(&request.law.u_slope);
-            let time = request.law.t + request.law.t_slope * s;
-            if request.law.u.is_empty() {
-                vec![time]
-            } else {
-                u.map(|(u, du)| u + du * s).collect()
-            }
-        });
-        Kinematics { table, limits, stopped }
+        let stopped = end.map(|s| request.prescribed(s));
+        Kinematics { table, limits, stopped, changes }
     }
 }
 

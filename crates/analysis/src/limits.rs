@@ -3,10 +3,10 @@
 
 use std::f64::consts::TAU;
 
-use bksim_model::{JointId, JointKind, Measure, Model};
-use bksim_sim::mobility::loop_through;
+use bksim_model::{Measure, Model};
 
 use crate::assemblies::closed_poses;
+use crate::assur::{FourBar, SliderCrank, four_bars};
 use crate::curve::{Curve, Point};
 use crate::drive::position;
 use crate::error::AnalysisError;
@@ -17,6 +17,7 @@ use crate::quantity::PoseQuantity;
 use crate::rows::{Clock, Rows};
 use crate::scalar::Rates;
 use crate::trace::Trace;
+use crate::transmission::{Transmission, Transmissions, angles, arms};
 
 /// The limits that are asked for.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -34,6 +35,10 @@ pub struct LimitsRequest {
 pub struct Limits {
     /// The one of the start first.
     pub branches: Vec<Branch>,
+    /// Loops of four parts with pins, with their types.
+    pub four_bars: Vec<FourBar>,
+    /// Loops of four parts with three pins and a guide.
+    pub slider_cranks: Vec<SliderCrank>,
 }
 
 /// Poses that are connected by motion.
@@ -45,6 +50,8 @@ pub struct Branch {
     pub ranges: Vec<RangeOf>,
     /// Where they turn back, in order along the motion: dead points of a mechanism that they drive.
     pub extremes: Vec<Extreme>,
+    /// Transmission and pressure angles, at their least and greatest.
+    pub transmissions: Vec<Transmission>,
     /// Of each output.
     pub outputs: Vec<OutputLimits>,
 }
@@ -73,6 +80,11 @@ pub struct OutputLimits {
     pub time_ratio: Option<f64>,
     /// Value of the drive, of the output, and its rate per rate of the drive, where that is extreme.
     pub fastest: Vec<[f64; 3]>,
+    /// The least mechanical advantage, the effort of the output over that of the drive without losses, which is
+    /// |drive rate / output rate|; with the value of the drive there. Where the output turns back it has no bound.
+    pub least_advantage: Option<[f64; 2]>,
+    /// Values of the drive at which the advantage has no bound, or is none: dead points of the output, and of the drive.
+    pub dead_points: [Vec<f64>; 2],
 }
 
 /// Finds the limits of `model`, whose drives are released.
@@ -83,8 +95,11 @@ pub fn limits(model: Model, request: &LimitsRequest) -> Result<Limits, AnalysisE
     let positions = Positions::of(model)?;
     let released: Vec<usize> = (0..positions.model().drives.len()).collect();
     let mut rows = positions.rows(&[], &released, Clock::Held)?;
-    let transmissions = transmissions(&positions);
-    let mut extremes = Extremes::of(&positions, &transmissions)?;
+    let arms = arms(&positions);
+    let angles = angles(&positions, &arms);
+    let mut extremes = Extremes::of(&positions, &angles)?;
+    let mut transmissions = Transmissions::of(&positions, &arms)?;
+    let (four_bars, slider_cranks) = four_bars(&positions)?;
     let mut outputs = Outputs::of(&positions, request, &released)?;
 
     // The branch of the start, then those of other assemblies that are on none of these.
@@ -93,9 +108,11 @@ pub fn limits(model: Model, request: &LimitsRequest) -> Result<Limits, AnalysisE
         if request.all_assemblies { closed_poses(&positions, &mut rows) } else { Vec::new() };
     let mut curve = free_curve(&mut rows, &positions, &x)?;
     let traces = Trace::all(&mut curve, &x, &others);
-    let branches =
-        traces.iter().map(|trace| branch(&mut curve, trace, &mut extremes, &mut outputs));
-    Ok(Limits { branches: branches.collect() })
+    let branches = traces.iter().map(|trace| Branch {
+        transmissions: transmissions.along(&mut curve, trace),
+        ..branch(&mut curve, trace, &mut extremes, &mut outputs)
+    });
+    Ok(Limits { branches: branches.collect(), four_bars, slider_cranks })
 }
 
 /// The curve of the one motion that is free.
@@ -148,48 +165,8 @@ fn branch(
         ranges.push(RangeOf { name: name.clone(), unit, min, max, turns });
     }
     let outputs = outputs.as_mut().map_or_else(Vec::new, |o| o.along(curve, trace, &found));
-    Branch { is_closed: trace.is_closed, ranges, extremes: found, outputs }
-}
-
-/// Angles between the links that a joint of two moving bodies connects, seen along the loop through it.
-fn transmissions(positions: &Positions) -> Vec<PoseQuantity> {
-    let model = positions.model();
-    let pool = &model.pool;
-    let kinematics = &positions.system().kinematics;
-    let mut all = Vec::new();
-    for (idx, joint) in model.joints.iter().enumerate() {
-        let is_pin = matches!(joint.kind, JointKind::Revolute);
-        let ground = bksim_model::GROUND;
-        if !is_pin || joint.predecessor.body == ground || joint.successor.body == ground {
-            continue;
-        }
-        let around = loop_through(model, JointId(idx));
-        if around.len() < 3 || model.space != bksim_model::Space::Planar {
-            continue;
-        }
-        // A loop begins with its joint: its neighbours are the next and the last.
-        let place = around.iter().position(|j| j.0 == idx).unwrap_or(0);
-        let neighbours =
-            [around[(place + 1) % around.len()], around[(place + around.len() - 1) % around.len()]];
-        let is_pinned = |j: &JointId| {
-            matches!(model.joints[j.0].kind, JointKind::Revolute | JointKind::PinInSlot)
-        };
-        if !neighbours.iter().all(is_pinned) {
-            continue;
-        }
-        let here = kinematics.anchor(model, joint.successor);
-        let arm = |j: JointId| {
-            let there = kinematics.anchor(model, model.joints[j.0].successor);
-            bksim_mbs::spatial::sub(pool, &there, &here)
-        };
-        let (a, b) = (arm(neighbours[0]), arm(neighbours[1]));
-        let across = bksim_mbs::spatial::cross(pool, &a, &b)[2];
-        let along = bksim_mbs::spatial::dot(pool, &a, &b);
-        let name = format!("transmission {}", joint.name);
-        let value = pool.atan2(across, along);
-        all.push(PoseQuantity { names: [name, String::new(), String::new()], unit: "rad", value });
-    }
-    all
+    let transmissions = Vec::new();
+    Branch { is_closed: trace.is_closed, ranges, extremes: found, transmissions, outputs }
 }
 
 /// Outputs per rate of a drive.
@@ -280,7 +257,18 @@ impl Outputs {
                 }
                 _ => None,
             };
-            found.push(OutputLimits { name: name.clone(), time_ratio, fastest });
+            let of_rate = |[drive, _, rate]: &[f64; 3]| [1.0 / rate.abs(), *drive];
+            let least_advantage = fastest.iter().map(of_rate).min_by(|a, b| a[0].total_cmp(&b[0]));
+            let of_drive = extremes.iter().filter(|extreme| extreme.name == self.drive.names[0]);
+            let of_drive: Vec<f64> = of_drive.map(|extreme| extreme.value).collect();
+            found.push(OutputLimits {
+                name: name.clone(),
+                time_ratio,
+                fastest,
+                // Where the drive turns back, every rate is without bound.
+                least_advantage: least_advantage.filter(|_| of_drive.is_empty()),
+                dead_points: [own, of_drive],
+            });
         }
         found
     }

@@ -114,21 +114,27 @@ impl Positions {
         if self.model().drives.is_empty() {
             return Ok(released);
         }
-        let rank_with =
-            |measures: &[Measure], released: &[usize]| -> Result<usize, AnalysisError> {
-                let mut rows = self.rows(measures, released, Clock::Held)?;
-                let x = rows.scaled(&self.q);
-                Ok(rank(&rows.at(self.t(), &x, &vec![0.0; measures.len()]).jacobian))
+        // All rows once; the first of the measures are taken, and the drives that are not released.
+        let mut rows = self.rows(prescribed, &[], Clock::Held)?;
+        let x = rows.scaled(&self.q);
+        let jacobian = rows.at(self.t(), &x, &vec![0.0; prescribed.len()]).jacobian;
+        let constraints = &self.system().constraints;
+        let rank_with = |n_measures: usize, released: &[usize]| {
+            let is_taken = |row: &usize| match constraints.get(*row).map(|c| c.source) {
+                Some(Source::Drive(drive)) => !released.contains(&drive.0),
+                Some(_) => true,
+                None => *row < constraints.len() + n_measures,
             };
+            let taken: Vec<usize> = (0..jacobian.nrows()).filter(is_taken).collect();
+            rank(&jacobian.select_rows(&taken))
+        };
         for k in 0..prescribed.len() {
-            let (before, with) = (&prescribed[..k], &prescribed[..=k]);
-            if rank_with(with, &released)? > rank_with(before, &released)? {
+            if rank_with(k + 1, &released) > rank_with(k, &released) {
                 continue;
             }
             for drive in 0..self.model().drives.len() {
                 let without = [released.clone(), vec![drive]].concat();
-                if !released.contains(&drive)
-                    && rank_with(with, &without)? > rank_with(before, &without)?
+                if !released.contains(&drive) && rank_with(k + 1, &without) > rank_with(k, &without)
                 {
                     released = without;
                     break;

@@ -1,5 +1,7 @@
 //! [`Table`]: an answer in rows and columns.
 
+use std::fmt::Write;
+
 /// Named columns of numbers, all of the same length.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Table {
@@ -38,8 +40,10 @@ impl Table {
         let names: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
         let mut text = names.join(",") + "\n";
         for row in &self.rows {
-            let cells: Vec<String> = row.iter().map(f64::to_string).collect();
-            text += &cells.join(",");
+            for (k, cell) in row.iter().enumerate() {
+                text.push_str(if k > 0 { "," } else { "" });
+                write!(text, "{cell}").expect("a text takes whatever is written to it");
+            }
             text.push('\n');
         }
         text

@@ -4,8 +4,10 @@ mod support;
 
 use std::f64::consts::TAU;
 
-use bksim_analysis::{Branch, Limits, LimitsRequest, assemblies, limits};
-use support::{Problem, model, number};
+use bksim_analysis::{
+    Branch, Drive, Limits, LimitsRequest, Prescribed, Rotatability, assemblies, kinematics, limits,
+};
+use support::{Problem, geometry, model, number};
 
 fn value(pose: &[(String, f64)], name: &str) -> f64 {
     pose.iter().find(|(known, _)| known == name).unwrap_or_else(|| panic!("no {name}")).1
@@ -165,4 +167,117 @@ fn rocker_and_transmission_angle_of_the_four_bar() {
     for crank in [24.1468, 231.3178_f64] {
         assert!(cranks.iter().any(|c| off(*c, crank.to_radians()) < 2e-6), "{cranks:?}");
     }
+}
+
+#[test]
+fn types_and_transmission_angles_of_the_four_bar() {
+    let request = LimitsRequest {
+        drive: Some("crank.angle".to_owned()),
+        outputs: vec!["rocker.angle".to_owned()],
+        ..LimitsRequest::default()
+    };
+    let found = limits(model(NORTON), &request).expect("limits");
+    let [four_bar] = found.four_bars.as_slice() else { panic!("{:?}", found.four_bars) };
+    assert_eq!(four_bar.parts, ["ground", "crank", "coupler", "rocker"]);
+    assert_eq!(four_bar.joints, ["A", "B", "C", "D"]);
+    for (length, expected) in four_bar.lengths.iter().zip([0.1, 0.04, 0.12, 0.08]) {
+        assert!((length - expected).abs() < 1e-15);
+    }
+    assert!((four_bar.excess - 0.02).abs() < 1e-15, "80 + 100 − 40 − 120 mm");
+    assert_eq!((four_bar.barker.number, four_bar.barker.code), (2, "GCRR"));
+    assert!(found.slider_cranks.is_empty());
+
+    // cos μ = (b² + c² − (d ∓ a)²) / 2bc, folded and stretched.
+    let branch = &found.branches[0];
+    let of_c = branch.transmissions.iter().find(|t| t.at == "C").expect("the angle at C");
+    let folded =
+        ((0.12f64.powi(2) + 0.08f64.powi(2) - 0.06f64.powi(2)) / (2.0 * 0.12 * 0.08)).acos();
+    let stretched =
+        ((0.12f64.powi(2) + 0.08f64.powi(2) - 0.14f64.powi(2)) / (2.0 * 0.12 * 0.08)).acos();
+    let acute = folded.min(stretched.min(std::f64::consts::PI - stretched));
+    assert!((of_c.least.angle - acute).abs() < 1e-12, "{}", of_c.least.angle.to_degrees());
+    assert!((acute.to_degrees() - 26.3843).abs() < 1e-4);
+    assert!((of_c.least.pressure() - (TAU / 4.0 - acute)).abs() < 1e-12);
+    assert!(off(value(&of_c.least.pose, "crank.angle"), 0.0) < 1e-9);
+    assert!((of_c.greatest.angle - stretched).abs() < 1e-12);
+    assert!((stretched.to_degrees() - 86.4167).abs() < 1e-4);
+    assert!(off(value(&of_c.greatest.pose, "crank.angle"), TAU / 2.0) < 1e-9);
+
+    // The advantage is the least where the rocker is fastest, and without bound where it turns back.
+    let output = &branch.outputs[0];
+    let [advantage, drive] = output.least_advantage.expect("an advantage");
+    let drives =
+        vec![Drive::parse(&model(NORTON), "crank.angle", "0:360 deg:721").expect("a drive")];
+    let table = kinematics(model(NORTON), &Prescribed::Drives { drives, through: false });
+    let table = table.expect("a table").table;
+    let rates = table.column("rocker.rate").expect("rates");
+    let sampled = rates.iter().map(|rate| 1.0 / rate.abs()).fold(f64::INFINITY, f64::min);
+    assert!(advantage <= sampled && advantage > sampled * (1.0 - 1e-4), "{advantage} {sampled}");
+    let nearest =
+        (0..rates.len()).min_by(|&a, &b| rates[b].abs().total_cmp(&rates[a].abs())).expect("rows");
+    let crank = table.column("crank.angle").expect("angles")[nearest];
+    assert!(off(crank, drive) < 0.01);
+    let mut dead: Vec<f64> =
+        output.dead_points[0].iter().map(|x| x.rem_euclid(TAU).to_degrees()).collect();
+    dead.sort_by(f64::total_cmp);
+    assert!((dead[0] - 24.1468).abs() < 1e-4 && (dead[1] - 231.3178).abs() < 1e-4, "{dead:?}");
+    assert!(output.dead_points[1].is_empty());
+}
+
+/// Norton's offset slider-crank, 40, 120 and −20 mm, as a model of guides and as inversions of it.
+fn slider_crank(crank: f64, rod: f64, ground: &str) -> String {
+    let mut text = format!(
+        "[ground]\npoints = {{ O = [0, 0], E = [0, -0.02] }}\n[bodies]\n\
+         crank = {{ mass = 1, inertia = 1, points = {{ B = [{crank}, 0] }} }}\n\
+         rod = {{ mass = 1, inertia = 1, points = {{ C = [{rod}, 0] }} }}\nslider = {{ mass = 1, inertia = 1 }}\n\
+         frame = {{ mass = 1, inertia = 1, points = {{ O = [0, 0], E = [0, -0.02] }} }}\n[joints]\n\
+         A = {{ type = \"revolute\", between = [\"frame.O\", \"crank\"] }}\n\
+         B = {{ type = \"revolute\", between = [\"crank.B\", \"rod\"] }}\n\
+         C = {{ type = \"revolute\", between = [\"rod.C\", \"slider\"] }}\n\
+         G = {{ type = \"prismatic\", between = [\"frame.E\", \"slider\"], axis = [1, 0] }}\n\
+         F = {{ type = \"weld\", between = [\"ground\", \"{ground}\"] }}\n"
+    );
+    text.push_str(
+        "[initial]\ncrank = { guess = { angle = 1.05 } }\nrod = { guess = { angle = -0.5 } }\n",
+    );
+    text
+}
+
+#[test]
+fn slider_cranks_are_told_by_their_inversion() {
+    let of = |crank: f64, rod: f64, ground: &str| {
+        let found = limits(geometry(&slider_crank(crank, rod, ground)), &LimitsRequest::default());
+        let found = found.unwrap_or_else(|error| panic!("{ground}: {error}"));
+        assert_eq!(found.slider_cranks.len(), 1, "{ground}");
+        (found.slider_cranks[0].clone(), found.branches[0].transmissions.clone())
+    };
+    let (plain, transmissions) = of(0.04, 0.12, "frame");
+    assert_eq!((plain.inversion, plain.turning.as_deref()), ("slider-crank", Some("crank")));
+    assert_eq!(plain.lengths, [0.04, 0.12]);
+    assert!((plain.offset - 0.02).abs() < 1e-15 && (plain.excess - 0.06).abs() < 1e-15);
+    // The pressure angle is the largest where the crank is across: sin α = (a + e) / b.
+    let of_c = transmissions.iter().find(|t| t.at == "C").expect("the angle at C");
+    assert!((of_c.least.pressure() - 0.5f64.asin()).abs() < 1e-9, "{}", of_c.least.pressure());
+    assert!((of_c.greatest.angle - TAU / 4.0).abs() < 1e-7);
+
+    assert_eq!(of(0.04, 0.12, "crank").0.inversion, "inverted slider-crank, turning guide");
+    assert_eq!(of(0.04, 0.12, "rod").0.inversion, "inverted slider-crank, swinging guide");
+    assert_eq!(of(0.04, 0.12, "slider").0.inversion, "slider-crank");
+    let (tight, _) = of(0.105, 0.12, "frame");
+    assert_eq!((tight.rotatability, tight.turning), (Rotatability::NonGrashof, None));
+}
+
+/// Jansen's leg, massless links and pins in one place among its parts.
+#[test]
+fn four_bars_go_over_massless_links() {
+    let text = include_str!("../../../examples/jansen/model.toml");
+    let found = limits(geometry(text), &LimitsRequest::default()).expect("limits");
+    let mut joints: Vec<[String; 4]> = found.four_bars.iter().map(|f| f.joints.clone()).collect();
+    joints.sort();
+    // Both links of the crank share a pin, so they close a loop with the upper triangle and the lower link, too.
+    assert_eq!(joints.len(), 4, "{joints:?}");
+    let first = found.four_bars.iter().find(|f| f.parts.contains(&"j".to_owned())).expect("a loop");
+    assert_eq!(first.parts, ["ground", "crank", "j", "upper"]);
+    assert_eq!(first.barker.code, "GCRR");
+    assert!(found.branches[0].transmissions.iter().any(|t| t.at == "j at upper"));
 }

@@ -51,6 +51,8 @@ fn finish(mut studio: Command) -> io::Result<u8> {
 fn unavailable(command: StudioCommand<'_>, error: &io::Error) -> Failure {
     let work = match command {
         StudioCommand::Export(..) => "an export as Parquet".to_owned(),
+        StudioCommand::Assemblies(..) => "a picture of assemblies".to_owned(),
+        StudioCommand::Doctor(..) => "a picture of motions".to_owned(),
         StudioCommand::Bode(..) => "a picture of a frequency response".to_owned(),
         StudioCommand::Polygons(..) => "a picture of polygons".to_owned(),
         StudioCommand::Modes(_) => "a picture of a mode".to_owned(),

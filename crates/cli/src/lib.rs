@@ -26,7 +26,7 @@ use std::path::Path;
 
 use clap::{CommandFactory, FromArgMatches};
 
-use crate::args::analysis::{Bode, Polygons};
+use crate::args::analysis::{Bode, Doctor, Kinematics, Polygons};
 use crate::args::page::Page;
 use crate::args::plot::Plot;
 use crate::args::render::Render;
@@ -39,8 +39,12 @@ use crate::exit::{Failure, Status};
 /// A command of the studio.
 #[derive(Clone, Copy, Debug)]
 pub enum StudioCommand<'a> {
+    /// The ways in which a start closes, as a picture in this file.
+    Assemblies(&'a Kinematics, &'a Path),
     /// A frequency response, as a picture in this file.
     Bode(&'a Bode, &'a Path),
+    /// Free motions and repeated conditions, as a picture in this file.
+    Doctor(&'a Doctor, &'a Path),
     /// Channels of a log, as Parquet to this file.
     Export(&'a Export, &'a Path),
     /// A mode as a film or a picture.
@@ -63,7 +67,9 @@ impl StudioCommand<'_> {
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Assemblies(..) => "kinematics",
             Self::Bode(..) => "bode",
+            Self::Doctor(..) => "doctor",
             Self::Export(..) => "export",
             Self::Modes(_) => "modes",
             Self::Page(_) => "page",
@@ -155,9 +161,12 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
         Command::Check(args) => own("check", commands::check::run(args, json, nesting)),
         Command::Equations(args) => own("equations", commands::equations::run(args, json, nesting)),
         Command::Assemble(args) => own("assemble", commands::assemble::run(args, json, nesting)),
-        Command::Kinematics(args) => {
-            own("kinematics", commands::analysis::kinematics::run(args, json, nesting))
-        }
+        Command::Kinematics(args) => match args.picture() {
+            Some(path) => studio(StudioCommand::Assemblies(args, path)),
+            None => {
+                own("kinematics", commands::analysis::kinematics::run(args, None, json, nesting))
+            }
+        },
         Command::Curves(args) => {
             own("curves", commands::analysis::curves::run(args, json, nesting))
         }
@@ -182,9 +191,10 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
         Command::Verify(args) => {
             own("verify", commands::analysis::verify::run(args, json, nesting))
         }
-        Command::Doctor(args) => {
-            own("doctor", commands::analysis::doctor::run(args, json, nesting))
-        }
+        Command::Doctor(args) => match args.picture() {
+            Some(path) => studio(StudioCommand::Doctor(args, path)),
+            None => own("doctor", commands::analysis::doctor::run(args, None, json, nesting)),
+        },
         Command::Inverse(args) => {
             own("inverse", commands::analysis::inverse::run(args, json, nesting))
         }

@@ -109,3 +109,79 @@ fn written_linear_equations_pass_their_test() {
     assert_eq!(function["outputs"].as_array().map(Vec::len), Some(6), "{function}");
     assert_eq!(tested(&place, "cart_pole_linear", 6).len(), 3);
 }
+
+/// The outputs that a test program prints, compiled by `compiler` and started by `runner`; its exit status tells that they are
+/// those of our own evaluation, up to what the test allows.
+fn printed(folder: &std::path::Path, name: &str, compiler: &str, runner: &[&str]) -> String {
+    let program = format!("./{name}.{compiler}");
+    let flags = ["-std=c99", "-O1", "-Wall", "-Wextra", "-pedantic", "-Werror"];
+    // An emulator finds no libraries of the other processor.
+    let of_libraries: &[&str] = if runner.is_empty() { &[] } else { &["-static"] };
+    let files = [format!("{name}.c"), format!("{name}_test.c")];
+    let mut build = Command::new(compiler);
+    build
+        .args(flags)
+        .args(of_libraries)
+        .args(["-o", &program])
+        .args(files)
+        .arg("-lm")
+        .current_dir(folder);
+    let output = build.output().expect("a C compiler");
+    assert!(output.status.success(), "{name}: {}", text(&output.stderr));
+    let words = [runner, &[program.as_str()]].concat();
+    let mut run = Command::new(words[0]);
+    let output = run.args(&words[1..]).current_dir(folder).output().expect("the test runs");
+    assert!(output.status.success(), "{name} by {compiler}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// `BKSIM_CODE=1` takes every example, not each seventh. Another processor is tried where its compiler and an emulator are
+/// installed: `gcc-aarch64-linux-gnu`, `libc6-dev-arm64-cross` and `qemu-user`.
+#[test]
+#[expect(clippy::print_stdout, reason = "it says whether there was an emulator")]
+fn code_of_examples_has_no_warnings_and_the_same_bits_on_every_processor() {
+    let is_there = |program: &str| {
+        Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
+    };
+    let emulator = ["aarch64-linux-gnu-gcc", "qemu-aarch64"];
+    let has_emulator = emulator.into_iter().all(is_there);
+    let stride = if std::env::var_os("BKSIM_CODE").is_some() { 1 } else { 7 };
+    let examples = std::fs::read_dir(format!("{CRATE}/../../examples")).expect("examples");
+    let mut examples: Vec<String> = examples
+        .map(|entry| entry.expect("an example"))
+        .filter(|entry| entry.path().join("model.toml").exists())
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .collect();
+    examples.sort();
+    let (mut n_functions, mut n_exact) = (0, 0);
+    for example in examples.iter().step_by(stride) {
+        for part in ["dynamics", "kinematics"] {
+            let place = Scratch::new();
+            let model = format!("{CRATE}/../../examples/{example}/model.toml");
+            let output = place.run(&format!("code {model} -o code --part {part}"));
+            // Friction that follows a reaction is refused, and says so.
+            if !output.status.success() {
+                assert!(text(&output.stderr).contains("[Q008]"), "{}", text(&output.stderr));
+                continue;
+            }
+            let folder = place.path().join("code");
+            let files = std::fs::read_dir(&folder).expect("a folder");
+            let files = files.map(|file| file.expect("a file").file_name());
+            let files: Vec<String> =
+                files.map(|file| file.to_string_lossy().into_owned()).collect();
+            for name in files.iter().filter_map(|file| file.strip_suffix("_test.c")) {
+                let own = printed(&folder, name, "cc", &[]);
+                let test = std::fs::read_to_string(folder.join(format!("{name}_test.c")));
+                let is_exact = test.expect("the test").contains("difference <= 0.0 * fabs");
+                if has_emulator {
+                    let other = printed(&folder, name, emulator[0], &emulator[1..]);
+                    assert!(!is_exact || own == other, "{example}: {name}");
+                }
+                n_functions += 1;
+                n_exact += usize::from(is_exact);
+            }
+        }
+    }
+    println!("{n_functions} functions, {n_exact} of them bit for bit, emulator: {has_emulator}");
+    assert!(n_functions >= 6 && n_exact * 2 > n_functions, "{n_exact} of {n_functions}");
+}

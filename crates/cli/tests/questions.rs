@@ -259,3 +259,32 @@ fn assemblies_of_a_four_bar_are_proved() {
     assert_eq!(answer["proof"]["n"], 2, "{answer}");
     assert_eq!(answer["proof"]["dyads"][0]["kind"], "RRR");
 }
+
+/// An assembly that the model holds: runs and tables begin in it, and what passes over into the other one is told.
+#[test]
+fn an_assembly_is_held_and_motions_that_leave_it_are_told() {
+    let place = Scratch::new();
+    place.write("open.toml", format!("{FOUR_BAR}assembly = \"A-B-C-D open\"\n"));
+    place.write("crossed.toml", format!("{FOUR_BAR}assembly = 2\n"));
+    let angle = |model: &str| {
+        let all = json(&place, &["kinematics", model, "--drive", "crank.angle=40 deg"]);
+        let columns = all["table"]["columns"].as_array().expect("columns");
+        let at = columns.iter().position(|c| c["name"] == "rocker.angle").expect("the rocker");
+        all["table"]["rows"][0][at].as_f64().expect("a number").to_degrees()
+    };
+    assert_printed(angle("open.toml"), 57.3249);
+    assert_printed(angle("crossed.toml"), -98.0050);
+    let all = json(&place, &["kinematics", "crossed.toml", "--assemblies"]);
+    assert_eq!(all["held_number"], 2);
+    assert_eq!(all["assemblies"][1]["name"], "A-B-C-D crossed");
+
+    // The rocker as the drive turns back at its limit, and there the crank and the coupler are in line.
+    let text = FOUR_BAR.replace("A = { angle = \"40 deg\" }", "D = { angle = \"100 deg\" }");
+    place.write("rocker.toml", format!("{text}assembly = 1\n"));
+    let drive = ["--drive", "D.angle=100:135 deg:36", "--through"];
+    let all = json(&place, &[&["kinematics", "rocker.toml"], &drive[..]].concat());
+    let warning = &all["diagnostics"][0];
+    assert_eq!(warning["code"], "R019", "{warning}");
+    let message = warning["message"].as_str().expect("a message");
+    assert!(message.contains("joint `B`") && message.contains("128.682"), "{message}");
+}

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use bksim::analysis::with_held_assembly;
 use bksim::cad::compose::named_drawing;
 use bksim::model::Model;
 use bksim::model::diagnostic::Diagnostic;
@@ -124,10 +125,13 @@ fn read_text(
 ) -> Result<(Loaded, Option<Recording>), InputError> {
     let (Reading { model, diagnostics }, recording) = read(&source.text);
     match model {
-        Some(model) => {
-            let warnings = source.distinct(diagnostics);
-            Ok((Loaded { source, model, warnings }, recording))
-        }
+        Some(model) => match with_held_assembly(model) {
+            Ok(model) => {
+                let warnings = source.distinct(diagnostics);
+                Ok((Loaded { source, model, warnings }, recording))
+            }
+            Err(error) => Err(source.rejected(error.diagnostics())),
+        },
         None => Err(source.rejected(diagnostics)),
     }
 }

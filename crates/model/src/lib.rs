@@ -15,6 +15,7 @@
 //! assert_eq!(model.bodies[1].name, "bob");
 //! ```
 
+mod assembly;
 mod belt;
 mod body;
 mod coupling;
@@ -37,6 +38,7 @@ mod solve;
 mod state;
 mod table;
 
+pub use assembly::{AssemblyChoice, ChosenAssembly, FoundAssembly};
 pub use belt::{Belt, BeltWheel};
 pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm};
 pub use coupling::{Coupling, CouplingKind, Rack, Wheels};

@@ -8,6 +8,7 @@
 
 use bksim_expr::{Expr, Pool, PoolSnapshot, SymbolId};
 
+use crate::assembly::ChosenAssembly;
 use crate::belt::Belt;
 use crate::body::Body;
 use crate::coupling::Coupling;
@@ -74,6 +75,8 @@ pub struct Model<P = Pool> {
     pub initial: Vec<Initial>,
     /// Orientations of bodies among them.
     pub orientations: Vec<Orientation>,
+    /// The assembly that the start is to have, if one is chosen.
+    pub assembly: Option<ChosenAssembly>,
     /// Settings of the solution.
     pub solve: SolveOptions,
     /// Parameters that are functions of the motion, with a law that the run is given: none in a model
@@ -111,6 +114,7 @@ impl<P> Model<P> {
             signals: self.signals.clone(),
             initial: self.initial.clone(),
             orientations: self.orientations.clone(),
+            assembly: self.assembly.clone(),
             solve: self.solve.clone(),
             inputs: self.inputs.clone(),
             io: self.io.clone(),

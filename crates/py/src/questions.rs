@@ -83,7 +83,7 @@ pub(crate) fn limits_of(
 ) -> PyResult<Told<'_>> {
     let request = LimitsRequest { drive, outputs, all_assemblies };
     ask(py, engine.get(), move |name, model| {
-        Ok(questions::kinematics::told_limits(name, &limits(model, &request)?))
+        Ok(questions::limits::told_limits(name, &limits(model, &request)?))
     })
 }
 

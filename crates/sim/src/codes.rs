@@ -39,4 +39,5 @@ bksim_model::codes! {
     JAMS = "R016", "a joint that jams while it moves";
     ENDLESS = "R017", "latched signals that change without end";
     BELOW_NOISE = "R018", "a tolerance below the noise of the accelerations";
+    ANOTHER_ASSEMBLY = "R019", "another assembly than the one that is held";
 }

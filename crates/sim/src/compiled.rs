@@ -15,6 +15,7 @@ use std::sync::Arc;
 use bksim_expr::{Expr, Pool, SymbolId, TapeError};
 
 use crate::function::Function;
+use crate::held_assembly::{AssemblyMonitor, HeldRows};
 
 use crate::linear::unrolled::UnrolledSolve;
 
@@ -82,6 +83,8 @@ pub struct CompiledSystem {
     /// The model's own, without modes.
     /// The values of the named signals, where there are some.
     pub(crate) signals: Option<Function>,
+    /// What tells of another assembly, where one is held.
+    pub(crate) held_rows: Option<HeldRows>,
     pub(crate) n_parameters: usize,
     /// Coordinates whose velocities are states.
     pub(crate) n_states: usize,
@@ -170,6 +173,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         signals: (!signals.is_empty())
             .then(|| function(&signals, &[&q, &v, &a, &lambda, u]))
             .transpose()?,
+        held_rows: HeldRows::compile(model, system, &parameters)?,
         n_parameters: model.parameters.len(),
         n_states: model.states.len(),
     })
@@ -231,6 +235,12 @@ impl CompiledSystem {
     /// Whether accelerations can be had at several states at once.
     pub(crate) fn has_lanes(&self) -> bool {
         self.unrolled.is_some() && self.inputs.is_empty()
+    }
+
+    /// A monitor of the assembly that the model holds, at these values of all parameters, modes among them; none
+    /// where it holds none.
+    pub fn assembly_monitor(&self, parameters: &[f64]) -> Option<AssemblyMonitor<'_>> {
+        self.held_rows.as_ref().map(|rows| rows.monitor(parameters))
     }
 
     /// Number of generalised coordinates.

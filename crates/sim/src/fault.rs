@@ -20,4 +20,4 @@ pub use pace::diagnose_slowness;
 pub use run::diagnose_run;
 pub use start::{diagnose_mobility, diagnose_start};
 pub use words::unit_of;
-pub use worth::diagnose_worth;
+pub use worth::{another_assembly, diagnose_worth};

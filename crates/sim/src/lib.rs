@@ -11,6 +11,7 @@ pub mod fault;
 pub mod formulate;
 mod function;
 pub mod functions;
+pub mod held_assembly;
 pub mod hybrid;
 pub mod input;
 mod latch;

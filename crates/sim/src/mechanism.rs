@@ -106,6 +106,7 @@ impl Mechanism {
     /// # Errors
     /// [`Rejected`] says which loop cannot close or which stated values exclude each other.
     pub fn start(&self) -> Result<Start, Rejected> {
+        self.check_assembly()?;
         let Self { model, system, compiled, parameters, .. } = self;
         start(model, system, compiled, parameters)
             .map_err(|error| Rejected(vec![diagnose_start(model, system, compiled, &error)]))
@@ -116,9 +117,21 @@ impl Mechanism {
     /// # Errors
     /// [`Rejected`] as [`Mechanism::start`].
     pub fn closed(&self) -> Result<Closed, Rejected> {
+        self.check_assembly()?;
         let Self { model, system, compiled, parameters, .. } = self;
         closed(model, system, compiled, parameters)
             .map_err(|error| Rejected(vec![diagnose_start(model, system, compiled, &error)]))
+    }
+
+    /// Refuses a start whose assembly nobody has looked for: that is a question of its own.
+    fn check_assembly(&self) -> Result<(), Rejected> {
+        let chosen = self.model.assembly.as_ref().filter(|chosen| chosen.found.is_none());
+        let Some(chosen) = chosen else { return Ok(()) };
+        let message = "the assembly that `[initial]` chooses has not been looked for";
+        let fault = Diagnostic::error(crate::codes::AMBIGUOUS, message)
+            .at(chosen.span.clone(), "")
+            .help("pass the model through `bksim::analysis::with_held_assembly` first");
+        Err(Rejected(vec![fault]))
     }
 
     /// The parameter or stated initial value of this name: `l1`, `A.rate`.

@@ -2,6 +2,7 @@
 
 pub(crate) mod bode;
 pub(crate) mod page;
+pub(crate) mod panels;
 pub(crate) mod plot;
 pub(crate) mod polygons;
 pub(crate) mod render;

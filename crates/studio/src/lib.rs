@@ -11,6 +11,7 @@ mod parquet;
 
 use std::ffi::OsString;
 
+use bksim_cli::commands::analysis::{doctor, kinematics};
 use bksim_cli::commands::export::{TableFormat, to_file};
 use bksim_cli::exit::{Failure, Status};
 use bksim_cli::{Common, StudioCommand, run_with};
@@ -22,7 +23,8 @@ pub use bksim_cli::output_file;
 pub mod questions {
     pub use bksim_cli::commands::analysis::answer::Answer;
     pub use bksim_cli::commands::analysis::{
-        bode, curves, doctor, inverse, kinematics, linearize, modes, polygons, statics, verify,
+        bode, curves, doctor, inverse, kinematics, limits, linearize, modes, polygons, statics,
+        verify,
     };
 }
 
@@ -40,6 +42,14 @@ pub fn run(arguments: &[OsString]) -> u8 {
 fn studio(command: StudioCommand<'_>, common: Common) -> Result<Status, Failure> {
     let Common { json, nesting } = common;
     match command {
+        StudioCommand::Assemblies(args, path) => {
+            let draw = commands::panels::drawing(path);
+            kinematics::run(args, Some(&draw), json, nesting)
+        }
+        StudioCommand::Doctor(args, path) => {
+            let draw = commands::panels::drawing(path);
+            doctor::run(args, Some(&draw), json, nesting)
+        }
         StudioCommand::Bode(args, path) => commands::bode::run(args, path, json, nesting),
         StudioCommand::Export(args, path) => to_file(args, path, &PARQUET, (json, nesting)),
         StudioCommand::Page(args) => commands::page::run(args, json, nesting),

@@ -128,3 +128,23 @@ t_end = 0.1
     let refused = place.run("modes double.toml -o third.svg --mode 3");
     assert!(text(&refused.stderr).contains("no mode 3, of 2"), "{}", text(&refused.stderr));
 }
+
+#[test]
+fn assemblies_and_free_motions_are_drawn_in_every_format() {
+    let place = with_run();
+    for (name, start) in [("w.svg", &b"<svg"[..]), ("w.png", b"\x89PNG"), ("w.pdf", b"%PDF")] {
+        let told = succeeds(&place, &format!("kinematics model.toml --assemblies -o {name}"));
+        assert!(told.contains(&format!("wrote {name}: 2 assemblies")), "{told}");
+        let bytes = fs::read(place.path().join(name)).expect("a picture");
+        assert!(bytes.starts_with(start), "{name}");
+    }
+    let drawn = read(&place, "w.svg");
+    assert!(drawn.contains("1  A-B-C-D open") && drawn.contains("2  A-B-C-D crossed"));
+    assert!(!drawn.contains("animation"), "assemblies stand");
+
+    succeeds(&place, "doctor model.toml -o m.svg");
+    succeeds(&place, "doctor model.toml -o m.png");
+    let moving = read(&place, "m.svg");
+    assert!(moving.contains("free motion 1: "), "a name");
+    assert_eq!(moving.matches("animation-delay").count(), 24, "frames");
+}

@@ -129,9 +129,20 @@ impl Structure {
         held: &[Measure],
         size: f64,
     ) -> Option<Self> {
-        let drives = model.drives.iter().map(|drive| (drive.joint.0, drive.motion_idx));
-        let mut held_motions: Vec<(usize, usize)> = drives.collect();
-        let mut held_angles = Vec::new();
+        let drives = model.drives.iter();
+        let driven = drives.map(|drive| Measure::JointPosition(drive.joint, drive.motion_idx));
+        let held: Vec<Measure> = driven.chain(held.iter().copied()).collect();
+        Self::holding(model, geometry, &held, size)
+    }
+
+    /// As [`Structure::of`], with the drives released.
+    pub(super) fn holding(
+        model: &Model,
+        geometry: &Geometry,
+        held: &[Measure],
+        size: f64,
+    ) -> Option<Self> {
+        let (mut held_motions, mut held_angles) = (Vec::new(), Vec::new());
         for measure in held {
             match *measure {
                 Measure::JointPosition(joint, motion) => held_motions.push((joint.0, motion)),

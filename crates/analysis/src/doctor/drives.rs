@@ -22,7 +22,7 @@ pub struct DriveCheck {
 const NOTHING: f64 = 1e-8;
 
 /// The start of a model whose drives are looked at, without them where they contradict each other there.
-pub(super) fn start(model: Model) -> Result<Positions, AnalysisError> {
+pub(crate) fn start(model: Model) -> Result<Positions, AnalysisError> {
     if model.drives.is_empty() {
         return Positions::of(model);
     }

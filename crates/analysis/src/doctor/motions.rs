@@ -17,6 +17,8 @@ pub struct FreeMotion {
     pub bodies: Vec<String>,
     /// True where the motion goes on; else the pose yields, but does not move: it is singular.
     pub is_finite: bool,
+    /// Rates of the coordinates of all bodies, in units of the mechanism.
+    pub(crate) direction: Vec<f64>,
 }
 
 /// Parts of the largest rate below which one counts as none.
@@ -55,6 +57,7 @@ pub(super) fn free_motions(placed: &Placed) -> Result<Vec<FreeMotion>, AnalysisE
             rates: rates.collect(),
             bodies: moving_bodies(placed, &along)?,
             is_finite: is_finite(placed, &along),
+            direction: along.iter().copied().collect(),
         });
     }
     Ok(found)

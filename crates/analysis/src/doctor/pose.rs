@@ -13,17 +13,17 @@ use crate::positions::Positions;
 
 /// Where the bodies of a closed mechanism are.
 #[derive(Clone, Debug)]
-pub(super) struct Pose {
+pub(crate) struct Pose {
     /// Time, s.
     t: f64,
     /// The longest link, m.
-    pub(super) size: f64,
+    pub(crate) size: f64,
     /// Centres of mass, world axes, m.
     coms: Vec<[f64; 3]>,
     /// Rotations of the bodies.
     rotations: Vec<Matrix3<f64>>,
     /// Point and axis of each joint, world axes.
-    pub(super) axes: Vec<[[f64; 3]; 2]>,
+    pub(crate) axes: Vec<[[f64; 3]; 2]>,
     /// Positions of the motions of each joint, rad and m.
     motions: Vec<Vec<f64>>,
     /// Values of the parameters.
@@ -32,7 +32,7 @@ pub(super) struct Pose {
 
 impl Pose {
     /// The pose that `positions` closed in.
-    pub(super) fn of(positions: &Positions) -> Result<Self, AnalysisError> {
+    pub(crate) fn of(positions: &Positions) -> Result<Self, AnalysisError> {
         let (model, system) = (positions.model(), positions.system());
         let pool = &model.pool;
         let kinematics = &system.kinematics;
@@ -99,24 +99,24 @@ fn evaluated(
 }
 
 /// A mechanism in a pose, in coordinates of all bodies.
-pub(super) struct Placed {
-    pub(super) model: Model,
-    pub(super) system: SymbolicSystem,
+pub(crate) struct Placed {
+    pub(crate) model: Model,
+    pub(crate) system: SymbolicSystem,
     /// Rows with their slopes as a function of the coordinates.
     tape: Tape,
     slopes: Vec<(usize, usize)>,
     /// Coordinates, SI.
-    pub(super) q: Vec<f64>,
+    pub(crate) q: Vec<f64>,
     /// Unit of each coordinate.
-    pub(super) units: Vec<f64>,
+    pub(crate) units: Vec<f64>,
     unit_of_row: Vec<f64>,
-    pub(super) parameters: Vec<f64>,
-    pub(super) t: f64,
+    pub(crate) parameters: Vec<f64>,
+    pub(crate) t: f64,
 }
 
 impl Placed {
     /// `model` with every joint cut, drives and loads left out, in a pose.
-    pub(super) fn of(model: &Model, pose: &Pose) -> Result<Self, AnalysisError> {
+    pub(crate) fn of(model: &Model, pose: &Pose) -> Result<Self, AnalysisError> {
         let mut model = model.snapshot().to_model();
         model.coordinates = CoordinatePolicy::Absolute;
         model.drives.clear();
@@ -177,7 +177,7 @@ impl Placed {
     }
 
     /// Rows and their slopes at coordinates, in units of the mechanism.
-    pub(super) fn at(&self, q: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+    pub(crate) fn at(&self, q: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
         let (m, n) = (self.unit_of_row.len(), self.units.len());
         let mut values = vec![0.0; self.tape.n_outputs()];
         let inputs = [&[self.t], q].concat();
@@ -195,12 +195,12 @@ impl Placed {
     }
 
     /// Slopes of the rows in the pose.
-    pub(super) fn jacobian(&self) -> DMatrix<f64> {
+    pub(crate) fn jacobian(&self) -> DMatrix<f64> {
         self.at(&self.q).1
     }
 
     /// The nearest position on all rows, and how far the last step went.
-    pub(super) fn closed(&self, mut q: Vec<f64>) -> Option<Vec<f64>> {
+    pub(crate) fn closed(&self, mut q: Vec<f64>) -> Option<Vec<f64>> {
         const MOST: usize = 40;
         for _ in 0..MOST {
             let (value, jacobian) = self.at(&q);

@@ -34,9 +34,10 @@ impl TableArgs {
     }
 }
 
+/// The arguments of `bksim kinematics`. With --assemblies, a FILE of -o that ends in .svg, .png or .pdf shows them.
 #[derive(Args, Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "one for each flag of the command line")]
-pub(crate) struct Kinematics {
+pub struct Kinematics {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
     /// Prescribe a measure over a range, `crank.angle=0:360 deg:361`; several move together, each value
@@ -67,6 +68,13 @@ pub(crate) struct Kinematics {
     pub(crate) assemblies: bool,
     #[command(flatten)]
     pub(crate) table: TableArgs,
+}
+
+impl Kinematics {
+    /// The file to draw the assemblies in, by its ending.
+    pub(crate) fn picture(&self) -> Option<&std::path::Path> {
+        if self.assemblies { self.table.picture() } else { None }
+    }
 }
 
 /// With nothing named, the points that no joint connects.
@@ -252,8 +260,10 @@ pub(crate) struct Verify {
     pub(crate) table: TableArgs,
 }
 
+/// The arguments of `bksim doctor`. A FILE of -o that ends in .svg shows every free motion as it moves and the conditions that
+/// repeat others; .png and .pdf do so with both ends of the motions.
 #[derive(Args, Debug)]
-pub(crate) struct Doctor {
+pub struct Doctor {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
     /// Tell the singular poses along the whole motion with this measure as its drive, `crank.angle`.
@@ -261,6 +271,13 @@ pub(crate) struct Doctor {
     pub(crate) drive: Option<String>,
     #[command(flatten)]
     pub(crate) table: TableArgs,
+}
+
+impl Doctor {
+    /// The file to draw in, by its ending.
+    pub(crate) fn picture(&self) -> Option<&std::path::Path> {
+        self.table.picture()
+    }
 }
 
 #[derive(Args, Debug)]

@@ -7,6 +7,7 @@ pub mod curves;
 pub mod doctor;
 pub mod inverse;
 pub mod kinematics;
+pub mod limits;
 pub mod linearize;
 pub mod modes;
 pub mod polygons;

@@ -10,6 +10,7 @@ use super::tree::{Entry, Node, Table, Value};
 use super::units::Quantity;
 use super::value::Scope;
 use super::words::cut;
+use crate::assembly::{AssemblyChoice, ChosenAssembly};
 use crate::diagnostic::Diagnostic;
 use crate::ids::{BodyId, JointId};
 use crate::joint::motion_words;
@@ -19,17 +20,63 @@ use crate::measure_names::{BODY_WORDS, BodyWord, N_START_WORDS};
 /// A key of an initial value, what it measures and its quantity.
 type Row = (&'static str, Measure, Quantity);
 
+/// The key that chooses an assembly.
+const ASSEMBLY: &str = "assembly";
+
 impl Reader<'_> {
     /// Reads the whole table, in file order.
-    pub(super) fn read_initial(&mut self, root: &Table) -> (Vec<Initial>, Vec<Orientation>) {
+    pub(super) fn read_initial(
+        &mut self,
+        root: &Table,
+    ) -> (Vec<Initial>, Vec<Orientation>, Option<ChosenAssembly>) {
         let mut initial = Stated::default();
+        let mut assembly = None;
         let table = root.get("initial").and_then(|entry| self.table(&entry.node, "`initial`"));
         let Some(table) = table else { return Default::default() };
         for entry in &table.entries {
-            self.read_entry(entry, &mut initial);
+            if self.is_assembly(entry) {
+                assembly = self.read_assembly(entry);
+            } else {
+                self.read_entry(entry, &mut initial);
+            }
         }
         initial.values.sort_by_key(|value| value.span.start);
-        (initial.values, initial.orientations)
+        (initial.values, initial.orientations, assembly)
+    }
+
+    /// True for the key `assembly`, unless something of the model has this name.
+    fn is_assembly(&self, entry: &Entry) -> bool {
+        let name = entry.key.as_str();
+        name == ASSEMBLY
+            && self.names.coordinate(name).is_none()
+            && self.names.joint(name).is_none()
+            && self.names.body(name).is_none()
+    }
+
+    fn read_assembly(&mut self, entry: &Entry) -> Option<ChosenAssembly> {
+        let node = &entry.node;
+        let choice = match &node.value {
+            // Attributes of drawings are texts.
+            Value::Text(name) => match name.trim().parse() {
+                Ok(number @ 1..) => AssemblyChoice::Number(number),
+                _ => AssemblyChoice::Name(name.clone()),
+            },
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a small integer"
+            )]
+            Value::Number { value, .. } if (1.0..1e6).contains(value) && value.fract() == 0.0 => {
+                AssemblyChoice::Number(*value as usize)
+            }
+            found => {
+                let help = "write a number or a name that `bksim kinematics --assemblies` lists";
+                let what = "`assembly` in `[initial]`";
+                self.wrong_kind(node, what, "a number from 1 on or a name", found, help);
+                return None;
+            }
+        };
+        Some(ChosenAssembly { choice, span: node.span.clone(), found: None })
     }
 
     fn read_entry(&mut self, entry: &Entry, initial: &mut Stated) {

@@ -91,7 +91,7 @@ impl Reader<'_> {
         controllers.signals.sort_by_key(|signal| signal.is_output);
         let loads = self.read_loads(root);
         let drives = self.read_drives(root);
-        let (mut initial, orientations) = self.read_initial(root);
+        let (mut initial, orientations, assembly) = self.read_initial(root);
         initial.extend(controllers.initial);
         let solve = self.read_solve(root);
         let io = self.read_io(root);
@@ -132,6 +132,7 @@ impl Reader<'_> {
             signals: std::mem::take(&mut self.names.signals),
             initial,
             orientations,
+            assembly,
             solve,
             inputs: Vec::new(),
             io: Io::default(),

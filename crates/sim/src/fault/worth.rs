@@ -14,6 +14,7 @@
 
 use super::pole;
 use crate::codes;
+use crate::held_assembly::AssemblyChange;
 use crate::run::Summary;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Span};
@@ -90,6 +91,9 @@ pub fn diagnose_worth(
     };
 
     faults.extend(below_noise(model, options, summary));
+    faults.extend(another_assembly(model, &summary.assembly_changes, |t| {
+        format!("t = {} s", short(t))
+    }));
 
     // The balance of energy.
     let promised = summary.promised_energy_error(options);
@@ -124,6 +128,29 @@ pub fn diagnose_worth(
         faults.push(at(fault).help(help));
     }
     faults
+}
+
+/// The warning that a motion passes over into another assembly than the one that is held; `place` tells where.
+pub fn another_assembly<P>(
+    model: &Model<P>,
+    changes: &[AssemblyChange],
+    place: impl Fn(f64) -> String,
+) -> Option<Diagnostic> {
+    let chosen = model.assembly.as_ref()?;
+    let (found, first) = (chosen.found.as_ref()?, changes.first()?);
+    let joint = &model.joints[first.joint.0].name;
+    let message = format!(
+        "the assembly `{}` passes over into another one: joint `{joint}` goes through its dead centre at {}",
+        found.name,
+        place(first.t)
+    );
+    let fault = Diagnostic::warning(codes::ANOTHER_ASSEMBLY, message)
+        .at(chosen.span.clone(), "held from the start on")
+        .help("end the motion before, or leave `assembly` out where both may be passed");
+    Some(match changes.len() {
+        1 => fault,
+        n => fault.note(format!("so it does {n} times")),
+    })
 }
 
 /// The warning that a smaller tolerance makes no smaller error.

@@ -31,6 +31,7 @@ use super::sampler::Sampler;
 use super::singular::SingularMonitor;
 use super::stepper::Stepper;
 use super::summary::{Failure, Integrator, Reason, Summary};
+use crate::held_assembly::AssemblyMonitor;
 use crate::hybrid::{Crossed, NoConsistentModes};
 use crate::multiplier::MultiplierSystem;
 use crate::state::State;
@@ -51,6 +52,8 @@ pub struct Run<'a> {
     /// Multiplier system of the last phase; this one's stepper has its own.
     pub(super) multipliers: MultiplierSystem,
     pub(super) singular_monitor: SingularMonitor,
+    /// Watches the assembly that the model holds, if it holds one.
+    assembly_monitor: Option<AssemblyMonitor<'a>>,
     /// Until when explicit steps pass a singular pose in Radau's place.
     pub(super) passing: Option<f64>,
     /// Where a phase failed last.
@@ -129,6 +132,7 @@ impl<'a> Run<'a> {
         let is_choice = options.method == Method::Auto && options.step.is_none();
         run.note(if is_choice { Reason::Cheapest } else { Reason::Asked });
         run.is_stopping = control == Control::Stop;
+        run.watch_assembly();
         run
     }
 
@@ -147,7 +151,18 @@ impl<'a> Run<'a> {
         run.load(&checkpoint.numbers).map_err(Unfit::Damaged)?;
         let control = run.sampler.hand_out_pending(&mut run.summary, observer);
         run.is_stopping = control == Control::Stop;
+        run.watch_assembly();
         Ok(run)
+    }
+
+    /// Notes where, since the state that was reached last, the motion passed over into another assembly.
+    pub(super) fn watch_assembly(&mut self) {
+        let Self { assembly_monitor: Some(monitor), mechanism, reached, summary, .. } = self else {
+            return;
+        };
+        let PhaseMechanism { evaluator, inactive, .. } = mechanism;
+        let State { t, q, v } = reached;
+        summary.assembly_changes.extend(monitor.observe(evaluator, inactive, None, (*t, q, v)));
     }
 
     pub(super) fn new(problem: Problem<'a>) -> Self {
@@ -166,8 +181,9 @@ impl<'a> Run<'a> {
             reached: State { t: start.t, q: start.q.clone(), v: start.v.clone() },
             method,
             multipliers: mechanism.multipliers(),
-            mechanism,
             singular_monitor: SingularMonitor::default(),
+            assembly_monitor: problem.compiled.assembly_monitor(mechanism.parameters()),
+            mechanism,
             passing: None,
             failed_at: None,
             before: Stats::default(),

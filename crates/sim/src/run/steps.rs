@@ -90,6 +90,7 @@ impl<'a> Run<'a> {
 
         // Stay on the constraints.
         stepper.correct(&mut self.mechanism.evaluator, &mut self.reached)?;
+        self.watch_assembly();
 
         // Leave the rest to other rows, or to another method, where they do better.
         if let Some(inactive) = self.other_rows(stepper.multipliers()) {

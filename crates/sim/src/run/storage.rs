@@ -9,7 +9,10 @@ use super::singular::SingularMonitor;
 use super::summary::{
     EnergyBalance, Integrator, MethodChange, NearPole, Reason, SingularPose, Summary,
 };
+use bksim_model::JointId;
+
 use crate::compiled::CompiledSystem;
+use crate::held_assembly::AssemblyChange;
 use crate::hybrid::Change;
 use crate::redundancy::{Uniqueness, UniquenessChange};
 
@@ -187,6 +190,11 @@ impl Summary {
         for pose in &self.singular_poses {
             pose.save(saver);
         }
+        saver.count(self.assembly_changes.len());
+        for change in &self.assembly_changes {
+            saver.real(change.t);
+            saver.count(change.joint.0);
+        }
         saver.count(self.methods.len());
         for change in &self.methods {
             change.save(saver);
@@ -227,6 +235,11 @@ impl Summary {
         let poses = 0..loader.count()?;
         let singular_poses =
             poses.map(|_| SingularPose::load(loader, nc)).collect::<Result<_, _>>()?;
+        let assembly_changes = (0..loader.count()?).map(|_| {
+            let (t, joint) = (loader.real()?, JointId(loader.index(compiled.joints.len())?));
+            Ok(AssemblyChange { t, joint })
+        });
+        let assembly_changes = assembly_changes.collect::<Result<_, SolveError>>()?;
         let methods = 0..loader.count()?;
         let methods = methods.map(|_| MethodChange::load(loader)).collect::<Result<_, _>>()?;
         let changes = 0..loader.count()?;
@@ -246,6 +259,7 @@ impl Summary {
             velocity_residual,
             energy: EnergyBalance { initial, last, work, impacts, worst_error, scale },
             singular_poses,
+            assembly_changes,
             pole,
             noise,
             slowness,

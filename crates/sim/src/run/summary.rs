@@ -5,6 +5,7 @@ use bksim_dae::{Noise, SolveError, Standstill, Stats};
 use super::checkpoint::RunCheckpoint;
 use super::pace::Slowness;
 use super::sample::Sample;
+use crate::held_assembly::AssemblyChange;
 use crate::hybrid::{Change, NoConsistentModes};
 use crate::redundancy::{Uniqueness, UniquenessChange};
 use crate::start::{Start, StartError};
@@ -28,6 +29,8 @@ pub struct Summary {
     pub energy: EnergyBalance,
     /// The singular poses that were passed.
     pub singular_poses: Vec<SingularPose>,
+    /// Where the motion passed over into another assembly than the one that the model holds.
+    pub assembly_changes: Vec<AssemblyChange>,
     /// The sample at which three angles in sequence came nearest to their pole, where it is near.
     pub pole: Option<NearPole>,
     /// That the run takes far more steps than expected, if it does.

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use bksim::analysis::{AnalysisError, Column, Table};
+use bksim::analysis::{AnalysisError, Column, Panels, Table};
 use bksim::model::Model;
 use bksim::sim::observable::Observable;
 use serde_json::{Value, json};
@@ -84,6 +84,9 @@ pub struct Answer {
     pub table: Table,
 }
 
+/// Panels drawn as the contents of a picture; the title is the name of the model.
+pub type Draw<'a> = &'a dyn Fn(&str, &Panels) -> Result<Vec<u8>, Failure>;
+
 /// Reads the model, after a look at where the table goes.
 pub(super) fn asked(model: &ModelArgs, file: &TableArgs, nesting: usize) -> Result<Asked, Failure> {
     check_table(file)?;
@@ -153,9 +156,23 @@ impl Asked {
         answer: Answer,
         as_json: bool,
     ) -> Result<Status, Failure> {
+        Self::drawn(source, warnings, (file, None), answer, as_json)
+    }
+
+    /// As [`Asked::answer`], with a picture in place of the table where there is one.
+    pub(super) fn drawn(
+        source: &Text,
+        warnings: &[bksim::model::diagnostic::Diagnostic],
+        (file, picture): (Option<AnswerFile>, Option<(Vec<u8>, String)>),
+        answer: Answer,
+        as_json: bool,
+    ) -> Result<Status, Failure> {
         let Answer { command, json, text, table } = answer;
-        let rows = format!("{} rows", table.rows.len());
-        let content = file.map(|file| (file, table.csv().into_bytes(), rows));
+        let table = || (table.csv().into_bytes(), format!("{} rows", table.rows.len()));
+        let content = file.map(|file| {
+            let (bytes, what) = picture.unwrap_or_else(table);
+            (file, bytes, what)
+        });
         Self::told(source, warnings, content, (command, json, text), as_json)
     }
 

@@ -2,17 +2,30 @@
 
 use bksim::analysis::{
     Condition, Count, Cure, Doctor, DriveCheck, FreeMotion, Repeated, SingularPose, Singularity,
-    doctor, singular_poses,
+    doctor, doctor_panels, singular_poses,
 };
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Asked, asked_geometry, failed, lines, shown};
+use super::answer::{Answer, Asked, Draw, asked_drawn, failed, lines, shown};
 use crate::args::analysis::Doctor as Args;
 use crate::exit::{Failure, Status};
+use crate::source::load_geometry;
 
-pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+/// Asks, writes the table or what `draw` makes of the motions and conditions, and prints the answer.
+///
+/// # Errors
+/// [`Failure`] when there is no answer, or the file cannot be written.
+pub fn run(
+    args: &Args,
+    draw: Option<Draw<'_>>,
+    as_json: bool,
+    nesting: usize,
+) -> Result<Status, Failure> {
     let (source, model, warnings, file) =
-        asked_geometry(&args.model, &args.table, nesting)?.parts();
+        asked_drawn(&args.model, &args.table, draw.is_some(), || {
+            load_geometry(&args.model, nesting)
+        })?
+        .parts();
     let name = model.name.clone();
     let failed = failed(&source);
     let singular = match &args.drive {
@@ -22,9 +35,16 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
         }
         None => None,
     };
-    let found = doctor(model).map_err(&failed)?;
+    let (found, picture) = match draw {
+        Some(draw) => {
+            let (found, panels) = doctor_panels(model).map_err(&failed)?;
+            let n = panels.panels.len();
+            (found, Some((draw(&name, &panels)?, format!("{n} pictures"))))
+        }
+        None => (doctor(model).map_err(&failed)?, None),
+    };
     let singular = singular.as_ref().map(|(drive, poses)| (*drive, poses.as_slice()));
-    Asked::answer(&source, &warnings, file, told(&name, &found, singular), as_json)
+    Asked::drawn(&source, &warnings, (file, picture), told(&name, &found, singular), as_json)
 }
 
 /// A drive with the singular poses along it.

@@ -1,26 +1,50 @@
 //! `bksim kinematics`: positions with their rates over a range, limits, assemblies.
 
 use bksim::analysis::{
-    AnalysisError, Drive, Dyad, Extreme, Kinematics, LimitsRequest, Prescribed, Proof, Range, Root,
-    Table, Triad, assemblies, kinematics, limits, quantity,
+    AnalysisError, Drive, Dyad, Kinematics, LimitsRequest, Prescribed, Proof, Range, Root, Table,
+    Triad, assemblies, assembly_panels, kinematics, limits, quantity,
 };
+use bksim::expr::PoolSnapshot;
 use bksim::model::Model;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::sim::fault::another_assembly;
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Asked, asked_geometry, failed, lines, pose_json, shown, table_json};
+use super::answer::{
+    Answer, Asked, Draw, asked_drawn, failed, lines, pose_json, shown, table_json,
+};
+use super::limits::{extreme_json, extreme_row, told_limits};
 use crate::args::analysis::Kinematics as Args;
 use crate::exit::{Failure, Status};
 use crate::output::number;
 use crate::render;
+use crate::source::load_geometry;
 
 const COMMAND: &str = "kinematics";
 
-pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
-    let (source, model, warnings, file) =
-        asked_geometry(&args.model, &args.table, nesting)?.parts();
+/// Asks, writes the table or what `draw` makes of the assemblies, and prints the answer.
+///
+/// # Errors
+/// [`Failure`] when there is no answer, or the file cannot be written.
+pub fn run(
+    args: &Args,
+    draw: Option<Draw<'_>>,
+    as_json: bool,
+    nesting: usize,
+) -> Result<Status, Failure> {
+    let (source, model, mut warnings, file) =
+        asked_drawn(&args.model, &args.table, draw.is_some(), || {
+            load_geometry(&args.model, nesting)
+        })?
+        .parts();
     let failed = failed(&source);
     let name = model.name.clone();
-    let answer = if args.assemblies {
+    let mut picture = None;
+    let answer = if let (true, Some(draw)) = (args.assemblies, draw) {
+        let (found, panels) = assembly_panels(model).map_err(&failed)?;
+        picture = Some((draw(&name, &panels)?, format!("{} assemblies", panels.panels.len())));
+        told_assemblies(&name, &found)
+    } else if args.assemblies {
         told_assemblies(&name, &assemblies(model).map_err(&failed)?)
     } else if args.limits {
         let request = LimitsRequest {
@@ -32,6 +56,7 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     } else {
         let rates = [args.rate.as_slice(), &args.acceleration];
         let prescribed = prescribed(&model, &args.drive, rates, args.through).map_err(&failed)?;
+        let of_model = model.assembly.is_some().then(|| model.snapshot());
         let Some(prescribed) = prescribed else {
             let help =
                 "write `--drive crank.angle=\"0:360 deg:361\"`, `--limits` or `--assemblies`";
@@ -43,9 +68,27 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
             let values = at.join(", ");
             render::warning(&format!("the range goes no further than {values} (SI): a dead point"));
         }
+        warnings.extend(of_model.and_then(|model| passed_over(&model, &args.drive, &found)));
         told_range(&name, &found)
     };
-    Asked::answer(&source, &warnings, file, answer, as_json)
+    Asked::drawn(&source, &warnings, (file, picture), answer, as_json)
+}
+
+/// The warning that a range passes over into another assembly than the one that the model holds.
+fn passed_over(
+    model: &Model<PoolSnapshot>,
+    drive: &[(String, String)],
+    found: &Kinematics,
+) -> Option<Diagnostic> {
+    let (name, _) = drive.first()?;
+    let unit = if name.ends_with("angle") {
+        "rad"
+    } else if name == "t" {
+        "s"
+    } else {
+        "m"
+    };
+    another_assembly(model, &found.changes, |at| format!("{name} = {}", shown(at, unit)))
 }
 
 /// Reads the motion that is prescribed, if any: drives with their ranges, their rates and accelerations, and
@@ -80,30 +123,6 @@ pub fn prescribed(
     Ok((!drives.is_empty()).then_some(Prescribed::Drives { drives, through }))
 }
 
-fn extreme_json(extreme: &Extreme) -> Value {
-    let pose = extreme.pose.iter().map(|(name, value)| (name.clone(), json!(value)));
-    json!({
-        "name": extreme.name,
-        "kind": if extreme.is_maximum { "max" } else { "min" },
-        "value": extreme.value,
-        "pose": Value::Object(pose.collect()),
-    })
-}
-
-fn extreme_row(extreme: &Extreme) -> Vec<String> {
-    let kind = if extreme.is_maximum { "largest" } else { "smallest" };
-    let unit = if is_angle(&extreme.name) { "rad" } else { "m" };
-    let first = extreme.pose.first();
-    let first = first.map_or(String::new(), |(name, value)| {
-        format!("{name} = {}", shown(*value, if is_angle(name) { "rad" } else { "m" }))
-    });
-    vec![extreme.name.clone(), kind.to_owned(), shown(extreme.value, unit), first]
-}
-
-fn is_angle(name: &str) -> bool {
-    name.contains(".angle") || name.starts_with("transmission")
-}
-
 /// The answer about a model of this name: over a range.
 pub fn told_range(name: &str, found: &Kinematics) -> Answer {
     let n = found.table.rows.len();
@@ -127,18 +146,24 @@ pub fn told_assemblies(name: &str, found: &bksim::analysis::Assemblies) -> Answe
         .iter()
         .map(|(name, value, unit)| format!("{name} = {}", shown(*value, unit)))
         .collect();
-    let row = |a: &bksim::analysis::Assembly| vec![a.number.to_string(), a.name.clone()];
+    let row = |a: &bksim::analysis::Assembly| {
+        let is_held = found.held_number == Some(a.number);
+        let held = if is_held { "held by `[initial]`" } else { "" };
+        vec![a.number.to_string(), a.name.clone(), held.to_owned()]
+    };
     let rows = found.assemblies.iter().map(row).collect();
+    let all = if found.assemblies.len() == 1 { ", the only one" } else { ", all there are" };
     let text = format!(
-        "{name}: {} assemblies{}{}\n\n{}",
+        "{name}: {} {}{}{}\n\n{}",
         found.assemblies.len(),
-        if found.proof.is_some() { ", all there are" } else { " found" },
+        if found.assemblies.len() == 1 { "assembly" } else { "assemblies" },
+        if found.proof.is_some() { all } else { " found" },
         if held.is_empty() {
             " as it stands".to_owned()
         } else {
             format!(" at {}", held.join(", "))
         },
-        lines(&["number", "name"], rows)
+        lines(&["number", "name", ""], rows)
     );
     let assemblies = found
         .assemblies
@@ -148,6 +173,7 @@ pub fn told_assemblies(name: &str, found: &bksim::analysis::Assemblies) -> Answe
     let json = json!({
         "held": Value::Object(held.collect()),
         "assemblies": assemblies.collect::<Vec<_>>(),
+        "held_number": found.held_number,
         "proof": found.proof.as_ref().map(proof_json),
     });
     let mut table = Table::default();
@@ -190,61 +216,4 @@ fn proof_json(proof: &Proof) -> Value {
         "margin": if proof.margin.is_finite() { json!(proof.margin) } else { Value::Null },
         "refuted_by": proof.refuted_by,
     })
-}
-
-/// The answer about a model of this name: its limits.
-pub fn told_limits(name: &str, found: &bksim::analysis::Limits) -> Answer {
-    let mut text = format!("{name}: limits");
-    let mut branches = Vec::new();
-    let mut table = Table::default();
-    for branch in &found.branches {
-        // Ranges of joints, bodies, transmission angles; then where they turn back.
-        let row = |r: &bksim::analysis::RangeOf| {
-            let [min, max] = [r.min, r.max].map(|value| shown(value, r.unit));
-            if r.turns {
-                vec![r.name.clone(), "turns round".to_owned(), String::new()]
-            } else {
-                vec![r.name.clone(), min, max]
-            }
-        };
-        let rows = branch.ranges.iter().map(row).collect();
-        text.extend([format!("\n\n{}", lines(&["range", "smallest", "largest"], rows))]);
-        let rows = branch.extremes.iter().map(extreme_row).collect();
-        text.extend([format!("\n\n{}", lines(&["limit position", "", "value", "where"], rows))]);
-        for output in &branch.outputs {
-            if let Some(ratio) = output.time_ratio {
-                text.extend([format!("\n\n  time ratio of {}: {}", output.name, number(ratio))]);
-            }
-        }
-        let range = |r: &bksim::analysis::RangeOf| json!({ "name": r.name, "unit": r.unit, "min": r.min, "max": r.max, "turns": r.turns });
-        let output = |o: &bksim::analysis::OutputLimits| {
-            let fastest = o.fastest.iter().map(|[drive, value, rate]| {
-                json!({ "drive": drive, "value": value, "rate_per_drive_rate": rate })
-            });
-            json!({
-                "name": o.name,
-                "time_ratio": o.time_ratio,
-                "fastest": fastest.collect::<Vec<_>>(),
-            })
-        };
-        branches.push(json!({
-            "closed": branch.is_closed,
-            "ranges": branch.ranges.iter().map(range).collect::<Vec<_>>(),
-            "extremes": branch.extremes.iter().map(extreme_json).collect::<Vec<_>>(),
-            "outputs": branch.outputs.iter().map(output).collect::<Vec<_>>(),
-        }));
-        if table.columns.is_empty()
-            && let Some(first) = branch.extremes.first()
-        {
-            let unit = |name: &str| if is_angle(name) { "rad" } else { "m" };
-            let heads = first.pose.iter();
-            table.columns = heads
-                .map(|(name, _)| bksim::analysis::Column::new(name.clone(), unit(name)))
-                .collect();
-        }
-        let poses =
-            branch.extremes.iter().map(|e| e.pose.iter().map(|(_, value)| *value).collect());
-        table.rows.extend(poses);
-    }
-    Answer { command: COMMAND, json: json!({ "branches": branches }), text, table }
 }
