@@ -247,7 +247,7 @@ pub(crate) struct Solve {
     #[command(flatten)]
     pub(crate) tuning: Tuning,
     /// Log the derivatives of the motion by this parameter (`l1`) or stated initial value
-    /// (`A.rate`), too; may be repeated. Radau IIA integrates then, whatever the method.
+    /// (`A.rate`), too, across impacts and kinks; may be repeated.
     #[arg(long, value_name = "NAME")]
     pub(crate) sensitivity: Vec<String>,
     /// Contents of the log besides the samples and the motion between them.

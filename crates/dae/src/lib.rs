@@ -82,6 +82,7 @@
 
 mod accessors;
 mod checkpoint;
+mod collocation;
 mod contraction;
 mod controller;
 mod dense;
@@ -105,6 +106,7 @@ mod system;
 mod tableau;
 
 pub use checkpoint::{Checkpoint, Loader, Method, Saver};
+pub use collocation::{LinearCoefficients, LinearCollocation, LinearStep, eliminate};
 pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
 pub use events::{Crossing, Event, EventSearch, Events};

@@ -77,7 +77,7 @@ impl Tableau {
 }
 
 /// Legendre polynomials `P_0 … P_8` on `[−1, 1]`, taken at `x = 2τ − 1`.
-fn legendre(tau: f64) -> [f64; MAX_DEGREE + 1] {
+pub(crate) fn legendre(tau: f64) -> [f64; MAX_DEGREE + 1] {
     let x = 2.0 * tau - 1.0;
     let mut p = [1.0; MAX_DEGREE + 1];
     p[1] = x;
@@ -89,7 +89,7 @@ fn legendre(tau: f64) -> [f64; MAX_DEGREE + 1] {
 }
 
 /// `∫_0^τ P_k(2σ − 1) dσ` for `k = 0 … 7`: `(P_{k+1} − P_{k−1}) / (2 (2k + 1))`.
-fn legendre_integrals(tau: f64) -> [f64; MAX_DEGREE] {
+pub(crate) fn legendre_integrals(tau: f64) -> [f64; MAX_DEGREE] {
     let p = legendre(tau);
     std::array::from_fn(|k| match k {
         0 => tau,
@@ -98,7 +98,7 @@ fn legendre_integrals(tau: f64) -> [f64; MAX_DEGREE] {
 }
 
 /// The roots of `P_s − P_{s−1}`: bracketed on a grid far finer than their distance, then bisected.
-fn nodes(s: usize) -> Vec<f64> {
+pub(crate) fn nodes(s: usize) -> Vec<f64> {
     const GRID: usize = 128;
     let value = |tau: f64| {
         let p = legendre(tau);
@@ -127,7 +127,7 @@ fn bisect(value: impl Fn(f64) -> f64, mut left: f64, mut right: f64) -> f64 {
 
 /// `A` and `A⁻¹` from the collocation conditions, posed for Legendre polynomials: the power basis
 /// would lose five digits at seven stages.
-fn collocation_matrices(c: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
+pub(crate) fn collocation_matrices(c: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
     let s = c.len();
     let values = DMatrix::from_fn(s, s, |i, k| legendre(c[i])[k]);
     let integrals = DMatrix::from_fn(s, s, |i, k| legendre_integrals(c[i])[k]);

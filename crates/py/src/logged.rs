@@ -97,7 +97,8 @@ fn write<W: Write>(run: &Run, rows: &Rows, start: &Start, out: W) -> Result<W, L
         }
         let sample = engine.channels().sample_of(t, values, like);
         recorder.write(&sample)?;
-        recorder.write_sensitivities(t, &derivatives(&values[n_own..], &sample))?;
+        recorder
+            .write_sensitivities(t, &derivatives(&values[n_own..], sensitive.len(), &sample))?;
     }
     for segment in segments {
         recorder.segment(segment)?;
@@ -116,16 +117,18 @@ fn write<W: Write>(run: &Run, rows: &Rows, start: &Start, out: W) -> Result<W, L
     recorder.finish(&mechanism, summary, outcome, &reason)
 }
 
-/// Derivatives of a sample from its row.
-fn derivatives(row: &[f64], sample: &Sample) -> Vec<StateSensitivity> {
+/// Derivatives of a sample by some quantities from its row.
+fn derivatives(row: &[f64], n_sensitive: usize, sample: &Sample) -> Vec<StateSensitivity> {
     let (nq, nc) = (sample.q.len(), sample.lambda.len());
     let of_one = |row: &[f64]| StateSensitivity {
         q: row[..nq].to_vec(),
         v: row[nq..2 * nq].to_vec(),
         a: row[2 * nq..3 * nq].to_vec(),
-        lambda: row[3 * nq..].to_vec(),
+        lambda: row[3 * nq..3 * nq + nc].to_vec(),
+        channels: row[3 * nq + nc..].to_vec(),
     };
-    row.chunks_exact((3 * nq + nc).max(1)).map(of_one).collect()
+    let n_each = row.len() / n_sensitive.max(1);
+    row.chunks_exact(n_each.max(1)).map(of_one).collect()
 }
 
 /// A run as its log has it.

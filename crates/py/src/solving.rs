@@ -55,11 +55,6 @@ impl RunRequest {
             }
             options.outputs = Outputs::Times(times.clone());
         }
-        if !self.sensitivity.is_empty() && self.method.as_deref() == Some("explicit") {
-            let words =
-                "sensitivities are integrated by Radau IIA: leave method = \"explicit\" out";
-            return Err(Fault::Value(words.to_owned()));
-        }
         Ok(options)
     }
 

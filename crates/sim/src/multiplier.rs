@@ -273,17 +273,39 @@ impl MultiplierSystem {
         lambda: &mut [f64],
     ) -> Result<(), NotFinite> {
         self.factor(at)?;
-        self.x[..self.nq].copy_from_slice(at.force);
-        for (x, &row) in self.x[self.nq..].iter_mut().zip(&self.active) {
-            *x = -at.gamma[row];
-        }
-        self.solve();
-        self.spread(vdot, lambda);
+        self.spread_solution((at.force, at.gamma), vdot, lambda);
         if self.rank_margin() < REFINED_BELOW {
             self.refine(at, vdot, lambda);
         }
-        let row = vdot.iter().chain(&*lambda).position(|value| !value.is_finite());
-        row.map_or(Ok(()), |row| Err(NotFinite { row }))
+        first_not_finite(vdot, lambda)
+    }
+
+    /// As [`MultiplierSystem::solved_into`] for other forces and γ, with the factors that there are.
+    ///
+    /// # Errors
+    /// [`NotFinite`] when the solution is not finite.
+    pub(crate) fn solve_with_factors(
+        &mut self,
+        right: (&[f64], &[f64]),
+        vdot: &mut [f64],
+        lambda: &mut [f64],
+    ) -> Result<(), NotFinite> {
+        self.spread_solution(right, vdot, lambda);
+        first_not_finite(vdot, lambda)
+    }
+
+    fn spread_solution(
+        &mut self,
+        (force, gamma): (&[f64], &[f64]),
+        vdot: &mut [f64],
+        lambda: &mut [f64],
+    ) {
+        self.x[..self.nq].copy_from_slice(force);
+        for (x, &row) in self.x[self.nq..].iter_mut().zip(&self.active) {
+            *x = -gamma[row];
+        }
+        self.solve();
+        self.spread(vdot, lambda);
     }
 
     /// Accelerations and multipliers by straight-line code, which small mechanisms have; false where there
@@ -412,6 +434,11 @@ impl MultiplierSystem {
         let values = self.x[self.nq..].iter().zip(&self.active);
         values.for_each(|(&value, &row)| lambda[row] = value);
     }
+}
+
+fn first_not_finite(vdot: &[f64], lambda: &[f64]) -> Result<(), NotFinite> {
+    let row = vdot.iter().chain(lambda).position(|value| !value.is_finite());
+    row.map_or(Ok(()), |row| Err(NotFinite { row }))
 }
 
 /// Largest magnitude; NaN when there is one.

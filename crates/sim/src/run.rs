@@ -42,7 +42,8 @@ pub use self::progress::{Run, StepOutcome};
 pub use self::replay::{Replay, Unreplayed};
 pub use self::sample::{Energy, Sample, StateSensitivity};
 pub use self::summary::{
-    EnergyBalance, Failure, Integrator, MethodChange, NearPole, Reason, SingularPose, Summary,
+    EnergyBalance, Failure, Integrator, MethodChange, NearPole, NoSensitivity, Reason,
+    SingularPose, Summary, Undefined,
 };
 
 /// Integrates from the start and hands every sample to `observer`, which may stop the run; `stop` is

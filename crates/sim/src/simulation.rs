@@ -338,7 +338,7 @@ impl Simulation {
         resume(self.problem(&start), checkpoint, observer, stop)
     }
 
-    /// As [`Simulation::run`], with Radau IIA throughout and every sample with its sensitivities.
+    /// As [`Simulation::run`], every sample with its sensitivities.
     ///
     /// # Errors
     /// [`Failure`] when the integrator cannot go on; see [`Simulation::diagnose`].
@@ -356,16 +356,16 @@ impl Simulation {
     /// The differentiated equations, and the sensitivities of the start.
     ///
     /// # Errors
-    /// [`Rejected`] when the model switches, or has no motion for other values near these.
+    /// [`Rejected`] when there are none, as where no motion exists for other values near these.
     pub fn plan_sensitivities(
         &self,
         start: &Start,
         sensitive: &[Sensitive],
     ) -> Result<SensitivityPlan, Rejected> {
         let Mechanism { model, system, compiled, parameters, .. } = &self.mechanism();
-        let form = self.options.formulation;
+        let options = &self.options;
         let plan = || {
-            let equations = differentiate(model, system, compiled, form, sensitive, parameters)?;
+            let equations = differentiate(model, system, compiled, options, sensitive, parameters)?;
             let start = sensitivity::start(&equations, model, compiled, start, parameters)?;
             Ok(SensitivityPlan { equations, start })
         };
@@ -396,8 +396,7 @@ impl Simulation {
         Ok(Motion { start, samples, summary })
     }
 
-    /// Finds the start, runs to the end with Radau IIA and keeps every sample with its derivatives by
-    /// `sensitive`.
+    /// Finds the start, runs to the end and keeps every sample with its derivatives by `sensitive`.
     ///
     /// # Errors
     /// [`Rejected`] when there is no consistent start, none near it, or the run stops early.

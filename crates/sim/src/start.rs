@@ -308,7 +308,17 @@ fn completed(
         return Err(StartError::NotFinite { q, v });
     }
     let inactive = dependence.dependent.clone();
-    Ok(ConsistentModes { modes, q, v, a, lambda, inactive, impact_work: 0.0, hits: Vec::new() })
+    Ok(ConsistentModes {
+        modes,
+        q,
+        v,
+        a,
+        lambda,
+        inactive,
+        impact_work: 0.0,
+        hits: Vec::new(),
+        blows: Vec::new(),
+    })
 }
 
 impl Start {

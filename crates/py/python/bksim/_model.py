@@ -343,7 +343,7 @@ class Model(Questions):
         installed; unless given, in runs of more than a second at a terminal or in a notebook.
 
         ``sensitivity`` names parameters and stated initial values (``"l1"``, ``"A.rate"``) that the motion
-        is differentiated by, exactly and with Radau IIA: see ``Solution.sensitivity``.
+        is differentiated by, exactly and across impacts and kinks: see ``Solution.sensitivity``.
 
         ``events`` are quantities by name (``"rod.B.y"``), or functions of t, q and v as the laws of inputs, whose
         zeros are located on the motion itself, as with SciPy's ``solve_ivp``: ``Solution.t_events`` and

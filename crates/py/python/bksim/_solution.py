@@ -47,15 +47,18 @@ def _carried(path: Path, log: bytes, facts: _bksim._Facts, t_events: list[Array]
 class Sensitivity(Named):
     """Derivatives of the motion by one quantity, (n,) by the name of what is differentiated.
 
-    Iteration is over coordinates, rates, accelerations and multipliers. Anything else that a solution has by a name
+    Iteration is over coordinates, rates, accelerations, multipliers, energies, reactions, signals and points. Anything
+    else that a solution has by a name
     and that follows from the state has its derivative, too: ``["reactions.A.fx"]``, ``["energy.total"]``,
     ``["rod.B.vx"]``.
     """
 
-    def __init__(self, arrays: dict[str, Array], table: Array, nq: int, by: str, of: Solution) -> None:
+    def __init__(
+        self, arrays: dict[str, Array], table: Array, sizes: tuple[int, int], by: str, of: Solution
+    ) -> None:
         super().__init__(arrays)
         self._table = table
-        self._nq = nq
+        self._nq, self._nc = sizes
         self._by = by
         self._of = of
         self._made: dict[str, Array] = {}
@@ -104,7 +107,7 @@ class Sensitivity(Named):
     @property
     def lam(self) -> Array:
         """Of the multipliers, (nc, n)."""
-        return self._table[3 * self._nq :]
+        return self._table[3 * self._nq : 3 * self._nq + self._nc]
 
 
 class Samples:
@@ -405,17 +408,14 @@ class Solution(Samples):
         """
         nq = len(self.q)
         blocks: dict[str, list[int]] = {}
-        n_each = 3 * nq + len(self.lam)
-        places = [k for k, (name, _, _) in enumerate(self._columns) if name.startswith("sensitivity.")]
-        for first in range(0, len(places), max(n_each, 1)):
-            block = places[first : first + n_each]
-            name = self._columns[block[0]][0].removeprefix("sensitivity.").rpartition(".")[0]
-            blocks[name] = block
+        for k, (name, _, meaning) in enumerate(self._columns):
+            if name.startswith("sensitivity."):
+                blocks.setdefault(meaning.removeprefix("derivative by "), []).append(k)
 
         def one(by: str, block: list[int]) -> Sensitivity:
             table = self._table[block[0] : block[-1] + 1]
             names = [self._columns[k][0].removeprefix(f"sensitivity.{by}.") for k in block]
-            return Sensitivity(dict(zip(names, table, strict=True)), table, nq, by, self)
+            return Sensitivity(dict(zip(names, table, strict=True)), table, (nq, len(self.lam)), by, self)
 
         return {by: one(by, block) for by, block in blocks.items()}
 

@@ -3,7 +3,7 @@
 use bksim_log::{Field, Topic};
 use bksim_mbs::quantity::Quantity;
 use bksim_sim::Mechanism;
-use bksim_sim::sensitivity::{Sensitive, StateSensitivity};
+use bksim_sim::sensitivity::{Sensitive, StateSensitivity, channels};
 
 /// Names and fields of the derivatives of a sample by some quantities, in the order of
 /// [`sensitivity_row`]: `sensitivity.l1.theta1`.
@@ -18,10 +18,10 @@ pub fn sensitivity_columns(mechanism: &Mechanism, by: &[Sensitive]) -> Vec<(Stri
 
 /// The derivatives of a sample by one quantity.
 pub fn sensitivity_row(by: &StateSensitivity) -> impl Iterator<Item = f64> {
-    [&by.q, &by.v, &by.a, &by.lambda].into_iter().flatten().copied()
+    [&by.q, &by.v, &by.a, &by.lambda, &by.channels].into_iter().flatten().copied()
 }
 
-/// Derivatives of coordinates, rates, second rates and multipliers by one quantity.
+/// Derivatives of coordinates, rates, second rates, multipliers and everything else that a run shows by one quantity.
 pub(super) fn sensitivity_topic(mechanism: &Mechanism, by: Sensitive) -> Topic {
     let (model, compiled) = (&mechanism.model, &mechanism.compiled);
     let (name, of) = (by.name(model), by.unit(model));
@@ -42,6 +42,7 @@ pub(super) fn sensitivity_topic(mechanism: &Mechanism, by: Sensitive) -> Topic {
         compiled.coordinates.iter().map(of_order)
     });
     let multipliers = compiled.multipliers.iter().map(|m| (m.name.clone(), m.unit.clone()));
-    let fields = motion.chain(multipliers).map(|(name, unit)| field(name, unit));
+    let shown = channels(mechanism).into_iter().map(|channel| (channel.name, channel.unit));
+    let fields = motion.chain(multipliers).chain(shown).map(|(name, unit)| field(name, unit));
     Topic::new(&format!("/sensitivity/{}", name.replace('.', "/")), fields)
 }

@@ -46,6 +46,9 @@ pub fn diagnose_run(
     if let Some(fault) = &failure.start {
         return diagnose_start(model, system, compiled, fault);
     }
+    if let Some(fault) = &failure.no_sensitivity {
+        return switch::no_sensitivity(model, fault);
+    }
     let last = &failure.last;
     let (q, v) = (last.q.clone(), last.v.clone());
     let instant = FaultInstant { model, system, compiled, parameters, t: last.t, q, v };

@@ -5,7 +5,7 @@ use super::words::unit_of;
 use crate::codes;
 use crate::evaluator::Energy;
 use crate::hybrid::NoConsistentModes;
-use crate::run::Sample;
+use crate::run::{NoSensitivity, Sample, Undefined};
 use bksim_mbs::constraint::Source;
 use bksim_mbs::modes::switches_of;
 use bksim_mbs::signal::signal_values;
@@ -40,6 +40,34 @@ pub(super) fn no_consistent_modes(
         NoConsistentModes::Signal { signal } => without_value(model, *signal, t),
         NoConsistentModes::Endless { signal } => changes_without_end(model, *signal, t),
         NoConsistentModes::Jump { row, by } => jump(model, system, *row, *by, t),
+    }
+}
+
+/// The fault of a motion that has no derivatives from an instant on.
+pub(super) fn no_sensitivity(model: &Model, fault: &NoSensitivity) -> Diagnostic {
+    let t = short(fault.t);
+    let fault_of = |message: String| Diagnostic::error(codes::NO_SENSITIVITY, message);
+    match fault.why {
+        Undefined::Touching(Some(LoadId(load))) => {
+            let load = &model.loads[load];
+            let message =
+                format!("`{}` is only touched at t = {t} s: for other values it is not", load.name);
+            fault_of(message)
+                .at(load.span.clone(), "touched without a blow")
+                .help("end the run before it, or let the motion miss the stop or hit it")
+        }
+        Undefined::Touching(None) => {
+            fault_of(format!("an expression only touches its kink at t = {t} s"))
+                .help("end the run before it, or let the motion pass the kink")
+        }
+        Undefined::Together => fault_of(format!(
+            "several things switch at once at t = {t} s, and apart for other values"
+        ))
+        .help("move one of them a little, so that they come one after the other"),
+        Undefined::Singular => {
+            fault_of(format!("the derivatives of the motion have no bound at t = {t} s"))
+                .help("end the run before the singular pose there")
+        }
     }
 }
 

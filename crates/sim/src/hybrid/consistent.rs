@@ -35,6 +35,21 @@ pub(crate) struct ConsistentModes {
     /// Change of the kinetic energy by impacts, J.
     pub(crate) impact_work: f64,
     pub(crate) hits: Vec<Hit>,
+    /// The impacts, one after the other.
+    pub(crate) blows: Vec<Blow>,
+}
+
+/// An impact: velocities change at once.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Blow {
+    /// Modes in which its rows are the active ones.
+    pub(crate) modes: Modes,
+    /// Rows that hold throughout.
+    pub(crate) held: Vec<usize>,
+    /// The stops that take an impulse: the contact, and ε as it counts here.
+    pub(crate) stops: Vec<(usize, f64)>,
+    /// Velocities before and after it.
+    pub(crate) velocities: [Vec<f64>; 2],
 }
 
 /// A stop that bodies have run into.

@@ -33,6 +33,7 @@
 //! | `latching` | modes and latched signals that agree |
 //! | `monitor` | the indicators of one phase, as events of the integrator |
 //! | `switching` | the modes of a run, from event to event |
+//! | `passage` | an event that has been passed, with what was before it and after it |
 //!
 //! Sources: C. Glocker and F. Pfeiffer, *Multibody Dynamics with Unilateral Contacts*, Wiley 1996,
 //! ch. 5 (complementarity of contacts) and 8 (impacts); A. F. Filippov, *Differential Equations
@@ -47,13 +48,15 @@ mod latching;
 mod mode_search;
 mod mode_sets;
 mod monitor;
+mod passage;
 mod switching;
 
 pub(crate) use bands::Bands;
 pub use consistent::NoConsistentModes;
-pub(crate) use consistent::{ConsistentModes, Instant};
+pub(crate) use consistent::{Blow, ConsistentModes, Instant};
 pub(crate) use latching::latched_modes;
 pub(crate) use mode_search::consistent_modes_without_impact;
 pub(crate) use monitor::{Crossed, EventMonitor};
+pub use passage::Passage;
 pub(crate) use switching::Switching;
 pub use switching::{Change, ChangeKind};

@@ -16,7 +16,7 @@ use nalgebra::DVector;
 use super::complementarity::{
     holds, leaves_to_its_side, pushes, slips_against_friction, stays_apart,
 };
-use super::consistent::{ConsistentModes, Hit, Instant, NoConsistentModes};
+use super::consistent::{Blow, ConsistentModes, Hit, Instant, NoConsistentModes};
 use super::fixed::FixedModes;
 use super::impact::ImpactEquations;
 use super::mode_sets::ModeSets;
@@ -80,6 +80,7 @@ struct ModeSearch<'a> {
     modes: Modes,
     impact_work: f64,
     hits: Vec<Hit>,
+    blows: Vec<Blow>,
 }
 
 /// Accelerations in one set of modes, and the rates that follow from them.
@@ -98,7 +99,7 @@ impl<'a> ModeSearch<'a> {
     fn new(mut at: Instant<'a>) -> Self {
         // The rate of a limit that follows others is a difference of such rates.
         at.bands.rate = at.bands.rate.max(ROUNDING_OF_RATE * largest(&at.v));
-        Self { modes: at.before.clone(), at, impact_work: 0.0, hits: Vec::new() }
+        Self { modes: at.before.clone(), at, impact_work: 0.0, hits: Vec::new(), blows: Vec::new() }
     }
 
     fn fixed(&self, modes: &Modes) -> FixedModes<'a> {
@@ -194,7 +195,8 @@ impl<'a> ModeSearch<'a> {
         let (t, bands) = (self.at.t, &self.at.bands);
         let approaching = |k: &usize| bands.is_approaching(values.contacts[*k].rate());
         let hit: Vec<usize> = closed.iter().copied().filter(approaching).collect();
-        let mut fixed = self.fixed(&self.modes_of_impact(&closed));
+        let modes = self.modes_of_impact(&closed);
+        let mut fixed = self.fixed(&modes);
 
         // Onto the stops themselves, which the event has passed by rounding.
         onto_rows(&mut fixed, t, &mut self.at.q, &self.at.v)?;
@@ -222,13 +224,19 @@ impl<'a> ModeSearch<'a> {
             stops: &stops,
             restitution: &restitution,
         };
-        let impact =
-            equations.solve(&velocity).ok_or(NoConsistentModes::Contacts { contacts: closed })?;
+        let Some(impact) = equations.solve(&velocity) else {
+            return Err(NoConsistentModes::Contacts { contacts: closed });
+        };
         let energy = |v: &DVector<f64>| 0.5 * at.mass.times(v).dot(v);
         self.impact_work += energy(&impact.v) - energy(&velocity);
         let hits = hit.iter().map(|&k| Hit { contact: k, speed: values.contacts[k].rate() });
         self.hits.extend(hits);
-        self.at.v = impact.v.as_slice().to_vec();
+        let pushed = closed.iter().zip(&restitution).zip(impact.impulses.iter());
+        let stops = pushed.filter(|(_, impulse)| **impulse > 0.0);
+        let stops = stops.map(|((&contact, &restitution), _)| (contact, restitution)).collect();
+        let after = impact.v.as_slice().to_vec();
+        let before = std::mem::replace(&mut self.at.v, after.clone());
+        self.blows.push(Blow { modes, held, stops, velocities: [before, after] });
         Ok(true)
     }
 
@@ -407,8 +415,8 @@ impl<'a> ModeSearch<'a> {
             Some(found) => (found.a.clone(), found.lambda.clone()),
             None => (vec![f64::NAN; q.len()], vec![f64::NAN; compiled.nc()]),
         };
-        let Self { impact_work, hits, .. } = self;
-        ConsistentModes { modes, q, v, a, lambda, inactive, impact_work, hits }
+        let Self { impact_work, hits, blows, .. } = self;
+        ConsistentModes { modes, q, v, a, lambda, inactive, impact_work, hits, blows }
     }
 }
 

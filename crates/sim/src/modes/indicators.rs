@@ -133,38 +133,13 @@ impl EventIndicators {
     /// [`TapeError`] names a symbol that is neither time, a parameter nor part of the state.
     pub(crate) fn compile(model: &Model, system: &SymbolicSystem) -> Result<Self, TapeError> {
         let system = system.integrated();
-        let (pool, kinematics) = (&model.pool, &system.kinematics);
-
-        // Switches, then contacts: functions and rates.
-        let mut functions: Vec<Expr> = system.switches.iter().map(|s| s.function).collect();
-        let mut rates: Vec<Expr> =
-            functions.iter().map(|&u| kinematics.second_rate(model, u)).collect();
-        let mut contacts = Vec::new();
-        for contact in &system.contacts {
-            let (law, position, numbers) = match contact.law {
-                Law::Stop { restitution } => {
-                    (ContactLaw::Stop, contact.expression, [restitution, pool.zero()])
-                }
-                Law::Friction { sliding, sticking, slip, .. } => {
-                    // It holds with no less than it would slide with, against the motion that it keeps
-                    // from beginning.
-                    let held = pool.symbol_expr(system.constraints[contact.row].lambda);
-                    let held = pool.call(Sign, &[held]).expect("one argument");
-                    let sliding_then = pool.substitute(sliding, &[(slip, pool.neg(held))]);
-                    let sticking = if sticking == sliding_then {
-                        sticking
-                    } else {
-                        pool.call(Max, &[sticking, sliding_then]).expect("two arguments")
-                    };
-                    (ContactLaw::Friction, contact.position, [sliding, sticking])
-                }
-            };
-            let rate = kinematics.rate(model, position);
-            functions.extend([position, rate]);
-            functions.extend(numbers);
-            rates.push(kinematics.second_rate(model, rate));
-            contacts.push(CompiledContact { load: contact.load, row: contact.row, law });
-        }
+        let (functions, contacts) = indicator_functions(model, system);
+        let kinematics = &system.kinematics;
+        let rates =
+            functions[..system.switches.len()].iter().map(|&u| kinematics.second_rate(model, u));
+        let of_contacts = functions[system.switches.len()..].chunks_exact(ContactState::N_OUTPUTS);
+        let of_contacts = of_contacts.map(|four| kinematics.second_rate(model, four[1]));
+        let rates: Vec<Expr> = rates.chain(of_contacts).collect();
 
         // Functions of time and the state, rates of the accelerations too.
         let coordinates = system.coordinates();
@@ -267,6 +242,41 @@ impl EventIndicators {
             values: IndicatorValues::default(),
         }
     }
+}
+
+/// u of every switch, then φ, φ′, ε and zero of every stop, and p, p′, F and F₀ of every friction, of a system with
+/// modes; and the contacts.
+pub(crate) fn indicator_functions(
+    model: &Model,
+    system: &SymbolicSystem,
+) -> (Vec<Expr>, Vec<CompiledContact>) {
+    let (pool, kinematics) = (&model.pool, &system.kinematics);
+    let mut functions: Vec<Expr> = system.switches.iter().map(|s| s.function).collect();
+    let mut contacts = Vec::new();
+    for contact in &system.contacts {
+        let (law, position, numbers) = match contact.law {
+            Law::Stop { restitution } => {
+                (ContactLaw::Stop, contact.expression, [restitution, pool.zero()])
+            }
+            Law::Friction { sliding, sticking, slip, .. } => {
+                // It holds with no less than it would slide with, against the motion that it keeps
+                // from beginning.
+                let held = pool.symbol_expr(system.constraints[contact.row].lambda);
+                let held = pool.call(Sign, &[held]).expect("one argument");
+                let sliding_then = pool.substitute(sliding, &[(slip, pool.neg(held))]);
+                let sticking = if sticking == sliding_then {
+                    sticking
+                } else {
+                    pool.call(Max, &[sticking, sliding_then]).expect("two arguments")
+                };
+                (ContactLaw::Friction, contact.position, [sliding, sticking])
+            }
+        };
+        functions.extend([position, kinematics.rate(model, position)]);
+        functions.extend(numbers);
+        contacts.push(CompiledContact { load: contact.load, row: contact.row, law });
+    }
+    (functions, contacts)
 }
 
 /// [`EventIndicators`] at one set of parameters, with their buffers.

@@ -112,12 +112,12 @@ impl Stepper for RadauStepper<'_> {
     }
 
     /// Never: the phase ends before it.
-    fn crossed_singular_pose(
+    fn crossed_singular_poses(
         &mut self,
         _: &mut Evaluator<'_>,
         _: &mut SingularMonitor,
-    ) -> Result<Option<Sighting>, SolveError> {
-        Ok(None)
+    ) -> Result<Vec<Sighting>, SolveError> {
+        Ok(Vec::new())
     }
 
     fn dense_output(&mut self) -> Result<DenseOutput<'_>, SolveError> {

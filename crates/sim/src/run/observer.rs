@@ -19,6 +19,7 @@ use bksim_dae::Control;
 use super::checkpoint::RunCheckpoint;
 use super::pace::Slowness;
 use super::sample::{Sample, StateSensitivity};
+use crate::hybrid::Passage;
 use crate::redundancy::UniquenessChange;
 
 /// Receiver of the samples of a run as it goes on. Closures that take a sample are observers.
@@ -35,6 +36,9 @@ pub trait Observer {
 
     /// Takes the motion over a step, before the samples in it.
     fn segment(&mut self, _segment: &Segment) {}
+
+    /// Learns of an event that has been passed, after the motion before it and its samples.
+    fn passage(&mut self, _passage: &Passage) {}
 
     /// Learns which reactions are unique: at the start of a run, and wherever that changes.
     fn uniqueness(&mut self, _change: &UniquenessChange) {}

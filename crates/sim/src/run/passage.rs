@@ -9,7 +9,7 @@ use super::problem::Problem;
 use super::progress::{Halt, Run, StepOutcome};
 use super::singular::{REGULAR, SingularMonitor};
 use super::summary::{Integrator, MethodChange, Reason};
-use crate::hybrid::{ConsistentModes, Crossed};
+use crate::hybrid::{ConsistentModes, Crossed, Passage};
 use crate::redundancy::MovingInstant;
 use crate::sampled::Tick;
 use crate::state::State;
@@ -93,8 +93,17 @@ impl Run<'_> {
     /// Goes on in other modes where something has switched.
     pub(super) fn pass_event(&mut self, crossed: &Crossed) -> Result<(), Halt> {
         let changes = &mut self.summary.changes;
+        let before = self.mechanism.modes_now().clone();
+        let inactive = self.mechanism.inactive.clone();
         let entered = self.mechanism.switch(crossed, self.reached.clone(), changes);
         let entered = entered.map_err(|no_modes| Halt { error: None, no_modes: Some(no_modes) })?;
+        self.passed = Some(Passage {
+            state: self.reached.clone(),
+            before,
+            inactive,
+            fired: crossed.fired.clone(),
+            after: entered.clone(),
+        });
         self.take_modes(entered);
         Ok(())
     }

@@ -32,7 +32,7 @@ use super::singular::SingularMonitor;
 use super::stepper::Stepper;
 use super::summary::{Failure, Integrator, Reason, Summary};
 use crate::held_assembly::AssemblyMonitor;
-use crate::hybrid::{Crossed, NoConsistentModes};
+use crate::hybrid::{Crossed, NoConsistentModes, Passage};
 use crate::multiplier::MultiplierSystem;
 use crate::state::State;
 use bksim_model::Method;
@@ -63,6 +63,8 @@ pub struct Run<'a> {
     pub(super) noise_before: Noise,
     pub(super) pace: Pace,
     pub(super) progress: Progress<'a>,
+    /// The event that the last step ended at.
+    pub(super) passed: Option<Passage>,
     /// The observer or the caller has asked to stop.
     pub(super) is_stopping: bool,
     /// The run as it was some steps ago, from which one that is stopped within a step goes on.
@@ -190,6 +192,7 @@ impl<'a> Run<'a> {
             noise_before: Noise::default(),
             pace: Pace::begin(start.t, 0),
             progress: Progress::Between,
+            passed: None,
             is_stopping: false,
             mark: None,
         }
@@ -221,6 +224,9 @@ impl<'a> Run<'a> {
         self.keep_mark();
         let n_known = self.summary.uniqueness.len();
         let outcome = self.step_or_halt(observer, stop);
+        if let Some(passed) = self.passed.take() {
+            observer.passage(&passed);
+        }
         self.tell_uniqueness(n_known, observer);
         if outcome.is_err() {
             self.hand_out_last(observer);
@@ -249,7 +255,8 @@ impl<'a> Run<'a> {
         }
         outcome.map_err(|Halt { error, no_modes }| {
             let (summary, last) = (summary.clone(), last.clone());
-            Box::new(Failure { error, no_modes, start: None, summary, last })
+            let no_sensitivity = None;
+            Box::new(Failure { error, no_modes, no_sensitivity, start: None, summary, last })
         })
     }
 

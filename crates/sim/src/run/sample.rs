@@ -59,4 +59,7 @@ pub struct StateSensitivity {
     pub a: Vec<f64>,
     /// Of the multipliers, nc; of the smallest ones when they are not unique.
     pub lambda: Vec<f64>,
+    /// Of the energies, reactions, signals and points that [`crate::sensitivity::channels`] lists; none of a start,
+    /// before its sample.
+    pub channels: Vec<f64>,
 }

@@ -9,6 +9,7 @@ use crate::held_assembly::AssemblyChange;
 use crate::hybrid::{Change, NoConsistentModes};
 use crate::redundancy::{Uniqueness, UniquenessChange};
 use crate::start::{Start, StartError};
+use bksim_model::LoadId;
 
 /// How a run ended and how good it was.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -199,6 +200,8 @@ pub struct Failure {
     pub error: Option<SolveError>,
     /// Contacts or kinks without consistent modes.
     pub no_modes: Option<NoConsistentModes>,
+    /// An instant from which on the motion has no derivatives.
+    pub no_sensitivity: Option<NoSensitivity>,
     /// The fault of a start that was changed to a state in which no motion begins.
     pub start: Option<StartError>,
     /// The run so far.
@@ -207,13 +210,35 @@ pub struct Failure {
     pub last: Sample,
 }
 
+/// An instant from which on a motion has no derivatives.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct NoSensitivity {
+    /// s.
+    pub t: f64,
+    /// The reason.
+    pub why: Undefined,
+}
+
+/// The reason why a motion has no derivatives.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub enum Undefined {
+    /// A stop is only touched, or the function of a kink, so that for other values nothing would switch there.
+    Touching(Option<LoadId>),
+    /// Several things switch at one instant, which other values part.
+    Together,
+    /// The equations have no unique solution, or no finite values.
+    Singular,
+}
+
 impl Failure {
     /// The failure of a run that cannot begin in the state of a start that was changed.
     pub(crate) fn at_start(start: &Start, error: StartError) -> Self {
         let Start { t, q, v, a, lambda, .. } = start.clone();
         let last = Sample { t, q, v, a, lambda, ..Sample::default() };
         let summary = Summary { t, ..Summary::default() };
-        Self { error: None, no_modes: None, start: Some(error), summary, last }
+        let (error, start) = (None, Some(error));
+        Self { error, no_modes: None, no_sensitivity: None, start, summary, last }
     }
 
     /// The failure of a run whose equations have no value at an output time.
@@ -226,6 +251,6 @@ impl Failure {
             stats: summary.stats,
         };
         let error = Some(SolveError::NotFinite { row: 0, at: Box::new(at) });
-        Self { error, no_modes: None, start: None, summary, last }
+        Self { error, no_modes: None, no_sensitivity: None, start: None, summary, last }
     }
 }

@@ -7,25 +7,28 @@ use bksim_expr::{Expr, SymbolId, TapeError};
 
 use crate::function::Function;
 
+use super::channels::Channels;
+use super::following::Following;
 use super::{Sensitive, SensitivityError};
 use crate::compiled::CompiledSystem;
 use crate::formulate::{acceleration_level, parameter_columns};
 use bksim_mbs::levels::constraint_velocity;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{Formulation, Model};
+use bksim_model::{Method, Model, SolveOptions};
 
 /// The derivatives that sensitivities need, compiled.
 #[derive(Clone, Debug)]
 pub struct SensitivityEquations {
     pub(super) sensitive: Vec<Sensitive>,
-    /// F_p of (t, y, y′), one column after the other.
-    pub(super) columns: Function,
-    /// Changes of g, G v + ∂g/∂t, M a + Gᵀ λ − f and G a + γ, of (t, q, v, a, λ) and ∂(q, v, P).
+    pub(super) way: Way,
+    /// Changes of g, G v + ∂g/∂t, M a + Gᵀ λ − f and G a + γ, of (t, q, v, a, λ) and ∂(t, q, v, P).
     pub(super) levels: Function,
-    /// Changes of the entries of G, of (t, q) and ∂(q, P).
+    /// Changes of the entries of G, of (t, q) and ∂(t, q, P).
     pub(super) jacobian: Function,
     /// Row and coordinate of each of these entries.
     pub(super) cells: Vec<(usize, usize)>,
+    /// Everything else that a run shows.
+    pub(super) channels: Channels,
     /// By initial value: see [`super::start`].
     pub(super) closing: Function,
     /// ∂P/∂p: all parameters of the model, one direction after the other.
@@ -33,21 +36,41 @@ pub struct SensitivityEquations {
     pub(super) n_parameters: usize,
 }
 
-/// Derives and compiles the derivatives of the motion by `sensitive`, at these parameter values.
+/// The way in which the derivatives are carried along the motion.
+#[derive(Clone, Debug)]
+pub(super) enum Way {
+    /// With the steps of Radau IIA, whose stages they share: F_p of (t, y, y′), one column after the other.
+    Staggered(Function),
+    /// Along a motion that any method has found.
+    Followed(Box<Following>),
+}
+
+/// Direction in which time and the parameters change.
+#[derive(Clone, Copy)]
+pub(super) struct Change<'c> {
+    /// Of time.
+    pub(super) dt: f64,
+    /// Of all parameters of the model.
+    pub(super) dp: &'c [f64],
+}
+
+/// Most coordinates of a mechanism whose linear equations are solved at all nodes of a step at once, where the
+/// staggered way is open.
+const MOST_AT_ONCE: usize = 16;
+
+/// Derives and compiles the derivatives of the motion by `sensitive`, at these parameter values and for these options.
 ///
 /// # Errors
-/// [`SensitivityError`] when something in the model switches or is sampled, or cannot be compiled.
+/// [`SensitivityError`] when something in the model is sampled or unknown, or cannot be compiled.
 pub fn differentiate(
     model: &Model,
     system: &SymbolicSystem,
     compiled: &CompiledSystem,
-    formulation: Formulation,
+    options: &SolveOptions,
     sensitive: &[Sensitive],
     parameters: &[f64],
 ) -> Result<SensitivityEquations, SensitivityError> {
-    if !compiled.indicators.is_empty() {
-        return Err(SensitivityError::Switches);
-    }
+    let system = system.integrated();
     if !compiled.sampled.is_empty() {
         return Err(SensitivityError::Sampled);
     }
@@ -57,6 +80,18 @@ pub fn differentiate(
     let derivation = Direction::new(model, system);
     let directions: Vec<Vec<Expr>> =
         sensitive.iter().map(|&by| parameter_direction(model, by)).collect();
+    derivation.check_latches(&directions)?;
+
+    // Fixed steps are Radau's unless others are asked for.
+    let is_radau = options.method == Method::Radau
+        || options.method == Method::Auto && options.step.is_some()
+        || options.method == Method::Auto && system.coordinates().len() > MOST_AT_ONCE;
+    let way = if compiled.indicators.is_empty() && compiled.pressing.is_none() && is_radau {
+        let form = options.formulation;
+        Way::Staggered(parameter_columns(model, system, form, &derivation.own, &directions)?)
+    } else {
+        Way::Followed(Box::new(Following::new(&derivation, &directions)?))
+    };
     let evaluated = |values: &[Expr]| -> Result<Vec<f64>, TapeError> {
         let function = Function::compile(model, values, &[], &derivation.own)?;
         Ok(function.evaluate(&mut function.buffers(parameters), &[]).to_vec())
@@ -64,10 +99,11 @@ pub fn differentiate(
     let (jacobian, cells) = derivation.jacobian()?;
     Ok(SensitivityEquations {
         sensitive: sensitive.to_vec(),
-        columns: parameter_columns(model, system, formulation, &derivation.own, &directions)?,
+        way,
         levels: derivation.levels()?,
         jacobian,
         cells,
+        channels: Channels::new(&derivation)?,
         closing: derivation.closing()?,
         directions: evaluated(&directions.concat())?,
         n_parameters: model.parameters.len(),
@@ -80,9 +116,10 @@ impl SensitivityEquations {
         &self.sensitive
     }
 
-    /// ∂P/∂p_k of all parameters P of the model.
-    pub(super) fn direction(&self, k: usize) -> &[f64] {
-        &self.directions[k * self.n_parameters..(k + 1) * self.n_parameters]
+    /// ∂P/∂p_k of all parameters P of the model, at an instant that stays.
+    pub(super) fn change(&self, k: usize) -> Change<'_> {
+        let dp = &self.directions[k * self.n_parameters..(k + 1) * self.n_parameters];
+        Change { dt: 0.0, dp }
     }
 }
 
@@ -101,12 +138,13 @@ pub(crate) fn parameter_direction(model: &Model, by: Sensitive) -> Vec<Expr> {
 }
 
 /// Symbols of the state, and of a direction in which it and the parameters change.
-struct Direction<'a> {
-    model: &'a Model,
-    system: &'a SymbolicSystem,
-    own: Vec<SymbolId>,
+pub(super) struct Direction<'a> {
+    pub(super) model: &'a Model,
+    pub(super) system: &'a SymbolicSystem,
+    pub(super) own: Vec<SymbolId>,
     q: Vec<SymbolId>,
     v: Vec<SymbolId>,
+    dt: SymbolId,
     dq: Vec<SymbolId>,
     dv: Vec<SymbolId>,
     dp: Vec<SymbolId>,
@@ -129,19 +167,60 @@ impl<'a> Direction<'a> {
             own: model.parameters.iter().map(|p| p.symbol).collect(),
             q: coordinates.iter().map(|c| c.q).collect(),
             v: coordinates.iter().map(|c| c.v).collect(),
+            dt: fresh("change of t", 1)[0],
             dq: fresh("change of q", nq),
             dv: fresh("change of v", nq),
             dp: fresh("change of p", np),
         }
     }
 
-    /// Derivatives along the direction of q, v and the parameters.
-    fn along(&self, outputs: &[Expr]) -> Vec<Expr> {
+    /// Derivatives along the direction of t, q, v and the parameters, and of other symbols along theirs.
+    fn along_with(&self, outputs: &[Expr], others: &[(&[SymbolId], &[SymbolId])]) -> Vec<Expr> {
         let pool = &self.model.pool;
-        let wrt = [self.q.as_slice(), &self.v, &self.own].concat();
-        let direction = self.dq.iter().chain(&self.dv).chain(&self.dp);
-        let direction: Vec<Expr> = direction.map(|&symbol| pool.symbol_expr(symbol)).collect();
+        let (mut wrt, mut direction) = (vec![self.model.time], vec![self.dt]);
+        let of_state = [(&self.q, &self.dq), (&self.v, &self.dv), (&self.own, &self.dp)];
+        let of_state = of_state.map(|(of, change)| (of.as_slice(), change.as_slice()));
+        for (of, change) in of_state.iter().chain(others) {
+            wrt.extend_from_slice(of);
+            direction.extend_from_slice(change);
+        }
+        let direction: Vec<Expr> =
+            direction.into_iter().map(|symbol| pool.symbol_expr(symbol)).collect();
         pool.jvp(outputs, &wrt, &direction)
+    }
+
+    /// Derivatives along the direction of t, q, v and the parameters.
+    fn along(&self, outputs: &[Expr]) -> Vec<Expr> {
+        self.along_with(outputs, &[])
+    }
+
+    /// Changes of functions of (t, q, v, a, λ) along ∂(t, q, v, P, a, λ).
+    pub(super) fn changes(&self, outputs: &[Expr]) -> Result<Function, TapeError> {
+        let Self { model, system, q, v, dt, dq, dv, dp, .. } = self;
+        let pool = &model.pool;
+        let a: Vec<SymbolId> = system.coordinates().iter().map(|c| c.a).collect();
+        let lambda: Vec<SymbolId> = system.constraints.iter().map(|c| c.lambda).collect();
+        let fresh = |kind: &str, n: usize| -> Vec<SymbolId> {
+            let symbol = |k: usize| pool.symbol(&format!("'change of {kind}{k}"));
+            (0..n).map(|k| pool.symbol_id(symbol(k)).expect("a symbol was just made")).collect()
+        };
+        let (da, dl) = (fresh("a", a.len()), fresh("l", lambda.len()));
+        let changes = self.along_with(outputs, &[(&a, &da), (&lambda, &dl)]);
+        self.compile(&changes, &[q, v, &a, &lambda, &[*dt], dq, dv, dp, &da, &dl])
+    }
+
+    /// Refuses latched signals whose values themselves follow the motion or what it is differentiated by.
+    fn check_latches(&self, directions: &[Vec<Expr>]) -> Result<(), SensitivityError> {
+        let pool = &self.model.pool;
+        let moves = |symbol: SymbolId| {
+            let place = self.own.iter().position(|&own| own == symbol);
+            place.is_none_or(|k| directions.iter().any(|by| !pool.is_zero(by[k])))
+        };
+        let rows = self.model.held.iter().flat_map(|signal| signal.rows());
+        let starts = self.model.held.iter().map(|signal| signal.start);
+        let values = rows.map(|row| row.value).chain(starts);
+        let is_moving = |value: Expr| pool.symbols_of(value).into_iter().any(moves);
+        if values.into_iter().any(is_moving) { Err(SensitivityError::Sampled) } else { Ok(()) }
     }
 
     /// Compiles functions of time and some groups of symbols.
@@ -152,13 +231,13 @@ impl<'a> Direction<'a> {
     }
 
     fn levels(&self) -> Result<Function, TapeError> {
-        let Self { model, system, q, v, dq, dv, dp, .. } = self;
+        let Self { model, system, q, v, dt, dq, dv, dp, .. } = self;
         let a: Vec<SymbolId> = system.coordinates().iter().map(|c| c.a).collect();
         let lambda: Vec<SymbolId> = system.constraints.iter().map(|c| c.lambda).collect();
         let mut rows: Vec<Expr> = system.constraints.iter().map(|c| c.expression).collect();
         rows.extend((0..rows.len()).map(|row| constraint_velocity(&model.pool, system, row)));
         rows.extend(acceleration_level(model, system));
-        self.compile(&self.along(&rows), &[q, v, &a, &lambda, dq, dv, dp])
+        self.compile(&self.along(&rows), &[q, v, &a, &lambda, &[*dt], dq, dv, dp])
     }
 
     /// Changes of the entries of G, and the row and column of each.
@@ -167,14 +246,15 @@ impl<'a> Direction<'a> {
         let entries = self.model.pool.jacobian(&rows, &self.q).entries;
         let (cells, entries): (Vec<(usize, usize)>, Vec<Expr>) =
             entries.into_iter().map(|(row, i, entry)| ((row, i), entry)).unzip();
-        let changes = self.compile(&self.along(&entries), &[&self.q, &self.dq, &self.dp])?;
+        let changes =
+            self.compile(&self.along(&entries), &[&self.q, &[self.dt], &self.dq, &self.dp])?;
         Ok((changes, cells))
     }
 
     /// By initial value: measure m, stated value, their changes, gradient of m by q (positions) or
     /// v (velocities), its change.
     fn closing(&self) -> Result<Function, TapeError> {
-        let Self { model, system, q, v, dq, dv, dp, .. } = self;
+        let Self { model, system, q, v, dt, dq, dv, dp, .. } = self;
         let mut outputs = Vec::new();
         for initial in &model.initial {
             let measure = system.kinematics.measure(model, initial.measure);
@@ -185,6 +265,6 @@ impl<'a> Direction<'a> {
             let turned = self.along(&gradient);
             outputs.extend(gradient.into_iter().chain(turned));
         }
-        self.compile(&outputs, &[q, v, dq, dv, dp])
+        self.compile(&outputs, &[q, v, &[*dt], dq, dv, dp])
     }
 }

@@ -15,8 +15,8 @@ pub enum SensitivityError {
     Unknown(String),
     /// The initial value of this index is a guess.
     Guess(usize),
-    /// Something in the model switches.
-    Switches,
+    /// A stop is closed at the start, and opens or is overrun where this quantity changes.
+    Touching(Sensitive),
     /// The model has signals that are sampled.
     Sampled,
     /// The model has inputs.
@@ -52,13 +52,14 @@ pub fn diagnose_sensitivity(model: &Model, error: &SensitivityError) -> Diagnost
                 .at(initial.span.clone(), "guessed here")
                 .help("state the value instead of guessing it, if the joints leave it free")
         }
-        SensitivityError::Switches => {
-            fault("the model has stops, dry friction or kinks: its sensitivities jump".to_owned())
-                .help("replace `abs`, `min`, `max`, `sign` and `if` by smooth functions")
+        SensitivityError::Touching(by) => {
+            let name = by.name(model);
+            fault(format!("the motion starts on a stop, and off it for other values of `{name}`"))
+                .help("start apart from the stop: on either side of it the motion is another one")
         }
         SensitivityError::Sampled => {
-            fault("the model has sampled signals, which may jump from tick to tick".to_owned())
-                .help("leave out their `clock`, so that they follow the motion at every instant")
+            fault("the model has signals that take values of the motion and hold them".to_owned())
+                .help("let sampled signals follow the motion, without `clock`; let latched ones take constants")
         }
         SensitivityError::Inputs => {
             fault("the model has inputs: nothing is known of their derivatives".to_owned())

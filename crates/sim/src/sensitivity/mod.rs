@@ -10,21 +10,27 @@
 //! ```
 //!
 //! [`differentiate`] derives and compiles the right sides, [`start`] solves them where the run
-//! begins, and [`run_with_sensitivities`] carries s along with Radau IIA by the staggered direct
-//! method of [`bksim_dae::SensitivitySolver`]. As with the motion itself, positions and velocities
+//! begins, and [`run_with_sensitivities`] carries s along: with fixed steps of Radau IIA, or those asked for, by the
+//! staggered direct method of [`bksim_dae::SensitivitySolver`]; along the steps of any method, and across events,
+//! by collocation of the linear equations ([`bksim_dae::LinearCollocation`]). As with the motion itself, positions and velocities
 //! are projected onto their (linearised) constraints at every output, and ∂a and ∂λ come from the
 //! equations of motion there. Sources: M. Caracotsios and W. E. Stewart, Comput. Chem. Eng. 9
 //! (1985); W. F. Feehery, J. E. Tolsma and P. I. Barton, Appl. Numer. Math. 25 (1997).
 
+mod channels;
 mod derive;
 mod fault;
+mod follower;
+mod following;
 mod run;
+mod saltation;
 mod start;
 mod tangent;
 
 use bksim_model::Model;
 
 pub use crate::run::StateSensitivity;
+pub use channels::{Channel, channels};
 pub(crate) use derive::parameter_direction;
 pub use derive::{SensitivityEquations, differentiate};
 pub use fault::{SensitivityError, diagnose_sensitivity};

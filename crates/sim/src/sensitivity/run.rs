@@ -1,14 +1,18 @@
-//! A run with sensitivities: Radau IIA throughout, every sample with its derivatives.
+//! A run with sensitivities, every sample with its derivatives: any method, followed by them, or Radau IIA with its
+//! stages shared.
 
 use bksim_dae::{
     Control, Layout, NotFinite, Pattern, SensitivitySolver, SensitivityStart, SensitivityStep,
     SensitivitySystem, SolveError, System,
 };
 
+use super::derive::Way;
+use super::follower::Follower;
+use super::following::Following;
 use super::tangent::{TangentPoint, Tangents};
 use super::{SensitivityEquations, SensitivityPlan};
 use crate::formulate::{MotionEquations, MotionSystem};
-use crate::function::Buffers;
+use crate::function::{Buffers, Function};
 use crate::run::dense::DenseOutput;
 use crate::run::implicit::settings;
 use crate::run::mechanism::PhaseMechanism;
@@ -16,7 +20,7 @@ use crate::run::sample::StateSensitivity;
 use crate::run::sampler::Sampler;
 use crate::run::singular::is_ahead;
 use crate::run::{
-    Failure, Integrator, MethodChange, Observer, Problem, Reason, Sample, Segment, Summary,
+    Failure, Integrator, MethodChange, Observer, Problem, Reason, Sample, Segment, Summary, run,
 };
 use crate::start::Start;
 use crate::state::{AccelerationRef, StateRef};
@@ -30,20 +34,60 @@ enum End {
     Failed(Option<SolveError>),
 }
 
-/// Integrates from the start, whose sensitivities `plan` knows, with Radau IIA, and hands every
-/// sample with its sensitivities to `observer`, which may stop the run; `stop` is asked after every
-/// step.
+/// Integrates from the start, whose sensitivities `plan` knows, and hands every sample with its sensitivities to
+/// `observer`, which may stop the run; `stop` is asked after every step.
 ///
 /// # Errors
 /// [`Failure`] when the integrator cannot go on, or comes to a singular pose, where sensitivities
-/// may have no bound.
+/// may have no bound, or where the motion has no derivative.
 pub fn run_with_sensitivities(
     problem: Problem<'_>,
     plan: &SensitivityPlan,
     observer: &mut dyn Observer,
     stop: &dyn Fn() -> bool,
 ) -> Result<Summary, Box<Failure>> {
-    let Problem { compiled, start, parameters, options, .. } = problem;
+    match &plan.equations.way {
+        Way::Staggered(columns) => staggered(problem, (plan, columns), observer, stop),
+        Way::Followed(following) => followed(problem, (plan, following), observer, stop),
+    }
+}
+
+/// Any method, its motion followed.
+fn followed(
+    problem: Problem<'_>,
+    (plan, following): (&SensitivityPlan, &Following),
+    observer: &mut dyn Observer,
+    stop: &dyn Fn() -> bool,
+) -> Result<Summary, Box<Failure>> {
+    let mut follower = Follower::new(problem, plan, following, observer);
+    let outcome = run(problem, &mut follower, stop);
+    let Some(fault) = follower.fault else { return outcome };
+    let (mut summary, last) = match outcome {
+        Ok(summary) => (summary, None),
+        Err(failure) => (failure.summary, Some(failure.last)),
+    };
+    let Start { t, q, v, a, lambda, .. } = problem.start.clone();
+    let last = last.unwrap_or(Sample { t, q, v, a, lambda, ..Sample::default() });
+    summary.reached_end = false;
+    let no_sensitivity = Some(fault);
+    Err(Box::new(Failure {
+        error: None,
+        no_modes: None,
+        no_sensitivity,
+        start: None,
+        summary,
+        last,
+    }))
+}
+
+/// Radau IIA, the sensitivities with its stages.
+fn staggered(
+    problem: Problem<'_>,
+    (plan, columns): (&SensitivityPlan, &Function),
+    observer: &mut dyn Observer,
+    stop: &dyn Fn() -> bool,
+) -> Result<Summary, Box<Failure>> {
+    let Problem { compiled, start, options, .. } = problem;
     let mut mechanism = PhaseMechanism::new(problem);
     let mut sampler = Sampler::new(problem, &mechanism);
     let mut summary = Summary::default();
@@ -51,7 +95,15 @@ pub fn run_with_sensitivities(
 
     // The start.
     summary.uniqueness.iter().for_each(|change| observer.uniqueness(change));
-    let first = &mut |sample: &Sample| observer.sample(sample, &plan.start);
+    let shown = (&plan.equations, plan.equations.channels.buffers(mechanism.parameters()));
+    let tangents =
+        Tangents::new(&plan.equations, compiled, mechanism.parameters(), start.inactive_rows());
+    let mut shown = Shown { equations: shown.0, buffers: shown.1 };
+    let first = &mut |sample: &Sample| {
+        let mut all = plan.start.clone();
+        all.iter_mut().enumerate().for_each(|(k, by)| shown.complete(sample, k, by));
+        observer.sample(sample, &all)
+    };
     if sampler.begin(start, &mut mechanism, &mut summary, first) == Control::Stop {
         return Ok(summary);
     }
@@ -59,8 +111,7 @@ pub fn run_with_sensitivities(
     summary.methods.push(method);
 
     // The steps.
-    let tangents = Tangents::new(&plan.equations, compiled, parameters, start.inactive_rows());
-    let mut run = SensitiveRun { mechanism, sampler, summary, tangents, plan };
+    let mut run = SensitiveRun { mechanism, sampler, summary, tangents, shown, plan, columns };
     let end = run.integrate(problem, observer, stop);
 
     // The end.
@@ -75,7 +126,8 @@ pub fn run_with_sensitivities(
             Ok(summary)
         }
         End::Failed(error) => {
-            Err(Box::new(Failure { error, no_modes: None, start: None, summary, last }))
+            let (no_modes, no_sensitivity) = (None, None);
+            Err(Box::new(Failure { error, no_modes, no_sensitivity, start: None, summary, last }))
         }
     }
 }
@@ -85,7 +137,25 @@ struct SensitiveRun<'a> {
     sampler: Sampler,
     summary: Summary,
     tangents: Tangents<'a>,
+    shown: Shown<'a>,
     plan: &'a SensitivityPlan,
+    columns: &'a Function,
+}
+
+/// The channels besides the state.
+struct Shown<'a> {
+    equations: &'a SensitivityEquations,
+    buffers: Buffers,
+}
+
+impl Shown<'_> {
+    fn complete(&mut self, sample: &Sample, k: usize, by: &mut StateSensitivity) {
+        let Sample { t, q, v, a, lambda, .. } = sample;
+        let state = StateRef { t: *t, q, v };
+        let at = TangentPoint { state, acceleration: AccelerationRef { a, lambda } };
+        let Self { equations, buffers } = self;
+        by.channels = equations.channels.evaluate(buffers, at, equations.change(k), by);
+    }
 }
 
 impl SensitiveRun<'_> {
@@ -95,7 +165,7 @@ impl SensitiveRun<'_> {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> End {
-        let mut solver = match self.solver(problem, self.plan) {
+        let mut solver = match self.solver(problem, (self.plan, self.columns)) {
             Ok(solver) => solver,
             Err(error) => return End::Failed(Some(error)),
         };
@@ -128,15 +198,16 @@ impl SensitiveRun<'_> {
     fn solver<'e>(
         &self,
         problem: Problem<'e>,
-        plan: &'e SensitivityPlan,
+        (plan, columns): (&'e SensitivityPlan, &'e Function),
     ) -> Result<SensitivitySolver<SensitiveMotion<'e>>, SolveError> {
         let Problem { equations, start, options, .. } = problem;
         let equations: &MotionEquations = equations;
         let parameters = self.mechanism.parameters();
         let system = SensitiveMotion {
             motion: equations.at(parameters, start.inactive_rows()),
-            equations: &plan.equations,
-            columns: plan.equations.columns.buffers(parameters),
+            n_parameters: plan.start.len(),
+            function: columns,
+            columns: columns.buffers(parameters),
         };
         let Start { t, q, v, a, lambda, .. } = start;
         let unknowns = |q: &[f64], v: &[f64], a: &[f64], lambda: &[f64]| {
@@ -155,6 +226,7 @@ impl SensitiveRun<'_> {
         let mut completing = Completing {
             step,
             tangents: &mut self.tangents,
+            shown: &mut self.shown,
             n_sensitive: self.plan.start.len(),
             s: vec![0.0; step.step.y1().len()],
             is_finite: true,
@@ -173,6 +245,7 @@ impl SensitiveRun<'_> {
 struct Completing<'a, 'b, 'c> {
     step: &'a SensitivityStep<'a>,
     tangents: &'a mut Tangents<'b>,
+    shown: &'a mut Shown<'b>,
     n_sensitive: usize,
     /// The sensitivity of the integrator's unknowns to one quantity.
     s: Vec<f64>,
@@ -182,14 +255,17 @@ struct Completing<'a, 'b, 'c> {
 
 impl Observer for Completing<'_, '_, '_> {
     fn sample(&mut self, sample: &Sample, _: &[StateSensitivity]) -> Control {
-        let Self { step, tangents, n_sensitive, s, .. } = self;
+        let Self { step, tangents, shown, n_sensitive, s, .. } = self;
         let Sample { t, q, v, a, lambda, .. } = sample;
         let state = StateRef { t: *t, q, v };
         let at = TangentPoint { state, acceleration: AccelerationRef { a, lambda } };
         let mut by = |k: usize| {
             step.s_at(k, *t, s);
             let (dq, dv) = s[..2 * q.len()].split_at(q.len());
-            tangents.complete(at, k, (dq, dv))
+            let with = (shown.equations.change(k), &[][..]);
+            let mut by = tangents.complete(at, with, (dq, dv))?;
+            shown.complete(sample, k, &mut by);
+            Ok::<_, NotFinite>(by)
         };
         let Ok(all) = (0..*n_sensitive).map(&mut by).collect::<Result<Vec<_>, _>>() else {
             self.is_finite = false;
@@ -210,7 +286,9 @@ impl Observer for Completing<'_, '_, '_> {
 /// The equations of motion with their derivatives by parameters.
 struct SensitiveMotion<'a> {
     motion: MotionSystem<'a>,
-    equations: &'a SensitivityEquations,
+    n_parameters: usize,
+    /// F_p of (t, y, y′).
+    function: &'a Function,
     columns: Buffers,
 }
 
@@ -251,7 +329,7 @@ impl System for SensitiveMotion<'_> {
 
 impl SensitivitySystem for SensitiveMotion<'_> {
     fn n_parameters(&self) -> usize {
-        self.equations.sensitive.len()
+        self.n_parameters
     }
 
     /// Not finite values are found by the solver.
@@ -262,7 +340,7 @@ impl SensitivitySystem for SensitiveMotion<'_> {
         ydot: &[f64],
         out: &mut [f64],
     ) -> Result<(), NotFinite> {
-        self.equations.columns.evaluate_into(&mut self.columns, &[&[t], y, ydot], out);
+        self.function.evaluate_into(&mut self.columns, &[&[t], y, ydot], out);
         for column in out.chunks_exact_mut(y.len()) {
             self.motion.held().iter().for_each(|&row| column[row] = 0.0);
         }

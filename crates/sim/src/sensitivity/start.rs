@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::derive::Change;
 use super::tangent::{Nearest, TangentPoint, Tangents};
 use super::{Sensitive, SensitivityEquations, SensitivityError};
 use crate::compiled::CompiledSystem;
@@ -27,11 +28,14 @@ pub fn start(
     start: &Start,
     parameters: &[f64],
 ) -> Result<Vec<StateSensitivity>, SensitivityError> {
-    let tangents = Tangents::new(equations, compiled, parameters, start.inactive_rows());
+    // Contacts leave the neighbours of a start alone; accelerations follow those that hold.
+    let parameters = &start.parameters_with_modes(parameters);
+    let tangents = Tangents::with_contacts_open(equations, compiled, parameters, start);
+    let held = Tangents::new(equations, compiled, parameters, start.inactive_rows());
     let Start { t, q, v, a, lambda, .. } = start;
     let state = StateRef { t: *t, q, v };
     let at = TangentPoint { state, acceleration: AccelerationRef { a, lambda } };
-    let mut opening = Opening { equations, model, tangents, parameters, at };
+    let mut opening = Opening { equations, model, tangents, held, parameters, at };
     (0..equations.sensitive.len()).map(|k| opening.by(k)).collect()
 }
 
@@ -39,7 +43,9 @@ pub fn start(
 struct Opening<'a> {
     equations: &'a SensitivityEquations,
     model: &'a Model,
+    /// With all contacts open, and as they are.
     tangents: Tangents<'a>,
+    held: Tangents<'a>,
     parameters: &'a [f64],
     at: TangentPoint<'a>,
 }
@@ -58,8 +64,14 @@ impl Opening<'_> {
         let by = self.equations.sensitive[k];
         let dq = self.positions(k)?;
         let dv = self.velocities(k, dq.as_slice())?;
-        self.tangents
-            .complete(self.at, k, (dq.as_slice(), dv.as_slice()))
+        let change = self.equations.change(k);
+        let (dq, dv) = (dq.as_slice(), dv.as_slice());
+        let mut offset = vec![0.0; self.at.acceleration.lambda.len()];
+        if !self.held.take_offset(self.at, change, dq, &mut offset) {
+            return Err(SensitivityError::Touching(by));
+        }
+        self.held
+            .complete(self.at, (change, &offset), (dq, dv))
             .map_err(|_| SensitivityError::NotFinite(by))
     }
 
@@ -72,7 +84,7 @@ impl Opening<'_> {
 
         // Towards all stated and guessed values, then onto the constraints.
         let (target, _) = least_squares(&all.gradient, &-all.change);
-        let gap = self.tangents.of_positions(at, k, &zero).to_vec();
+        let gap = self.tangents.of_positions(at, self.equations.change(k), &zero).to_vec();
         let jacobian = self.tangents.jacobian_at(at);
         let rows = below(&jacobian, &stated.gradient);
         let nearest = Nearest {
@@ -97,11 +109,14 @@ impl Opening<'_> {
         let target = target.change(&guess, &DVector::zeros(nq));
 
         let stated = self.measured(k, |i| i.measure.is_velocity() && !i.is_guess, at.state.v, dq);
-        let gap = self.tangents.of_velocities(at, k, (dq, &zero)).to_vec();
+        let gap = self.tangents.of_velocities(at, self.equations.change(k), (dq, &zero)).to_vec();
         let jacobian = self.tangents.jacobian_at(at);
         let nearest = Nearest {
             rows: below(&jacobian, &stated.gradient),
-            turned: below(&self.tangents.of_jacobian(at, k, dq), &stated.turned),
+            turned: below(
+                &self.tangents.of_jacobian(at, self.equations.change(k), dq),
+                &stated.turned,
+            ),
             residual: joined(&gap, &stated.change),
         };
         let moved = DVector::from_column_slice(at.state.v) - guess;
@@ -133,8 +148,8 @@ impl Opening<'_> {
         let zero = vec![0.0; nq];
         let function = &self.equations.closing;
         let mut buffers = function.buffers(self.parameters);
-        let direction = self.equations.direction(k);
-        let arguments = [&[at.state.t], at.state.q, v, dq, &zero, direction];
+        let Change { dt, dp } = self.equations.change(k);
+        let arguments = [&[at.state.t], at.state.q, v, &[dt], dq, &zero, dp];
         let outputs = function.evaluate(&mut buffers, &arguments);
         let by_initial = outputs.chunks_exact(4 + 2 * nq).enumerate();
         let chosen: Vec<(usize, &[f64])> =

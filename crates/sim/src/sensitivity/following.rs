@@ -1,0 +1,182 @@
+//! The equations of the changes along a motion that is known, as linear equations of second order.
+//!
+//! ```text
+//! F(t, q, v, z) = 0            M a + Gᵀ λ − f and G a + γ, with z = (a, λ)
+//! F_z dz = −(F_q dq + F_v dv + F_p dp + F_t dt)
+//! ```
+
+use bksim_dae::{LinearCoefficients, System, eliminate};
+use bksim_expr::{Expr, TapeError};
+
+use super::derive::Direction;
+use crate::compiled::CompiledSystem;
+use crate::evaluator::Evaluator;
+use crate::formulate::{MotionEquations, MotionSystem, formulate, parameter_columns};
+use crate::function::{Buffers, Function};
+use crate::modes::indicators::indicator_functions;
+use crate::multiplier::MultiplierSystem;
+use crate::state::{AccelerationRef, StateRef};
+use bksim_model::Formulation;
+
+/// The derivatives that changes along a known motion need, compiled.
+#[derive(Clone, Debug)]
+pub(super) struct Following {
+    /// At the level of accelerations.
+    equations: MotionEquations,
+    /// F_p, then F_t, one column after the other.
+    columns: Function,
+    /// Changes of the functions of [`indicator_functions`].
+    pub(super) indicators: Function,
+    n_directions: usize,
+}
+
+impl Following {
+    /// Derives and compiles them, for these directions of the parameters.
+    ///
+    /// # Errors
+    /// [`TapeError`] names a symbol that is neither time, a parameter nor part of the state.
+    pub(super) fn new(
+        direction: &Direction<'_>,
+        directions: &[Vec<Expr>],
+    ) -> Result<Self, TapeError> {
+        let Direction { model, system, own, .. } = direction;
+        let pool = &model.pool;
+        let wrt = [own.as_slice(), &[model.time]].concat();
+        let extended = |by: &[Expr], dt: Expr| [by, &[dt]].concat();
+        let mut all: Vec<Vec<Expr>> =
+            directions.iter().map(|by| extended(by, pool.zero())).collect();
+        all.push(extended(&vec![pool.zero(); own.len()], pool.one()));
+        let level = Formulation::Index1;
+        Ok(Self {
+            equations: formulate(model, system, level)?,
+            columns: parameter_columns(model, system, level, &wrt, &all)?,
+            indicators: direction.changes(&indicator_functions(model, system).0)?,
+            n_directions: directions.len(),
+        })
+    }
+}
+
+/// The linear equations of the changes in one phase of a run, at one state after the other.
+pub(super) struct Variation<'a> {
+    following: &'a Following,
+    motion: MotionSystem<'a>,
+    columns: Buffers,
+    evaluator: Evaluator<'a>,
+    multipliers: MultiplierSystem,
+    /// Accelerations and multipliers of the state.
+    pub(super) a: Vec<f64>,
+    pub(super) lambda: Vec<f64>,
+    df_dy: Vec<f64>,
+    df_dydot: Vec<f64>,
+    by_parameters: Vec<f64>,
+    /// F_z, F_q, F_v, F_p and F_t, one row after the other; then −dz in the place of all but F_z.
+    rows: Vec<f64>,
+}
+
+impl<'a> Variation<'a> {
+    /// At parameters that end with the modes, without the inactive rows.
+    pub(super) fn new(
+        following: &'a Following,
+        compiled: &'a CompiledSystem,
+        parameters: &[f64],
+        inactive: &[usize],
+    ) -> Self {
+        let motion = following.equations.at(parameters, inactive);
+        let (nq, nc) = (compiled.nq(), compiled.nc());
+        let n_entries = motion.pattern().n_entries();
+        Self {
+            columns: following.columns.buffers(parameters),
+            evaluator: compiled.evaluator(parameters),
+            multipliers: MultiplierSystem::new(&compiled.shape, inactive),
+            a: vec![0.0; nq],
+            lambda: vec![0.0; nc],
+            df_dy: vec![0.0; n_entries],
+            df_dydot: vec![0.0; n_entries],
+            by_parameters: vec![0.0; following.columns.n_outputs()],
+            rows: vec![0.0; (nq + nc) * Self::width_of(nq, nc, following.n_directions)],
+            following,
+            motion,
+        }
+    }
+
+    fn width_of(nq: usize, nc: usize, n_directions: usize) -> usize {
+        3 * nq + nc + n_directions + 1
+    }
+
+    fn width(&self) -> usize {
+        Self::width_of(self.a.len(), self.lambda.len(), self.following.n_directions)
+    }
+
+    /// Takes the equations at a state; false where they have no unique solution, or no finite values.
+    pub(super) fn take(&mut self, StateRef { t, q, v }: StateRef<'_>) -> bool {
+        let width = self.width();
+        let Self { evaluator, multipliers, motion, a, lambda, df_dy, df_dydot, .. } = self;
+        let (nq, nz) = (a.len(), a.len() + lambda.len());
+        if multipliers.limit_into(evaluator, t, (q, v), a, lambda).is_err() {
+            return false;
+        }
+        let start = self.following.equations.unknowns(
+            StateRef { t, q, v },
+            AccelerationRef { a: a.as_slice(), lambda: lambda.as_slice() },
+        );
+        if motion.jacobian(t, &start.y, &start.ydot, df_dy, df_dydot).is_err() {
+            return false;
+        }
+
+        // F_q and F_v are columns of ∂F/∂y, F_z of ∂F/∂y′ and ∂F/∂y; the first nq rows say q′ = v.
+        let rows = &mut self.rows;
+        rows.fill(0.0);
+        let entries = motion.pattern().entries().zip(df_dy.iter().zip(df_dydot.iter()));
+        for ((row, column), (by_y, by_ydot)) in entries.filter(|((row, _), _)| *row >= nq) {
+            let row = &mut rows[(row - nq) * width..][..width];
+            match column.checked_sub(2 * nq) {
+                Some(multiplier) => row[nq + multiplier] += by_y,
+                None => row[nz + column] += by_y,
+            }
+            if let Some(k) = column.checked_sub(nq).filter(|&k| k < nq) {
+                row[k] += by_ydot;
+            }
+        }
+        let Self { columns, by_parameters, following, .. } = self;
+        let arguments = [&[t], &start.y[..], &start.ydot];
+        following.columns.evaluate_into(columns, &arguments, by_parameters);
+        for (k, column) in by_parameters.chunks_exact_mut(start.y.len()).enumerate() {
+            motion.held().iter().for_each(|&row| column[row] = 0.0);
+            for (i, value) in column[nq..].iter().enumerate() {
+                rows[i * width + nz + 2 * nq + k] = *value;
+            }
+        }
+        eliminate(rows, nz, width) && rows.iter().all(|value| value.is_finite())
+    }
+
+    /// Writes K, C and B of the equations of the changes.
+    pub(super) fn coefficients_into(&self, out: &mut LinearCoefficients) {
+        let (width, nq, nz) = (self.width(), self.a.len(), self.a.len() + self.lambda.len());
+        let m = self.following.n_directions;
+        for (i, row) in self.rows.chunks_exact(width).take(nq).enumerate() {
+            let mut negated = row[nz..].iter().map(|value| -value);
+            let LinearCoefficients { by_position, by_velocity, forcing } = out;
+            let parts = [(by_position, nq), (by_velocity, nq), (forcing, m)];
+            for (part, n) in parts {
+                part[i * n..(i + 1) * n]
+                    .iter_mut()
+                    .zip(&mut negated)
+                    .for_each(|(x, value)| *x = value);
+            }
+        }
+    }
+
+    /// Changes of a and λ along ∂q, ∂v, and the quantity of index `k`; time is the one after the last.
+    pub(super) fn change_into(&self, k: usize, (dq, dv): (&[f64], &[f64]), dz: &mut [f64]) {
+        let (width, nq, nz) = (self.width(), self.a.len(), dz.len());
+        for (dz, row) in dz.iter_mut().zip(self.rows.chunks_exact(width)) {
+            let by_state = row[nz..nz + 2 * nq].iter().zip(dq.iter().chain(dv));
+            *dz = -row[nz + 2 * nq + k] - by_state.map(|(by, change)| by * change).sum::<f64>();
+        }
+    }
+
+    /// Index of time among the directions.
+    pub(super) fn time(&self) -> usize {
+        self.following.n_directions
+    }
+}
