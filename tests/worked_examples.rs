@@ -3,7 +3,7 @@
 mod support;
 
 use bksim::analysis::{
-    CurvesRequest, Drive, Kinematics, LimitsRequest, Prescribed, Range, curves, inverse,
+    Actuators, CurvesRequest, Drive, Kinematics, LimitsRequest, Prescribed, Range, curves, inverse,
     kinematics, limits, statics, workspaces,
 };
 use bksim::model::Model;
@@ -150,7 +150,12 @@ fn a_scissor_lift_needs_its_ram() {
         };
         0.5 * table * (2.0 * cos * rate).powi(2) + 2.0 * (of_link(0.5) + of_link(1.5))
     };
-    let found = inverse(example("scissor-lift"), &[], &Range { from: 0.5, to: 4.5, n: 9 });
+    let found = inverse(
+        example("scissor-lift"),
+        &[],
+        &Range { from: 0.5, to: 4.5, n: 9 },
+        &Actuators::default(),
+    );
     let found = found.expect("efforts").table;
     let column = |name: &str| found.column(name).unwrap_or_else(|| panic!("{:?}", found.columns));
     for (t, effort) in column("t").into_iter().zip(column("ram.effort")) {
@@ -187,7 +192,7 @@ fn the_piston_rod_of_the_beam_engine_follows_watts_curve() {
 /// The law of cosines in the triangle of a cylinder, and the moments about the boom's pin at rest.
 #[test]
 fn the_cylinders_of_the_excavator_hold_its_arm() {
-    let found = statics(example("excavator"), &[]).expect("an equilibrium");
+    let found = statics(example("excavator"), &[], &[]).expect("an equilibrium");
     let at = &found.equilibria[0];
     let pose = |name: &str| at.pose.iter().find(|(known, ..)| known == name).expect(name).1;
     let (p, q) = (0.4_f64.hypot(0.3), 1.4_f64.hypot(0.1));

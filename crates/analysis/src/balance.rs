@@ -5,6 +5,9 @@
 //! along one free motion:    w(σ) = (Q − ∂V/∂q) · τ changes its sign
 //! K_r = Zᵀ (∂r/∂q) Z        stable where all its eigenvalues are positive
 //! ```
+//!
+//! States of controllers are velocities of coordinates that nothing depends on. Here the states stand in the place of
+//! those coordinates: in balance their rates are zero, and small motions decide about stability.
 
 use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
 use bksim_model::{Measure, ParameterId};
@@ -17,7 +20,9 @@ use crate::equilibrium::{Equilibrium, Stability};
 use crate::error::AnalysisError;
 use crate::forces::{At, Forces, ForcesAt};
 use crate::loaded::Loaded;
+use crate::open_reactions::{ReactionBound, open_reactions};
 use crate::path::{Law, Path};
+use crate::pencil::Pencil;
 use crate::quantity::PoseQuantity;
 use crate::reduced::Reduced;
 use crate::rows::wrapped;
@@ -40,6 +45,10 @@ pub(crate) struct Balance<'a> {
     by: (Vec<PoseQuantity>, Scalars),
     /// No velocities.
     rest: Vec<f64>,
+    /// Coordinates whose velocities are states.
+    states: Vec<usize>,
+    /// Bounds of reactions that are not unique.
+    pub(crate) bounds: Vec<ReactionBound>,
 }
 
 /// Part of the largest eigenvalue of K_r below which one counts as zero.
@@ -68,7 +77,28 @@ impl<'a> Balance<'a> {
             pose: loaded.scalars(&loaded.quantities)?,
             by: (by, slopes),
             rest: vec![0.0; loaded.q.len()],
+            states: loaded.state_coordinates(),
+            bounds: Vec::new(),
         })
+    }
+
+    /// Coordinates whose velocities are states.
+    pub(crate) fn states(&self) -> &[usize] {
+        &self.states
+    }
+
+    /// The position of the start, states in their places.
+    pub(crate) fn start(&self) -> Vec<f64> {
+        let mut q = self.loaded.q.clone();
+        self.states.iter().for_each(|&i| q[i] = self.loaded.v[i]);
+        q
+    }
+
+    /// The velocities at a position: those of states alone.
+    pub(crate) fn velocities(&self, q: &[f64]) -> Vec<f64> {
+        let mut v = self.rest.clone();
+        self.states.iter().for_each(|&i| v[i] = q[i]);
+        v
     }
 
     /// Gives the varied parameters values.
@@ -89,9 +119,17 @@ impl<'a> Balance<'a> {
         jacobian: &DMatrix<f64>,
     ) -> Result<Reduced, AnalysisError> {
         let slopes = self.by.1.gradients(self.loaded.t, q);
-        let named: Vec<_> = (self.by.0.iter().zip(slopes))
+        let mut named: Vec<_> = (self.by.0.iter().zip(slopes))
             .map(|(quantity, slopes)| (quantity.names[0].clone(), quantity.unit, slopes))
             .collect();
+        if !named.is_empty() {
+            let coordinates = self.loaded.system().coordinates();
+            named.extend(self.states.iter().map(|&i| {
+                let mut slopes = vec![0.0; q.len()];
+                slopes[i] = 1.0;
+                (coordinates[i].name.clone(), "", slopes)
+            }));
+        }
         Reduced::at(self.loaded, jacobian, &named)
     }
 
@@ -107,13 +145,15 @@ impl<'a> Balance<'a> {
     }
 
     pub(crate) fn at(&mut self, q: &[f64], lambda: &[f64]) -> ForcesAt {
-        let (t, rest) = (self.loaded.t, &self.rest);
-        self.forces.at(At { t, q, v: rest, a: rest, lambda, p: &self.p })
+        let (t, v) = (self.loaded.t, self.velocities(q));
+        let at = self.forces.at(At { t, q, v: &v, a: &self.rest, lambda, p: &self.p });
+        at.with_states_as_positions(&self.states)
     }
 
     /// The multipliers that balance the forces at a position as well as any do.
     pub(crate) fn balancing(&mut self, q: &[f64]) -> Option<Vec<f64>> {
-        self.forces.balancing(self.loaded.t, q, &self.p)
+        let v = self.velocities(q);
+        self.forces.balancing(self.loaded.t, [q, &v], &self.p)
     }
 
     /// Values of all quantities at a position.
@@ -133,7 +173,9 @@ impl<'a> Balance<'a> {
         let scale = at.stiffness.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         let scale = scale * reduced.basis.norm_squared();
         let least = stiffness.first().copied().unwrap_or(1.0);
-        let stability = if stiffness.is_empty() || least > NO_STIFFNESS * scale {
+        let stability = if !self.states.is_empty() {
+            stability_of_small_motions(&Pencil::of(&at, &reduced))
+        } else if stiffness.is_empty() || least > NO_STIFFNESS * scale {
             Stability::Stable
         } else if least < -NO_STIFFNESS * scale {
             Stability::Unstable
@@ -142,11 +184,15 @@ impl<'a> Balance<'a> {
         };
         let loaded = self.loaded;
         let n_rows = loaded.system().constraints.len();
-        let lambda = self.forces.all_multipliers(n_rows, &lambda);
-        let reactions =
-            loaded.reactions(loaded.t, &self.parameters, [q, &self.rest, &self.rest, &lambda]);
+        let mut lambda = self.forces.all_multipliers(n_rows, &lambda);
+        let v = self.velocities(q);
+        let state = [q, &v, &self.rest];
+        let reactions = loaded.reactions(loaded.t, &self.parameters, state, &mut lambda);
+        let numbers = (self.parameters.as_slice(), self.bounds.as_slice());
+        let open = open_reactions(loaded, numbers, (loaded.t, q), (&reactions, &lambda));
         Ok(Equilibrium {
             q: q.to_vec(),
+            open,
             lambda,
             stability,
             stiffness,
@@ -158,10 +204,11 @@ impl<'a> Balance<'a> {
     /// Positions of all equilibria, and whether there are no others on the assembly of the start.
     pub(crate) fn all(&mut self) -> Result<(Vec<Vec<f64>>, bool), AnalysisError> {
         let lambda = vec![0.0; self.forces.nc()];
-        let q = self.loaded.q.clone();
+        let q = self.start();
         let jacobian = self.at(&q, &lambda).jacobian;
         let n_free = Reduced::at(self.loaded, &jacobian, &[]).map_or(2, |reduced| reduced.n());
         match n_free {
+            _ if !self.states.is_empty() => Ok((self.search_many_poses(), false)),
             0 => Ok((vec![q], true)),
             1 => self.along_free_motion(),
             _ => Ok((self.search_many_poses(), false)),
@@ -223,7 +270,7 @@ impl<'a> Balance<'a> {
     fn search_many_poses(&mut self) -> Vec<Vec<f64>> {
         const N_POSES: usize = 300;
         let mut random = Pcg64::seed_from_u64(1);
-        let start = self.loaded.q.clone();
+        let start = self.start();
         let coordinates = self.loaded.system().coordinates();
         let kinds: Vec<CoordinateKind> = coordinates.iter().map(|c| c.kind).collect();
         let size = self.loaded.size;
@@ -301,7 +348,11 @@ impl<'a> Balance<'a> {
                 Some(step) if step.iter().all(|x| x.is_finite()) && scaled.is_square() => step,
                 _ => scaled.svd(true, true).solve(&right, 1e-12).ok()?,
             };
-            let longest = step.rows(0, n).iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+            // A state may change by any amount: its unit has no size of the mechanism.
+            let moves = (0..n).filter(|i| !self.states.contains(i));
+            let longest = moves.fold(0.0, |a: f64, i| a.max(step[i].abs()));
+            let is_settled =
+                self.states.iter().all(|&i| step[i].abs() <= 1e-12 * (1.0 + q[i].abs()));
             let share = if longest > LONGEST { LONGEST / longest } else { 1.0 };
             for i in 0..n {
                 q[i] += share * step[i] * scale[i];
@@ -312,7 +363,7 @@ impl<'a> Balance<'a> {
             if !longest.is_finite() {
                 return None;
             }
-            if longest < 1e-13 {
+            if longest < 1e-13 && is_settled {
                 break;
             }
         }
@@ -334,7 +385,7 @@ impl<'a> Balance<'a> {
     /// The equilibrium nearest to the start: a stable one, if there is any.
     pub(crate) fn nearest(&mut self) -> Result<Equilibrium, AnalysisError> {
         let (poses, _) = self.all()?;
-        let start = self.loaded.q.clone();
+        let start = self.start();
         let distance =
             |q: &[f64]| -> f64 { self.apart(q, &start).iter().map(|off| off.powi(2)).sum() };
         let mut order: Vec<Vec<f64>> = poses;
@@ -370,6 +421,20 @@ pub(crate) fn pose_of(
     let values = loaded.scalars(&loaded.quantities)?.values(loaded.t, q);
     let named = loaded.quantities.iter().zip(values);
     Ok(named.map(|(quantity, value)| (quantity.names[0].clone(), value, quantity.unit)).collect())
+}
+
+/// Stability by the roots of the equations of small motions.
+fn stability_of_small_motions(pencil: &Pencil) -> Stability {
+    let (roots, _) = pencil.finite_eigenvalues();
+    let size = roots.iter().fold(0.0, |size: f64, s| size.max(s.norm()));
+    let last = roots.iter().fold(f64::NEG_INFINITY, |last, s| last.max(s.re));
+    if last < -NO_STIFFNESS * size {
+        Stability::Stable
+    } else if last > NO_STIFFNESS * size {
+        Stability::Unstable
+    } else {
+        Stability::Neutral
+    }
 }
 
 fn symmetric_eigenvalues(matrix: &DMatrix<f64>) -> Vec<f64> {

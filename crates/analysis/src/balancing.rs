@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::balance::Balance;
 use crate::equilibrium::{Equilibrium, cells, columns};
 use crate::error::AnalysisError;
-use crate::loaded::Loaded;
+use crate::loaded::{Loaded, without_states};
 use crate::reduced::null_space;
 use crate::table::{Column, Table};
 
@@ -42,6 +42,7 @@ pub struct Balanced {
 pub fn balanced(model: Model, names: &[String], by: &[String]) -> Result<Balanced, AnalysisError> {
     /// Most steps.
     const MOST: usize = 60;
+    without_states(&model)?;
     let mut loaded = Loaded::of(model)?;
     let ids: Vec<ParameterId> =
         names.iter().map(|name| loaded.parameter(name)).collect::<Result<_, _>>()?;

@@ -1,5 +1,6 @@
 //! [`Equilibrium`]: a pose at rest in which all forces are balanced.
 
+use crate::open_reactions::OpenReactions;
 use crate::table::Column;
 
 /// Stability of an equilibrium.
@@ -28,6 +29,8 @@ pub struct Equilibrium {
     pub pose: Vec<(String, f64, &'static str)>,
     /// Reactions of the joints on their second bodies: force, then moment, world axes.
     pub reactions: Vec<[f64; 6]>,
+    /// The reactions that equilibrium leaves open.
+    pub open: OpenReactions,
 }
 
 /// Columns of a table of equilibria: stability, the smallest stiffness, the pose, the reactions.

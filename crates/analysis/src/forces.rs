@@ -96,20 +96,7 @@ impl Forces {
         let lambda: Vec<SymbolId> =
             kept.iter().map(|&row| system.constraints[row].lambda).collect();
         let follow = |e: Expr| with_definitions(model, free, e);
-        let acceleration = |i: usize| pool.symbol_expr(a[i]);
-        let columns = system.constraint_jacobian.transposed();
-        let residual = (0..n).map(|i| {
-            let inertia =
-                system.mass_matrix.row(i).iter().map(|&(j, m)| pool.mul(m, acceleration(j)));
-            let held = columns.row(i).iter().filter_map(|&(row, g)| {
-                let at = kept.iter().position(|&k| k == row)?;
-                Some(pool.mul(g, pool.symbol_expr(lambda[at])))
-            });
-            let applied = pool.neg(system.applied_force[i]);
-            let rest = [system.bias[i], system.potential_gradient[i], applied];
-            follow(pool.sum(inertia.chain(held).chain(rest).collect::<Vec<_>>()))
-        });
-        let residual: Vec<Expr> = residual.collect();
+        let residual: Vec<Expr> = residuals(model, system, kept).into_iter().map(follow).collect();
         let closure: Vec<Expr> =
             kept.iter().map(|&row| follow(system.constraints[row].expression)).collect();
         let velocity: Vec<Expr> =
@@ -150,6 +137,11 @@ impl Forces {
             n,
             kept: kept.to_vec(),
         })
+    }
+
+    /// Gives the parameters that are no arguments other values.
+    pub(crate) fn set_parameters(&mut self, parameters: &[f64]) {
+        self.space = self.tape.workspace(parameters);
     }
 
     /// Number of coordinates.
@@ -197,11 +189,11 @@ impl Forces {
         }
     }
 
-    /// The multipliers that balance r as well as any do, at rest; of those the smallest.
-    pub(crate) fn balancing(&mut self, t: f64, q: &[f64], p: &[f64]) -> Option<Vec<f64>> {
+    /// The multipliers that balance r without accelerations as well as any do; of those the smallest.
+    pub(crate) fn balancing(&mut self, t: f64, [q, v]: [&[f64]; 2], p: &[f64]) -> Option<Vec<f64>> {
         let rest = vec![0.0; self.n];
         let nothing = vec![0.0; self.kept.len()];
-        let at = self.at(At { t, q, v: &rest, a: &rest, lambda: &nothing, p });
+        let at = self.at(At { t, q, v, a: &rest, lambda: &nothing, p });
         if self.kept.is_empty() {
             return Some(nothing);
         }
@@ -209,6 +201,36 @@ impl Forces {
         let tolerance = crate::rows::RANK_TOLERANCE * transposed.norm();
         let lambda = transposed.svd(true, true).solve(&-at.residual, tolerance).ok()?;
         Some(lambda.as_slice().to_vec())
+    }
+}
+
+/// r with the constraint rows `kept`, as expressions.
+pub(crate) fn residuals(model: &Model, system: &SymbolicSystem, kept: &[usize]) -> Vec<Expr> {
+    let pool = &model.pool;
+    let coordinates = system.coordinates();
+    let columns = system.constraint_jacobian.transposed();
+    let residual = (0..coordinates.len()).map(|i| {
+        let acceleration = |j: usize| pool.symbol_expr(coordinates[j].a);
+        let inertia = system.mass_matrix.row(i).iter().map(|&(j, m)| pool.mul(m, acceleration(j)));
+        let held = columns.row(i).iter().filter(|(row, _)| kept.contains(row));
+        let held =
+            held.map(|&(row, g)| pool.mul(g, pool.symbol_expr(system.constraints[row].lambda)));
+        let applied = pool.neg(system.applied_force[i]);
+        let rest = [system.bias[i], system.potential_gradient[i], applied];
+        pool.sum(inertia.chain(held).chain(rest).collect::<Vec<_>>())
+    });
+    residual.collect()
+}
+
+impl ForcesAt {
+    /// The same with the `states`, which are velocities of their coordinates, in the place of positions.
+    pub(crate) fn with_states_as_positions(mut self, states: &[usize]) -> Self {
+        for &i in states {
+            self.stiffness.set_column(i, &self.damping.column(i));
+            self.damping.set_column(i, &self.mass.column(i));
+            self.mass.column_mut(i).fill(0.0);
+        }
+        self
     }
 }
 

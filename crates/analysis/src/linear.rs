@@ -6,12 +6,15 @@
 //! ẋ = A x + B u,   z = C x + D u,   x = (y, ẏ): deviations of the independent quantities
 //! ```
 //!
+//! States of controllers are velocities of coordinates that nothing depends on: of those the deviation is left out, so that
+//! x = (y, ẏ, z) with the states z.
+//!
 //! Reactions are functions of a and λ, too, so that as outputs they follow inputs at once: D is theirs.
 //!
 //! Source: the linearisation of multibody systems in the null space of their constraints, e.g. J. García
 //! de Jalón and E. Bayo, *Kinematic and Dynamic Simulation of Multibody Systems* (1994), chapter 8.
 
-use bksim_mbs::quantity::rate_unit;
+use bksim_mbs::quantity::{coordinate_units, rate_unit};
 use bksim_model::{Model, ParameterId};
 use nalgebra::{DMatrix, DVector};
 
@@ -22,8 +25,7 @@ use crate::error::AnalysisError;
 use crate::forces::{At, Forces, ForcesAt};
 use crate::linear_outputs::{Changes, Outputs};
 use crate::loaded::Loaded;
-use crate::reduced::Reduced;
-
+use crate::reduced::{Reduced, pseudo_inverse};
 use crate::table::{Column, Table};
 
 /// The state that equations are linearised about.
@@ -39,7 +41,7 @@ pub enum About {
 /// A linear system, SI.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Linear {
-    /// Names and units of the states: quantities, then their rates.
+    /// Names and units of the states: quantities, their rates, then states of controllers.
     pub states: Vec<Column>,
     /// Names of the inputs.
     pub inputs: Vec<String>,
@@ -69,25 +71,7 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
     let channels = &channels.or_stated(&model);
     let loaded = Loaded::of(model)?;
     let model = loaded.model();
-
-    // Inputs: parameters among the arguments, efforts by the slopes of what they work on.
-    let mut free: Vec<ParameterId> = Vec::new();
-    let mut inputs = Vec::new();
-    for name in &channels.inputs {
-        if let Ok(id) = loaded.parameter(name) {
-            inputs.push(Input::Parameter(free.len()));
-            free.push(id);
-            continue;
-        }
-        let is_joint = model.joints.iter().any(|joint| joint.name == *name);
-        let quantity = if is_joint {
-            let angle = named_quantity(&loaded, &format!("{name}.angle"));
-            angle.or_else(|_| named_quantity(&loaded, &format!("{name}.position")))?
-        } else {
-            named_quantity(&loaded, name)?
-        };
-        inputs.push(Input::Effort(quantity));
-    }
+    let (free, inputs) = inputs_of(&loaded, &channels.inputs)?;
 
     // The state.
     let balance = Balance::of(&loaded, &channels.states, &[])?;
@@ -163,23 +147,47 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
     let outputs = Outputs::of(&loaded, channels, &inputs, &free)?;
     let (matrix_c, matrix_d) = outputs.matrices(&loaded, state, &changes, 2 * n_free, &inputs)?;
     let outputs = outputs.columns;
+    let (kept, states) = kept_states(&loaded, &reduced);
+    let matrix_a = matrix_a.select_rows(&kept).select_columns(&kept);
     let poles = matrix_a.complex_eigenvalues().iter().map(|s| [s.re, s.im]).collect();
-    let rates = reduced.names.iter().zip(&reduced.units);
-    let states = (reduced.names.iter().zip(&reduced.units))
-        .map(|(name, unit)| Column::new(name.clone(), *unit))
-        .chain(rates.map(|(name, unit)| Column::new(rate_name(name), rate_unit(unit, 1))));
     Ok(Linear {
-        states: states.collect(),
+        states,
         inputs: channels.inputs.clone(),
         d: matrix_d,
         outputs,
         a: matrix_a,
-        b: matrix_b,
-        c: matrix_c,
+        b: matrix_b.select_rows(&kept),
+        c: matrix_c.select_columns(&kept),
         poles,
         pose: pose_of(&loaded, &q)?,
         held: loaded.held_contacts(),
     })
+}
+
+/// The inputs of these names, and the parameters among them: parameters of loads, efforts by what they work on.
+pub(crate) fn inputs_of(
+    loaded: &Loaded,
+    names: &[String],
+) -> Result<(Vec<ParameterId>, Vec<Input>), AnalysisError> {
+    let model = loaded.model();
+    let mut free: Vec<ParameterId> = Vec::new();
+    let mut inputs = Vec::new();
+    for name in names {
+        if let Ok(id) = loaded.parameter(name) {
+            inputs.push(Input::Parameter(free.len()));
+            free.push(id);
+            continue;
+        }
+        let is_joint = model.joints.iter().any(|joint| joint.name == *name);
+        let quantity = if is_joint {
+            let angle = named_quantity(loaded, &format!("{name}.angle"));
+            angle.or_else(|_| named_quantity(loaded, &format!("{name}.position")))?
+        } else {
+            named_quantity(loaded, name)?
+        };
+        inputs.push(Input::Effort(quantity));
+    }
+    Ok((free, inputs))
 }
 
 impl Linear {
@@ -194,6 +202,35 @@ impl Linear {
         let lower = (0..self.c.nrows()).map(|i| row(&self.c, &self.d, i));
         Table { columns: states.chain(inputs).collect(), rows: upper.chain(lower).collect() }
     }
+}
+
+/// The places in (y, ẏ) of the states of the linear system, all but the integrals of states, with names and units:
+/// quantities, their rates, then states.
+pub(crate) fn kept_states(loaded: &Loaded, reduced: &Reduced) -> (Vec<usize>, Vec<Column>) {
+    let coordinates = loaded.system().coordinates();
+    let integrals = loaded.state_coordinates();
+    let state =
+        |k: usize| integrals.iter().map(|&i| &coordinates[i]).find(|c| c.name == reduced.names[k]);
+    let n = reduced.n();
+    let (of_states, of_motions): (Vec<usize>, Vec<usize>) =
+        (0..n).partition(|&k| state(k).is_some());
+    let (names, units) = (&reduced.names, &reduced.units);
+    let (mut kept, mut columns) = (Vec::new(), Vec::new());
+    for &k in &of_motions {
+        kept.push(k);
+        columns.push(Column::new(names[k].clone(), units[k]));
+    }
+    for &k in &of_motions {
+        kept.push(n + k);
+        columns.push(Column::new(rate_name(&names[k]), rate_unit(units[k], 1)));
+    }
+    for &k in &of_states {
+        kept.push(n + k);
+        let unit = |c| coordinate_units(loaded.model(), c)[1].clone();
+        let name = state(k).map_or_else(String::new, |c| c.rate_name.clone());
+        columns.push(Column::new(name, state(k).map_or_else(String::new, unit)));
+    }
+    (kept, columns)
 }
 
 /// The name of the rate of a quantity: `crank.rate` of `crank.angle`, `t_A_dot` of `t_A`.
@@ -222,8 +259,9 @@ fn state_of(
         }
         About::Static => {
             let Equilibrium { q, lambda, .. } = balance.nearest()?;
+            let v = balance.velocities(&q);
             let rest = vec![0.0; q.len()];
-            Ok((q, rest.clone(), rest, of_kept(&lambda)))
+            Ok((q, v, rest, of_kept(&lambda)))
         }
     }
 }
@@ -247,13 +285,4 @@ fn accelerations(
         return None;
     }
     Some(asked + &reduced.basis * (&scale * inverse * &scale * rest))
-}
-
-pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    if matrix.is_empty() {
-        return DMatrix::zeros(matrix.ncols(), matrix.nrows());
-    }
-    let tolerance = crate::rows::RANK_TOLERANCE * matrix.norm();
-    let inverse = matrix.clone().pseudo_inverse(tolerance);
-    inverse.unwrap_or_else(|_| DMatrix::zeros(matrix.ncols(), matrix.nrows()))
 }

@@ -1,4 +1,4 @@
-//! Outputs of linear equations: measures, and components of reactions.
+//! Outputs of linear equations: measures, components of reactions, states and signals.
 //!
 //! ```text
 //! z = z(t, q, v, a, λ, p)      δz = z_q δq + z_v δv + z_a δa + z_λ δλ + z_p δp
@@ -6,8 +6,9 @@
 
 use bksim_expr::{Expr, SymbolId, Tape};
 use bksim_mbs::reaction::reactions;
+use bksim_mbs::signal::signal_values;
 use bksim_mbs::spatial;
-use bksim_model::{Measure, ParameterId, ReactionComponent};
+use bksim_model::{Measure, ParameterId, ReactionComponent, StateId};
 use nalgebra::{DMatrix, RowDVector};
 
 use crate::balance::named_quantity;
@@ -65,6 +66,10 @@ impl<'a> Outputs<'a> {
                     vector[k]
                 };
                 (with_definitions(model, free, e), of.unit())
+            } else if let Some((e, unit)) = of_controller(loaded, name) {
+                columns.push(Column::new(name.clone(), unit));
+                expressions.push(with_definitions(model, free, e));
+                continue;
             } else {
                 let quantity = named_quantity(loaded, name)?;
                 let unit = Measure::named(model, name).map_or("", |measure| measure.unit(model));
@@ -133,6 +138,20 @@ impl<'a> Outputs<'a> {
         }
         Ok((c, d))
     }
+}
+
+/// A state, `i` or `states.i`, or a named signal, `u` or `signals.u`, as an expression with its unit.
+fn of_controller(loaded: &Loaded, name: &str) -> Option<(Expr, String)> {
+    let (model, system) = (loaded.model(), loaded.system());
+    let own = name.strip_prefix("states.").unwrap_or(name);
+    if let Some(k) = model.states.iter().position(|state| state.name == own) {
+        let value = system.kinematics.measure(model, Measure::State(StateId(k)));
+        return Some((value, model.states[k].units[1].replace(' ', "*")));
+    }
+    let own = name.strip_prefix("signals.").unwrap_or(name);
+    let signal = model.named_signals.iter().find(|signal| signal.name == own)?;
+    let value = model.pool.substitute(signal.value, &signal_values(model, &system.kinematics));
+    Some((value, signal.unit.replace(' ', "*")))
 }
 
 /// Refuses components that are not unique, and those that an effort changes directly: torques change no forces, all

@@ -1,11 +1,13 @@
 //! [`Loaded`]: a mechanism at its start with masses and loads, and what holds there.
 
 use bksim_mbs::constraint::Source;
+use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::modes::with_branches;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::diagnostic::{Diagnostic, Rejected};
+use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
 use bksim_model::{HeldChange, JointId, Measure, Model, ParameterId};
 use bksim_sim::Mechanism;
+use bksim_sim::redundancy::Effort;
 
 use crate::codes;
 use crate::error::AnalysisError;
@@ -36,15 +38,17 @@ pub struct Loaded {
     /// Of each joint the components of its reaction that are unique, where the start tells it.
     pub(crate) unique: Vec<[bool; 6]>,
     pub(crate) quantities: Vec<PoseQuantity>,
+    /// Whether the efforts of drives are known: what joints share leaves them as they are.
+    is_driven: bool,
 }
 
 impl Loaded {
-    /// Finds the start of `model`.
+    /// Finds the start of `model`, which may have states.
     ///
     /// # Errors
-    /// [`AnalysisError::Rejected`] when there is none.
+    /// [`AnalysisError::Rejected`] when there is none, or a signal is sampled or latched.
     pub fn of(model: Model) -> Result<Self, AnalysisError> {
-        without_states(&model)?;
+        without_memory(&model)?;
         Self::at_start(Mechanism::derive(model, Vec::new())?)
     }
 
@@ -65,6 +69,7 @@ impl Loaded {
             size: 1.0,
             unique: Vec::new(),
             quantities,
+            is_driven: false,
             mechanism,
             system,
         };
@@ -133,6 +138,7 @@ impl Loaded {
             size: positions.size,
             unique: Vec::new(),
             quantities: Vec::new(),
+            is_driven: true,
             mechanism,
             system,
         }
@@ -156,6 +162,12 @@ impl Loaded {
             _ => None,
         };
         self.kept.iter().filter_map(name).collect()
+    }
+
+    /// Coordinates whose velocities are states.
+    pub(crate) fn state_coordinates(&self) -> Vec<usize> {
+        let coordinates = self.system().coordinates().iter().enumerate();
+        coordinates.filter(|(_, c)| c.kind == CoordinateKind::Integral).map(|(i, _)| i).collect()
     }
 
     pub(crate) fn rows(&self) -> Result<Rows, AnalysisError> {
@@ -189,12 +201,14 @@ impl Loaded {
         values
     }
 
-    /// Joint reactions, six numbers each: force, then moment, on the second body, world axes.
+    /// Joint reactions, six numbers each: force, then moment, on the second body, world axes; where joints yield,
+    /// what they share, as which the multipliers of drives and contacts change, too.
     pub(crate) fn reactions(
         &self,
         t: f64,
         parameters: &[f64],
-        [q, v, a, lambda]: [&[f64]; 4],
+        [q, v, a]: [&[f64]; 3],
+        lambda: &mut [f64],
     ) -> Vec<[f64; 6]> {
         use bksim_sim::state::{AccelerationRef, StateRef};
         let mut out = Vec::new();
@@ -203,6 +217,8 @@ impl Loaded {
         let mut evaluator = compiled.evaluator(&parameters);
         let (state, rates) = (StateRef { t, q, v }, AccelerationRef { a, lambda });
         evaluator.reactions_into(state, rates, &mut out);
+        let among = |effort: Effort| !(self.is_driven && matches!(effort, Effort::Drive(_)));
+        compiled.share(&parameters, (t, q), &among, (&mut out, lambda));
         out
     }
 }
@@ -237,40 +253,57 @@ pub(crate) fn varied(model: &Model, values: &[f64], free: &[ParameterId], p: &[f
     values
 }
 
-/// Refuses a model with states, which have rates of their own where the mechanism rests, or with sampled signals,
-/// which remember what was before, or with loads that depend on reactions.
+/// Refuses a model with states, which have rates of their own where the mechanism rests, and what
+/// [`without_memory`] refuses.
 ///
 /// # Errors
 /// [`AnalysisError::Rejected`] with the first of them.
 pub(crate) fn without_states(model: &Model) -> Result<(), AnalysisError> {
-    let state = model.states.first().map(|state| {
-        let help = "remove the states and what uses them, or give them a value as parameters";
-        (format!("state `{}`", state.name), &state.span, "integrated with the motion", help)
+    let Some(state) = model.states.first() else { return without_memory(model) };
+    let help = "remove the states and what uses them, or give them a value as parameters; \
+                `bksim linearize`, `bksim modes` and `bksim bode` take states as they are";
+    let note = "equilibria and efforts are those of bodies, joints and loads alone";
+    let what = format!("state `{}`", state.name);
+    Err(refused((what, &state.span, "integrated with the motion"), note, help))
+}
+
+/// Refuses a model with signals that remember what was before, or with loads that depend on reactions.
+///
+/// # Errors
+/// [`AnalysisError::Rejected`] with the first of them.
+pub(crate) fn without_memory(model: &Model) -> Result<(), AnalysisError> {
+    if let Some(signal) = model.held.first() {
+        let note =
+            "between two instants such a signal follows from the past, not from the state alone";
+        return Err(match signal.change {
+            HeldChange::Tick { .. } => {
+                let help = "leave out its `clock`, or give it a value as a parameter";
+                let what = format!("sampled signal `{}`", signal.name);
+                refused((what, &signal.span, "held from tick to tick"), note, help)
+            }
+            HeldChange::Event { .. } => {
+                let help = "leave it out, or give it a value as a parameter";
+                let what = format!("latched signal `{}`", signal.name);
+                refused((what, &signal.span, "held between events"), note, help)
+            }
+        });
+    }
+    let reaction = model.signals.iter().find_map(|signal| match signal.measure {
+        Measure::Reaction(JointId(joint), ..) => Some(&model.joints[joint]),
+        _ => None,
     });
-    let sampled = model.held.first().map(|signal| match signal.change {
-        HeldChange::Tick { .. } => {
-            let help = "leave out its `clock`, or give it a value as a parameter";
-            let what = format!("sampled signal `{}`", signal.name);
-            (what, &signal.span, "held from tick to tick", help)
-        }
-        HeldChange::Event { .. } => {
-            let help = "leave it out, or give it a value as a parameter";
-            (format!("latched signal `{}`", signal.name), &signal.span, "held between events", help)
-        }
-    });
-    let reaction = model.signals.iter().find_map(|signal| {
-        let Measure::Reaction(JointId(joint), ..) = signal.measure else { return None };
-        let help = "leave out the loads and signals that use its reaction";
-        let joint = &model.joints[joint];
-        let what = format!("the reaction of joint `{}` in expressions", joint.name);
-        Some((what, &joint.span, "found together with the accelerations", help))
-    });
-    let found = state.or(sampled).or(reaction);
-    let Some((what, span, label, help)) = found else { return Ok(()) };
+    let Some(joint) = reaction else { return Ok(()) };
+    let help = "leave out the loads and signals that use its reaction";
+    let note = "equilibria, small motions and efforts are those of bodies, joints and loads alone";
+    let what = format!("the reaction of joint `{}` in expressions", joint.name);
+    Err(refused((what, &joint.span, "found together with the accelerations"), note, help))
+}
+
+fn refused((what, span, label): (String, &Span, &str), note: &str, help: &str) -> AnalysisError {
     let message = format!("this question cannot be asked with {what}");
     let fault = Diagnostic::error(codes::WITH_STATES, message)
         .at(span.clone(), label)
-        .note("equilibria, small motions and efforts are those of bodies, joints and loads alone")
+        .note(note)
         .help(help);
-    Err(Rejected(vec![fault]).into())
+    Rejected(vec![fault]).into()
 }

@@ -39,6 +39,16 @@ pub(crate) fn null_space(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(n, free.len(), |i, k| v_t[(free[k], i)])
 }
 
+/// A⁺ by singular values.
+pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    if matrix.is_empty() {
+        return DMatrix::zeros(matrix.ncols(), matrix.nrows());
+    }
+    let tolerance = RANK_TOLERANCE * matrix.norm();
+    let inverse = matrix.clone().pseudo_inverse(tolerance);
+    inverse.unwrap_or_else(|_| DMatrix::zeros(matrix.ncols(), matrix.nrows()))
+}
+
 impl Reduced {
     /// The free motions where G = `jacobian`, by the measures `named` with their slopes, else by
     /// coordinates: those of joints with the ground first.

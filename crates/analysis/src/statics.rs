@@ -11,7 +11,8 @@ use bksim_model::Model;
 use crate::balance::Balance;
 use crate::equilibrium::{Equilibrium, Stability, cells, columns};
 use crate::error::AnalysisError;
-use crate::loaded::Loaded;
+use crate::loaded::{Loaded, without_states};
+use crate::open_reactions::ReactionBound;
 use crate::table::Table;
 
 /// All equilibria that were found.
@@ -29,13 +30,20 @@ pub struct Statics {
     pub held: Vec<String>,
 }
 
-/// Finds the equilibria of `model`; the stiffness is by the measures `by`, else by coordinates.
+/// Finds the equilibria of `model`; the stiffness is by the measures `by`, else by coordinates. Reactions that are not
+/// unique keep to `bounds`.
 ///
 /// # Errors
 /// [`AnalysisError`] when there is no start, or no equilibrium.
-pub fn statics(model: Model, by: &[String]) -> Result<Statics, AnalysisError> {
+pub fn statics(
+    model: Model,
+    by: &[String],
+    bounds: &[ReactionBound],
+) -> Result<Statics, AnalysisError> {
+    without_states(&model)?;
     let loaded = Loaded::of(model)?;
     let mut balance = Balance::of(&loaded, by, &[])?;
+    balance.bounds = bounds.to_vec();
     let (poses, is_complete) = balance.all()?;
     let mut equilibria = Vec::new();
     for q in poses {

@@ -7,7 +7,9 @@
 //!                                                     1000 for accelerations and reactions
 //! ```
 //!
-//! The largest |x| is that of all channels of the kind and unit: an error of one shows in those that it moves.
+//! The largest |x| is that of all channels of the kind and unit: an error of one shows in those that it moves. Where that is
+//! exceeded, the growth of a small difference of the start is measured ([`crate::growth`]), by which every error of a
+//! run grows, too: allowed is as much more, up to the time at which it hides all else.
 
 use std::f64::consts::TAU;
 
@@ -17,9 +19,11 @@ use bksim_sim::run::Sample;
 use bksim_sim::{Mechanism, Motion};
 
 use crate::error::AnalysisError;
+use crate::growth::{Growth, growth};
 use crate::quantity::pose_quantities;
 use crate::scalar::Rates;
 use crate::table::{Column, Table};
+use crate::watch::Watch;
 
 /// A run beside its independent twin.
 #[derive(Clone, PartialEq, Debug)]
@@ -30,6 +34,10 @@ pub struct Verified {
     pub times: Vec<f64>,
     /// In the order of channels.
     pub channels: Vec<Compared>,
+    /// The end of the run as it was asked for, s; the last of the times is before it where a run was stopped.
+    pub t_end: f64,
+    /// How differences grow; measured where a channel exceeds what a calm motion allows.
+    pub growth: Option<Growth>,
 }
 
 /// Coordinates, method and tolerances of a run.
@@ -60,14 +68,22 @@ pub struct Compared {
     pub largest: f64,
     /// The time of that, s.
     pub t: f64,
-    /// The difference that the tolerances allow.
+    /// The difference that the tolerances allow, at the time of the largest difference.
     pub allowed: f64,
+    /// True where every difference up to the horizon is within what is allowed then.
+    pub is_within: bool,
 }
 
 impl Verified {
     /// True where every channel keeps to what the tolerances allow.
     pub fn is_within(&self) -> bool {
-        self.channels.iter().all(|channel| channel.largest <= channel.allowed)
+        self.channels.iter().all(|channel| channel.is_within)
+    }
+
+    /// True where the runs were compared up to the end that was asked for.
+    pub fn is_whole(&self) -> bool {
+        let is_stopped = self.times.last().is_none_or(|last| *last != self.t_end);
+        !is_stopped && self.growth.as_ref().is_none_or(|growth| growth.horizon.is_none())
     }
 
     /// A row for each time: t, then the differences of all channels.
@@ -81,15 +97,16 @@ impl Verified {
     }
 }
 
-/// Runs `model` as it is and in another way, and compares every channel.
+/// Runs `model` as it is and in another way, and compares every channel as far as both runs are let.
 ///
 /// # Errors
 /// [`AnalysisError::Rejected`] when it has no start, or one of the runs ends early.
-pub fn verify(model: Model) -> Result<Verified, AnalysisError> {
+pub fn verify(model: Model, watch: Watch<'_>) -> Result<Verified, AnalysisError> {
     let other = model.snapshot().to_model();
     let own = Mechanism::derive(model, Vec::new())?;
-    let motion = own.solve()?;
-    let twin = twin(&own, other, &motion)?;
+    let simulation = own.simulation()?;
+    let motion = watch.run("the run", &simulation, simulation.start()?)?;
+    let twin = twin(&own, other, &motion, watch)?;
 
     // Instants of both; of two samples at one instant the later.
     let ends = |samples: &[Sample], t: f64| samples.iter().rposition(|sample| sample.t == t);
@@ -113,7 +130,7 @@ pub fn verify(model: Model) -> Result<Verified, AnalysisError> {
     });
     let differences: Vec<Vec<f64>> = differences.collect();
     let options = &own.model.solve;
-    let compared = first.iter().zip(differences).map(|(channel, differences)| {
+    let compare = |channel: &Channel, differences: Vec<f64>| {
         let alike = first.iter().filter(|c| c.factor == channel.factor && c.unit == channel.unit);
         let size =
             alike.flat_map(|c| &c.values).fold(0.0, |size: f64, value| size.max(value.abs()));
@@ -125,20 +142,58 @@ pub fn verify(model: Model) -> Result<Verified, AnalysisError> {
             key(a).total_cmp(&key(b))
         });
         let largest = at.map_or(0.0, |at| differences[at].abs());
+        let allowed = channel.factor * (options.atol + options.rtol * size);
         Compared {
             name: channel.name.clone(),
             unit: channel.unit.clone(),
             largest: if largest.is_nan() { f64::INFINITY } else { largest },
             t: at.map_or(0.0, |at| pairs[at].0),
-            allowed: channel.factor * (options.atol + options.rtol * size),
+            allowed,
+            is_within: largest <= allowed,
             differences,
         }
-    });
-    Ok(Verified {
-        channels: compared.collect(),
+    };
+    let compared: Vec<Compared> = first
+        .iter()
+        .zip(differences)
+        .map(|(channel, differences)| compare(channel, differences))
+        .collect();
+    let mut found = Verified {
+        channels: compared,
         times: pairs.iter().map(|(t, ..)| *t).collect(),
         ways: [way(&own, &motion), way(&twin.mechanism, &twin.motion)],
-    })
+        t_end: own.model.solve.t_end,
+        growth: None,
+    };
+    if !found.is_within()
+        && let Some(growth) = growth(&own, &motion, &found.times, watch)?
+    {
+        found.grown(growth);
+    }
+    Ok(found)
+}
+
+impl Verified {
+    /// Allows for differences that grow, up to the horizon.
+    fn grown(&mut self, growth: Growth) {
+        let n = growth.horizon.map_or(self.times.len(), |horizon| {
+            self.times
+                .iter()
+                .take_while(|t| (**t - self.times[0]).abs() < (horizon - self.times[0]).abs())
+                .count()
+        });
+        for channel in &mut self.channels {
+            let share =
+                |k: usize| channel.differences[k].abs() / (channel.allowed * growth.factors[k]);
+            let worst = (0..n).max_by(|&a, &b| share(a).total_cmp(&share(b)));
+            let Some(worst) = worst else { continue };
+            channel.is_within = share(worst) <= 1.0;
+            channel.largest = channel.differences[worst].abs();
+            channel.allowed *= growth.factors[worst];
+            channel.t = self.times[worst];
+        }
+        self.growth = Some(growth);
+    }
 }
 
 /// A run in another way.
@@ -164,18 +219,43 @@ fn way(mechanism: &Mechanism, motion: &Motion) -> Way {
 
 /// Runs the same motion in other coordinates, by a method that the run has not, a hundredth of its tolerances;
 /// where no start closes in those coordinates, as with wheels whose turns count, in its own.
-fn twin(own: &Mechanism, model: Model, motion: &Motion) -> Result<Twin, AnalysisError> {
+fn twin(
+    own: &Mechanism,
+    model: Model,
+    motion: &Motion,
+    watch: Watch<'_>,
+) -> Result<Twin, AnalysisError> {
     let is_absolute = own.system.tree.cuts.len() == own.model.joints.len();
     let others = if is_absolute { CoordinatePolicy::Relative } else { CoordinatePolicy::Absolute };
     let mut elsewhere = model.snapshot().to_model();
     elsewhere.coordinates = others;
     elsewhere.joints.iter_mut().for_each(|joint| joint.cut = None);
     elsewhere.bodies.iter_mut().for_each(|body| body.coordinate_names.clear());
-    tried(own, elsewhere, motion).or_else(|_| tried(own, model, motion))
+    let last = |motion: &Motion| motion.samples.last().map_or(0.0, |sample| sample.t);
+    let first = tried(own, elsewhere, motion, watch);
+    // Where other coordinates come to less than half of the motion in their time, the own ones may come farther.
+    let begun = motion.start.t;
+    let is_enough =
+        |twin: &Twin| (last(&twin.motion) - begun).abs() >= 0.5 * (last(motion) - begun).abs();
+    match first {
+        Ok(twin) if is_enough(&twin) => Ok(twin),
+        Err(_) => tried(own, model, motion, watch),
+        Ok(slow) => Ok(match tried(own, model, motion, watch) {
+            Ok(twin) if (last(&twin.motion) - begun).abs() > (last(&slow.motion) - begun).abs() => {
+                twin
+            }
+            _ => slow,
+        }),
+    }
 }
 
 /// Runs a model from where another motion began: first by a method that this has not, then by both.
-fn tried(own: &Mechanism, mut model: Model, motion: &Motion) -> Result<Twin, AnalysisError> {
+fn tried(
+    own: &Mechanism,
+    mut model: Model,
+    motion: &Motion,
+    watch: Watch<'_>,
+) -> Result<Twin, AnalysisError> {
     let options = &mut model.solve;
     options.step = None;
     (options.rtol, options.atol) = (tighter(options.rtol), tighter(options.atol));
@@ -193,7 +273,7 @@ fn tried(own: &Mechanism, mut model: Model, motion: &Motion) -> Result<Twin, Ana
         let simulation = mechanism.simulation()?;
         let mut start = simulation.start()?;
         (start.q, start.v) = began.clone();
-        Ok(simulation.solve_from(start)?)
+        watch.run("the same in another way", &simulation, start)
     };
     let first = run(&mechanism);
     if let (Err(_), false) = (&first, was_radau) {

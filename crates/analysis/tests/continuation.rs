@@ -153,7 +153,7 @@ fn equilibria_over_a_length_are_those_of_each_length() {
     assert!(!values.is_empty());
     for k in 0..5 {
         let length = 0.11 * (1.0 - f64::from(k) / 4.0) + 0.13 * f64::from(k) / 4.0;
-        let alone = statics(model(&with(length)), &[]).expect("equilibria");
+        let alone = statics(model(&with(length)), &[], &[]).expect("equilibria");
         let own: Vec<_> = values.iter().filter(|p| (p.value - length).abs() < 1e-12).collect();
         assert_eq!(own.len(), alone.equilibria.len(), "at {length} m");
         for expected in &alone.equilibria {

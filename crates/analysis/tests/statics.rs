@@ -8,7 +8,7 @@ use support::{Problem, difference, model};
 /// Finds the equilibria of the reference, all and no other.
 fn has_these(name: &str) {
     let problem = Problem::load(name);
-    let found = statics(problem.model(), &["crank.angle".to_owned()]).expect("equilibria");
+    let found = statics(problem.model(), &["crank.angle".to_owned()], &[]).expect("equilibria");
     let (columns, mut rows) = (problem.columns(), problem.rows());
     assert!(found.is_complete, "all of the assembly");
     assert_eq!(found.equilibria.len(), rows.len(), "{name}");
@@ -64,7 +64,7 @@ fn a_quaternion_and_its_opposite_are_one_equilibrium() {
                 [loads.g]\ntype = \"gravity\"\nacceleration = [0, 0, -9.81]\n\
                 [loads.s]\ntype = \"spring\"\nbetween = [\"ground.S\", \"bob.S\"]\nstiffness = 2\nlength = 0.3\n\
                 [loads.t]\ntype = \"spring\"\nbetween = [\"ground.T\", \"bob.T\"]\nstiffness = 3\nlength = 0.2\n";
-    let found = statics(model(text), &[]).expect("equilibria");
+    let found = statics(model(text), &[], &[]).expect("equilibria");
     let poses: Vec<&[f64]> = found.equilibria.iter().map(|e| e.q.as_slice()).collect();
     assert!(poses.len() >= 2, "{poses:?}");
     for (k, a) in poses.iter().enumerate() {
@@ -88,7 +88,7 @@ fn an_equilibrium_in_the_start_is_found() {
              [loads]\ng = {{ type = \"gravity\", acceleration = [0, -9.81] }}\n\
              [initial]\nA = {{ angle = \"{degrees} deg\" }}\n"
         );
-        let found = statics(model(&text), &[]).expect("equilibria");
+        let found = statics(model(&text), &[], &[]).expect("equilibria");
         let mut stabilities: Vec<_> = found.equilibria.iter().map(|e| e.stability).collect();
         stabilities.sort_by_key(|stability| *stability == Stability::Unstable);
         assert_eq!(stabilities, [Stability::Stable, Stability::Unstable], "{degrees}");
@@ -117,7 +117,7 @@ fn an_equilibrium_lies_on_a_branch_that_the_start_does_not_take() {
             x = {start}
             "#
         ));
-        let found = statics(buffer, &[]).expect("an equilibrium");
+        let found = statics(buffer, &[], &[]).expect("an equilibrium");
         let places = found.table().column("x").expect("a position");
         assert!(places.len() == 1 && (places[0] - 1.1).abs() < 1e-9, "from {start}: {places:?}");
         assert_eq!(found.equilibria[0].stability, Stability::Stable);

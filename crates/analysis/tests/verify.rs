@@ -2,11 +2,11 @@
 
 mod support;
 
-use bksim_analysis::{Verified, verify};
+use bksim_analysis::{Verified, Watch, verify};
 use support::model;
 
 fn verified(text: &str) -> Verified {
-    let found = verify(model(text)).expect("two runs");
+    let found = verify(model(text), Watch::NONE).expect("two runs");
     let [own, twin] = &found.ways;
     assert_ne!(own.n_coordinates, twin.n_coordinates);
     assert!(twin.tolerances[0] < own.tolerances[0]);
@@ -71,8 +71,44 @@ fn a_stiff_motion_is_verified_too() {
 #[test]
 fn gears_are_verified() {
     let text = include_str!("../../../tests/fixtures/planetary-gear.toml");
-    let found = verify(model(text)).expect("two runs");
+    let found = verify(model(text), Watch::NONE).expect("two runs");
     let beyond = found.channels.iter().filter(|channel| channel.largest > channel.allowed);
     let beyond: Vec<_> = beyond.map(|c| (&c.name, c.largest, c.allowed, c.t)).collect();
     assert!(found.is_within(), "{beyond:?} by {:?}", found.ways);
+}
+
+#[test]
+fn a_chaotic_motion_is_judged_up_to_the_time_at_which_differences_hide_it() {
+    // Turned over its top a double pendulum forgets its start.
+    let wild = DOUBLE
+        .replace("angle = -0.4, rate = 1.5", "angle = 2.6, rate = 0")
+        .replace("angle = 0.3, rate = -2", "angle = 0.5, rate = 3");
+    let found = verified(&format!("{wild}[solve]\nt_end = 30\n"));
+    let growth = found.growth.as_ref().expect("differences that grow");
+    let horizon = growth.horizon.expect("a horizon");
+    assert!((2.0..28.0).contains(&horizon), "{horizon}");
+    assert!(growth.rate > 0.3 && growth.rate < 10.0, "{}", growth.rate);
+    let beyond: Vec<_> = found.channels.iter().filter(|c| !c.is_within).collect();
+    assert!(found.is_within() && !found.is_whole(), "{beyond:?}");
+    // Beyond the horizon the runs are far apart.
+    let angle = found.channels.iter().find(|c| c.name == "A.angle").expect("a channel");
+    assert!(angle.differences.iter().any(|off| off.abs() > 0.1));
+}
+
+#[test]
+fn a_run_that_is_stopped_is_compared_as_far_as_it_came() {
+    use std::cell::Cell;
+    let steps = Cell::new(0);
+    let name = Cell::new("");
+    let watch = Watch {
+        reached: &|run, _| name.set(run),
+        stop: &|| {
+            steps.set(steps.get() + usize::from(name.get() == "the same in another way"));
+            steps.get() > 60
+        },
+    };
+    let found = verify(model(&format!("{DOUBLE}[solve]\nt_end = 4\n")), watch).expect("two runs");
+    let last = *found.times.last().expect("times");
+    assert!(last > 0.0 && last < 4.0, "{last}");
+    assert!(found.is_within() && !found.is_whole());
 }

@@ -241,9 +241,11 @@ pub(crate) struct Solve {
     pub(crate) force: bool,
     /// Continue a run that was stopped or killed: in place of a model, name its log.
     #[arg(long, conflicts_with_all = [
-        "set", "t_end", "rtol", "atol", "step", "every", "method", "formulation", "channels",
+        "set", "compliance", "t_end", "rtol", "atol", "step", "every", "method", "formulation", "channels",
     ])]
     pub(crate) resume: bool,
+    #[command(flatten)]
+    pub(crate) compliance: analysis::ComplianceArgs,
     #[command(flatten)]
     pub(crate) tuning: Tuning,
     /// Log the derivatives of the motion by this parameter (`l1`) or stated initial value

@@ -26,7 +26,7 @@ use std::path::Path;
 
 use clap::{CommandFactory, FromArgMatches};
 
-use crate::args::analysis::{Bode, Doctor, Kinematics, Polygons};
+use crate::args::analysis::{Bode, Doctor, Inverse, Kinematics, Polygons};
 use crate::args::page::Page;
 use crate::args::plot::Plot;
 use crate::args::render::Render;
@@ -47,6 +47,8 @@ pub enum StudioCommand<'a> {
     Doctor(&'a Doctor, &'a Path),
     /// Channels of a log, as Parquet to this file.
     Export(&'a Export, &'a Path),
+    /// Efforts over speeds, as a picture in this file.
+    Inverse(&'a Inverse, &'a Path),
     /// A mode as a film or a picture.
     Modes(&'a Render),
     /// A run as a page of HTML.
@@ -71,6 +73,7 @@ impl StudioCommand<'_> {
             Self::Bode(..) => "bode",
             Self::Doctor(..) => "doctor",
             Self::Export(..) => "export",
+            Self::Inverse(..) => "inverse",
             Self::Modes(_) => "modes",
             Self::Page(_) => "page",
             Self::Plot(_) => "plot",
@@ -195,9 +198,10 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
             Some(path) => studio(StudioCommand::Doctor(args, path)),
             None => own("doctor", commands::analysis::doctor::run(args, None, json, nesting)),
         },
-        Command::Inverse(args) => {
-            own("inverse", commands::analysis::inverse::run(args, json, nesting))
-        }
+        Command::Inverse(args) => match args.picture() {
+            Some(path) => studio(StudioCommand::Inverse(args, path)),
+            None => own("inverse", commands::analysis::inverse::run(args, None, json, nesting)),
+        },
         Command::Cam(args) => own("cam", commands::analysis::cam::run(args, json, nesting)),
         Command::Code(args) => own("code", commands::code::run(args, json, nesting)),
         Command::Solve(args) => own("solve", commands::solve::run(args, json, nesting)),

@@ -18,6 +18,7 @@
 mod assembly;
 mod belt;
 mod body;
+mod compliance;
 mod coupling;
 mod curve;
 pub mod diagnostic;
@@ -41,6 +42,7 @@ mod table;
 pub use assembly::{AssemblyChoice, ChosenAssembly, FoundAssembly};
 pub use belt::{Belt, BeltWheel};
 pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm};
+pub use compliance::{Compliance, NoCompliance};
 pub use coupling::{Coupling, CouplingKind, Rack, Wheels};
 pub use curve::{Cam, CamLaw, Curve, FollowerKind, LawSegment};
 pub use drive::Drive;

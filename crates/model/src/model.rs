@@ -11,6 +11,7 @@ use bksim_expr::{Expr, Pool, PoolSnapshot, SymbolId};
 use crate::assembly::ChosenAssembly;
 use crate::belt::Belt;
 use crate::body::Body;
+use crate::compliance::Compliance;
 use crate::coupling::Coupling;
 use crate::curve::{CamLaw, Curve};
 use crate::diagnostic::Span;
@@ -84,6 +85,8 @@ pub struct Model<P = Pool> {
     pub inputs: Vec<ParameterId>,
     /// Inputs and outputs where a question names none.
     pub io: Io,
+    /// How joints yield that repeat others; all others are rigid.
+    pub compliances: Vec<Compliance>,
 }
 
 impl<P> Model<P> {
@@ -118,6 +121,7 @@ impl<P> Model<P> {
             solve: self.solve.clone(),
             inputs: self.inputs.clone(),
             io: self.io.clone(),
+            compliances: self.compliances.clone(),
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Questions besides motion in time: a function for each, whose answer is that of the command of its name.
 
 use bksim::analysis::{
-    About, AnalysisError, Channels, LimitsRequest, Motion, assemblies, balanced, bode, curves,
-    doctor, inverse, kinematics, limits, linearize, modes, singular_poses, statics, statics_over,
-    verify, workspaces,
+    About, Actuators, AnalysisError, Channels, LimitsRequest, Motion, MotorCurve, Watch,
+    assemblies, balanced, bode, compliances, curves, doctor, inverse, kinematics, letters, limits,
+    linearize, modes, singular_poses, statics, statics_over, verify, workspaces,
 };
 use bksim::model::Model;
 use bksim_studio::questions::{self, Answer};
@@ -131,15 +131,19 @@ pub(crate) fn static_of(
     by: Vec<String>,
     over: Option<(String, String)>,
     solve: Vec<String>,
+    reactions: (Pairs, Pairs),
 ) -> PyResult<Told<'_>> {
-    ask(py, engine.get(), move |name, model| {
-        use questions::statics::{range, told, told_balanced, told_over};
+    let (compliance, bound) = reactions;
+    ask(py, engine.get(), move |name, mut model| {
+        use questions::statics::{bounds, range, told, told_balanced, told_over};
+        model.compliances = compliances(&model, &compliance)?;
         if let Some((parameter, values)) = &over {
             let range = range(&model, parameter, values)?;
             return Ok(told_over(name, &statics_over(model, (parameter, range), &by)?));
         }
         if solve.is_empty() {
-            return Ok(told(name, &statics(model, &by)?));
+            let bounds = bounds(&model, &bound)?;
+            return Ok(told(name, &statics(model, &by, &bounds)?));
         }
         Ok(told_balanced(name, &balanced(model, &solve, &by)?))
     })
@@ -152,12 +156,19 @@ pub(crate) fn linearize_of<'py>(
     engine: Py<Engine>,
     at: &str,
     channels: [Vec<String>; 3],
+    in_letters: bool,
 ) -> PyResult<Told<'py>> {
     let about = about(at)?;
     let [inputs, outputs, states] = channels;
     let channels = Channels { inputs, outputs, states };
     ask(py, engine.get(), move |name, model| {
-        Ok(questions::linearize::told(name, &linearize(model, about, &channels)?))
+        let twin = in_letters.then(|| model.snapshot());
+        let mut answer = questions::linearize::told(name, &linearize(model, about, &channels)?);
+        if let Some(twin) = twin {
+            let written = letters(twin.to_model(), &channels)?;
+            questions::linearize::add_letters(&mut answer, written.as_ref());
+        }
+        Ok(answer)
     })
 }
 
@@ -188,6 +199,15 @@ pub(crate) fn bode_of<'py>(
     })
 }
 
+/// Names with values as text.
+type Pairs = Vec<(String, String)>;
+
+/// The name of an actuator, with speeds and efforts of the curve of its motor.
+type Curve = (String, Vec<f64>, Vec<f64>);
+
+/// Names of actuators, limits of efforts, curves of motors, joints that yield.
+type Acting = (Vec<String>, Pairs, Vec<Curve>, Pairs);
+
 /// A motion: a formula, or times and values with a spline through them.
 #[derive(FromPyObject)]
 pub(crate) enum Prescription {
@@ -203,15 +223,25 @@ pub(crate) fn inverse_of(
     motion: Vec<(String, Prescription)>,
     smoothing: f64,
     times: Option<String>,
+    acting: Acting,
 ) -> PyResult<Told<'_>> {
-    ask(py, engine.get(), move |name, model| {
+    let (named, limit, curve, compliance) = acting;
+    ask(py, engine.get(), move |name, mut model| {
+        model.compliances = compliances(&model, &compliance)?;
+        let read = |(name, speeds, efforts): &Curve| {
+            let points = speeds.iter().zip(efforts).map(|(speed, effort)| [*speed, *effort]);
+            MotorCurve::new(name, points.collect())
+        };
+        let curves = curve.iter().map(read).collect::<Result<_, _>>()?;
+        let limits = questions::inverse::limits(&limit)?;
+        let actuators = Actuators { named, limits, curves };
         let times = questions::inverse::times(&model, times.as_deref())?;
         let read = |(measure, motion): &(String, Prescription)| match motion {
             Prescription::Formula(text) => Motion::formula(&model, measure, text),
             Prescription::Table(t, x) => Motion::spline(&model, measure, t, x, smoothing),
         };
         let motions: Vec<Motion> = motion.iter().map(read).collect::<Result<_, _>>()?;
-        Ok(questions::inverse::told(name, &inverse(model, &motions, &times)?))
+        Ok(questions::inverse::told(name, &inverse(model, &motions, &times, &actuators)?))
     })
 }
 
@@ -241,6 +271,6 @@ pub(crate) fn verify_of(
 ) -> PyResult<Told<'_>> {
     ask(py, engine.get(), move |name, mut model| {
         model.solve.t_end = t_end.unwrap_or(model.solve.t_end);
-        Ok(questions::verify::told(name, &verify(model)?))
+        Ok(questions::verify::told(name, &verify(model, Watch::NONE)?))
     })
 }

@@ -7,12 +7,12 @@
 use std::io::Read;
 
 use crate::player::{Player, span, uniqueness};
-use crate::record::{Channels, INPUTS, Signal, overrides};
+use crate::record::{Channels, INPUTS, Signal, compliances, overrides};
 use bksim_expr::TapeError;
 use bksim_log::{EndStatus, Header, LogError, LogReader, Note, Record, Topic};
-use bksim_model::Model;
 use bksim_model::diagnostic::{Diagnostic, Rejected};
 use bksim_model::file::{Source, read};
+use bksim_model::{Compliance, Model};
 use bksim_sim::Mechanism;
 use bksim_sim::input::{along, find_inputs};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
@@ -142,7 +142,14 @@ impl RunLog {
         let source = Source { overrides: &overrides, ..Source::new(text, name) };
         let reading = read(&source);
         match reading.model {
-            Some(model) => Ok((model, reading.diagnostics)),
+            Some(mut model) => {
+                // Written by bksim itself: what cannot be read is of another version, and the joint is rigid.
+                let known = compliances(options);
+                let read =
+                    |(name, value): &(String, String)| Compliance::parse(&model, name, value).ok();
+                model.compliances = known.iter().filter_map(read).collect();
+                Ok((model, reading.diagnostics))
+            }
             None => Err(Rejected(reading.diagnostics)),
         }
     }

@@ -25,7 +25,8 @@ use crate::modes::Modes;
 use crate::modes::indicators::EventIndicators;
 use crate::pressing::{Bearing, PressingMultipliers, bearings, pressing_symbols};
 use crate::redundancy::{
-    Effort, MovingInstant, RepeatedCondition, SelfStress, Transmissions, Uniqueness, resting,
+    Effort, MovingInstant, RepeatedCondition, SelfStress, Transmissions, Uniqueness, Yields,
+    resting,
 };
 use crate::sampled::{SampledSignals, Sampling};
 use bksim_mbs::constraint::Source;
@@ -263,7 +264,7 @@ impl CompiledSystem {
         let parameters = modes.parameters_with_modes(parameters);
         let resting = resting(&self.indicators, &parameters, at, modes);
         let acts = |effort: Effort| effort.acts_in(modes) || effort.is_of_contact(&resting);
-        self.transmissions.uniqueness(&parameters, at, &acts)
+        self.transmissions.uniqueness(&parameters, at, &acts, Yields::AsStated)
     }
 
     /// Whether there are loops, or several efforts in one joint: otherwise every reaction is unique.
@@ -279,7 +280,7 @@ impl CompiledSystem {
         modes: &Modes,
     ) -> Uniqueness {
         let parameters = modes.parameters_with_modes(parameters);
-        self.transmissions.uniqueness(&parameters, at, &|_| false)
+        self.transmissions.uniqueness(&parameters, at, &|_| false, Yields::Never)
     }
 
     /// The conditions of joints and couplings that follow from others, from an instant on.
@@ -301,6 +302,59 @@ impl CompiledSystem {
     ) -> Vec<SelfStress> {
         let parameters = modes.parameters_with_modes(parameters);
         self.transmissions.self_stresses(&parameters, at, &|effort| effort.acts_in(modes))
+    }
+
+    /// Whether joints in loops yield, so that they decide what they share.
+    pub fn yields(&self) -> bool {
+        self.transmissions.may_yield()
+    }
+
+    /// The self-stresses at a position that no joint decides which yields; `parameters` end with modes.
+    pub fn open_stresses(&self, parameters: &[f64], at: (f64, &[f64])) -> Vec<SelfStress> {
+        let modes = self.modes_among(parameters);
+        let acts = |effort: Effort| effort.acts_in(&modes);
+        self.transmissions.open_stresses(parameters, at, &acts, Yields::AsStated)
+    }
+
+    /// The modes that parameters end with.
+    fn modes_among(&self, parameters: &[f64]) -> Modes {
+        let modes = self.indicators.modes_from_numbers(&parameters[self.n_parameters..]);
+        modes.unwrap_or_else(|| self.indicators.idle())
+    }
+
+    /// Brings reactions, and the multipliers of drives, couplings and contacts, to what joints share that yield; `parameters`
+    /// end with modes. Efforts that `among` leaves out stay as they are; nothing changes where no joint yields.
+    pub fn share(
+        &self,
+        parameters: &[f64],
+        at: (f64, &[f64]),
+        among: &dyn Fn(Effort) -> bool,
+        (reactions, lambda): (&mut [[f64; 6]], &mut [f64]),
+    ) {
+        if !self.yields() {
+            return;
+        }
+        let modes = self.modes_among(parameters);
+        let acts = |effort: Effort| effort.acts_in(&modes) && among(effort);
+        let shared = self.transmissions.shared(parameters, at, &acts, reactions);
+        for (joint, six) in &shared.reactions {
+            reactions[joint.0].iter_mut().zip(six).for_each(|(own, part)| *own += part);
+        }
+        for &(effort, part) in &shared.efforts {
+            if let Some((row, sign)) = self.row_of(effort) {
+                lambda[row] += sign * part;
+            }
+        }
+    }
+
+    /// The constraint row of an effort, and the effort for a multiplier of one.
+    pub fn row_of(&self, effort: Effort) -> Option<(usize, f64)> {
+        let row = |of: Source| self.sources.iter().position(|source| *source == of);
+        match effort {
+            Effort::Coupling(coupling) => Some((row(Source::Coupling(coupling))?, 1.0)),
+            Effort::Drive(drive) => Some((row(Source::Drive(drive))?, 1.0)),
+            Effort::Contact(contact_idx, _) => Some(self.transmissions.contact_row(contact_idx)),
+        }
     }
 
     /// The same functions, with the values of the inputs by `law`.

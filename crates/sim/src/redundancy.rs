@@ -21,6 +21,7 @@
 mod block;
 mod blocks;
 mod conditions;
+mod sharing;
 mod transmissions;
 
 use bksim_expr::{SymbolId, TapeError};
@@ -46,6 +47,15 @@ pub struct Uniqueness {
     pub contacts: Vec<bool>,
     /// Number of independent self-stresses: of conditions that repeat others.
     pub n_self_stresses: usize,
+}
+
+/// Whether the compliances of joints decide what they share.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Yields {
+    /// They do.
+    AsStated,
+    /// All joints are rigid.
+    Never,
 }
 
 /// Where a motion stands: time, positions, velocities, accelerations.
@@ -110,22 +120,23 @@ impl Effort {
 impl Transmissions {
     /// Which components are unique in the motion from an instant on, with the efforts that `acts` says are
     /// there. A component that a self-stress has not in this pose alone, and a self-stress that
-    /// only this pose has, do not count.
+    /// only this pose has, do not count; nor do those that joints decide which yield.
     pub(crate) fn uniqueness(
         &self,
         parameters: &[f64],
         at: MovingInstant<'_>,
         acts: &dyn Fn(Effort) -> bool,
+        yields: Yields,
     ) -> Uniqueness {
         let mut unique = self.all_unique();
         if !self.are_shared() {
             return unique;
         }
-        let here = self.self_stresses(parameters, (at.t, at.q), acts);
+        let here = self.open_stresses(parameters, (at.t, at.q), acts, yields);
         if here.is_empty() {
             return unique;
         }
-        let ahead = self.self_stresses(parameters, (at.t, &at.ahead()), acts);
+        let ahead = self.open_stresses(parameters, (at.t, &at.ahead()), acts, yields);
         let is_lasting = here.len() <= ahead.len();
         if is_lasting {
             for stress in &here {

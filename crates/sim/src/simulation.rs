@@ -385,13 +385,28 @@ impl Simulation {
     /// # Errors
     /// [`Rejected`] when the motion cannot begin there or the run stops early.
     pub fn solve_from(&self, start: Start) -> Result<Motion, Rejected> {
+        self.solve_watched(start, &mut |_| (), &|| false)
+    }
+
+    /// As [`Simulation::solve_from`]; `reached` is told the time of every sample, and the motion ends where `stop`, asked
+    /// after every step, wishes so.
+    ///
+    /// # Errors
+    /// [`Rejected`] as [`Simulation::solve_from`].
+    pub fn solve_watched(
+        &self,
+        start: Start,
+        reached: &mut dyn FnMut(f64),
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Motion, Rejected> {
         let mut samples = Vec::new();
         let mut keep = |sample: &Sample| {
             samples.push(sample.clone());
+            reached(sample.t);
             Control::Continue
         };
         let summary = self
-            .run(&start, &mut keep, &|| false)
+            .run(&start, &mut keep, stop)
             .map_err(|failure| Rejected(vec![self.diagnose(&failure)]))?;
         Ok(Motion { start, samples, summary })
     }

@@ -1,6 +1,7 @@
 //! One file per command.
 
 pub(crate) mod bode;
+pub(crate) mod inverse;
 pub(crate) mod page;
 pub(crate) mod panels;
 pub(crate) mod plot;

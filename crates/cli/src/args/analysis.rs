@@ -25,6 +25,15 @@ pub(crate) struct TableArgs {
     pub(crate) force: bool,
 }
 
+/// Joints that yield.
+#[derive(Args, Debug, Default)]
+pub(crate) struct ComplianceArgs {
+    /// Let a joint yield, `A=1e8 N/m` or `A=1e5 N m/rad` in all directions, `A.fy_joint=1e8 N/m` in one: joints that repeat
+    /// each other share loads by it, all others are rigid; may be repeated.
+    #[arg(long, value_name = "NAME=STIFFNESS", value_parser = assignment)]
+    pub(crate) compliance: Vec<(String, String)>,
+}
+
 impl TableArgs {
     /// The file, if its ending is that of a figure.
     fn picture(&self) -> Option<&std::path::Path> {
@@ -161,9 +170,16 @@ pub(crate) struct Static {
     #[arg(long, value_name = "NAME", conflicts_with = "over")]
     pub(crate) solve: Vec<String>,
     #[command(flatten)]
+    pub(crate) compliance: ComplianceArgs,
+    /// Bound a reaction that is not unique, `A.fy=0:500 N`, or the effort of a drive, `motor.effort=20 N m`; may be
+    /// repeated.
+    #[arg(long, value_name = "NAME=VALUES", value_parser = assignment, conflicts_with_all = ["over", "solve"])]
+    pub(crate) bound: Vec<(String, String)>,
+    #[command(flatten)]
     pub(crate) table: TableArgs,
 }
 
+/// The arguments of `bksim linearize`. A FILE of -o that ends in .npz or .mat has the matrices for NumPy or MATLAB.
 #[derive(Args, Debug)]
 pub(crate) struct Linearize {
     #[command(flatten)]
@@ -181,6 +197,9 @@ pub(crate) struct Linearize {
     /// A measure whose deviation and rate are states, in place of a coordinate; one for each free motion.
     #[arg(long, value_name = "NAME")]
     pub(crate) state: Vec<String>,
+    /// Tell A and B in letters, too, with a certificate; of small mechanisms at rest, by coordinates.
+    #[arg(long, conflicts_with_all = ["state", "at"])]
+    pub(crate) letters: bool,
     #[command(flatten)]
     pub(crate) table: TableArgs,
 }
@@ -256,6 +275,9 @@ pub(crate) struct Verify {
     /// End of the runs, s; that of the model unless given.
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time)]
     pub(crate) t_end: Option<f64>,
+    /// The longest that each of the runs may take, in seconds of the clock; what they have reached then is compared.
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0)]
+    pub(crate) patience: f64,
     #[command(flatten)]
     pub(crate) table: TableArgs,
 }
@@ -280,12 +302,13 @@ impl Doctor {
     }
 }
 
+/// The arguments of `bksim inverse`. A FILE of -o that ends in .svg, .png or .pdf shows efforts over speeds.
 #[derive(Args, Debug)]
-pub(crate) struct Inverse {
+pub struct Inverse {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// The motion of a joint: a formula of t and parameters in SI, `A.angle=0.4+6*t`, or a table of times
-    /// and values, `A.angle=@motion.csv`; the drives of the model move, too.
+    /// The motion of a joint, body or point: a formula of t and parameters in SI, `A.angle=0.4+6*t`, a table of times
+    /// and values, `A.angle=@motion.csv`, or a log, `A.angle=@run.mcap`; the drives of the model move, too.
     #[arg(long, value_name = "NAME=MOTION", value_parser = assignment)]
     pub(crate) motion: Vec<(String, String)>,
     /// Smoothing of tables: Σ (s − x)² + N ∫ s″² dt is smallest; 0 goes through all values.
@@ -294,6 +317,25 @@ pub(crate) struct Inverse {
     /// Times, `0:0.8 s:37`; those of the model's solution, 101 of them, unless given.
     #[arg(long, value_name = "TIMES")]
     pub(crate) times: Option<String>,
+    /// A joint or drive that has an effort, in place of the drives of the model and the joints of the motions; may be
+    /// repeated.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) actuator: Vec<String>,
+    /// The largest effort of an actuator, `A=12 N m`; may be repeated.
+    #[arg(long, value_name = "NAME=EFFORT", value_parser = assignment)]
+    pub(crate) limit: Vec<(String, String)>,
+    /// The curve of a motor, a table of speeds and largest efforts in SI, `A=@motor.csv`; may be repeated.
+    #[arg(long, value_name = "NAME=@FILE", value_parser = assignment)]
+    pub(crate) curve: Vec<(String, String)>,
+    #[command(flatten)]
+    pub(crate) compliance: ComplianceArgs,
     #[command(flatten)]
     pub(crate) table: TableArgs,
+}
+
+impl Inverse {
+    /// The file to draw in, by its ending.
+    pub(crate) fn picture(&self) -> Option<&std::path::Path> {
+        self.table.picture()
+    }
 }

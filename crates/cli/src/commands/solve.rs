@@ -11,11 +11,12 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use bksim::analysis::compliances;
 use bksim::dae::Control;
 use bksim::log::{self, Level, LogError};
 use bksim::model::diagnostic::Diagnostic;
 use bksim::options::{BadOption, SolveChanges, described, in_words};
-use bksim::record::{Contents, Recorder, set_option};
+use bksim::record::{Contents, Recorder, compliance_option, set_option};
 use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
 use bksim::sim::mobility::mobility;
 use bksim::sim::redundancy::UniquenessChange;
@@ -124,6 +125,9 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
     } else {
         (load(&args.model, nesting)?, None)
     };
+    let yielding = first.as_ref().map_or(&args.compliance.compliance, |first| &first.compliance);
+    loaded.model.compliances = compliances(&loaded.model, yielding)
+        .map_err(|error| loaded.source.rejected(error.diagnostics()))?;
     let solve = &mut loaded.model.solve;
     changes(&args.tuning, solve.t_start)?.apply(solve);
     let path = match first {
@@ -172,6 +176,8 @@ fn open_log(prepared: &Prepared, args: &Solve) -> Result<(Log, PathBuf), Failure
     let mut options = described(&mechanism.model, sensitive);
     let set = first.as_ref().map_or(&args.model.set, |first| &first.set);
     options.extend(set.iter().map(|(name, value)| set_option(name, value)));
+    let yielding = first.as_ref().map_or(&args.compliance.compliance, |first| &first.compliance);
+    options.extend(yielding.iter().map(|(name, value)| compliance_option(name, value)));
     let channels = first.as_ref().map_or(args.channels, |first| first.channels);
     if channels == args::Channels::Own {
         options.push(OWN_CHANNELS.map(str::to_owned).into());

@@ -19,6 +19,14 @@ pub(super) struct WrittenIo {
     outputs: Vec<(String, Span)>,
 }
 
+/// Whether a state or a signal has this name, written alone or after `states.` or `signals.`.
+fn is_of_controller(model: &Model, name: &str) -> bool {
+    let own = |section: &str| name.strip_prefix(section).unwrap_or(name).to_owned();
+    let (state, signal) = (own("states."), own("signals."));
+    model.states.iter().any(|known| known.name == state)
+        || model.named_signals.iter().any(|known| known.name == signal)
+}
+
 impl Reader<'_> {
     /// Reads the names; none where nothing is stated.
     pub(super) fn read_io(&mut self, root: &Table) -> WrittenIo {
@@ -55,6 +63,7 @@ impl Reader<'_> {
         let is_output = |name: &str| {
             Measure::named(model, name).is_some_and(|m| !m.is_acceleration())
                 || ReactionComponent::named(model, name).is_some()
+                || is_of_controller(model, name)
         };
         let unknown = |name: &str, span: &Span, what: &str, help: &str| {
             Diagnostic::error(codes::UNKNOWN_NAME, format!("`{name}` is no {what}"))
@@ -66,7 +75,7 @@ impl Reader<'_> {
             self.report(unknown(name, span, "input", help));
         }
         for (name, span) in written.outputs.iter().filter(|(name, _)| !is_output(name)) {
-            let help = "write a measure such as `crank.angle`, `crank.rate` or `rod.P.x`, or a reaction such as `reactions.A.fx`";
+            let help = "write a measure such as `crank.angle`, `crank.rate` or `rod.P.x`, a state, a signal, or a reaction such as `reactions.A.fx`";
             self.report(unknown(name, span, "output", help));
         }
         let names = |all: Vec<(String, Span)>| all.into_iter().map(|(name, _)| name).collect();

@@ -136,6 +136,7 @@ impl Reader<'_> {
             solve,
             inputs: Vec::new(),
             io: Io::default(),
+            compliances: Vec::new(),
             pool: std::mem::take(&mut self.pool),
         };
         model.io = self.known_io(&model, io);

@@ -410,10 +410,14 @@ def curves_of(
 def workspaces_of(engine: Engine, points: list[str]) -> _Told: ...
 def assemblies_of(engine: Engine) -> _Told: ...
 def static_of(
-    engine: Engine, by: list[str], over: tuple[str, str] | None, solve: list[str]
+    engine: Engine,
+    by: list[str],
+    over: tuple[str, str] | None,
+    solve: list[str],
+    reactions: tuple[list[tuple[str, str]], list[tuple[str, str]]],
 ) -> _Told: ...
 def linearize_of(
-    engine: Engine, at: str, channels: tuple[list[str], list[str], list[str]]
+    engine: Engine, at: str, channels: tuple[list[str], list[str], list[str]], in_letters: bool
 ) -> _Told: ...
 def modes_of(engine: Engine, at: str) -> _Told: ...
 def bode_of(
@@ -424,6 +428,12 @@ def inverse_of(
     motion: list[tuple[str, str | tuple[list[float], list[float]]]],
     smoothing: float,
     times: str | None,
+    acting: tuple[
+        list[str],
+        list[tuple[str, str]],
+        list[tuple[str, list[float], list[float]]],
+        list[tuple[str, str]],
+    ],
 ) -> _Told: ...
 def doctor_of(engine: Engine, drive: str | None) -> _Told: ...
 def verify_of(engine: Engine, t_end: float | None) -> _Told: ...

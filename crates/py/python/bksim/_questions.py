@@ -198,17 +198,23 @@ class Questions:
         by: str | Sequence[str] = (),
         over: Mapping[str, Values] | None = None,
         solve: str | Sequence[str] = (),
+        compliance: Mapping[str, str] | None = None,
+        bound: Mapping[str, str] | None = None,
     ) -> Answer:
         """Equilibria, their stability and the reactions in them; ``by`` are measures that the stiffness is by.
 
         ``over={"k": "1:5 N/m:41"}`` follows them over a parameter, through limit points and branch points;
         ``solve="k"`` finds the value with which the start is in balance.
+        ``compliance={"A": "1e8 N/m"}`` lets joints yield that share what they carry, ``bound={"A.fy": "0:500 N"}``
+        bounds reactions that are not unique.
         """
         ranges = [(name, _range(values)) for name, values in (over or {}).items()]
         if len(ranges) > 1 or (ranges and solve):
             raise ValueError("equilibria are followed over one parameter, or balanced")
         asked = ranges[0] if ranges else None
-        found = _bksim.static_of(self._engine(), names("by", by), asked, names("solve", solve))
+        reactions = (_written(compliance), _written(bound))
+        solving = names("solve", solve)
+        found = _bksim.static_of(self._engine(), names("by", by), asked, solving, reactions)
         return Answer(found)
 
     def linearize(
@@ -218,13 +224,15 @@ class Questions:
         *,
         state: str | Sequence[str] = (),
         at: str = "static",
+        letters: bool = False,
     ) -> LinearSystem:
         """The equations, linear about the equilibrium nearest to the start, or about the start (``at="start"``).
 
-        An input is a parameter of loads or a joint that an effort works on, an output a measure.
+        An input is a parameter of loads or a joint that an effort works on, an output a measure. With ``letters``,
+        ``facts["letters"]`` has A and B in letters with a certificate, of small mechanisms at rest.
         """
         channels = (names("input", input), names("output", output), names("state", state))
-        return LinearSystem(_bksim.linearize_of(self._engine(), at, channels))
+        return LinearSystem(_bksim.linearize_of(self._engine(), at, channels, letters))
 
     def modes(self, *, at: str = "static") -> Modes:
         """Frequencies, damping and shapes of small motions."""
@@ -249,23 +257,31 @@ class Questions:
         *,
         times: Values | None = None,
         smoothing: float = 0.0,
+        actuator: str | Sequence[str] = (),
+        limit: Mapping[str, str] | None = None,
+        curve: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+        compliance: Mapping[str, str] | None = None,
     ) -> Answer:
         """The efforts, reactions and powers that a motion needs.
 
         A motion is a formula of t, ``{"A.angle": "0.4 + 6*t"}``, or times and values, through which a natural
-        cubic spline goes, the smoother the larger ``smoothing`` is.
+        cubic spline goes, the smoother the larger ``smoothing`` is. ``actuator`` names the joints that have an effort,
+        ``limit={"A": "12 N m"}`` their largest ones; ``curve={"A": (speeds, efforts)}`` is the curve of a motor.
         """
 
+        def listed(value: tuple[ArrayLike, ArrayLike]) -> tuple[list[float], list[float]]:
+            first, second = (np.asarray(part, dtype=np.float64).tolist() for part in value)
+            return (first, second)
+
         def written(value: str | tuple[ArrayLike, ArrayLike]) -> str | tuple[list[float], list[float]]:
-            if isinstance(value, str):
-                return value
-            t, x = (np.asarray(part, dtype=np.float64).tolist() for part in value)
-            return (t, x)
+            return value if isinstance(value, str) else listed(value)
 
         motions = [(name, written(value)) for name, value in (motion or {}).items()]
         asked = None if times is None else _range(times)
         smooth = real("smoothing", smoothing) or 0.0
-        return Answer(_bksim.inverse_of(self._engine(), motions, smooth, asked))
+        curves = [(name, *listed(value)) for name, value in (curve or {}).items()]
+        acting = (names("actuator", actuator), _written(limit), curves, _written(compliance))
+        return Answer(_bksim.inverse_of(self._engine(), motions, smooth, asked, acting))
 
     def doctor(self, drive: str | None = None) -> Answer:
         """Free motions, conditions that repeat others, and changes of joints that cure them.
@@ -278,6 +294,10 @@ class Questions:
         """The run beside the same motion in other coordinates by another method: the table has the differences of
         all channels, ``facts["within"]`` says whether all keep to the tolerances."""
         return Answer(_bksim.verify_of(self._engine(), real("t_end", t_end)))
+
+
+def _written(values: Mapping[str, str] | None) -> list[tuple[str, str]]:
+    return [(str(name), str(value)) for name, value in (values or {}).items()]
 
 
 def _range(values: Values) -> str:

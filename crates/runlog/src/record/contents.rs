@@ -33,6 +33,22 @@ pub fn set_option(name: &str, value: &str) -> (String, String) {
     (format!("{SET}{name}"), value.to_owned())
 }
 
+/// Options with this prefix are joints that yield.
+const COMPLIANCE: &str = "compliance.";
+
+/// A joint that yields, or one of its directions, with its stiffness, as an option for the log.
+pub fn compliance_option(name: &str, stiffness: &str) -> (String, String) {
+    (format!("{COMPLIANCE}{name}"), stiffness.to_owned())
+}
+
+/// The joints that yield among the options of a log, with their stiffnesses.
+pub fn compliances(options: &BTreeMap<String, String>) -> Vec<(String, String)> {
+    let yields = |(key, value): (&String, &String)| {
+        Some((key.strip_prefix(COMPLIANCE)?.to_owned(), value.clone()))
+    };
+    options.iter().filter_map(yields).collect()
+}
+
 /// The parameters among the options of a log that were given on the command line.
 pub fn overrides(options: &BTreeMap<String, String>) -> Vec<(String, String)> {
     let set =

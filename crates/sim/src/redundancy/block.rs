@@ -104,7 +104,7 @@ impl JointPart {
     }
 
     /// The axes of the joint's frame, world axes.
-    fn frame(&self, values: &[f64]) -> [[f64; 3]; 3] {
+    pub(super) fn frame(&self, values: &[f64]) -> [[f64; 3]; 3] {
         [3, 6, 9].map(|offset| triple(values, self.first + offset))
     }
 

@@ -4,12 +4,13 @@ use bksim_expr::{Expr, SymbolId, TapeError};
 use bksim_mbs::constraint::{Constraint, Source};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_mbs::transmission::{Directions, transmission};
-use bksim_model::{BodyId, DriveId, JointId, LoadKind, Model, MotionKind, Space};
+use bksim_model::{BodyId, Compliance, DriveId, JointId, LoadKind, Model, MotionKind, Space};
 
 use super::block::{Block, CouplingPart, JointPart};
 use super::blocks::blocks;
 use super::conditions::RepeatedCondition;
-use super::{Effort, SelfStress, Uniqueness};
+use super::sharing::{self, Spring};
+use super::{Effort, SelfStress, Uniqueness, Yields};
 use crate::function::Function;
 
 /// The joints that may have self-stresses, with their geometry as one function of (t, q).
@@ -22,6 +23,10 @@ pub(crate) struct Transmissions {
     axes: &'static [usize],
     /// Joints, couplings, drives and contacts of the mechanism.
     sizes: [usize; 4],
+    /// Of joints in loops.
+    compliances: Vec<Compliance>,
+    /// The row of each contact, and the effort along its motion for a multiplier of one.
+    contact_rows: Vec<(usize, f64)>,
 }
 
 impl Transmissions {
@@ -147,7 +152,11 @@ impl Transmissions {
         };
         let sizes =
             [model.joints.len(), model.couplings.len(), model.drives.len(), system.contacts.len()];
-        Ok(Self { function, blocks: of_block, axes, sizes })
+        let compliances = model.compliances.clone();
+        let row =
+            |row: usize| (row, if system.constraints[row].direction == "max" { -1.0 } else { 1.0 });
+        let contact_rows = system.contacts.iter().map(|contact| row(contact.row)).collect();
+        Ok(Self { function, blocks: of_block, axes, sizes, compliances, contact_rows })
     }
 
     /// Whether a self-stress is possible in any pose and mode.
@@ -180,6 +189,66 @@ impl Transmissions {
     ) -> Vec<RepeatedCondition> {
         let Some(values) = self.values(parameters, at) else { return Vec::new() };
         self.blocks.iter().flat_map(|block| block.repeated_conditions(&values, self.axes)).collect()
+    }
+
+    /// A basis of the self-stresses that no joint decides which yields.
+    pub(crate) fn open_stresses(
+        &self,
+        parameters: &[f64],
+        (t, q): (f64, &[f64]),
+        acts: &dyn Fn(Effort) -> bool,
+        yields: Yields,
+    ) -> Vec<SelfStress> {
+        let Some(values) = self.values(parameters, (t, q)) else { return Vec::new() };
+        let stresses = |block: &Block| {
+            let all = block.self_stresses(&values, self.axes, acts);
+            let springs =
+                if yields == Yields::AsStated { self.springs(&values) } else { Vec::new() };
+            sharing::open(&springs, all)
+        };
+        self.blocks.iter().flat_map(stresses).collect()
+    }
+
+    /// The row of a contact, and the effort along its motion for a multiplier of one.
+    pub(crate) fn contact_row(&self, contact_idx: usize) -> (usize, f64) {
+        self.contact_rows[contact_idx]
+    }
+
+    /// Whether a joint yields, so that reactions which are not unique follow from more than the equilibrium.
+    pub(crate) fn may_yield(&self) -> bool {
+        self.are_shared() && !self.compliances.is_empty()
+    }
+
+    /// The self-stress that brings these reactions, by joint, to what joints that yield share; nothing where none does.
+    pub(crate) fn shared(
+        &self,
+        parameters: &[f64],
+        (t, q): (f64, &[f64]),
+        acts: &dyn Fn(Effort) -> bool,
+        reactions: &[[f64; 6]],
+    ) -> SelfStress {
+        let mut sum = SelfStress::default();
+        let Some(values) = self.values(parameters, (t, q)) else { return sum };
+        let springs = self.springs(&values);
+        for block in &self.blocks {
+            let stresses = block.self_stresses(&values, self.axes, acts);
+            if stresses.is_empty() {
+                continue;
+            }
+            let factors = sharing::shares(&springs, &stresses, reactions).unwrap_or_default();
+            stresses.iter().zip(factors).for_each(|(stress, factor)| sum.add(stress, factor));
+        }
+        sum
+    }
+
+    /// The springs of joints in loops.
+    fn springs(&self, values: &[f64]) -> Vec<Spring> {
+        let of = |compliance: &Compliance| {
+            let mut parts = self.blocks.iter().flat_map(|block| &block.parts);
+            let part = parts.find(|part| part.joint == compliance.joint);
+            part.map_or_else(Vec::new, |part| Spring::of(compliance, &part.frame(values)))
+        };
+        self.compliances.iter().flat_map(of).collect()
     }
 
     /// The geometry at a position, if it is finite there.

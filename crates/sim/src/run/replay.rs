@@ -86,6 +86,11 @@ impl<'a> Replay<'a> {
         complete(evaluator, sample);
         let Sample { q, v, lambda, .. } = sample;
         self.watcher.fill_slip_friction(&self.modes, (t, q, v), lambda);
+        if self.compiled.yields() {
+            let parameters = self.modes.parameters_with_modes(&self.own);
+            let Sample { q, lambda, reactions, .. } = sample;
+            self.compiled.share(&parameters, (t, q), &|_| true, (reactions, lambda));
+        }
         Ok(sample)
     }
 

@@ -328,8 +328,10 @@ impl Sampler {
     /// Energies and reactions of the sample's state.
     fn complete(&mut self, mechanism: &mut PhaseMechanism<'_>) {
         complete(&mut mechanism.evaluator, &mut self.sample);
-        let Sample { t, q, v, lambda, .. } = &mut self.sample;
+        let Sample { t, q, v, lambda, reactions, .. } = &mut self.sample;
         mechanism.fill_slip_friction(*t, q, v, lambda);
+        let compiled = mechanism.compiled();
+        compiled.share(mechanism.parameters(), (*t, q), &|_| true, (reactions, lambda));
     }
 
     fn hand_out(&mut self, summary: &mut Summary, observer: &mut dyn Observer) -> Control {

@@ -1,32 +1,102 @@
 //! `bksim inverse`: the efforts of a motion.
 
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 
-use bksim::analysis::{AnalysisError, Inverse, Load, Motion, Range, inverse};
+use bksim::analysis::{
+    Actuators, AnalysisError, Duty, EffortLimit, Inverse, LimitUse, Load, Motion, MotorCurve,
+    Range, compliances, inverse,
+};
+use bksim::log::export::to_csv_as;
+use bksim::log::{LogReader, Selection};
 use bksim::model::Model;
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::answer::{Answer, Asked, asked, failed, lines, refuse_input, table_json};
+use super::answer::{Answer, Asked, asked_drawn, failed, lines, refuse_input, table_json};
 use crate::args::analysis::Inverse as Args;
 use crate::exit::{Failure, Status};
 use crate::output::number;
-use crate::source::{Text, read_bytes};
+use crate::source::logged::{is_log, measured};
+use crate::source::{Text, load, read_bytes};
 
 /// Number of times where none is given.
 const N_TIMES: usize = 101;
 
-pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+/// Efforts over speeds drawn as the contents of a picture; the title is the name of the model.
+pub type Draw<'a> = &'a dyn Fn(&str, &Inverse) -> Result<Vec<u8>, Failure>;
+
+/// Asks, writes the table or what `draw` makes of the efforts, and prints the answer.
+///
+/// # Errors
+/// [`Failure`] when there is no answer, or the file cannot be written.
+pub fn run(
+    args: &Args,
+    draw: Option<Draw<'_>>,
+    as_json: bool,
+    nesting: usize,
+) -> Result<Status, Failure> {
     for path in args.motion.iter().filter_map(|(_, motion)| motion.strip_prefix('@')) {
         refuse_input(&args.table, Path::new(path))?;
     }
-    let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
+    let (source, mut model, warnings, file) =
+        asked_drawn(&args.model, &args.table, draw.is_some(), || load(&args.model, nesting))?
+            .parts();
     let name = model.name.clone();
-    let times = times(&model, args.times.as_deref()).map_err(failed(&source))?;
-    let motions: Vec<Motion> = (args.motion.iter())
+    let failed = failed(&source);
+    model.compliances = compliances(&model, &args.compliance.compliance).map_err(&failed)?;
+    let motions: Vec<Given> = (args.motion.iter())
         .map(|(name, motion)| read_motion(&source, &model, name, motion, args.smoothing))
         .collect::<Result<_, _>>()?;
-    let found = inverse(model, &motions, &times).map_err(failed(&source))?;
-    Asked::answer(&source, &warnings, file, told(&name, &found), as_json)
+    let mut times = times(&model, args.times.as_deref()).map_err(&failed)?;
+    // A log has times of its own.
+    for logged in motions.iter().filter_map(|given| given.times.filter(|_| args.times.is_none())) {
+        (times.from, times.to) = (times.from.max(logged[0]), times.to.min(logged[1]));
+    }
+    let motions: Vec<Motion> = motions.into_iter().map(|given| given.motion).collect();
+    let actuators = Actuators {
+        named: args.actuator.clone(),
+        limits: limits(&args.limit).map_err(&failed)?,
+        curves: read_curves(&source, &args.curve)?,
+    };
+    let found = inverse(model, &motions, &times, &actuators).map_err(&failed)?;
+    let content = match (file, draw) {
+        (Some(file), Some(draw)) => {
+            Some((file, draw(&name, &found)?, "efforts over speeds".to_owned()))
+        }
+        (Some(file), None) => {
+            let summary = format!("{} rows", found.table.rows.len());
+            Some((file, found.table.csv().into_bytes(), summary))
+        }
+        (None, _) => None,
+    };
+    let Answer { command, json, text, .. } = told(&name, &found);
+    Asked::told(&source, &warnings, content, (command, json, text), as_json)
+}
+
+/// Limits of efforts, each by name and size.
+///
+/// # Errors
+/// [`AnalysisError::BadRange`] for what is no effort.
+pub fn limits(written: &[(String, String)]) -> Result<Vec<EffortLimit>, AnalysisError> {
+    written.iter().map(|(name, limit)| EffortLimit::parse(name, limit)).collect()
+}
+
+/// Curves of motors from tables of speeds and efforts.
+fn read_curves(source: &Text, written: &[(String, String)]) -> Result<Vec<MotorCurve>, Failure> {
+    let read = |(name, file): &(String, String)| {
+        let path = file.strip_prefix('@').ok_or_else(|| {
+            let message = format!("`{file}` is no file of a motor's curve");
+            Failure::usage(
+                message,
+                "write `--curve A=@motor.csv`, with a speed and an effort in a line",
+            )
+        })?;
+        let (speeds, efforts) = read_pairs(Path::new(path), "speed and effort")?;
+        let points = speeds.into_iter().zip(efforts).map(|(speed, effort)| [speed, effort]);
+        MotorCurve::new(name, points.collect()).map_err(failed(source))
+    };
+    written.iter().map(read).collect()
 }
 
 /// Reads times; those of the model's solution unless given.
@@ -57,7 +127,7 @@ pub fn told(name: &str, found: &Inverse) -> Answer {
         "{name}: efforts at {} times\n\n{}",
         found.table.rows.len(),
         lines(&["", "peak", "at", "rms", "unit"], rows)
-    );
+    ) + &remarks(found);
     let loads = found.loads.iter().map(|load| {
         json!({
             "name": load.name,
@@ -70,39 +140,172 @@ pub fn told(name: &str, found: &Inverse) -> Answer {
     let json = json!({
         "table": table_json(&found.table),
         "loads": loads.collect::<Vec<_>>(),
+        "inner_forces": found.n_inner,
+        "missing": found.missing,
+        "impossible": found.impossible,
+        "limits": found.limits.iter().map(limit_json).collect::<Vec<_>>(),
+        "duties": found.duties.iter().map(duty_json).collect::<Vec<_>>(),
     });
     Answer { command: "inverse", json, text, table: found.table.clone() }
 }
 
-/// A formula, or `@table.csv` with times and values in its first two columns.
+/// What there is to say besides peaks and means, a line each.
+fn remarks(found: &Inverse) -> String {
+    let mut all = Vec::new();
+    if found.n_inner > 0 {
+        all.push(format!(
+            "inner forces: {} ways of changing efforts that move nothing; the efforts are the smallest, \
+             `effort_min` and `effort_max` in the table are the ends of their ranges",
+            found.n_inner
+        ));
+    }
+    if !found.missing.is_empty() {
+        let names = found.missing.join(", ");
+        all.push(format!(
+            "no actuator can meet the motion of {names}: `missing` is what is lacking there"
+        ));
+    }
+    if let Some(first) = found.impossible.first() {
+        let n = found.impossible.len();
+        all.push(format!(
+            "at {n} times no efforts keep to the limits, first at {} s",
+            number(*first)
+        ));
+    }
+    for LimitUse { name, share, at, .. } in &found.limits {
+        let percent = number((share * 1000.0).round() / 10.0);
+        all.push(format!("{name}: {percent} % of its limit at {} s", number(*at)));
+    }
+    for duty in &found.duties {
+        let (n, of) = (duty.outside().count(), duty.points.len());
+        let worst = duty.worst().map(|[t, speed, effort, limit]| {
+            let [per, unit] = &duty.units;
+            format!(
+                "; at most at {} s: {} {unit} of {} {unit} at {} {per}",
+                number(*t),
+                number(effort.abs()),
+                number(*limit),
+                number(*speed)
+            )
+        });
+        let name = &duty.curve.name;
+        all.push(format!(
+            "{name}: {n} of {of} points outside of the motor's curve{}",
+            worst.unwrap_or_default()
+        ));
+    }
+    if all.is_empty() { String::new() } else { format!("\n  {}", all.join("\n  ")) }
+}
+
+fn limit_json(of: &LimitUse) -> Value {
+    json!({ "name": of.name, "limit": of.limit, "share": of.share, "at": of.at })
+}
+
+fn duty_json(duty: &Duty) -> Value {
+    json!({
+        "name": duty.curve.name,
+        "units": duty.units,
+        "curve": duty.curve.points(),
+        "points": duty.points,
+        "outside": duty.outside().map(|point| point[0]).collect::<Vec<_>>(),
+        "worst": duty.worst(),
+    })
+}
+
+/// A motion, and where it is known in a log alone its first and last time.
+struct Given {
+    motion: Motion,
+    times: Option<[f64; 2]>,
+}
+
+/// A formula, `@table.csv` with times and values in its first two columns, or `@run.mcap`.
 fn read_motion(
     source: &Text,
     model: &Model,
     name: &str,
     motion: &str,
     smoothing: f64,
-) -> Result<Motion, Failure> {
+) -> Result<Given, Failure> {
+    let given = |motion| Given { motion, times: None };
     let Some(path) = motion.strip_prefix('@') else {
-        return Motion::formula(model, name, motion).map_err(failed(source));
+        return Motion::formula(model, name, motion).map(given).map_err(failed(source));
     };
     let path = Path::new(path);
+    if is_log(path) {
+        let (times, values) = logged_motion(path, name)?;
+        let ends = times.first().zip(times.last()).map(|(first, last)| [*first, *last]);
+        let motion = Motion::samples(model, name, times, values).map_err(failed(source))?;
+        return Ok(Given { motion, times: ends });
+    }
+    let (times, values) = read_pairs(path, "time and value")?;
+    Motion::spline(model, name, &times, &values, smoothing).map(given).map_err(failed(source))
+}
+
+/// The first two columns of a table.
+fn read_pairs(path: &Path, what: &str) -> Result<(Vec<f64>, Vec<f64>), Failure> {
     let text = String::from_utf8_lossy(&read_bytes(path)?).into_owned();
-    let (mut times, mut values) = (Vec::new(), Vec::new());
+    let (mut first, mut second) = (Vec::new(), Vec::new());
     for (number, line) in text.lines().enumerate() {
         let mut cells = line.split([',', ';', '\t']).map(|cell| cell.trim().parse::<f64>());
         match (cells.next(), cells.next()) {
-            (Some(Ok(t)), Some(Ok(value))) => {
-                times.push(t);
-                values.push(value);
+            (Some(Ok(a)), Some(Ok(b))) => {
+                first.push(a);
+                second.push(b);
             }
             // The first line may hold names.
             _ if number == 0 || line.trim().is_empty() => {}
             _ => {
-                let what = format!("line {} holds no time and value", number + 1);
+                let what = format!("line {} holds no {what}", number + 1);
                 let help = Some("write lines such as `0.1,0.25`, in SI units".to_owned());
                 return Err(Failure::Input { path: path.to_owned(), what, help });
             }
         }
     }
-    Motion::spline(model, name, &times, &values, smoothing).map_err(failed(source))
+    Ok((first, second))
+}
+
+/// Names of the rate and of the acceleration of a position: `A.rate`, `slider.velocity`, `rod.P.vx`.
+fn rate_names(name: &str) -> [String; 2] {
+    let (stem, word) = name.rsplit_once('.').unwrap_or(("", name));
+    let words = |a: String, b: String| [format!("{stem}.{a}"), format!("{stem}.{b}")];
+    if let Some(number) = word.strip_prefix("angle") {
+        return words(format!("rate{number}"), format!("acceleration{number}"));
+    }
+    match word.strip_prefix("position") {
+        Some(number) => words(format!("velocity{number}"), format!("acceleration{number}")),
+        None => words(format!("v{word}"), format!("a{word}")),
+    }
+}
+
+/// Times of a log, and value, rate and acceleration there of what has this name; of two samples at one time the later.
+fn logged_motion(path: &Path, name: &str) -> Result<(Vec<f64>, Vec<[f64; 3]>), Failure> {
+    let bad = |error: &dyn std::fmt::Display| Failure::Input {
+        path: path.to_owned(),
+        what: format!("has no motion of `{name}`: {error}"),
+        help: Some("name a quantity that `bksim info` lists of the log".to_owned()),
+    };
+    let [rate, acceleration] = rate_names(name);
+    let names = [name.to_owned(), rate, acceleration];
+    let file = File::open(path).map_err(|e| Failure::reading(path, &e))?;
+    let mut log = LogReader::open(BufReader::new(file)).map_err(|e| bad(&e))?;
+    if let Some(measured) = measured(path, log.header(), &names, "read")? {
+        log = log.making(measured.making());
+    }
+    let selection = Selection::new(log.header(), &names).map_err(|e| bad(&e))?;
+    let headings: Vec<String> = ["t"].into_iter().map(str::to_owned).chain(names).collect();
+    let mut text = Vec::new();
+    to_csv_as(log, &selection, &headings, &|_, value| value, &mut text).map_err(|e| bad(&e))?;
+    let text = String::from_utf8_lossy(&text).into_owned();
+    let (mut times, mut values): (Vec<f64>, Vec<[f64; 3]>) = (Vec::new(), Vec::new());
+    for line in text.lines().skip(1) {
+        let cells: Vec<f64> = line.split(',').filter_map(|cell| cell.trim().parse().ok()).collect();
+        let [t, value, rate, acceleration] = cells[..] else { continue };
+        if times.last() == Some(&t) {
+            times.pop();
+            values.pop();
+        }
+        times.push(t);
+        values.push([value, rate, acceleration]);
+    }
+    Ok((times, values))
 }

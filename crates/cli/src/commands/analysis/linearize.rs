@@ -1,25 +1,84 @@
 //! `bksim linearize`: A, B, C and D.
 
-use bksim::analysis::{About, Channels, Linear, linearize};
+use bksim::analysis::{About, Channels, Letters, Linear, letters, linearize};
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Asked, asked, columns_json, failed, lines, pose_json};
+use super::answer::{Answer, Asked, asked_drawn, columns_json, failed, lines, pose_json};
 use super::statics::held;
 use crate::args::analysis::Linearize as Args;
 use crate::args::mode::About as AboutArg;
 use crate::exit::{Failure, Status};
 use crate::output::number;
+use crate::output_file::check_ending;
+use crate::source::load;
 
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
-    let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
+    // Matrices of NumPy and MATLAB, or the table.
+    let file = args.table.file.as_deref();
+    file.map_or(Ok(()), |path| check_ending(path, &["csv", "npz", "mat"]))?;
+    let (source, model, warnings, file) =
+        asked_drawn(&args.model, &args.table, true, || load(&args.model, nesting))?.parts();
     let name = model.name.clone();
     let channels = Channels {
         inputs: args.input.clone(),
         outputs: args.output.clone(),
         states: args.state.clone(),
     };
+    let twin = args.letters.then(|| model.snapshot());
     let found = linearize(model, about(args.at), &channels).map_err(failed(&source))?;
-    Asked::answer(&source, &warnings, file, told(&name, &found), as_json)
+    let mut answer = told(&name, &found);
+    if let Some(twin) = twin {
+        let written = letters(twin.to_model(), &channels).map_err(failed(&source))?;
+        add_letters(&mut answer, written.as_ref());
+    }
+    let Answer { command, json, text, table } = answer;
+    let content = file.map(|file| {
+        let ending = file.path().extension().and_then(|ending| ending.to_str());
+        let (bytes, summary) = match ending {
+            Some("npz") => (found.npz(), "A, B, C, D for NumPy".to_owned()),
+            Some("mat") => (found.mat(), "A, B, C, D for MATLAB".to_owned()),
+            _ => (table.csv().into_bytes(), format!("{} rows", table.rows.len())),
+        };
+        (file, bytes, summary)
+    });
+    Asked::told(&source, &warnings, content, (command, json, text), as_json)
+}
+
+/// Adds A and B in letters to an answer; `None` of a mechanism that is too large.
+pub fn add_letters(answer: &mut Answer, written: Option<&Letters>) {
+    answer.json["letters"] = written.map_or(Value::Null, letters_json);
+    answer.text.extend([letters_text(written)]);
+}
+
+/// A and B in letters, entry by entry where one is not zero.
+fn letters_text(written: Option<&Letters>) -> String {
+    let Some(found) = written else {
+        return "\n\n  too large for letters: more than four free motions, or four dependent coordinates".to_owned();
+    };
+    let mut text = String::from("\n\nin letters, at rest\n");
+    for (state, (a, b)) in found.states.iter().zip(found.a.iter().zip(&found.b)) {
+        let names = found.states.iter().map(|state| &state.name).chain(&found.inputs);
+        for (name, entry) in names.zip(a.iter().chain(b)).filter(|(_, entry)| *entry != "0") {
+            text.extend([format!("\n  d/dt {} by {name}: {entry}", state.name)]);
+        }
+    }
+    for (letter, value) in &found.pose {
+        text.extend([format!("\n  with {letter} = {}", number(*value))]);
+    }
+    let (n, off) = (found.n_points, number(found.largest_difference));
+    text + &format!(
+        "\n\n  checked against numbers at {n} random points: largest difference {off} of the largest entry"
+    )
+}
+
+fn letters_json(found: &Letters) -> Value {
+    let pose = found.pose.iter().map(|(letter, value)| (letter.clone(), json!(value)));
+    json!({
+        "A": found.a,
+        "B": found.b,
+        "pose": Value::Object(pose.collect()),
+        "certificate": { "points": found.n_points, "largest_difference": found.largest_difference },
+    })
 }
 
 /// The answer about a model of this name.

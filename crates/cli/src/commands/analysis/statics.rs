@@ -1,8 +1,8 @@
 //! `bksim static`: equilibria, their stability, the reactions in them.
 
 use bksim::analysis::{
-    AnalysisError, Balanced, BranchPoint, Continuation, Equilibrium, PointKind, Range, Stability,
-    Statics, balanced, statics, statics_over,
+    AnalysisError, Balanced, BranchPoint, Continuation, Equilibrium, OpenReactions, PointKind,
+    Range, ReactionBound, Stability, Statics, balanced, compliances, statics, statics_over,
 };
 use bksim::model::Model;
 use serde_json::{Value, json};
@@ -13,16 +13,18 @@ use crate::exit::{Failure, Status};
 use crate::output::number;
 
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
-    let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
+    let (source, mut model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
     let name = model.name.clone();
     let failed = failed(&source);
+    model.compliances = compliances(&model, &args.compliance.compliance).map_err(&failed)?;
     let answer = if let Some((parameter, values)) = &args.over {
         let range = range(&model, parameter, values).map_err(&failed)?;
         told_over(&name, &statics_over(model, (parameter, range), &args.by).map_err(&failed)?)
     } else if !args.solve.is_empty() {
         told_balanced(&name, &balanced(model, &args.solve, &args.by).map_err(&failed)?)
     } else {
-        told(&name, &statics(model, &args.by).map_err(&failed)?)
+        let bounds = bounds(&model, &args.bound).map_err(&failed)?;
+        told(&name, &statics(model, &args.by, &bounds).map_err(&failed)?)
     };
     Asked::answer(&source, &warnings, file, answer, as_json)
 }
@@ -35,6 +37,17 @@ pub fn range(model: &Model, parameter: &str, values: &str) -> Result<Range, Anal
     let known = model.parameters.iter().find(|known| known.name == parameter);
     let known = known.ok_or_else(|| AnalysisError::UnknownParameter { name: parameter.into() })?;
     Range::parse(values, &known.unit)
+}
+
+/// Bounds of reactions, each by name and values.
+///
+/// # Errors
+/// [`AnalysisError`] for an unknown name, and for what are no values.
+pub fn bounds(
+    model: &Model,
+    written: &[(String, String)],
+) -> Result<Vec<ReactionBound>, AnalysisError> {
+    written.iter().map(|(name, values)| ReactionBound::parse(model, name, values)).collect()
 }
 
 pub(super) fn word(stability: Stability) -> &'static str {
@@ -64,11 +77,14 @@ pub fn told(name: &str, found: &Statics) -> Answer {
     let count = found.equilibria.len();
     let whether =
         if found.is_complete { "there are no others on this assembly" } else { "of a search" };
-    let text = format!(
+    let mut text = format!(
         "{name}: {count} equilibria, {whether}{}\n\n{}",
         held(&found.held),
         lines(&["", "least stiffness", "where"], rows)
     );
+    for (k, e) in found.equilibria.iter().enumerate().filter(|(_, e)| e.open.n_self_stresses > 0) {
+        text.extend([open_text(k + 1, &e.open)]);
+    }
     let equilibria = found.equilibria.iter().map(|e| equilibrium_json(&found.joints, e));
     let json = json!({
         "by": by,
@@ -102,7 +118,46 @@ fn equilibrium_json(joints: &[String], e: &Equilibrium) -> Value {
         "stiffness": e.stiffness,
         "pose": pose_json(&e.pose),
         "multipliers": e.lambda,
+        "open": open_json(&e.open),
         "reactions": Value::Object(reactions.collect()),
+    })
+}
+
+/// The reactions that equilibrium leaves open, as a table.
+fn open_text(number: usize, open: &OpenReactions) -> String {
+    let end = |value: f64, unit: &str| match value {
+        _ if value.is_nan() => "none".to_owned(),
+        f64::INFINITY | f64::NEG_INFINITY => "no bound".to_owned(),
+        value => shown(value, unit),
+    };
+    let row = |c: &bksim::analysis::OpenComponent| {
+        let [least, most] = c.range.map(|value| end(value, &c.unit));
+        vec![c.name.clone(), shown(c.value, &c.unit), least, most]
+    };
+    let rows = open.components.iter().map(row).collect();
+    let whether = if open.is_possible { "" } else { "; nothing keeps to the bounds" };
+    format!(
+        "\n\nequilibrium {number}: reactions that balance leaves open in {} ways{whether}\n{}",
+        open.n_self_stresses,
+        lines(&["", "shown", "least", "most"], rows)
+    )
+}
+
+fn open_json(open: &OpenReactions) -> Value {
+    let component = |c: &bksim::analysis::OpenComponent| {
+        json!({
+            "name": c.name,
+            "unit": c.unit,
+            "value": c.value,
+            "parts": c.parts,
+            "least": c.range[0],
+            "most": c.range[1],
+        })
+    };
+    json!({
+        "self_stresses": open.n_self_stresses,
+        "possible": open.is_possible,
+        "components": open.components.iter().map(component).collect::<Vec<_>>(),
     })
 }
 

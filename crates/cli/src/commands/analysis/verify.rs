@@ -1,12 +1,17 @@
 //! `bksim verify`: a run beside the same motion by an independent formulation.
 
-use bksim::analysis::{Compared, Verified, Way, verify};
+use std::cell::{Cell, RefCell};
+use std::time::Instant;
+
+use bksim::analysis::{AnalysisError, Compared, Verified, Watch, Way, verify};
+use bksim::model::Model;
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked, failed, lines, shown};
 use crate::args::analysis::Verify as Args;
 use crate::exit::{Failure, Status};
 use crate::output::number;
+use crate::progress::Progress;
 
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let (source, mut model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
@@ -14,9 +19,27 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
         model.solve.t_end = t_end;
     }
     let name = model.name.clone();
-    let found = verify(model).map_err(failed(&source))?;
+    let found = watched(model, args.patience).map_err(failed(&source))?;
     Asked::answer(&source, &warnings, file, told(&name, &found), as_json)?;
     Ok(if found.is_within() { Status::Done } else { Status::Rejected })
+}
+
+/// Verifies with a bar for each run, each of which ends after so many seconds.
+fn watched(model: Model, patience: f64) -> Result<Verified, AnalysisError> {
+    let (t_start, t_end) = (model.solve.t_start, model.solve.t_end);
+    let bar: RefCell<(&str, Progress)> =
+        RefCell::new(("", Progress::of("verifying", t_start, t_end)));
+    let begun = Cell::new(Instant::now());
+    let reached = |name: &'static str, t: f64| {
+        let mut bar = bar.borrow_mut();
+        if bar.0 != name || t == t_start {
+            *bar = (name, Progress::of(name, t_start, t_end));
+            begun.set(Instant::now());
+        }
+        bar.1.reached(t);
+    };
+    let stop = || begun.get().elapsed().as_secs_f64() > patience;
+    verify(model, Watch { reached: &reached, stop: &stop })
 }
 
 /// The answer about a model of this name.
@@ -40,10 +63,14 @@ fn by_share(found: &Verified) -> Vec<&Compared> {
 fn text(name: &str, found: &Verified) -> String {
     /// Channels that are told.
     const MOST: usize = 12;
-    let n_beyond = found.channels.iter().filter(|c| c.largest > c.allowed).count();
+    let n_beyond = found.channels.iter().filter(|c| !c.is_within).count();
+    let allows = match &found.growth {
+        None => "what the tolerances allow",
+        Some(_) => "what the tolerances and the growth of differences allow",
+    };
     let verdict = match n_beyond {
-        0 => "all within what the tolerances allow".to_owned(),
-        n => format!("{n} beyond what the tolerances allow"),
+        0 => format!("all within {allows}"),
+        n => format!("{n} beyond {allows}"),
     };
     let way = |way: &Way| {
         let [rtol, atol] = way.tolerances.map(number);
@@ -72,12 +99,38 @@ fn text(name: &str, found: &Verified) -> String {
         n => format!("\n  and {n} channels that are nearer"),
     };
     format!(
-        "{name}: {} channels at {} instants, {verdict}\n\n{}\n\n{}{more}",
+        "{name}: {} channels at {} instants, {verdict}{}\n\n{}\n\n{}{more}",
         found.channels.len(),
         found.times.len(),
+        limits(found),
         lines(&["coordinates", "constraints", "method", "rtol", "atol", "steps"], ways),
         lines(&["channel", "largest difference", "allowed", "at"], rows),
     )
+}
+
+/// How far the comparison goes, and why no farther, a line each.
+fn limits(found: &Verified) -> String {
+    let mut all = Vec::new();
+    if let Some(last) = found.times.last().filter(|last| **last != found.t_end) {
+        all.push(format!(
+            "compared up to t = {} s of {} s: a run took longer than `--patience` allows",
+            number(*last),
+            number(found.t_end)
+        ));
+    }
+    if let Some(growth) = &found.growth {
+        let factor = growth.factors.last().copied().unwrap_or(1.0);
+        all.push(match growth.horizon {
+            Some(horizon) => format!(
+                "differences grow by {} per second: from t = {} s on those as small as the tolerances hide the motion, and \
+                 nothing is judged",
+                number(growth.rate.exp()),
+                number(horizon)
+            ),
+            None => format!("a small difference of the start grows {}-fold", number(factor)),
+        });
+    }
+    if all.is_empty() { String::new() } else { format!("\n  {}", all.join("\n  ")) }
 }
 
 fn told_json(found: &Verified) -> Value {
@@ -97,11 +150,19 @@ fn told_json(found: &Verified) -> Value {
             "unit": channel.unit,
             "largest": channel.largest,
             "allowed": channel.allowed,
+            "within": channel.is_within,
             "t": channel.t,
         })
     };
     json!({
         "within": found.is_within(),
+        "whole": found.is_whole(),
+        "reached": found.times.last(),
+        "growth": found.growth.as_ref().map(|growth| json!({
+            "rate": growth.rate,
+            "horizon": growth.horizon,
+            "factors": growth.factors,
+        })),
         "instants": found.times.len(),
         "ways": found.ways.iter().map(way).collect::<Vec<_>>(),
         "channels": found.channels.iter().map(channel).collect::<Vec<_>>(),

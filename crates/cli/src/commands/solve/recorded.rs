@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
+use super::report::Times;
 use super::solved;
+use crate::args::analysis::ComplianceArgs;
 use crate::args::run::RunArgs;
 use crate::args::{Channels, Solve, Tuning};
 use crate::exit::{Failure, Status};
@@ -53,10 +55,11 @@ impl RunFile {
             force: false,
             resume: false,
             tuning: Tuning::default(),
+            compliance: ComplianceArgs::default(),
             sensitivity: Vec::new(),
             channels: Channels::Own,
         };
-        let (prepared, _, status) = solved(&request, nesting, as_json, &mut Default::default())?;
+        let (prepared, _, status) = solved(&request, nesting, as_json, &mut Times::default())?;
         let diagnostics = render::json_all(&prepared.source, &prepared.warnings);
         Ok(Self { name, status, diagnostics, solved: Some(folder) })
     }

@@ -8,7 +8,7 @@ use bksim::VERSION;
 use bksim::log::{Header, LogError, LogReader, Outcome};
 use bksim::model::{Model, Outputs, SolveOptions};
 use bksim::options::{FORMULATIONS, METHODS, choice};
-use bksim::record::{Recorder, overrides};
+use bksim::record::{Recorder, compliances, overrides};
 use bksim::sim::run::{RunCheckpoint, Unfit};
 
 use crate::args::{Channels, Solve};
@@ -20,6 +20,8 @@ pub(super) struct FirstPart {
     pub(super) path: PathBuf,
     /// Parameters given on the command line.
     pub(super) set: Vec<(String, String)>,
+    /// Joints that yield.
+    pub(super) compliance: Vec<(String, String)>,
     /// Which channels the log has.
     pub(super) channels: Channels,
     pub(super) checkpoint: RunCheckpoint,
@@ -63,7 +65,8 @@ pub(super) fn open(path: &Path, nesting: usize) -> Result<(Loaded, FirstPart), F
     let [key, own] = super::OWN_CHANNELS;
     let is_own = header.options.get(key).is_some_and(|channels| channels == own);
     let channels = if is_own { Channels::Own } else { Channels::All };
-    Ok((loaded, FirstPart { path: path.to_owned(), set, channels, checkpoint }))
+    let compliance = compliances(&header.options);
+    Ok((loaded, FirstPart { path: path.to_owned(), set, compliance, channels, checkpoint }))
 }
 
 /// Puts the options of the log in place of the model's; `None` when one has no meaning.

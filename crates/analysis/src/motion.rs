@@ -1,0 +1,190 @@
+//! [`Motion`]: a prescribed motion, by a formula, a spline through a table, or the samples of a log.
+
+use std::sync::Arc;
+
+use bksim_expr::Tape;
+use bksim_model::{JointId, Measure, Model};
+use nalgebra::{DMatrix, DVector};
+
+use crate::error::AnalysisError;
+
+/// Value, rate and acceleration as a function of time, SI.
+pub(crate) type TimeLaw = Arc<dyn Fn(f64) -> [f64; 3]>;
+
+/// A prescribed motion of a joint, of a body or of a point.
+#[derive(Clone)]
+pub struct Motion {
+    /// Name of the measure: `A.angle`.
+    pub name: String,
+    /// The measure, a position.
+    pub(crate) measure: Measure,
+    pub(crate) law: TimeLaw,
+}
+
+impl std::fmt::Debug for Motion {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Motion").field("name", &self.name).finish_non_exhaustive()
+    }
+}
+
+impl Motion {
+    /// A motion as a formula of `t` and the parameters, SI: `0.4 + 6*t`.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] for a name that is no position's, or a formula that cannot be read.
+    pub fn formula(model: &Model, name: &str, formula: &str) -> Result<Self, AnalysisError> {
+        let measure = driven(model, name)?;
+        let pool = &model.pool;
+        let unit = measure.unit(model);
+        let bad = || AnalysisError::BadRange { text: formula.to_owned(), unit: unit.to_owned() };
+        let value = pool.parse(formula).map_err(|_| bad())?;
+        let rate = pool.diff(value, model.time);
+        let acceleration = pool.diff(rate, model.time);
+        let symbols: Vec<_> = model.parameters.iter().map(|p| p.symbol).collect();
+        let tape = Tape::compile(pool, &[value, rate, acceleration], &[model.time], &symbols)?;
+        let parameters: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
+        let law: TimeLaw = Arc::new(move |t| {
+            let mut out = [0.0; 3];
+            tape.evaluate(&mut tape.workspace(&parameters), &[t], &mut out);
+            out
+        });
+        Ok(Self { name: name.to_owned(), measure, law })
+    }
+
+    /// A motion through measured values, by a natural cubic spline with
+    /// Σ (s(tᵢ) − xᵢ)² + `smoothing` ∫ s″² dt smallest; 0 goes through all of them.
+    ///
+    /// Source: C. H. Reinsch, *Smoothing by spline functions*, Numer. Math. 10 (1967).
+    ///
+    /// # Errors
+    /// [`AnalysisError`] for a name that is no position's, fewer than three times, or times that do not ascend.
+    pub fn spline(
+        model: &Model,
+        name: &str,
+        times: &[f64],
+        values: &[f64],
+        smoothing: f64,
+    ) -> Result<Self, AnalysisError> {
+        let measure = driven(model, name)?;
+        let bad = || AnalysisError::BadRange { text: name.to_owned(), unit: "s".to_owned() };
+        let ascends = times.windows(2).all(|pair| pair[0] < pair[1]);
+        if times.len() < 3 || times.len() != values.len() || !ascends || smoothing < 0.0 {
+            return Err(bad());
+        }
+        let spline = Spline::of(times, values, smoothing).ok_or_else(bad)?;
+        let law: TimeLaw = Arc::new(move |t| spline.at(t));
+        Ok(Self { name: name.to_owned(), measure, law })
+    }
+
+    /// A motion by samples of value, rate and acceleration, such as a run logs them; between two samples the
+    /// polynomial of fifth degree that has all of them.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] for a name that is no position's, or times that do not ascend.
+    pub fn samples(
+        model: &Model,
+        name: &str,
+        times: Vec<f64>,
+        values: Vec<[f64; 3]>,
+    ) -> Result<Self, AnalysisError> {
+        let measure = driven(model, name)?;
+        let ascends = times.windows(2).all(|pair| pair[0] < pair[1]);
+        if times.len() < 2 || times.len() != values.len() || !ascends {
+            return Err(AnalysisError::BadRange { text: name.to_owned(), unit: "s".to_owned() });
+        }
+        let law: TimeLaw = Arc::new(move |t| {
+            let next = times.partition_point(|&known| known <= t).clamp(1, times.len() - 1);
+            let (t0, t1) = (times[next - 1], times[next]);
+            if t == t0 {
+                return values[next - 1];
+            }
+            if t == t1 {
+                return values[next];
+            }
+            quintic((t - t0, t1 - t0), (values[next - 1], values[next]))
+        });
+        Ok(Self { name: name.to_owned(), measure, law })
+    }
+}
+
+/// A measure that can be prescribed; the angle of a body that a pin holds to the ground is that of the pin.
+pub(crate) fn driven(model: &Model, name: &str) -> Result<Measure, AnalysisError> {
+    let unknown = || AnalysisError::UnknownMeasure { name: name.to_owned() };
+    let measure = Measure::named(model, name).ok_or_else(unknown)?;
+    if measure.is_velocity() || measure.is_acceleration() || measure.is_reaction() {
+        return Err(AnalysisError::NotAPosition { name: name.to_owned() });
+    }
+    let Measure::BodyAngle(body) = measure else { return Ok(measure) };
+    let holds = |joint: &bksim_model::Joint| {
+        joint.predecessor.body == bksim_model::GROUND
+            && joint.successor.body == body
+            && matches!(joint.kind, bksim_model::JointKind::Revolute)
+    };
+    let joint = model.joints.iter().position(holds);
+    Ok(joint.map_or(measure, |joint| Measure::JointPosition(JointId(joint), 0)))
+}
+
+/// The quintic with given values, rates and accelerations at both ends of an interval of width `h`, at `t`.
+fn quintic((t, h): (f64, f64), (a, b): ([f64; 3], [f64; 3])) -> [f64; 3] {
+    let c = t / h;
+    // In units of the interval.
+    let (a, b) = ([a[0], a[1] * h, a[2] * h * h], [b[0], b[1] * h, b[2] * h * h]);
+    let rise = b[0] - a[0] - a[1] - 0.5 * a[2];
+    let slope = b[1] - a[1] - a[2];
+    let bend = b[2] - a[2];
+    let k3 = 10.0 * rise - 4.0 * slope + 0.5 * bend;
+    let k4 = -15.0 * rise + 7.0 * slope - bend;
+    let k5 = 6.0 * rise - 3.0 * slope + 0.5 * bend;
+    let value = a[0] + c * (a[1] + c * (0.5 * a[2] + c * (k3 + c * (k4 + c * k5))));
+    let rate = a[1] + c * (a[2] + c * (3.0 * k3 + c * (4.0 * k4 + c * 5.0 * k5)));
+    let acceleration = a[2] + c * (6.0 * k3 + c * (12.0 * k4 + c * 20.0 * k5));
+    [value, rate / h, acceleration / (h * h)]
+}
+
+/// A natural cubic spline.
+struct Spline {
+    times: Vec<f64>,
+    values: Vec<f64>,
+    /// Second derivatives at the times.
+    bends: Vec<f64>,
+}
+
+impl Spline {
+    /// (R + α Qᵀ Q) γ = Qᵀ x, s = x − α Q γ.
+    fn of(times: &[f64], values: &[f64], smoothing: f64) -> Option<Self> {
+        let n = times.len();
+        let h: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let mut q = DMatrix::zeros(n, n - 2);
+        let mut r = DMatrix::zeros(n - 2, n - 2);
+        for k in 0..n - 2 {
+            q[(k, k)] = 1.0 / h[k];
+            q[(k + 1, k)] = -1.0 / h[k] - 1.0 / h[k + 1];
+            q[(k + 2, k)] = 1.0 / h[k + 1];
+            r[(k, k)] = (h[k] + h[k + 1]) / 3.0;
+            if k + 1 < n - 2 {
+                r[(k, k + 1)] = h[k + 1] / 6.0;
+                r[(k + 1, k)] = h[k + 1] / 6.0;
+            }
+        }
+        let x = DVector::from_column_slice(values);
+        let matrix = r + q.transpose() * &q * smoothing;
+        let inner = matrix.cholesky()?.solve(&(q.transpose() * &x));
+        let smooth = &x - &q * &inner * smoothing;
+        let bends = std::iter::once(0.0).chain(inner.iter().copied()).chain([0.0]).collect();
+        Some(Self { times: times.to_vec(), values: smooth.as_slice().to_vec(), bends })
+    }
+
+    fn at(&self, t: f64) -> [f64; 3] {
+        let Self { times, values, bends } = self;
+        let next = times.partition_point(|&known| known <= t).clamp(1, times.len() - 1);
+        let h = times[next] - times[next - 1];
+        let (b, a) = ((t - times[next - 1]) / h, (times[next] - t) / h);
+        let (m0, m1) = (bends[next - 1], bends[next]);
+        let cubic = |c: f64| c * c * c - c;
+        let value =
+            a * values[next - 1] + b * values[next] + (cubic(a) * m0 + cubic(b) * m1) * h * h / 6.0;
+        let rate = (values[next] - values[next - 1]) / h
+            + ((3.0 * b * b - 1.0) * m1 - (3.0 * a * a - 1.0) * m0) * h / 6.0;
+        [value, rate, a * m0 + b * m1]
+    }
+}

@@ -1,0 +1,176 @@
+//! [`Pencil`]: M s² + C s + K of small motions along the free ones, its eigenvalues and vectors.
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use crate::forces::ForcesAt;
+use crate::reduced::{Reduced, pseudo_inverse};
+
+/// M s² + C s + K.
+pub(crate) struct Pencil {
+    mass: DMatrix<f64>,
+    damping: DMatrix<f64>,
+    stiffness: DMatrix<f64>,
+}
+
+/// Part of the largest mass below which one counts as none.
+const NO_MASS: f64 = 1e-13;
+/// Part of the largest damping below which one counts as none.
+const NO_DAMPING: f64 = 1e-13;
+
+impl Pencil {
+    /// The matrices of the equations `at` an equilibrium along the free motions.
+    pub(crate) fn of(at: &ForcesAt, reduced: &Reduced) -> Self {
+        Self {
+            mass: reduced.project(&at.mass),
+            damping: reduced.project(&at.damping),
+            stiffness: reduced.project(&at.stiffness),
+        }
+    }
+
+    /// Eigenvalues with Im s ≥ 0, ascending by size, and the number of directions without mass.
+    pub(crate) fn finite_eigenvalues(&self) -> (Vec<Complex<f64>>, usize) {
+        let n = self.mass.nrows();
+        if n == 0 {
+            return (Vec::new(), 0);
+        }
+        let undamped =
+            self.damping.norm() <= 1e-14 * (self.mass.norm() * self.stiffness.norm()).sqrt();
+        let asymmetry = (&self.stiffness - self.stiffness.transpose()).norm();
+        let masses = (&self.mass + self.mass.transpose()) * 0.5;
+        let eigen = masses.symmetric_eigen();
+        let largest = eigen.eigenvalues.iter().fold(0.0, |a: f64, b| a.max(*b));
+        let (heavy, light): (Vec<usize>, Vec<usize>) =
+            (0..n).partition(|&k| eigen.eigenvalues[k] > NO_MASS * largest);
+        // Coordinates in which M is one on `heavy` directions and zero on the others.
+        let basis = |which: &[usize], unit: bool| {
+            DMatrix::from_fn(n, which.len(), |i, k| {
+                let mass = eigen.eigenvalues[which[k]];
+                eigen.eigenvectors[(i, which[k])] / if unit { mass.sqrt() } else { 1.0 }
+            })
+        };
+        let (h, l) = (basis(&heavy, true), basis(&light, false));
+
+        // Of the light directions some are damped.
+        let (damped, directions) = symmetric(&(l.transpose() * &self.damping * &l));
+        let most = self.damping.norm();
+        let (slow, idle): (Vec<usize>, Vec<usize>) =
+            (0..light.len()).partition(|&k| most > 0.0 && damped[k].abs() > NO_DAMPING * most);
+        let pick = |which: &[usize]| {
+            DMatrix::from_fn(light.len(), which.len(), |i, k| directions[(i, which[k])])
+        };
+        let (l1, l2) = (&l * pick(&slow), &l * pick(&idle));
+
+        // Idle directions follow the others: y₂ = −K₂₂⁻¹ K₂ y.
+        let k22 = l2.transpose() * &self.stiffness * &l2;
+        let follow = |x: &DMatrix<f64>| {
+            let pulled = l2.transpose() * &self.stiffness * x;
+            x - &l2 * (pseudo_inverse(&k22) * pulled)
+        };
+        let (h, l1) = (follow(&h), follow(&l1));
+        let (nh, n1) = (h.ncols(), l1.ncols());
+        let on = |x: &DMatrix<f64>, a: &DMatrix<f64>, y: &DMatrix<f64>| x.transpose() * a * y;
+        let k_hh = on(&h, &self.stiffness, &h);
+        let mut values: Vec<Complex<f64>> =
+            if undamped && n1 == 0 && asymmetry <= 1e-11 * self.stiffness.norm() {
+                // ω² are the eigenvalues of a symmetric matrix.
+                let (squares, _) = symmetric(&k_hh);
+                let size = squares.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+                let of = |square: f64| {
+                    if square.abs() <= 1e-13 * size {
+                        vec![Complex::new(0.0, 0.0)]
+                    } else if square > 0.0 {
+                        vec![Complex::new(0.0, square.sqrt())]
+                    } else {
+                        let rate = (-square).sqrt();
+                        vec![Complex::new(rate, 0.0), Complex::new(-rate, 0.0)]
+                    }
+                };
+                squares.iter().flat_map(|&square| of(square)).collect()
+            } else {
+                // x = (y_h, ẏ_h, y_1).
+                let size = 2 * nh + n1;
+                let mut a = DMatrix::zeros(size, size);
+                a.view_mut((0, nh), (nh, nh)).fill_with_identity();
+                let c11 = pseudo_inverse(&on(&l1, &self.damping, &l1));
+                // ẏ_1 = −C₁₁⁻¹ (K_1h y_h + C_1h ẏ_h + K_11 y_1).
+                let rate = [
+                    -(&c11 * on(&l1, &self.stiffness, &h)),
+                    -(&c11 * on(&l1, &self.damping, &h)),
+                    -(&c11 * on(&l1, &self.stiffness, &l1)),
+                ];
+                let c_h1 = on(&h, &self.damping, &l1);
+                let own = [-k_hh, -on(&h, &self.damping, &h), -on(&h, &self.stiffness, &l1)];
+                let columns = [0, nh, 2 * nh];
+                for ((own, rate), &column) in own.iter().zip(&rate).zip(&columns) {
+                    let width = own.ncols();
+                    a.view_mut((nh, column), (nh, width)).copy_from(&(own - &c_h1 * rate));
+                    a.view_mut((2 * nh, column), (n1, width)).copy_from(rate);
+                }
+                let all = a.complex_eigenvalues();
+                let values: Vec<Complex<f64>> = all.iter().copied().collect();
+                values.into_iter().map(|s| self.polished(s)).filter(|s| s.im >= 0.0).collect()
+            };
+        values.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(a.re.total_cmp(&b.re)));
+        (values, light.len())
+    }
+
+    fn at(&self, s: Complex<f64>) -> DMatrix<Complex<f64>> {
+        let complex = |matrix: &DMatrix<f64>| matrix.map(|x| Complex::new(x, 0.0));
+        complex(&self.mass) * (s * s) + complex(&self.damping) * s + complex(&self.stiffness)
+    }
+
+    /// An eigenvalue after Newton's steps on uᴴ P(s) x = 0, with the singular vectors of P.
+    fn polished(&self, s: Complex<f64>) -> Complex<f64> {
+        let is_real = s.im == 0.0;
+        let mut best = s;
+        for _ in 0..3 {
+            let svd = self.at(best).svd(true, true);
+            let (Some(u), Some(v_t)) = (&svd.u, &svd.v_t) else { return best };
+            let last = least(&svd.singular_values);
+            let x = v_t.row(last).adjoint();
+            let left = u.column(last).adjoint();
+            let complex = |matrix: &DMatrix<f64>| matrix.map(|x| Complex::new(x, 0.0));
+            let slope = complex(&self.mass) * (best * 2.0) + complex(&self.damping);
+            let value = (&left * self.at(best) * &x)[(0, 0)];
+            let slope = (&left * slope * &x)[(0, 0)];
+            let step = value / slope;
+            if !(step.re.is_finite() && step.im.is_finite()) || step.norm() > 1e-4 * best.norm() {
+                return best;
+            }
+            best -= step;
+            if is_real {
+                best.im = 0.0;
+            }
+        }
+        best
+    }
+
+    /// An eigenvector for each eigenvalue; for equal ones, different ones.
+    pub(crate) fn vectors(&self, values: &[Complex<f64>]) -> Vec<DVector<Complex<f64>>> {
+        let mut met: Vec<Complex<f64>> = Vec::new();
+        let vector = |&s: &Complex<f64>| {
+            let same = met.iter().filter(|&&other| (other - s).norm() <= 1e-9 * s.norm()).count();
+            met.push(s);
+            let svd = self.at(s).svd(false, true);
+            let Some(v_t) = svd.v_t else { return DVector::zeros(self.mass.nrows()) };
+            let mut order: Vec<usize> = (0..svd.singular_values.len()).collect();
+            order.sort_by(|&a, &b| svd.singular_values[a].total_cmp(&svd.singular_values[b]));
+            v_t.row(order[same.min(order.len() - 1)]).adjoint()
+        };
+        values.iter().map(vector).collect()
+    }
+}
+
+/// Eigenvalues and vectors of the symmetric part of a matrix, which may be empty.
+fn symmetric(matrix: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
+    if matrix.is_empty() {
+        return (DVector::zeros(0), DMatrix::zeros(0, 0));
+    }
+    let eigen = ((matrix + matrix.transpose()) * 0.5).symmetric_eigen();
+    (eigen.eigenvalues, eigen.eigenvectors)
+}
+
+/// The place of the smallest.
+fn least(values: &DVector<f64>) -> usize {
+    (0..values.len()).min_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0)
+}
