@@ -1,6 +1,6 @@
 //! `--watch`: a command that is done again whenever the files of its models change.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 
@@ -44,7 +44,7 @@ pub(crate) fn again(
         help: "leave out --watch".to_owned(),
     })?;
     loop {
-        let files: Vec<PathBuf> = inputs.iter().flat_map(files_of).collect();
+        let files: Vec<PathBuf> = inputs.iter().flat_map(|input| files_of(input)).collect();
         watch.set_files(&files);
         let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
         if !is_quiet() {
@@ -74,13 +74,13 @@ fn has_changed(changes: &Receiver<()>, stop: &StopWish) -> bool {
 }
 
 /// The files that a model is read from, itself first, whatever is wrong with it.
-fn files_of(input: &PathBuf) -> Vec<PathBuf> {
+fn files_of(input: &Path) -> Vec<PathBuf> {
     let source = match load(&Request::new(input)) {
         Ok(loaded) => Some(loaded.source),
         Err(InputError::Model { source_text, .. }) => Some(*source_text),
         Err(_) => None,
     };
-    let mut files = vec![input.clone()];
+    let mut files = vec![input.to_owned()];
     let others = source.iter().flat_map(|source| source.files());
     for other in others {
         if !files.iter().any(|known| known == other) {

@@ -121,6 +121,7 @@ pub(crate) enum Command {
 }
 
 #[derive(Args, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an option that is given or not")]
 pub(crate) struct New {
     /// Name of the model; the file is NAME.toml.
     #[arg(required_unless_present = "list")]

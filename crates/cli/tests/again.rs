@@ -149,9 +149,10 @@ fn a_model_stands_for_its_log_and_for_a_file() {
     let piped = piped.output().expect("bksim starts");
     assert_eq!(text(&piped.stdout), text(&of_model.stdout), "{}", text(&piped.stderr));
     let mut command = place.bksim();
-    let bad = command.args(["check", "-"]).stdin(std::process::Stdio::null());
-    let bad = bad.output().expect("bksim starts");
-    assert!(text(&bad.stderr).contains("<stdin>"), "{}", text(&bad.stderr));
+    place.write("bad.toml", "[bodies.b]\nmas = 1\n");
+    let text_of = std::fs::File::open(place.path().join("bad.toml")).expect("the model");
+    let bad = command.args(["check", "-"]).stdin(text_of).output().expect("bksim starts");
+    assert!(text(&bad.stderr).contains("<stdin>:"), "{}", text(&bad.stderr));
 }
 
 #[test]

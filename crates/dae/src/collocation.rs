@@ -64,6 +64,7 @@ impl LinearCoefficients {
 
 impl LinearCollocation {
     /// The method with this number of stages.
+    #[expect(clippy::missing_panics_doc, reason = "the nodes are distinct")]
     pub fn new(stages: Stages, n: usize, m: usize) -> Self {
         let s = stages.count();
         let c = nodes(s);
@@ -226,7 +227,9 @@ pub fn eliminate(rows: &mut [f64], n: usize, width: usize) -> bool {
             let factor = matrix[k + 1 + i];
             right.iter_mut().zip(&solved[n..]).for_each(|(x, known)| *x -= factor * known);
         }
-        right.iter_mut().for_each(|x| *x /= matrix[k]);
+        for x in right.iter_mut() {
+            *x /= matrix[k];
+        }
     }
     true
 }

@@ -15,7 +15,6 @@ mod coefficients;
 mod control;
 mod extrapolation;
 mod lanes;
-mod noise;
 mod picard;
 mod stages;
 mod stiffness;
@@ -25,7 +24,6 @@ mod tests;
 
 pub use self::control::Noise;
 use self::control::PiController;
-use self::noise::RightSideNoise;
 use self::stages::StageWork;
 use self::stiffness::StiffnessTest;
 use crate::accessors::accessors;
@@ -88,7 +86,6 @@ pub struct ExplicitSolver<S: Ode> {
     last: ContinuousExtension,
     last_state: LastStep,
     controller: PiController,
-    noise: RightSideNoise,
     stiffness: StiffnessTest,
     stats: Stats,
 }
@@ -128,7 +125,6 @@ impl<S: Ode> ExplicitSolver<S> {
             stages,
             last_state: LastStep::Missing,
             controller: PiController::new(settings.explicit.order_of_estimate()),
-            noise: RightSideNoise::default(),
             stiffness: StiffnessTest::default(),
             system,
             settings,
@@ -267,8 +263,6 @@ impl<S: Ode> ExplicitSolver<S> {
         saver.flag(self.controller.is_retry);
         saver.count(self.controller.noise.count);
         saver.real(self.controller.noise.log_error);
-        saver.real(self.noise.rate);
-        saver.count(self.noise.age);
         saver.count(self.stiffness.n_beyond);
         saver.count(self.stiffness.n_within);
         saver.stats(&self.stats);
@@ -296,7 +290,6 @@ impl<S: Ode> ExplicitSolver<S> {
         solver.controller.last_error = loader.real()?;
         solver.controller.is_retry = loader.flag()?;
         solver.controller.noise = Noise { count: loader.count()?, log_error: loader.real()? };
-        (solver.noise.rate, solver.noise.age) = (loader.real()?, loader.count()?);
         solver.stiffness.n_beyond = loader.count()?;
         solver.stiffness.n_within = loader.count()?;
         solver.stats = loader.stats()?;
@@ -309,9 +302,8 @@ impl<S: Ode> ExplicitSolver<S> {
         let is_adaptive = self.settings.step == StepControl::Adaptive;
         let tried = stages.step(system, (self.t, h), (&self.y, &self.ydot), stats);
         let error = tried.map(|()| if is_adaptive { stages.error(h, &self.y) } else { 0.0 });
-        let floor = self.noise.floor(h);
         match error {
-            Ok(error) if error.is_finite() && error < floor => {
+            Ok(error) if error.is_finite() && error < 1.0 => {
                 match stages.finish(system, t1, stats) {
                     Ok(()) => {
                         self.accept(h, t1, is_adaptive.then_some(error));
@@ -323,24 +315,11 @@ impl<S: Ode> ExplicitSolver<S> {
             Ok(error) => {
                 self.stats.n_reject += 1;
                 let smaller = self.controller.after_reject(h, error);
-                if self.controller.suspects_noise {
-                    self.measure_noise();
-                    // What noise leaves is taken, by the same step once more.
-                    if error < self.noise.floor(h) {
-                        return Ok(false);
-                    }
-                }
                 self.cut(h, smaller, Cause::ErrorTest)?;
             }
             Err(NotFinite { row }) => self.fail(h, row)?,
         }
         Ok(false)
-    }
-
-    /// Measures the noise of the right side where the step begins.
-    fn measure_noise(&mut self) {
-        let Self { noise, stages, system, t, y, stats, .. } = self;
-        noise.measure(system, (*t, y.as_slice()), stages.units(), stats);
     }
 
     /// Moves to the end of the step and chooses the size of the next.
@@ -357,10 +336,9 @@ impl<S: Ode> ExplicitSolver<S> {
         self.y.copy_from_slice(self.stages.y1.values());
         std::mem::swap(&mut self.ydot, &mut self.stages.f1);
         if let Some(error) = error {
-            let next = self.controller.after_accept(h, error, self.noise.floor(h));
+            let next = self.controller.after_accept(h, error);
             self.h = next.signum() * next.abs().min(self.settings.h_max);
         }
-        self.noise.pass();
     }
 
     /// `f` has no value somewhere in the step.

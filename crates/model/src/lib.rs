@@ -42,10 +42,11 @@ mod table;
 pub use assembly::{AssemblyChoice, ChosenAssembly, FoundAssembly};
 pub use belt::{Belt, BeltWheel};
 pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm};
-pub use compliance::{Compliance, NoCompliance};
+pub use compliance::Compliance;
 pub use coupling::{Coupling, CouplingKind, Rack, Wheels};
 pub use curve::{Cam, CamLaw, Curve, FollowerKind, LawSegment};
 pub use drive::Drive;
+pub use file::NoCompliance;
 pub use ids::{
     BeltId, BodyId, ClockId, CouplingId, CurveId, DriveId, GROUND, JointId, LawId, LoadId,
     ParameterId, PointId, StateId, Vector,

@@ -90,7 +90,7 @@ fn trials_from_a_table_vary_values_by_their_path_and_are_drawn() {
 #[test]
 fn a_table_is_written_under_no_other_name() {
     let place = place(PENDULUM);
-    for name in ["s.csv", "s.pdf", "s.mcap"] {
+    for name in ["s.xlsx", "s.pdf", "s.mcap"] {
         let output = place.run(&format!("sweep swing.toml --set l=1,2 -o {name}"));
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{name}: {said}");

@@ -38,8 +38,14 @@ pub(super) fn symbol(kind: &str) -> Option<Symbol> {
         "stop" => ("limits of a joint", stop()),
         "friction" => ("dry friction of a joint", friction()),
         "drive" => ("prescribed motion of a joint", drive()),
-        "point-on-curve" => ("point or roller of body 2 on a curve of body 1", follower(true)),
-        "line-on-curve" => ("flat face of body 2 on a curve of body 1", follower(false)),
+        "point-on-curve" => (
+            "point or roller of body 2 on a curve of body 1",
+            follower(Mark::Circle([0.4, 0.18], 0.05)),
+        ),
+        "line-on-curve" => (
+            "flat face of body 2 on a curve of body 1",
+            follower(Mark::Line([0.3, 0.05], [0.55, 0.25])),
+        ),
         "curve-on-curve" => ("curve of body 2 on a curve of body 1", touching()),
         "cylinder" => ("actuator or rope between two points", cylinder()),
         "gear" => ("gears, from wheel to wheel", gear()),
@@ -270,16 +276,11 @@ fn sheet(letter: &str) -> Vec<Mark> {
     ]
 }
 
-/// A rising path, and what follows it at the far end: a roller, or a face.
-fn follower(is_roller: bool) -> Vec<Mark> {
+/// A rising path, and what follows it at the far end.
+fn follower(what: Mark) -> Vec<Mark> {
     let path: Vec<Point> =
         (0..=12).map(|i| 0.04 * f64::from(i)).map(|x| [x, x * x - 0.06]).collect();
-    let mut marks = vec![Mark::chain(&path, false), Mark::Line([0.44, 0.16], [1.0, 0.0])];
-    marks.push(match is_roller {
-        true => Mark::Circle([0.4, 0.18], 0.05),
-        false => Mark::Line([0.3, 0.05], [0.55, 0.25]),
-    });
-    marks
+    vec![Mark::chain(&path, false), Mark::Line([0.44, 0.16], [1.0, 0.0]), what]
 }
 
 /// Two curves that touch halfway.

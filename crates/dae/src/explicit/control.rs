@@ -35,8 +35,6 @@ pub(super) struct PiController {
     /// Size and error of the attempt that was just rejected.
     pub(super) rejected: Option<(f64, f64)>,
     pub(super) noise: Noise,
-    /// Whether the error of the attempt just rejected has not fallen with its size.
-    pub(super) suspects_noise: bool,
 }
 
 /// Repeated steps whose error has not fallen with their size: it holds noise of the equations.
@@ -71,35 +69,22 @@ impl PiController {
             is_retry: false,
             rejected: None,
             noise: Noise::default(),
-            suspects_noise: false,
         }
     }
 
     /// Compares an attempt with the larger one before it, if that was rejected.
     fn compare(&mut self, h: f64, error: f64) {
-        self.suspects_noise = false;
         let Some((larger, before)) = self.rejected.take() else { return };
         let power = (before / error).ln() / (larger / h).ln();
         if power < OF_NOISE && error > 0.0 {
-            self.suspects_noise = true;
-            self.note(error);
+            self.noise.count += 1;
+            self.noise.log_error += error.ln();
         }
     }
 
-    /// Takes note of an error that is noise.
-    fn note(&mut self, error: f64) {
-        self.noise.count += 1;
-        self.noise.log_error += error.ln();
-    }
-
-    /// The size of the step after an accepted one of size `h`, whose error might be up to `floor`: one, or more
-    /// where noise leaves more.
-    pub(super) fn after_accept(&mut self, h: f64, error: f64, floor: f64) -> f64 {
+    /// The size of the step after an accepted one of size `h`.
+    pub(super) fn after_accept(&mut self, h: f64, error: f64) -> f64 {
         self.compare(h, error);
-        if error >= 1.0 && !self.suspects_noise {
-            self.note(error);
-        }
-        let error = error / floor;
         let beta = MEMORY * self.exponent;
         let proposed = SAFETY
             * error.max(1e-12).powf(-(self.exponent - 0.2 * beta))

@@ -236,12 +236,6 @@ impl StageWork {
         guess.min(100.0 * trial.abs())
     }
 
-    /// The units of the last error estimate, and the norm of its weights.
-    pub(super) fn units(&self) -> (&Scale, f64) {
-        let of_stages = || E5.iter().map(|(_, weight)| weight * weight).sum::<f64>().sqrt();
-        (&self.scale, if self.extrapolation.is_some() { 1.0 } else { of_stages() })
-    }
-
     /// Argument of the stage evaluated last.
     pub(super) fn argument(&self) -> &[f64] {
         self.argument.values()

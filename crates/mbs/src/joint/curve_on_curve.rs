@@ -1,6 +1,6 @@
-//! Curve on a curve: a curve of the successor touches one of the predecessor, in space as prisms along z do. The
-//! parameters of both at the place of contact are coordinates without inertia, whose own equations say that the
-//! contact has no moment, and no force along the tangent where the curves slide.
+//! Curve on a curve: a curve of the successor is in contact with one of the predecessor, in space as prisms along z
+//! are. The parameters of both at the place of contact are coordinates without inertia, whose own equations say that
+//! the contact has no moment, and no force along the tangent where the curves slide.
 //!
 //! ```text
 //! n · (p₁ − p₂) = 0,  t₁ · (p₁ − p₂) = 0    the places on both curves are one

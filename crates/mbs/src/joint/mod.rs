@@ -126,7 +126,7 @@ pub struct Sides {
     pub p_world_successor: Vector,
     /// The place on the curve that the joint follows.
     pub on_curve: Option<OnCurve>,
-    /// The place on the curve of the successor that touches it.
+    /// The place on the curve of the successor that is in contact with it.
     pub on_second: Option<OnCurve>,
 }
 

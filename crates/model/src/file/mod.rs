@@ -31,6 +31,7 @@ mod bodies;
 mod cams;
 mod checks;
 mod codes;
+mod compliance;
 mod contacts;
 mod couplings;
 mod curves;
@@ -86,6 +87,7 @@ mod written_unit;
 use bksim_expr::Pool;
 
 pub use codes::PAGES;
+pub use compliance::NoCompliance;
 pub use expand::{Expansion, Open, SourceFile, expand};
 pub use quantity::names_in;
 pub use replay::Recording;

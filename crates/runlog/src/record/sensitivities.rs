@@ -42,7 +42,8 @@ pub(super) fn sensitivity_topic(mechanism: &Mechanism, by: Sensitive) -> Topic {
         compiled.coordinates.iter().map(of_order)
     });
     let multipliers = compiled.multipliers.iter().map(|m| (m.name.clone(), m.unit.clone()));
-    let shown = channels(mechanism).into_iter().map(|channel| (channel.name, channel.unit));
+    let shown =
+        channels(model, &mechanism.system).into_iter().map(|channel| (channel.name, channel.unit));
     let fields = motion.chain(multipliers).chain(shown).map(|(name, unit)| field(name, unit));
     Topic::new(&format!("/sensitivity/{}", name.replace('.', "/")), fields)
 }

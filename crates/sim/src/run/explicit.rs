@@ -22,7 +22,7 @@ use super::lanes::LaneMotion;
 use super::mechanism::PhaseMechanism;
 use super::problem::Problem;
 use super::race::LARGE;
-use super::singular::{NOTICEABLE, REGULAR, Sighting, SingularMonitor, UNEVEN};
+use super::singular::{NOTICEABLE, REGULAR, Sighting, SingularMonitor};
 use super::stepper::Stepper;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
@@ -35,9 +35,8 @@ use bksim_model::{self, Outputs, SolveOptions};
 pub(crate) struct ExplicitMotion<'a> {
     evaluator: Evaluator<'a>,
     pub(crate) multipliers: MultiplierSystem,
-    /// The least and the largest rank margin of the stages since they were last looked at.
+    /// The least rank margin of the stages since it was last looked at.
     pub(crate) least_margin: f64,
-    largest_margin: f64,
     layout: Layout,
     lambda: Vec<f64>,
     /// The same at several states at once, where that is asked for.
@@ -76,7 +75,6 @@ impl<'a> ExplicitMotion<'a> {
             evaluator: compiled.evaluator(parameters),
             multipliers,
             least_margin: 1.0,
-            largest_margin: 0.0,
             layout: Layout::from_groups(&[(2 * compiled.nq() + 1, Index::One)]).with_names(names),
             lambda: vec![0.0; compiled.nc()],
             lanes: None,
@@ -110,7 +108,7 @@ impl Ode for ExplicitMotion<'_> {
     }
 
     fn derivative(&mut self, t: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite> {
-        let Self { evaluator, multipliers, least_margin, largest_margin, lambda, last, .. } = self;
+        let Self { evaluator, multipliers, least_margin, lambda, last, .. } = self;
         let nq = (y.len() - 1) / 2;
         let (q, v) = y[..2 * nq].split_at(nq);
         let (qdot, rest) = ydot.split_at_mut(nq);
@@ -122,22 +120,19 @@ impl Ode for ExplicitMotion<'_> {
             let solved = multipliers.limit_into(evaluator, t, (q, v), vdot, lambda);
             solved.map_err(|NotFinite { row }| NotFinite { row: nq + row.min(nq) })?;
         }
-        let margin = multipliers.rank_margin();
-        (*least_margin, *largest_margin) = (least_margin.min(margin), largest_margin.max(margin));
+        *least_margin = least_margin.min(multipliers.rank_margin());
         power[0] = evaluator.power(t, q, v, lambda);
         Ok(())
     }
 
     fn derivative_lanes(&mut self, t: Lanes, y: &[Lanes], ydot: &mut [Lanes]) -> bool {
-        let Self { multipliers, lanes: Some(lanes), least_margin, largest_margin, last, .. } = self
-        else {
+        let Self { multipliers, lanes: Some(lanes), least_margin, last, .. } = self else {
             return false;
         };
         if !lanes.derivative(multipliers, t, y, ydot) {
             return false;
         }
-        let margin = multipliers.rank_margin();
-        (*least_margin, *largest_margin) = (least_margin.min(margin), largest_margin.max(margin));
+        *least_margin = least_margin.min(multipliers.rank_margin());
         *last = LastFactors::OfLanes;
         true
     }
@@ -176,10 +171,9 @@ impl Ode for ExplicitMotion<'_> {
 /// Explicit steps of a run.
 pub(super) struct ExplicitStepper<'a> {
     solver: ExplicitSolver<ExplicitMotion<'a>>,
-    /// Rank margin at the end of the last step, and the least and the largest of its stages.
+    /// Rank margin at the end of the last step, and the least of its stages.
     margin: f64,
     least_margin: f64,
-    largest_margin: f64,
     /// Until when steps are explicit only to pass a singular pose.
     passing: Option<f64>,
     /// Whether Radau takes over where the motion turns stiff.
@@ -259,7 +253,6 @@ impl<'a> ExplicitStepper<'a> {
                 let motion = solver.system_mut();
                 motion.multipliers.load(shape, &mut loader)?;
                 motion.least_margin = loader.real()?;
-                motion.largest_margin = loader.real()?;
                 if let Some(monitor) = monitor {
                     monitor.load(&mut loader, &from)?;
                 }
@@ -270,7 +263,6 @@ impl<'a> ExplicitStepper<'a> {
             solver,
             margin: 1.0,
             least_margin: 1.0,
-            largest_margin: 1.0,
             passing,
             method,
             yields_to_radau: options.method == bksim_model::Method::Auto && passing.is_none(),
@@ -293,18 +285,17 @@ impl Stepper for ExplicitStepper<'_> {
         let motion = self.solver.system_mut();
         self.margin = motion.multipliers.rank_margin();
         self.least_margin = std::mem::replace(&mut motion.least_margin, self.margin);
-        self.largest_margin = std::mem::replace(&mut motion.largest_margin, self.margin);
         false
     }
 
-    fn crossed_singular_poses(
+    fn crossed_singular_pose(
         &mut self,
         evaluator: &mut Evaluator<'_>,
         monitor: &mut SingularMonitor,
-    ) -> Result<Vec<Sighting>, SolveError> {
-        if self.least_margin >= NOTICEABLE && self.least_margin >= UNEVEN * self.largest_margin {
+    ) -> Result<Option<Sighting>, SolveError> {
+        if self.least_margin >= NOTICEABLE {
             monitor.leave();
-            return Ok(Vec::new());
+            return Ok(None);
         }
         // A copy: the search must leave the factors and pivots of the motion alone.
         let mut multipliers = self.solver.system_mut().multipliers.clone();
@@ -381,6 +372,5 @@ impl Stepper for ExplicitStepper<'_> {
         let motion = self.solver.system_mut();
         motion.multipliers.save(saver);
         saver.real(motion.least_margin);
-        saver.real(motion.largest_margin);
     }
 }

@@ -112,12 +112,12 @@ impl Stepper for RadauStepper<'_> {
     }
 
     /// Never: the phase ends before it.
-    fn crossed_singular_poses(
+    fn crossed_singular_pose(
         &mut self,
         _: &mut Evaluator<'_>,
         _: &mut SingularMonitor,
-    ) -> Result<Vec<Sighting>, SolveError> {
-        Ok(Vec::new())
+    ) -> Result<Option<Sighting>, SolveError> {
+        Ok(None)
     }
 
     fn dense_output(&mut self) -> Result<DenseOutput<'_>, SolveError> {

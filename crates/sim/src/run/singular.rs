@@ -26,15 +26,11 @@ pub(crate) const REGULAR: f64 = 3.0 * WEAK;
 /// Rank margin of a stage that calls for a search. Two stages lie at most a third of a step apart, so
 /// that a step as long as a radian has one this near to a pose that it passes.
 pub(crate) const NOTICEABLE: f64 = 0.1;
-/// Longer steps show by margins that differ: the least is below this part of the largest.
-pub(crate) const UNEVEN: f64 = 0.25;
 /// Part of its regular value below which a singular value is that of a singular pose; states of a
 /// run miss the pose by their tolerance.
 const SINGULAR: f64 = 1e-3;
-/// Fewest and most instants of a step looked at first, and the way of a coordinate, rad or m, from one to the next.
-const SAMPLES: [usize; 2] = [16, 1024];
-const WAY: f64 = 0.3;
-/// Shrinkings of the bracket around the least margin.
+/// Instants of a step looked at first, and shrinkings of the bracket around the least margin.
+const SAMPLES: usize = 16;
 const SHRINKINGS: usize = 40;
 /// Rows with this part in the vanishing combination are named.
 const PART: f64 = 0.1;
@@ -72,26 +68,15 @@ impl SingularMonitor {
         self.near = None;
     }
 
-    /// The singular poses within a step, or at its end, in their order.
+    /// The singular pose within a step, or at its end.
     pub(crate) fn search(
         &mut self,
         evaluator: &mut Evaluator,
         multipliers: &mut MultiplierSystem,
         step: &Step<'_>,
-    ) -> Vec<Sighting> {
-        let dips = Dip::all(evaluator, multipliers, step).into_iter();
-        dips.filter_map(|dip| self.look_at(&dip, evaluator, multipliers, step)).collect()
-    }
-
-    /// The singular pose where the margin is least.
-    fn look_at(
-        &mut self,
-        dip: &Dip,
-        evaluator: &mut Evaluator,
-        multipliers: &mut MultiplierSystem,
-        step: &Step<'_>,
     ) -> Option<Sighting> {
         let nq = evaluator.shape().nq;
+        let dip = Dip::of(evaluator, multipliers, step);
         if dip.falls {
             self.near = None;
         }
@@ -110,7 +95,7 @@ impl SingularMonitor {
             jacobian.select(multipliers.active_rows())
         };
         if self.near.is_none() {
-            for end in dip.ends {
+            for end in [step.t0(), step.t1()] {
                 self.regular = self.regular.max(smallest_singular_value(rows_at(end)));
             }
         }
@@ -146,20 +131,17 @@ pub(crate) fn is_ahead(
     step: &Step<'_>,
 ) -> bool {
     let mut margin = |part: f64| margin_within(evaluator, multipliers, step, part);
-    let values = [1.0 / 6.0, 1.0 / 3.0, 0.5, 2.0 / 3.0, 5.0 / 6.0, 1.0].map(&mut margin);
-    let [least, largest] = extremes(&values);
-    if least >= WEAK && least >= UNEVEN * largest {
+    let values = [1.0 / 3.0, 2.0 / 3.0, 1.0].map(&mut margin);
+    if !values.iter().any(|&value| value < WEAK) {
         return false;
     }
-    let dips = Dip::all(evaluator, multipliers, step).into_iter();
-    let mut vanishes = |t: f64| {
+    if let Dip { t: Some(t), .. } = Dip::of(evaluator, multipliers, step) {
         let part = (t - step.t0()) / (step.t1() - step.t0());
-        margin_within(evaluator, multipliers, step, part) < VANISHING
-    };
-    if dips.filter_map(|dip| dip.t).any(&mut vanishes) {
-        return true;
+        if margin_within(evaluator, multipliers, step, part) < VANISHING {
+            return true;
+        }
     }
-    values[values.len() - 1] < WEAK && is_foreseen(evaluator, multipliers, step)
+    values[2] < WEAK && is_foreseen(evaluator, multipliers, step)
 }
 
 /// Whether the motion continued by its accelerations comes to a singular pose within some steps.
@@ -203,84 +185,31 @@ fn margin_within(
     multipliers.rank_margin_at(&evaluator.dynamics(t, q, v))
 }
 
-fn extremes(values: &[f64]) -> [f64; 2] {
-    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    [least, values.iter().copied().fold(0.0, f64::max)]
-}
-
-/// Where the rank margin of a step, or of a part of it, is least.
+/// Where the rank margin of a step is least.
 struct Dip {
     /// The instant, if the margin may vanish there.
     t: Option<f64>,
     /// Whether it has been regular before that, and is again after.
     falls: bool,
     rises: bool,
-    /// Where the part begins and ends.
-    ends: [f64; 2],
 }
 
 impl Dip {
-    /// The margins of some instants, parted where they are largest in between: a long step may pass several poses.
-    fn all(
-        evaluator: &mut Evaluator,
-        multipliers: &mut MultiplierSystem,
-        step: &Step<'_>,
-    ) -> Vec<Self> {
-        let n = n_samples(evaluator.shape().nq, step);
+    /// The least margin of some instants, then golden sections around it.
+    fn of(evaluator: &mut Evaluator, multipliers: &mut MultiplierSystem, step: &Step<'_>) -> Self {
         let mut margin = |part: f64| margin_within(evaluator, multipliers, step, part);
-        let values: Vec<f64> = (0..=n).map(|k| margin(part_at(k, n))).collect();
-        let is_crest = |k: usize| {
-            values[k] >= NOTICEABLE && values[k] > values[k - 1] && values[k] >= values[k + 1]
-        };
-        // Three samples make a parabola.
-        let mut borders = vec![0];
-        for k in (2..n - 1).filter(|&k| is_crest(k)) {
-            if k - borders[borders.len() - 1] >= 2 {
-                borders.push(k);
-            }
-        }
-        borders.push(n);
-        let pairs = borders.windows(2).map(|pair| (pair[0], pair[1]));
-        pairs.map(|ends| Self::of(&values, ends, step, &mut margin)).collect()
-    }
-
-    /// The least margin of the samples from one to another, then golden sections around it.
-    fn of(
-        values: &[f64],
-        (first, last): (usize, usize),
-        step: &Step<'_>,
-        margin: &mut dyn FnMut(f64) -> f64,
-    ) -> Self {
-        let (n_all, n) = (values.len() - 1, last - first);
-        let values = &values[first..=last];
-        let least = (0..=n).min_by(|&a, &b| values[a].total_cmp(&values[b]));
-        let least = least.expect("a part has samples");
-        let at = |k: usize| part_at(first + k, n_all);
-        let instant = |part: f64| step.t0() + part * (step.t1() - step.t0());
-        let (low, high) = (at(least.saturating_sub(1)), at((least + 1).min(n)));
-        let t = may_vanish(values, least).then(|| instant(golden_section(low, high, margin)));
+        let at = |k: usize| k as f64 / SAMPLES as f64;
+        let values: Vec<f64> = (0..=SAMPLES).map(|k| margin(at(k))).collect();
+        let least = (0..=SAMPLES).min_by(|&a, &b| values[a].total_cmp(&values[b]));
+        let least = least.expect("a step has samples");
+        let (low, high) = (at(least.saturating_sub(1)), at((least + 1).min(SAMPLES)));
+        let t = may_vanish(&values, least).then(|| {
+            let part = golden_section(low, high, &mut margin);
+            step.t0() + part * (step.t1() - step.t0())
+        });
         let is_regular = |values: &[f64]| values.iter().any(|&value| value >= NOTICEABLE);
-        Self {
-            t,
-            falls: is_regular(&values[..least]),
-            rises: is_regular(&values[least..]),
-            ends: [instant(at(0)), instant(at(n))],
-        }
+        Self { t, falls: is_regular(&values[..least]), rises: is_regular(&values[least..]) }
     }
-}
-
-/// Part of a step at which a sample of so many lies.
-fn part_at(k: usize, n: usize) -> f64 {
-    k as f64 / n as f64
-}
-
-/// Samples of a step that miss no pose: more where coordinates go far in it.
-fn n_samples(nq: usize, step: &Step<'_>) -> usize {
-    let ends = step.y0()[..nq].iter().zip(&step.y1()[..nq]);
-    let way = ends.fold(0.0, |way: f64, (from, to)| way.max((to - from).abs()));
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-    let n = (way / WAY).clamp(0.0, 1e6).ceil() as usize;
-    n.clamp(SAMPLES[0], SAMPLES[1])
 }
 
 /// How many times better conditioned other rows must be to be taken: near a singular pose all lose rank

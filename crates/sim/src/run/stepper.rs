@@ -30,15 +30,15 @@ pub(super) trait Stepper: Send + Sync {
     /// cross.
     fn is_singular_ahead(&mut self, evaluator: &mut Evaluator<'_>) -> bool;
 
-    /// Searches the step just taken for singular poses that it has crossed.
+    /// Searches the step just taken for a singular pose that it has crossed.
     ///
     /// # Errors
     /// [`SolveError`] as [`Stepper::last_step`].
-    fn crossed_singular_poses(
+    fn crossed_singular_pose(
         &mut self,
         evaluator: &mut Evaluator<'_>,
         monitor: &mut SingularMonitor,
-    ) -> Result<Vec<Sighting>, SolveError>;
+    ) -> Result<Option<Sighting>, SolveError>;
 
     /// The motion over the step just taken.
     ///

@@ -48,17 +48,16 @@ impl<'a> Run<'a> {
             return Ok(Attempt::End(PhaseEnd::Failed(None)));
         }
 
-        // Note the singular poses that it has crossed.
+        // Note the singular pose that it has crossed.
         let evaluator = &mut self.mechanism.evaluator;
         let poses = &mut self.summary.singular_poses;
-        for sighting in stepper.crossed_singular_poses(evaluator, &mut self.singular_monitor)? {
-            match sighting {
-                Sighting::New(pose) => poses.push(pose),
-                Sighting::Better(pose) => {
-                    poses.pop();
-                    poses.push(pose);
-                }
+        match stepper.crossed_singular_pose(evaluator, &mut self.singular_monitor)? {
+            Some(Sighting::New(pose)) => poses.push(pose),
+            Some(Sighting::Better(pose)) => {
+                poses.pop();
+                poses.push(pose);
             }
+            None => (),
         }
         Ok(Attempt::Step(None))
     }

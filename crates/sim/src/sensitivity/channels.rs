@@ -9,7 +9,6 @@ use bksim_expr::{Expr, TapeError};
 use super::derive::{Change, Direction};
 use super::tangent::TangentPoint;
 use crate::function::{Buffers, Function};
-use crate::mechanism::Mechanism;
 use crate::quantities::Quantities;
 use crate::run::StateSensitivity;
 use bksim_mbs::system::SymbolicSystem;
@@ -68,8 +67,8 @@ impl Channels {
 
 /// The channels whose derivatives a run with sensitivities has besides those of the state, in their order in
 /// [`StateSensitivity::channels`].
-pub fn channels(mechanism: &Mechanism) -> Vec<Channel> {
-    found(&mechanism.model, mechanism.system.integrated()).map(|(_, channel)| channel).collect()
+pub fn channels(model: &Model, system: &SymbolicSystem) -> Vec<Channel> {
+    found(model, system.integrated()).map(|(_, channel)| channel).collect()
 }
 
 /// The channels of a model that have a formula of the state, with that.

@@ -40,7 +40,7 @@ pub struct SensitivityEquations {
 #[derive(Clone, Debug)]
 pub(super) enum Way {
     /// With the steps of Radau IIA, whose stages they share: F_p of (t, y, y′), one column after the other.
-    Staggered(Function),
+    Staggered(Box<Function>),
     /// Along a motion that any method has found.
     Followed(Box<Following>),
 }
@@ -88,7 +88,13 @@ pub fn differentiate(
         || options.method == Method::Auto && system.coordinates().len() > MOST_AT_ONCE;
     let way = if compiled.indicators.is_empty() && compiled.pressing.is_none() && is_radau {
         let form = options.formulation;
-        Way::Staggered(parameter_columns(model, system, form, &derivation.own, &directions)?)
+        Way::Staggered(Box::new(parameter_columns(
+            model,
+            system,
+            form,
+            &derivation.own,
+            &directions,
+        )?))
     } else {
         Way::Followed(Box::new(Following::new(&derivation, &directions)?))
     };
@@ -216,7 +222,7 @@ impl<'a> Direction<'a> {
             let place = self.own.iter().position(|&own| own == symbol);
             place.is_none_or(|k| directions.iter().any(|by| !pool.is_zero(by[k])))
         };
-        let rows = self.model.held.iter().flat_map(|signal| signal.rows());
+        let rows = self.model.held.iter().flat_map(bksim_model::HeldSignal::rows);
         let starts = self.model.held.iter().map(|signal| signal.start);
         let values = rows.map(|row| row.value).chain(starts);
         let is_moving = |value: Expr| pool.symbols_of(value).into_iter().any(moves);

@@ -355,13 +355,11 @@ impl Observer for Follower<'_, '_> {
         if self.fault.is_some() {
             return Control::Stop;
         }
-        match self.complete(sample) {
-            Some(by) => self.observer.sample(sample, &by),
-            None => {
-                self.fault = Some(NoSensitivity { t: sample.t, why: Undefined::Singular });
-                Control::Stop
-            }
-        }
+        let Some(by) = self.complete(sample) else {
+            self.fault = Some(NoSensitivity { t: sample.t, why: Undefined::Singular });
+            return Control::Stop;
+        };
+        self.observer.sample(sample, &by)
     }
 
     fn wants_segments(&self) -> bool {

@@ -56,9 +56,10 @@ impl Follower<'_, '_> {
         let is_smooth = after.blows.is_empty()
             && is_near(&after.v, before.state.v)
             && is_near(&after.a, &before.a);
-        let instants = match is_smooth {
-            true => vec![0.0; self.n_sensitive()],
-            false => self.instants(passage, &before)?,
+        let instants = if is_smooth {
+            vec![0.0; self.n_sensitive()]
+        } else {
+            self.instants(passage, &before)?
         };
 
         // The state in which it switches, then the one that follows.

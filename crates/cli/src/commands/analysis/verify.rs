@@ -66,7 +66,7 @@ fn text(name: &str, found: &Verified) -> String {
     let n_beyond = found.channels.iter().filter(|c| !c.is_within).count();
     let allows = match &found.growth {
         None => "what the tolerances allow",
-        Some(_) => "what the tolerances and the growth of differences allow",
+        Some(_) => "what the tolerances allow where differences grow so",
     };
     let verdict = match n_beyond {
         0 => format!("all within {allows}"),

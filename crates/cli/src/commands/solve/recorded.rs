@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use super::report::Times;
-use super::solved;
+use super::{Times, solved};
 use crate::args::analysis::ComplianceArgs;
 use crate::args::run::RunArgs;
 use crate::args::{Channels, Solve, Tuning};
