@@ -419,3 +419,59 @@ fn a_start_is_on_its_own_side_of_a_kink() {
     let expected = derive(model(&text.replace("abs(S.position - 2 m)", "(S.position - 2 m)")));
     assert_eq!(start.a, expected.start().unwrap_or_else(|e| panic!("{e}")).a);
 }
+
+#[test]
+fn a_limit_that_jumps_away_lets_go() {
+    let text = block(
+        "[signals.reach]\nstart = \"0 m\"\nwhen = [{ condition = \"t > 0.5 s\", value = \"1 m\" }]\n\
+         [loads.push]\ntype = \"force\"\non = \"block\"\nvector = [10, 0]\n\
+         [loads.gate]\ntype = \"stop\"\njoint = \"S\"\nmax = \"reach\"\n",
+    );
+    let (_, motion) = run(&text, 1.0, 1e-9);
+    let last = motion.samples.last().expect("samples");
+    let within = Within { relative: 1e-9, absolute: 1e-9 };
+    // At rest until the gate opens, then 5 m/s² for half a second.
+    close("position", last.q[0], 0.5 * 5.0 * 0.25, within);
+    let opened = times(&motion, |kind| matches!(kind, ChangeKind::Part(..)));
+    assert_eq!(opened.len(), 1);
+    close("when", opened[0], 0.5, within);
+}
+
+/// The floor takes the stone's fall and so slackens the rope; the rope, taut again, lifts the stone.
+#[test]
+fn stops_that_part_each_other_come_to_rest_together() {
+    let text = r#"
+[ground]
+points = { high = [0, "0.4 m"] }
+[bodies.hand]
+mass = "1 kg"
+[bodies.shadow]
+mass = 0
+[bodies.stone]
+mass = "40 kg"
+[joints]
+way = { type = "prismatic", between = ["ground.high", "hand"], axis = [1, 0] }
+along = { type = "prismatic", between = ["ground", "shadow"], axis = [1, 0] }
+above = { type = "prismatic", between = ["shadow", "stone"], axis = [0, 1] }
+rope = { type = "cylinder", between = ["hand", "stone"] }
+[drives]
+hand = { joint = "way", motion = "-0.5 m/s^2*t^2" }
+[loads]
+gravity = { type = "gravity", acceleration = [0, "-9.81 m/s^2"] }
+floor = { type = "stop", joint = "above", min = 0 }
+rope = { type = "stop", joint = "rope", max = "4.5 m" }
+[initial]
+above = { position = 0 }
+rope = { position = "4.4999 m" }
+along = { guess = { position = "4.48 m" }, velocity = 0 }
+"#;
+    let (mechanism, motion) = run(text, 0.5, 1e-9);
+    let last = motion.samples.last().expect("samples");
+    let at = |name: &str| last.q[support::coordinate(&mechanism, name)];
+    let within = Within { relative: 1e-9, absolute: 1e-9 };
+    close("above the floor", at("above_position"), 0.0, within);
+    let behind = (4.5_f64 * 4.5 - 0.4 * 0.4).sqrt();
+    close("behind the hand", at("along_position") - at("way_position"), behind, within);
+    let hits = times(&motion, |kind| matches!(kind, ChangeKind::Hit(..)));
+    assert!((1..40).contains(&hits.len()), "{} hits", hits.len());
+}

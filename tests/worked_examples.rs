@@ -3,27 +3,10 @@
 mod support;
 
 use bksim::analysis::{
-    Actuators, CurvesRequest, Drive, Kinematics, LimitsRequest, Prescribed, Range, curves, inverse,
-    kinematics, limits, statics, workspaces,
+    Actuators, CurvesRequest, LimitsRequest, Range, curves, inverse, limits, statics, workspaces,
 };
-use bksim::model::Model;
 use support::example;
-
-/// Positions and rates over a range of a drive.
-fn over(model: Model, name: &str, values: &str) -> Kinematics {
-    let drive = Drive::parse(&model, name, values).expect("a drive");
-    let prescribed = Prescribed::Drives { drives: vec![drive], through: false };
-    kinematics(model, &prescribed).expect("positions")
-}
-
-fn column(found: &Kinematics, name: &str) -> Vec<f64> {
-    found.table.column(name).unwrap_or_else(|| panic!("no column {name}"))
-}
-
-#[track_caller]
-fn near(found: f64, expected: f64, tolerance: f64) {
-    assert!((found - expected).abs() <= tolerance, "{found} is not {expected}");
-}
+use support::worked::{column, meet, near, over};
 
 /// The points of a curve on the branch of the start.
 fn way(name: &str, point: &str) -> Vec<[f64; 3]> {
@@ -85,15 +68,6 @@ fn hoekens_linkage_draws_its_line() {
         near(x[i], way * a, 1e-12);
         near(y[i], 4.0 * a, 1e-12);
     }
-}
-
-/// Where two circles meet, to the left of the line from the first centre to the second.
-fn meet(a: [f64; 2], ra: f64, b: [f64; 2], rb: f64) -> [f64; 2] {
-    let d = [b[0] - a[0], b[1] - a[1]];
-    let length = d[0].hypot(d[1]);
-    let along = (ra * ra - rb * rb + length * length) / (2.0 * length);
-    let across = (ra * ra - along * along).sqrt();
-    [0, 1].map(|k| a[k] + (along * d[k] + across * [-d[1], d[0]][k]) / length)
 }
 
 /// The foot by intersections of circles, rod by rod; its step is at least twice as long as high.

@@ -11,7 +11,7 @@ fn main() -> io::Result<()> {
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR").map_err(io::Error::other)?);
     let examples = root.join("../../examples").canonicalize()?;
     println!("cargo::rerun-if-changed={}", examples.display());
-    let mut table = "const EXAMPLES: &[Example] = &[\n".to_owned();
+    let mut table = "/// All of them, by name.\npub const EXAMPLES: &[Example] = &[\n".to_owned();
     for folder in sorted(&examples)? {
         let files = if folder.is_dir() { sorted(&folder)? } else { Vec::new() };
         let is_model = |path: &PathBuf| {

@@ -2,12 +2,8 @@
 
 import signal
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
-
-import bksim
 
 # What a shell runs in the background ignores what Ctrl-C sends, and is not to do so here.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -16,13 +12,9 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.fixture(autouse=True)
-def _names(
-    doctest_namespace: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # Examples in docstrings write files.
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Examples in docstrings write files. They know no names but those that they import.
     monkeypatch.chdir(tmp_path)
-    doctest_namespace.update({name: getattr(bksim, name) for name in bksim.__all__})
-    doctest_namespace.update(EXAMPLES=EXAMPLES, np=np)
 
 
 @pytest.fixture

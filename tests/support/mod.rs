@@ -4,6 +4,7 @@
 #![allow(dead_code, reason = "every test file uses its own part of it")]
 
 pub(crate) mod elements;
+pub(crate) mod worked;
 
 use std::path::{Path, PathBuf};
 

@@ -7,6 +7,7 @@
 mod again;
 pub mod args;
 pub mod commands;
+pub mod examples;
 pub mod exit;
 mod handover;
 mod lsp;

@@ -51,7 +51,8 @@ pub(crate) fn compose(
     let offset = drawing_offset(&text);
     let diagnostics: Vec<Diagnostic> =
         diagnostics.into_iter().map(|fault| moved_by(fault, offset)).collect();
-    let source = Text { path: shown, text, drawn: Some(Arc::new(drawn)), parts: None };
+    let drawn = Some(Arc::new(drawn));
+    let source = Text { drawn, ..Text::new(shown, text) };
     if diagnostics.iter().any(Diagnostic::is_error) {
         return Err(source.rejected(diagnostics));
     }

@@ -37,12 +37,8 @@ fn with_parts(model: Text, folder: &Path, expansion: Expansion) -> Text {
         if is_own { folder.join(&file.name) } else { PathBuf::from(&file.name) }
     };
     let paths: Vec<PathBuf> = expansion.files.iter().map(path).collect();
-    Text {
-        path: model.path.clone(),
-        text: expansion.text.clone(),
-        drawn: None,
-        parts: Some(Arc::new(Parts { expansion, paths, model })),
-    }
+    let whole = Text::new(model.path.clone(), expansion.text.clone());
+    Text { parts: Some(Arc::new(Parts { expansion, paths, model })), ..whole }
 }
 
 /// The bytes of a file in a folder or below it, links resolved: a model from elsewhere has no business with

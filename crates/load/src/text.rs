@@ -24,6 +24,8 @@ pub struct Text {
     pub drawn: Option<Arc<Drawn>>,
     /// The files that it was put together from, if it has parts.
     pub parts: Option<Arc<Parts>>,
+    /// Whether a program put it together from parts of its own: then no file has its lines.
+    pub is_built: bool,
 }
 
 /// A model with the files of its parts.
@@ -61,7 +63,7 @@ pub struct Located<'t> {
 impl Text {
     /// A text by itself.
     pub fn new(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
-        Self { path: path.into(), text: text.into(), drawn: None, parts: None }
+        Self { path: path.into(), text: text.into(), drawn: None, parts: None, is_built: false }
     }
 
     /// The files that the model was read from.

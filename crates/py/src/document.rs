@@ -1,5 +1,6 @@
 //! The text of a model as data, and back. What goes between is JSON, which both sides read.
 
+use bksim_cli::examples::{EXAMPLES, Example};
 use pyo3::prelude::*;
 
 use crate::fault::{Fault, guard};
@@ -50,4 +51,14 @@ pub(crate) fn with_values(
         }
         Ok(document.to_string())
     })
+}
+
+/// Names of the models that come with bksim and their texts.
+#[pyfunction]
+pub(crate) fn examples() -> Vec<(&'static str, &'static str)> {
+    let text = |example: &Example| {
+        let file = example.files.iter().find(|(name, _)| *name == "model.toml")?;
+        Some((example.name, std::str::from_utf8(file.1).ok()?))
+    };
+    EXAMPLES.iter().filter_map(text).collect()
 }

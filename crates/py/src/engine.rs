@@ -20,12 +20,13 @@ use bksim::sim::mobility::mobility;
 use bksim::sim::observable::{Observable, Observables};
 use bksim::sim::start::Start;
 use bksim::{Mechanism, Rejected, Simulation};
-use bksim_load::{Loaded, Request, Text, json_all, load, parse, parse_recorded};
+use bksim_load::{Loaded, Request, Text, load, parse, parse_recorded};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{table, transposed};
+use crate::built::json_all;
 use crate::derived::Derived;
 use crate::fault::{Fault, guard};
 use crate::laws::law;
@@ -61,6 +62,8 @@ struct Written {
     text: String,
     /// Stands in messages.
     path: PathBuf,
+    /// Whether it was built in code.
+    is_built: bool,
     name: String,
     overrides: Vec<(String, String)>,
     jit: Option<String>,
@@ -97,8 +100,8 @@ impl Engine {
 
     /// Derives the equations of a text.
     fn of_text(written: Written) -> Result<Self, Fault> {
-        let Written { text, path, name, overrides, jit, inputs, varied } = written;
-        let source = Text::new(path, text);
+        let Written { text, path, is_built, name, overrides, jit, inputs, varied } = written;
+        let source = Text { is_built, ..Text::new(path, text) };
         let loaded = parse_recorded(source, &name, &overrides, &varied, Limits::default())?;
         let laws = Python::attach(|py| {
             inputs.iter().map(|(name, law)| (name.clone(), law.clone_ref(py))).collect()
@@ -181,6 +184,7 @@ impl Engine {
         let Stated { jit, inputs, varied } = &*self.stated;
         written.set_item("text", self.text())?;
         written.set_item("path", self.path())?;
+        written.set_item("is_built", self.source().is_built)?;
         written.set_item("name", self.name())?;
         written.set_item("overrides", &self.overrides)?;
         written.set_item("jit", jit)?;

@@ -6,9 +6,10 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use crate::built::{self, json_all};
 use crate::laws;
 use bksim::model::diagnostic::Diagnostic;
-use bksim_load::{InputError, Text, json_all, plain};
+use bksim_load::{InputError, Text};
 use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -52,7 +53,7 @@ impl Fault {
     /// A motion that cannot go on.
     pub(crate) fn motion(source: &Text, t: f64, fault: &Diagnostic) -> Self {
         let all = json_all(source, std::slice::from_ref(fault));
-        Self::Motion(t, plain(source, fault), all.to_string())
+        Self::Motion(t, built::words(source, fault), all.to_string())
     }
 
     fn raised(self, py: Python<'_>) -> PyErr {
@@ -76,7 +77,7 @@ impl Fault {
 fn words(source: &Text, diagnostics: &[Diagnostic]) -> String {
     // What is wrong comes first.
     let (errors, warnings): (Vec<_>, Vec<_>) = diagnostics.iter().partition(|f| f.is_error());
-    let words = errors.into_iter().chain(warnings).map(|fault| plain(source, fault));
+    let words = errors.into_iter().chain(warnings).map(|fault| built::words(source, fault));
     words.collect::<Vec<_>>().join("\n\n")
 }
 

@@ -31,6 +31,7 @@
 #![expect(clippy::needless_pass_by_value, reason = "what comes from Python is made for the call")]
 
 mod arrays;
+mod built;
 mod command;
 mod derived;
 mod document;
@@ -74,6 +75,8 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(functions::derivatives_of, m)?)?;
     m.add_function(wrap_pyfunction!(solving::solve, m)?)?;
     m.add_function(wrap_pyfunction!(stepping::begin, m)?)?;
+    m.add_function(wrap_pyfunction!(stepping::held_again, m)?)?;
+    m.add_function(wrap_pyfunction!(stepping::saved_again, m)?)?;
     m.add_function(wrap_pyfunction!(questions::kinematics_of, m)?)?;
     m.add_function(wrap_pyfunction!(questions::limits_of, m)?)?;
     m.add_function(wrap_pyfunction!(questions::curves_of, m)?)?;
@@ -98,6 +101,7 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(show::unit_word, m)?)?;
     m.add_function(wrap_pyfunction!(sweep::si_unit, m)?)?;
     m.add_function(wrap_pyfunction!(command::command, m)?)?;
+    m.add_function(wrap_pyfunction!(document::examples, m)?)?;
     m.add_function(wrap_pyfunction!(fault::explain, m)?)?;
     m.add_function(wrap_pyfunction!(fault::panic_for_tests, m)?)?;
     Ok(())

@@ -6,12 +6,12 @@ use bksim::player::Player;
 use bksim::sim::run::{Sample, Segment, Summary};
 use bksim::sim::sensitivity::Sensitive;
 use bksim::{describe, log};
-use bksim_load::{json_all, plain};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 
 use crate::arrays::{table, transposed};
+use crate::built::{self, json_all};
 use crate::engine::{Engine, column};
 use crate::fault::{Fault, guard};
 
@@ -187,7 +187,7 @@ impl Run {
         let Ending::Failed(fault) = &self.kept.ending else { return None };
         let source = self.engine.get().source();
         let all = json_all(source, std::slice::from_ref(fault));
-        Some((plain(source, fault), all.to_string()))
+        Some((built::words(source, fault), all.to_string()))
     }
 
     /// The warnings about what the results are worth, as JSON; a log tells its own among its notes.

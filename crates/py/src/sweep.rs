@@ -8,7 +8,7 @@ use std::thread;
 
 use bksim::model::file::Limits;
 use bksim::options::{FORMULATIONS, JITS, METHODS, SolveChanges};
-use bksim_load::{Text, json_all, whole};
+use bksim_load::{Text, whole};
 use bksim_sweep::{
     Axis, Column, Design, Existing, Monitor, Parts, Plan, Request, Row, Spacing, SweepError,
     Values, codes, is_whole, write,
@@ -19,6 +19,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::arrays::{table, transposed};
+use crate::built::json_all;
 use crate::engine::Engine;
 use crate::fault::{Fault, guard};
 use crate::interrupt::LOOK_EVERY;

@@ -330,3 +330,62 @@ def test_a_motor_has_its_units(examples: Path) -> None:
     swept = bksim.sweep(m, {"i": [0.0, 20.0]}, outputs=["max(i)", "i@0"], t_end=0.01)
     assert swept.unit("i") == swept.unit("max(i)") == "A"
     assert np.allclose(swept["i@0"], [0.0, 20.0], rtol=1e-14)
+
+
+def test_faults_of_a_model_built_in_code_name_its_parts() -> None:
+    m = pendulum_in_code()
+    m.bodies["bob"].points["P"] = [0, "2 kg"]
+    m.joints["A"].second = "bobb"
+    m.initial["A"] = {"angle": "30 m"}
+    m.loads["gravity"] = bksim.Gravity(acceleration=[0, "-g"])
+    m.options["t_end"] = "1 m"
+    with pytest.raises(bksim.ModelError) as caught:
+        m.check()
+    words = str(caught.value)
+    assert ".toml" not in words
+    assert '  --> joints["A"].second: no body has this name' in words
+    parts = {label.part for fault in caught.value.diagnostics for label in fault.labels}
+    assert {
+        'bodies["bob"].points["P"][1]',
+        'joints["A"].second',
+        'loads["gravity"].acceleration[1]',
+        'options["t_end"]',
+    } <= parts
+    first = caught.value.diagnostics[0]
+    assert first.file == "" and str(first).startswith(first.labels[0].part)
+    # The line and the column are those of its text.
+    label = next(at for fault in caught.value.diagnostics for at in fault.labels if "second" in at.part)
+    assert m.text.splitlines()[label.line - 1][label.column - 1 :].startswith("bobb")
+
+
+def test_a_changed_model_of_a_file_has_no_lines_either(examples: Path) -> None:
+    m = bksim.load(examples / "four-bar" / "model.toml")
+    with pytest.raises(bksim.ModelError, match="model.toml"):
+        bksim.load(examples / "four-bar" / "model.toml", set={"a": "1 kg"})
+    m.bodies["crank"].mass = "-2 kg"
+    with pytest.raises(bksim.ModelError, match=r'--> bodies\["crank"\]\.mass'):
+        m.check()
+
+
+def test_an_example_is_known_by_its_name() -> None:
+    assert bksim.example("four-bar").name == "four-bar"
+    with pytest.raises(KeyError, match="did you mean 'four-bar'"):
+        bksim.example("fourbar")
+
+
+def test_a_wrong_unit_is_refused_where_it_is_set() -> None:
+    m = pendulum_in_code()
+    with pytest.raises(bksim.ModelError, match=r"^Body\.mass = '2 m': expected mass, found length \[M031\]"):
+        m.bodies["bob"].mass = "2 m"
+    assert m.bodies["bob"].mass == "2 kg"
+    with pytest.raises(bksim.ModelError, match=r"Gravity\.acceleration .*found length"):
+        bksim.Gravity(acceleration=[0, "-9.81 m"])
+    with pytest.raises(bksim.ModelError, match=r"Body\.points .*M030"):
+        bksim.Body(mass=1, points={"A": [0, "2 furlongs"]})
+    with pytest.raises(bksim.ModelError, match=r"Revolute\.second_|Spring\.stiffness"):
+        bksim.Spring(between=["ground", "bob"], stiffness="3 N m", length="1 m")
+    # What names of the model stand for is not known yet.
+    bksim.Body(mass="2*m1 + 1 kg", com=["l1/2", 0])
+    bksim.Drive(joint="A", motion="2 rad/s*t + phi0")
+    again = copy.deepcopy(m.bodies["bob"])
+    assert again == m.bodies["bob"] and pickle.loads(pickle.dumps(again)) == again

@@ -1,5 +1,7 @@
 """Motions that are advanced from Python."""
 
+import copy
+import pickle
 import threading
 import time
 from pathlib import Path
@@ -38,6 +40,36 @@ def test_a_controller_keeps_the_arm_where_it_is_wanted():
     # What holds it there is what gravity asks for.
     assert run["reactions.A.mz"] == pytest.approx(0, abs=1e-9)
     assert 120 * error + 200 * integral == pytest.approx(9.81 * np.cos(0.5), rel=0.05)
+
+
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda run: pickle.loads(pickle.dumps(run))])
+def test_a_copy_goes_on_as_the_motion_does(again):
+    run = bksim.loads(ARM).begin(method="radau", rtol=1e-8)
+    for t, u in ((0.1, 20.0), (0.303, -5.0)):
+        run.set_input("u", u)
+        run.advance_to(t)
+    # An input that is set and has not acted yet is copied, too.
+    run.set_input("u", 7.0)
+    other = again(run)
+    assert other.t == 0.303 and other is not run
+    assert np.array_equal(other.lam, run.lam) and other["energy.work"] == run["energy.work"]
+    other.advance_to(1.1)
+    assert run.t == 0.303
+    run.advance_to(1.1)
+    assert np.array_equal(other.q, run.q) and np.array_equal(other.v, run.v)
+    assert other["energy.work"] == run["energy.work"]
+
+
+def test_a_saved_state_goes_to_another_process():
+    run = bksim.loads(ARM).begin()
+    run.advance_to(0.303)
+    state = pickle.dumps(run.save())
+    run.advance_to(1.7)
+    other = bksim.loads(ARM).begin()
+    other.restore(pickle.loads(state))
+    assert other.t == 0.303
+    other.advance_to(1.7)
+    assert np.array_equal(other.q, run.q) and np.array_equal(other.v, run.v)
 
 
 def test_a_saved_state_goes_on_the_same():

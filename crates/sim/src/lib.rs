@@ -38,4 +38,4 @@ mod stepping;
 pub use mechanism::Mechanism;
 pub use sensitivity::SensitivityPlan;
 pub use simulation::{Motion, SensitivityMotion, Simulation};
-pub use stepping::{AdvanceError, SavedState, Stepping};
+pub use stepping::{AdvanceError, SavedState, Stepping, UnreadableState};

@@ -5,6 +5,10 @@
 //! uninterrupted one, however often it is held: its states are the samples of that, to the last bit. Where
 //! an input has changed, the run goes on from the state that it is held in; nothing is compiled again.
 
+mod saved;
+
+pub use saved::{SavedState, UnreadableState};
+
 use std::sync::Arc;
 
 use self_cell::self_cell;
@@ -14,6 +18,7 @@ use bksim_model::Outputs;
 use bksim_model::diagnostic::{Diagnostic, Rejected};
 
 use crate::input::InputError;
+use crate::modes::Modes;
 use crate::run::hold::{Ledger, Unobserved};
 use crate::run::{Run, Sample, Summary};
 use crate::simulation::Simulation;
@@ -65,20 +70,23 @@ pub struct Stepping {
     instants: Vec<f64>,
 }
 
-/// A state of a [`Stepping`] run, from which it goes on as if it had never left it.
-#[derive(Clone, Debug)]
-pub struct SavedState {
-    beginning: Arc<Beginning>,
-    parameters: Vec<f64>,
-    mark: Checkpoint,
-    instants: Vec<f64>,
-}
-
 /// Everything that a part of a run with constant inputs follows from.
 #[derive(Debug)]
 struct Beginning {
     simulation: Simulation,
     start: Start,
+    /// The state that it goes on from, and the modes that held there; nothing of a run at its very start.
+    turn: Option<(State, Modes)>,
+}
+
+impl Beginning {
+    /// The same run with these parameters from a state on.
+    fn going_on(&self, parameters: &[f64], turn: (State, Modes)) -> Result<Self, Diagnostic> {
+        let mut simulation = self.simulation.clone();
+        simulation.set_parameters(parameters);
+        let start = simulation.going_on(&self.start, turn.0.clone(), &turn.1)?;
+        Ok(Self { simulation, start, turn: Some(turn) })
+    }
 }
 
 self_cell!(
@@ -126,15 +134,21 @@ impl Simulation {
         let start = self.up_to_date(start);
         let start =
             start.map_err(|error| Rejected(vec![self.diagnose_start(&error)]))?.into_owned();
-        let mut simulation = self.clone();
-        simulation.set_outputs(Outputs::Times(Vec::new()));
+        let simulation = self.without_outputs();
         let parameters = simulation.parameters().to_vec();
-        let mut held = HeldRun::new(Arc::new(Beginning { simulation, start }), |beginning| {
-            let Beginning { simulation, start } = &**beginning;
+        let beginning = Beginning { simulation, start, turn: None };
+        let mut held = HeldRun::new(Arc::new(beginning), |beginning| {
+            let Beginning { simulation, start, .. } = &**beginning;
             Run::begin(simulation.problem(start), &mut Unobserved)
         });
         let mark = held.with_dependent_mut(|_, run| run.save());
         Ok(Stepping { held, parameters, mark, instants: Vec::new() })
+    }
+
+    fn without_outputs(&self) -> Self {
+        let mut simulation = self.clone();
+        simulation.set_outputs(Outputs::Times(Vec::new()));
+        simulation
     }
 }
 
@@ -232,46 +246,15 @@ impl Stepping {
         self.hold_at(t, stop)
     }
 
-    /// The state in which the run is held.
-    pub fn save(&self) -> SavedState {
-        SavedState {
-            beginning: self.held.borrow_owner().clone(),
-            parameters: self.parameters.clone(),
-            mark: self.mark.clone(),
-            instants: self.instants.clone(),
-        }
-    }
-
-    /// Holds the run in a state that was saved. What has led to a state in the middle of a step is done once
-    /// more.
-    ///
-    /// # Errors
-    /// [`AdvanceError`] when a law gives other values than it gave then, and the motion cannot go on.
-    pub fn restore(&mut self, saved: &SavedState) -> Result<(), AdvanceError> {
-        let SavedState { beginning, parameters, mark, instants } = saved;
-        let held = HeldRun::new(beginning.clone(), |beginning| {
-            let Beginning { simulation, start } = &**beginning;
-            Run::at_mark(simulation.problem(start), mark)
-        });
-        let (parameters, mark) = (parameters.clone(), mark.clone());
-        *self = Self { held, parameters, mark, instants: Vec::new() };
-        for &t in instants {
-            self.hold_at(t, &|| false)?;
-        }
-        Ok(())
-    }
-
     /// Goes on with the inputs that have been set, from the state in which the run is held.
     fn take_inputs(&mut self) -> Result<(), AdvanceError> {
-        let Beginning { simulation, start } = &**self.held.borrow_owner();
         let run = self.held.borrow_dependent();
         let (state, ledger): (State, Ledger) = (self.state().to_state(), run.ledger());
-        let mut simulation = simulation.clone();
-        simulation.set_parameters(&self.parameters);
-        let start = simulation.going_on(start, state, run.modes());
-        let start = start.map_err(|fault| AdvanceError::Failed(Box::new(fault)))?;
-        self.held = HeldRun::new(Arc::new(Beginning { simulation, start }), |beginning| {
-            let Beginning { simulation, start } = &**beginning;
+        let turn = (state, run.modes().clone());
+        let next = self.held.borrow_owner().going_on(&self.parameters, turn);
+        let next = next.map_err(|fault| AdvanceError::Failed(Box::new(fault)))?;
+        self.held = HeldRun::new(Arc::new(next), |beginning| {
+            let Beginning { simulation, start, .. } = &**beginning;
             Run::begin_with(simulation.problem(start), ledger)
         });
         self.mark = self.held.with_dependent_mut(|_, run| run.save());

@@ -215,15 +215,42 @@ fn a_restored_run_goes_on_as_if_it_had_never_left() {
             .collect();
         assert!(run.summary().changes.len() >= 2, "the ball bounces");
 
-        // From each of them, in an order that has nothing to do with the run's.
+        // From each of them, in an order that has nothing to do with the run's; from some as another process has it,
+        // which has the bytes and the start.
+        let start = simulation.start().expect("a start");
         for begin in [60, 3, 31, 44, 0] {
-            run.restore(&saved[begin]).expect("a state");
+            let again = simulation.saved_state(&start, &saved[begin].to_bytes()).expect("a state");
+            run.restore(if begin % 2 == 0 { &again } else { &saved[begin] }).expect("a state");
             for k in begin..samples.len() {
                 let number = u32::try_from(k + 1).expect("a small one");
                 assert_eq!(step(&mut run, number), samples[k], "from {begin} on, by {method}");
             }
         }
     }
+}
+
+#[test]
+fn bytes_that_are_no_state_are_refused() {
+    let simulation = ball("auto", "10 ms").simulation().expect("equations");
+    let start = simulation.start().expect("a start");
+    let mut run = simulation.begin().expect("a start");
+    run.set_input("w", 8.0).expect("an input");
+    run.advance_to(0.5).expect("a motion");
+    let bytes = run.save().to_bytes();
+    assert!(simulation.saved_state(&start, &bytes).is_ok());
+    for n in [0, 7, 8, 100, bytes.len() - 8] {
+        assert!(simulation.saved_state(&start, &bytes[..n]).is_err(), "{n} bytes");
+    }
+    // Whatever a word is turned into, the answer is a state or an error.
+    for word in 0..bytes.len() / 8 {
+        let mut damaged = bytes.clone();
+        damaged[8 * word..8 * word + 8].fill(0xff);
+        let _ = simulation.saved_state(&start, &damaged);
+    }
+    let other =
+        Mechanism::from_toml(PULLED, "block").expect("a model").simulation().expect("equations");
+    let at = other.start().expect("a start");
+    assert!(other.saved_state(&at, &bytes).is_err(), "of another mechanism");
 }
 
 #[test]

@@ -9,6 +9,7 @@ use bksim::model::file::suggest;
 use serde_json::json;
 
 use crate::args::New;
+use crate::examples::EXAMPLES;
 use crate::exit::{Failure, Status};
 use crate::output::{self, table};
 use crate::output_file::put;
@@ -17,18 +18,6 @@ const TEMPLATE: &str = include_str!("../../new.toml");
 
 /// The name and the bytes of a file.
 type NamedBytes = (String, Cow<'static, [u8]>);
-
-/// A model that comes with bksim.
-struct Example {
-    /// Name of its folder.
-    name: &'static str,
-    /// The heading of its page.
-    title: &'static str,
-    /// Names and contents of the files that it is made of.
-    files: &'static [(&'static str, &'static [u8])],
-}
-
-include!(concat!(env!("OUT_DIR"), "/examples.rs"));
 
 /// The model file of an example, its drawing, and the model file next to that drawing.
 const MODEL: &str = "model.toml";

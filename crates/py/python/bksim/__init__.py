@@ -1,7 +1,7 @@
 """Mechanisms to equations a person can read, and to motion they can trust.
 
 >>> import bksim
->>> m = bksim.load(EXAMPLES / "slider-crank" / "model.toml")
+>>> m = bksim.example("slider-crank")
 >>> sol = m.solve(t_end=1)
 >>> sol["crank.angle"].shape == sol.t.shape
 True
@@ -23,7 +23,7 @@ from ._errors import (
     WorthWarning,
 )
 from ._functions import Functions
-from ._model import Model, load, loads
+from ._model import Model, example, load, loads
 from ._parts import (
     Body,
     ConstantVelocity,
@@ -136,6 +136,7 @@ __all__ = [
     "Weld",
     "WorthWarning",
     "__version__",
+    "example",
     "explain",
     "expr",
     "load",

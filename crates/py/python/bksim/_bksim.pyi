@@ -32,9 +32,11 @@ __all__ = [
     "curves_of",
     "derivatives_of",
     "doctor_of",
+    "examples",
     "explain",
     "figure",
     "from_toml",
+    "held_again",
     "inverse_of",
     "kinematics_of",
     "limits_of",
@@ -47,6 +49,7 @@ __all__ = [
     "picture",
     "render",
     "save_log",
+    "saved_again",
     "si_unit",
     "solve",
     "static_of",
@@ -60,6 +63,7 @@ __all__ = [
 class _Written(TypedDict):
     text: str
     path: Path
+    is_built: bool
     name: str
     overrides: list[tuple[str, str]]
     jit: str | None
@@ -323,6 +327,8 @@ def derivatives_of(
 ) -> Derivatives: ...
 def solve(engine: Engine, wanted: _Wanted) -> Run: ...
 def begin(engine: Engine, wanted: _Begun) -> Stepping: ...
+def held_again(engine: Engine, wanted: _Begun, bytes: bytes) -> Stepping: ...
+def saved_again(engine: Engine, wanted: _Begun, bytes: bytes) -> SavedState: ...
 def open_log(path: Path) -> Run: ...
 def save_log(run: Run, path: Path) -> None: ...
 def log_bytes(run: Run) -> bytes: ...
@@ -342,6 +348,7 @@ def figure(
     is_dark: bool,
 ) -> bytes: ...
 def command(arguments: list[str]) -> int: ...
+def examples() -> list[tuple[str, str]]: ...
 def explain(code: str, lang: str = "en") -> str | None: ...
 def _panic(words: str) -> None: ...
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from ._assigned import plain, trusted
 from ._parts import (
     Body,
     Drive,
@@ -16,7 +17,6 @@ from ._parts import (
     from_table,
     joint_from_table,
     load_from_table,
-    plain,
     to_table,
 )
 
@@ -46,6 +46,11 @@ class Document:
 
     @classmethod
     def of(cls, tables: dict[str, Any]) -> Document:
+        with trusted():
+            return cls._of(tables)
+
+    @classmethod
+    def _of(cls, tables: dict[str, Any]) -> Document:
         def each(key: str) -> Iterator[tuple[str, dict[str, Any]]]:
             return iter(tables.get(key, {}).items())
 

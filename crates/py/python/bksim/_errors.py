@@ -12,11 +12,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Label:
-    """A place in a file: line and column count from one."""
+    """A place in a file: line and column count from one.
+
+    Of a model that was built in code they are those of ``Model.text``, and ``part`` is what stands there:
+    ``joints["A"].second``.
+    """
 
     line: int
     column: int
     text: str
+    part: str = ""
 
 
 @dataclass(frozen=True)
@@ -32,7 +37,13 @@ class Diagnostic:
     help: str | None
 
     def __str__(self) -> str:
-        place = f"{self.file}:{self.labels[0].line}:{self.labels[0].column}: " if self.labels else ""
+        first = self.labels[0] if self.labels else None
+        if first is None:
+            place = ""
+        elif first.part:
+            place = f"{first.part}: "
+        else:
+            place = f"{self.file}:{first.line}:{first.column}: "
         return f"{place}{self.severity}[{self.code}]: {self.message}"
 
 
@@ -122,7 +133,9 @@ def diagnostics_of(text: str) -> tuple[Diagnostic, ...]:
     """Diagnostics out of the JSON that the compiled part writes."""
 
     def one(body: dict[str, Any]) -> Diagnostic:
-        labels = tuple(Label(at["line"], at["column"], at["text"]) for at in body["labels"])
+        labels = tuple(
+            Label(at["line"], at["column"], at["text"], at.get("part", "")) for at in body["labels"]
+        )
         return Diagnostic(
             code=body["code"],
             severity=body["severity"],

@@ -35,7 +35,9 @@ class Functions:
     all of them may have a leading axis, over which the function is evaluated without the interpreter
     lock. ``t`` is a number, or one per state.
 
-    >>> f = load(EXAMPLES / "four-bar" / "model.toml").compile()
+    >>> import bksim
+    >>> import numpy as np
+    >>> f = bksim.example("four-bar").compile()
     >>> f.mass_matrix(np.zeros((10, f.nq))).shape == (10, f.nq, f.nq)
     True
     """
@@ -147,7 +149,9 @@ class Functions:
         """Quantities of the motion by name at states, (…, len(names)), or (…) of one name: coordinates of points,
         energies, and with the accelerations that follow from the state, reactions. ``v`` is zero unless given.
 
-        >>> f = load(EXAMPLES / "four-bar" / "model.toml").compile()
+        >>> import bksim
+        >>> import numpy as np
+        >>> f = bksim.example("four-bar").compile()
         >>> q = np.array([1.0, 0.2, 0.8])
         >>> f.measure(["coupler.x", "energy.kinetic"], q).shape
         (2,)
@@ -180,7 +184,9 @@ class Functions:
         ``"a"`` and ``"lam"``, and parameters, with those that are defined through them. A variable adds its axis
         at the end of that of the function, a parameter and ``t`` add none.
 
-        >>> f = load(EXAMPLES / "cart-pole" / "model.toml").compile()
+        >>> import bksim
+        >>> import numpy as np
+        >>> f = bksim.example("cart-pole").compile()
         >>> d = f.derivatives("accelerations", 0.0, np.zeros(2), np.zeros(2), by=["q", "u"])
         >>> d["q"].shape, d["u"].shape
         ((2, 2), (2,))

@@ -6,7 +6,7 @@ import copy
 import json
 import os
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,11 @@ from ._equations import Equations
 from ._events import Event, found
 from ._errors import Diagnostic, LimitError, ModelError, SolverError, WorthWarning, diagnostics_of
 from ._functions import Functions
+from ._named import unknown
 from ._parts import Body, Drive, Ground, Joint, Load, Value
 from ._progress import Progress
 from ._questions import Questions
+from ._reading import read, text_of
 from ._report import Check, Start
 from ._sampled import Sampled, held
 from ._solution import Solution
@@ -46,7 +48,8 @@ def load(
     drawing is unless it says so, ``tolerance`` how far apart points of a drawing may be that are
     one. ``jit`` (``"auto"``, ``"on"``, ``"off"``) is whether the equations run as machine code.
 
-    >>> m = load('''
+    >>> import bksim
+    >>> m = bksim.load('''
     ... [bodies.bob]
     ... mass = "2 kg"
     ... com = [0, "-0.5 m"]
@@ -63,7 +66,7 @@ def load(
         return loads(source, set=set, jit=jit)
     path = Path(source)
     path.stat()
-    overrides = [(name, _text(value)) for name, value in (set or {}).items()]
+    overrides = [(name, text_of(value)) for name, value in (set or {}).items()]
     engine = _bksim.Engine.open(path, overrides, units, tolerance, jit)
     return Model._of(engine, dict(overrides), jit)
 
@@ -76,35 +79,24 @@ def loads(
     jit: Jit | None = None,
 ) -> Model:
     """Reads the text of a model. See :func:`load`."""
-    overrides = [(key, _text(value)) for key, value in (set or {}).items()]
-    engine = _read((text, Path(f"{name}.toml"), name), overrides, jit)
+    overrides = [(key, text_of(value)) for key, value in (set or {}).items()]
+    engine = read((text, Path(f"{name}.toml"), name), overrides, jit)
     return Model._of(engine, dict(overrides), jit)
 
 
-def _read(
-    source: tuple[str, Path, str],
-    overrides: list[tuple[str, str]],
-    jit: Jit | None,
-    inputs: Mapping[str, Law] | None = None,
-    varied: Iterable[str] = (),
-) -> _bksim.Engine:
-    """Derives the equations of a text; ``varied`` are the overrides that may take other numbers."""
-    text, path, name = source
-    return _bksim.Engine.read(
-        {
-            "text": text,
-            "path": path,
-            "name": name,
-            "overrides": overrides,
-            "jit": jit,
-            "inputs": list((inputs or {}).items()),
-            "varied": list(varied),
-        }
-    )
+def example(name: str) -> Model:
+    """A model that comes with bksim: ``"four-bar"``, ``"trebuchet"``, … as ``bksim new --list`` names them.
 
+    >>> import bksim
+    >>> bksim.example("four-bar").coordinates
+    ('A_angle', 'D_angle', 'B_angle')
 
-def _text(value: Value) -> str:
-    return value if isinstance(value, str) else repr(float(value))
+    Raises KeyError when there is none of this name.
+    """
+    texts = dict(_bksim.examples())
+    if name not in texts:
+        raise KeyError(unknown(name, list(texts)))
+    return loads(texts[name], name=name)
 
 
 class Model(Questions):
@@ -112,11 +104,11 @@ class Model(Questions):
 
     Built in code:
 
-    >>> m = Model("pendulum")
-    >>> m.bodies["bob"] = Body(mass="2 kg", com=[0, "-0.5 m"])
-    >>> from bksim import Revolute, Gravity
-    >>> m.joints["A"] = Revolute("ground", "bob")
-    >>> m.loads["gravity"] = Gravity(acceleration=[0, "-9.81 m/s^2"])
+    >>> import bksim
+    >>> m = bksim.Model("pendulum")
+    >>> m.bodies["bob"] = bksim.Body(mass="2 kg", com=[0, "-0.5 m"])
+    >>> m.joints["A"] = bksim.Revolute("ground", "bob")
+    >>> m.loads["gravity"] = bksim.Gravity(acceleration=[0, "-9.81 m/s^2"])
     >>> m.initial["A"] = {"angle": "30 deg"}
     >>> m.equations.kinetic_energy
     '0.25*A_angle_dot^2'
@@ -163,8 +155,8 @@ class Model(Questions):
 
     def _engine(self) -> _bksim.Engine:
         """The equations of the model as it is now, derived only when more than numbers has changed."""
-        text, path, name = self._text()
-        key, numbers = self._key(text), tuple(self._numbers.values())
+        source = self._text()
+        key, numbers = self._key(source[0]), tuple(self._numbers.values())
         engine: _bksim.Engine | None = None
         overrides = list(self._overrides.items())
         if self._known is not None and self._known[0] == key:
@@ -174,20 +166,20 @@ class Model(Questions):
         if engine is None:
             # Until a solve has called it, a sampled law leaves its parameter a number.
             laws = {k: law for k, law in self._inputs.items() if not isinstance(law, Sampled)}
-            engine = _read((text, path, name), overrides, self._jit, laws, self._numbers)
+            built = source is not self._source
+            engine = read(source, overrides, self._jit, laws, self._numbers, built)
         self._known = (key, numbers, engine)
         return engine
 
     def _readable(self) -> _bksim.Engine:
         """The model with whatever values, also when its present ones are refused."""
-        text, path, name = self._text()
-        known = self._known
-        if known is not None and known[0][0] == text:
+        source, known = self._text(), self._known
+        if known is not None and known[0][0] == source[0]:
             return known[2]
         try:
             return self._engine()
         except ModelError:
-            return _read((text, path, name), [], self._jit)
+            return read(source, [], self._jit, is_built=source is not self._source)
 
     def _text(self) -> tuple[str, Path, str]:
         if self._document is None:
@@ -360,8 +352,9 @@ class Model(Questions):
         the integrator cannot go on; LimitError, too, when samples take more than ``memory_limit``
         bytes; ValueError for options out of range.
 
+        >>> import bksim
         >>> from pathlib import Path
-        >>> m = load(EXAMPLES / "slider-crank" / "model.toml")
+        >>> m = bksim.example("slider-crank")
         >>> sol = m.solve(t_end=0.5, rtol=1e-8)
         >>> sol.q.shape == (len(m.coordinates), sol.t.size)
         True
@@ -457,7 +450,8 @@ class Model(Questions):
         """A motion at its start, which is advanced from here: for controllers, hardware in the loop and
         learning.
 
-        >>> run = load(EXAMPLES / "cart-pole" / "model.toml").begin(t_end=1)
+        >>> import bksim
+        >>> run = bksim.example("cart-pole").begin(t_end=1)
         >>> run.set_input("u", 2.0)
         >>> run.advance_to(0.01)
         >>> bool(run["x"] > 0)

@@ -14,6 +14,8 @@ from typing import Any, ClassVar, TypeVar, Union
 import numpy as np
 from numpy.typing import NDArray
 
+from ._assigned import Part, plain
+
 Value = Union[float, str]
 """A number, a quantity or an expression."""
 
@@ -24,12 +26,15 @@ Table = dict[str, Any]
 
 
 @dataclass(slots=True)
-class Body:
+class Body(Part):
     """A rigid body: mass, centre of mass and points in its own frame.
 
-    >>> Body(mass="0.5 kg", com=["l1/2", 0], points={"A": [0, 0], "B": ["l1", 0]}).mass
+    >>> import bksim
+    >>> bksim.Body(mass="0.5 kg", com=["l1/2", 0], points={"A": [0, 0], "B": ["l1", 0]}).mass
     '0.5 kg'
     """
+
+    _section: ClassVar[str] = "bodies"
 
     mass: Value | None = None
     com: Point | None = None
@@ -53,8 +58,10 @@ class Ground:
 
 
 @dataclass(slots=True)
-class Joint:
+class Joint(Part):
     """What joins two points, ``"ground.O"`` and ``"crank.A"``."""
+
+    _section: ClassVar[str] = "joints"
 
     type: ClassVar[str]
 
@@ -302,8 +309,10 @@ class Cylinder(Joint):
 
 
 @dataclass(kw_only=True, slots=True)
-class Load:
+class Load(Part):
     """What pulls, pushes or turns."""
+
+    _section: ClassVar[str] = "loads"
 
     type: ClassVar[str]
 
@@ -417,8 +426,10 @@ class Friction(Load):
 
 
 @dataclass(kw_only=True, slots=True)
-class Drive:
+class Drive(Part):
     """A prescribed motion of a joint: ``Drive(joint="A", motion="2 rad/s*t")``."""
+
+    _section: ClassVar[str] = "drives"
 
     joint: str
     motion: Value
@@ -458,17 +469,6 @@ LOADS: tuple[type[Load], ...] = (
     Stop,
     Friction,
 )
-
-
-def plain(value: Any) -> Any:
-    """A value as JSON has it: NumPy's numbers and arrays become Python's."""
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return [plain(item) for item in value]
-    return value
 
 
 def to_table(part: Body | Ground | Joint | Load | Drive) -> Table:

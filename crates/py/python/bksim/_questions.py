@@ -150,7 +150,8 @@ class Questions:
     ) -> Answer:
         """Positions, velocities and accelerations over a range of one measure, or of several together.
 
-        >>> m = load(EXAMPLES / "four-bar" / "model.toml")
+        >>> import bksim
+        >>> m = bksim.example("four-bar")
         >>> a = m.kinematics({"A.angle": "30:40 deg:11"})
         >>> a["D.angle"].shape
         (11,)

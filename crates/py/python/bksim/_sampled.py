@@ -27,14 +27,15 @@ class Sampled:
     ``reset`` is called at the beginning of every solve; without it, the method ``reset`` of the law is, if
     it has one.
 
+    >>> import bksim
     >>> class Integral:
     ...     def reset(self):
     ...         self.sum = 0.0
     ...     def __call__(self, t, q, v):
     ...         self.sum += 0.01 * (0.5 - q[0])
     ...         return 5 * self.sum
-    >>> m = load(EXAMPLES / "cart-pole" / "model.toml")
-    >>> m.inputs["u"] = Sampled(Integral(), every=0.01)
+    >>> m = bksim.example("cart-pole")
+    >>> m.inputs["u"] = bksim.Sampled(Integral(), every=0.01)
     >>> first, second = m.solve(t_end=0.5), m.solve(t_end=0.5)
     >>> bool((first["x"] == second["x"]).all())
     True

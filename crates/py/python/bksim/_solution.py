@@ -315,7 +315,9 @@ class Samples:
 class Solution(Samples):
     """The motion of a mechanism: its samples, and by calling it, the motion at any other instant.
 
-    >>> sol = load(EXAMPLES / "four-bar" / "model.toml").solve(t_end=0.2)
+    >>> import bksim
+    >>> import numpy as np
+    >>> sol = bksim.example("four-bar").solve(t_end=0.2)
     >>> sol(0.1)["crank.angle"].shape
     ()
     >>> sol(np.linspace(0, 0.2, 7)).q.shape[1]
@@ -401,7 +403,8 @@ class Solution(Samples):
         """Derivatives of the motion by what ``solve`` was asked for, in the unit of each over that of the
         quantity.
 
-        >>> m = load(EXAMPLES / "four-bar" / "model.toml")
+        >>> import bksim
+        >>> m = bksim.example("four-bar")
         >>> sol = m.solve(t_end=0.1, sensitivity="a")
         >>> sol.sensitivity["a"].q.shape == sol.q.shape
         True
@@ -510,7 +513,8 @@ class Solution(Samples):
         The interpreter lock is released; Ctrl-C ends it, and nothing is written. Raises bksim.Error where
         there is no graphics adapter, not even a software one, which ``.svg`` alone does without.
 
-        >>> sol = load(EXAMPLES / "four-bar" / "model.toml").solve(t_end=0.2)
+        >>> import bksim
+        >>> sol = bksim.example("four-bar").solve(t_end=0.2)
         >>> sol.render("four-bar.svg", at=0.1, labels=True, arrows="velocities")
         """
         first, last = self._needs_motion()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from functools import cached_property
 
 import numpy as np
@@ -11,7 +12,8 @@ from ._named import Array, Named, resolved, short_names, unknown
 
 
 class SavedState:
-    """A state of a :class:`Stepping`, from which it goes on as if it had never left it."""
+    """A state of a :class:`Stepping`, from which it goes on as if it had never left it; also in another
+    process, to which it is pickled."""
 
     def __init__(self, state: _bksim.SavedState) -> None:
         self._state = state
@@ -23,7 +25,8 @@ class Stepping:
     An input is a parameter that nothing but loads depend on. It keeps its value until it is set again, as
     the output of a sampled controller does:
 
-    >>> run = load(EXAMPLES / "cart-pole" / "model.toml").begin()
+    >>> import bksim
+    >>> run = bksim.example("cart-pole").begin()
     >>> for k in range(100):
     ...     run.set_input("u", -10 * run["x"])
     ...     run.advance_to(0.001 * (k + 1))
@@ -31,7 +34,7 @@ class Stepping:
     0.1
 
     While inputs stay as they are, the states are those of ``Model.solve`` to the last bit, however often
-    the motion is held.
+    the motion is held. A copy, or what comes out of a pickle, goes on as the motion itself does.
     """
 
     def __init__(self, run: _bksim.Stepping) -> None:
@@ -112,6 +115,9 @@ class Stepping:
         """Holds the motion in a state that was saved: what follows is the same to the last bit."""
         self._row = None
         self._run.restore(state._state)
+
+    def __copy__(self) -> Stepping:
+        return copy.deepcopy(self)
 
     def __repr__(self) -> str:
         return f"<bksim.Stepping {self._run.engine.name!r} at t = {self.t:g} s>"

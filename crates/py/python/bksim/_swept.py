@@ -193,8 +193,9 @@ class InFile:
 class Sweep:
     """The rows of a sweep: columns by name, each with a value per case.
 
-    >>> m = load(EXAMPLES / "slider-crank" / "model.toml")
-    >>> s = sweep(m, {"l1": [0.9, 1.0], "m2": [1, 2, 3]}, outputs=["max(energy.kinetic)"], t_end=0.1)
+    >>> import bksim
+    >>> m = bksim.example("slider-crank")
+    >>> s = bksim.sweep(m, {"l1": [0.9, 1.0], "m2": [1, 2, 3]}, outputs=["max(energy.kinetic)"], t_end=0.1)
     >>> len(s), bool(s.ok.all()), s.grid("max(energy.kinetic)").shape
     (6, True, (2, 3))
 

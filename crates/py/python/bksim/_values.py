@@ -133,7 +133,8 @@ class Inputs(MutableMapping[str, "Law | Sampled"]):
     and v. A law with a memory is :class:`Sampled`. Only loads may depend on the parameter. ``del``
     makes it a number again.
 
-    >>> m = loads('''
+    >>> import bksim
+    >>> m = bksim.loads('''
     ... [parameters]
     ... u = "0 N m"
     ... [bodies.arm]

@@ -1,5 +1,6 @@
 """The algebra by itself: exact, shared, simplified within a budget.
 
+>>> import numpy as np
 >>> from bksim import expr
 >>> a, b = expr.symbols("a b")
 >>> e = expr.sin(a) * expr.cos(b) + expr.cos(a) * expr.sin(b)

@@ -100,7 +100,7 @@ impl<'a> Numbers<'a> {
     pub(super) fn travel(&self, joint: usize, reach: f64) -> [f64; 2] {
         let ends = &self.model.joints[joint];
         let (from, to) = (self.attached(ends.predecessor), self.attached(ends.successor));
-        let axis = self.vector(&ends.axis);
+        let axis = self.axis(ends, from.body);
         let range = range(self.motion.iter().filter_map(|poses| along(poses, from, to, axis)));
         range.unwrap_or_else(|| {
             let start = self.start(joint);
@@ -112,7 +112,7 @@ impl<'a> Numbers<'a> {
     pub(super) fn first_travel(&self, joint: usize) -> Option<f64> {
         let ends = &self.model.joints[joint];
         let (from, to) = (self.attached(ends.predecessor), self.attached(ends.successor));
-        along(self.motion.first()?, from, to, self.vector(&ends.axis))
+        along(self.motion.first()?, from, to, self.axis(ends, from.body))
     }
 
     /// Position of a joint at the start if the model states it, else zero.

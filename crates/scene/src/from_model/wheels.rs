@@ -171,7 +171,7 @@ impl Sketch<'_> {
         !self.model().bodies[body].solids.is_empty() || !self.numbers.outline(body).is_empty()
     }
 
-    /// A toothed bar on the rack, and the pinion if it was not drawn before.
+    /// A toothed bar on the rack, and the pinion if it was not drawn before; neither where the author drew the body.
     fn rack(&self, rack: &Rack, drawn: &mut HashMap<usize, Drawn>) -> Vec<Shape> {
         let joints = rack.joints.map(|joint| &self.model().joints[joint.0]);
         let reach = self.numbers.value(rack.radius);
@@ -219,15 +219,18 @@ impl Sketch<'_> {
         let far = RIM * module;
         ring.extend([[(last + 1.0) * pitch, far], [first * pitch, far]]);
         let role = self.role_of(bar);
-        let bar_shape = if self.is_planar() {
-            Shape::region(bar, role, &plane, &[ring])
+        let bar_shape = if self.has_own_shape(bar) {
+            None
+        } else if self.is_planar() {
+            Some(Shape::region(bar, role, &plane, &[ring]))
         } else {
             let half = THICKNESS * self.pin;
             let normal = cross3(plane.u, plane.v);
             let lift = |[x, y, z]: [f64; 3]| along3(plane.lift([x, y]), z, normal);
-            Shape { body: bar, role, form: Form::Solid(Solid::prism(&ring, [-half, half], lift)) }
+            let form = Form::Solid(Solid::prism(&ring, [-half, half], lift));
+            Some(Shape { body: bar, role, form })
         };
-        let mut shapes = vec![bar_shape];
+        let mut shapes: Vec<Shape> = bar_shape.into_iter().collect();
         if let std::collections::hash_map::Entry::Vacant(free) = drawn.entry(pinion) {
             let u = if self.is_planar() {
                 [1.0, 0.0, 0.0]

@@ -1,7 +1,7 @@
 //! Whether the numbers of a run are worth what its tolerances promise.
 //!
 //! ```text
-//! energy       |T + V − W − T₀ − V₀|  ≤  r (|T| + |V − V₀| + |W|) + 1e-12 |T₀ + V₀| + 1e-15 N max(1, |v|)
+//! energy       |T + V − W − T₀ − V₀|  ≤  r (|T| + |V − V₀| + |W|) + 1e-12 |T₀ + V₀| + 1e-15 max(1, |v|)³ max(1, |t − t₀|)
 //!              r = min(1000 rtol, 0.05) + 1000 atol / |v|
 //! constraints  |g| ≤ 1e3 (rtol max(1, |q|) + atol),   |G v + ∂g/∂t| ≤ 1e4 (rtol max(1, |v|) + atol)
 //! ```
@@ -46,7 +46,8 @@ const OF_FIXED_STEPS: f64 = 1e-6;
 /// Rounding of the energies themselves.
 const ROUNDING: f64 = 1e-12;
 
-/// Force of a drive or constraint, N or N m, that is rounding where nothing has mass or is loaded.
+/// Force of a drive or constraint, N or N m, that is rounding where nothing has mass or is loaded, for each unit of
+/// the accelerations that are found with it; these grow as |v|².
 const NO_FORCE: f64 = 1e-15;
 
 impl Summary {
@@ -56,8 +57,9 @@ impl Summary {
         let relative = relative + FACTOR * options.atol / self.largest[1];
         // Nothing has moved where there is no velocity.
         let of_motion = if self.largest[1] > 0.0 { relative * self.energy.scale } else { 0.0 };
-        let of_rounding =
-            ROUNDING * self.energy.initial.abs() + NO_FORCE * self.largest[1].max(1.0);
+        let duration = (self.t - options.t_start).abs().max(1.0);
+        let no_work = NO_FORCE * self.largest[1].max(1.0).powi(3) * duration;
+        let of_rounding = ROUNDING * self.energy.initial.abs() + no_work;
         of_motion + of_rounding
     }
 

@@ -188,6 +188,16 @@ impl ImpactEquations<'_> {
     }
 }
 
+/// The independent rows besides those of stops; which these are must not depend on the stops.
+pub(super) fn independent_without(jacobian: &SparseRows, stops: &[usize]) -> Vec<usize> {
+    let dependent = dependent_rows(&jacobian.without(stops)).dependent;
+    let mut is_dependent = vec![false; jacobian.n_rows()];
+    for row in dependent {
+        is_dependent[row] = true;
+    }
+    (0..jacobian.n_rows()).filter(|&row| !is_dependent[row]).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

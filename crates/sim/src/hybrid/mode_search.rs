@@ -18,11 +18,9 @@ use super::complementarity::{
 };
 use super::consistent::{Blow, ConsistentModes, Hit, Instant, NoConsistentModes};
 use super::fixed::FixedModes;
-use super::impact::ImpactEquations;
+use super::impact::{ImpactEquations, independent_without};
 use super::mode_sets::ModeSets;
 use crate::linear::matrix::Matrix;
-use crate::linear::rank::dependent_rows;
-use crate::linear::rows::SparseRows;
 use crate::modes::indicators::{CompiledContact, ContactState, Indicator, IndicatorValues};
 use crate::modes::{ContactMode, Modes};
 use crate::multiplier::largest;
@@ -35,6 +33,8 @@ const ROUNDING_OF_RATE: f64 = 2.0 * f64::EPSILON;
 const JUMP: f64 = 1e-6;
 /// Bounces no higher than this many bands of rounding come to rest.
 const HIDDEN: f64 = 1e3;
+/// Rates by which the run lets held stops drift, in those that come to rest.
+const DRIFT: f64 = 10.0;
 /// Impacts that may follow one another at one instant.
 const MAX_IMPACTS: usize = 8;
 
@@ -81,6 +81,8 @@ struct ModeSearch<'a> {
     impact_work: f64,
     hits: Vec<Hit>,
     blows: Vec<Blow>,
+    /// By contact: an impact has parted it, for a flight too low to be seen.
+    grazes: Vec<bool>,
 }
 
 /// Accelerations in one set of modes, and the rates that follow from them.
@@ -99,7 +101,9 @@ impl<'a> ModeSearch<'a> {
     fn new(mut at: Instant<'a>) -> Self {
         // The rate of a limit that follows others is a difference of such rates.
         at.bands.rate = at.bands.rate.max(ROUNDING_OF_RATE * largest(&at.v));
-        Self { modes: at.before.clone(), at, impact_work: 0.0, hits: Vec::new(), blows: Vec::new() }
+        let grazes = vec![false; at.before.contacts.len()];
+        let (modes, hits, blows) = (at.before.clone(), Vec::new(), Vec::new());
+        Self { modes, at, impact_work: 0.0, hits, blows, grazes }
     }
 
     fn fixed(&self, modes: &Modes) -> FixedModes<'a> {
@@ -169,12 +173,24 @@ impl<'a> ModeSearch<'a> {
         let has_passed = matches!(state, ContactState::Friction { .. })
             && !self.at.before.contacts[k].is_active()
             && self.has_fired(Indicator::Contact(k));
-        has_passed || self.at.bands.is_at_rest(state.rate())
+        has_passed
+            || self.grazes[k]
+            || self.is_kept(k, state)
+            || self.at.bands.is_at_rest(state.rate())
     }
 
-    /// Whether a stop is closed; one that was held until now is, since the run keeps it so.
+    /// Whether a stop that was held until now has the rate of one: no more than a run lets it drift by.
+    fn is_kept(&self, k: usize, state: ContactState) -> bool {
+        let drift = DRIFT * self.at.bands.rest[1] * largest(&self.at.v).max(1.0);
+        let is_stop = matches!(state, ContactState::Stop { .. });
+        is_stop && self.at.before.contacts[k].is_active() && state.rate().abs() <= drift
+    }
+
+    /// Whether a stop is closed; one that was held until now is, since the run keeps it so, unless its limit has
+    /// jumped away.
     fn is_closed(&self, k: usize, penetration: f64) -> bool {
-        self.modes.contacts[k].is_active() || self.at.bands.is_closed(penetration)
+        let is_kept = penetration > -JUMP * largest(&self.at.q).max(1.0);
+        self.modes.contacts[k].is_active() && is_kept || self.at.bands.is_closed(penetration)
     }
 
     /// Closed stops, whether or not they are about to part.
@@ -193,7 +209,10 @@ impl<'a> ModeSearch<'a> {
         let values = self.indicators(&self.modes);
         let closed = self.closed_stops(&values);
         let (t, bands) = (self.at.t, &self.at.bands);
-        let approaching = |k: &usize| bands.is_approaching(values.contacts[*k].rate());
+        let approaching = |k: &usize| {
+            let state = values.contacts[*k];
+            bands.is_approaching(state.rate()) && !self.is_kept(*k, state)
+        };
         let hit: Vec<usize> = closed.iter().copied().filter(approaching).collect();
         let modes = self.modes_of_impact(&closed);
         let mut fixed = self.fixed(&modes);
@@ -237,7 +256,33 @@ impl<'a> ModeSearch<'a> {
         let after = impact.v.as_slice().to_vec();
         let before = std::mem::replace(&mut self.at.v, after.clone());
         self.blows.push(Blow { modes, held, stops, velocities: [before, after] });
+        self.note_grazes(&closed);
         Ok(true)
+    }
+
+    /// Notes the stops that the impact has parted for a flight of rounding: bodies between two stops, of which
+    /// either parts the other, would else hit them by turns without end.
+    fn note_grazes(&mut self, closed: &[usize]) {
+        let values = self.indicators(&self.modes);
+        let Some(pressing) = self.pressing(closed) else { return };
+        for &k in closed {
+            let rate = values.contacts[k].rate();
+            self.grazes[k] = rate < 0.0 && rate * rate <= 2.0 * pressing[k] * self.hidden();
+        }
+    }
+
+    /// φ″ of all contacts with these open.
+    fn pressing(&self, closed: &[usize]) -> Option<Vec<f64>> {
+        let mut free = self.modes.clone();
+        for &k in closed {
+            free.contacts[k] = ContactMode::Open;
+        }
+        self.motion_in(&free).map(|motion| motion.contact_accelerations)
+    }
+
+    /// Height of flights that are of rounding.
+    fn hidden(&self) -> f64 {
+        HIDDEN * self.at.bands.position
     }
 
     /// All closed stops hold; friction is bounded, so that it gives no impulse.
@@ -258,14 +303,9 @@ impl<'a> ModeSearch<'a> {
     ///
     /// Left alone, the bodies come back with φ″ > 0 after a flight of height (ε u)²/2φ″.
     fn restitutions(&self, closed: &[usize], values: &IndicatorValues) -> Vec<f64> {
-        let mut free = self.modes.clone();
-        for &k in closed {
-            free.contacts[k] = ContactMode::Open;
-        }
-        let pressing = self.motion_in(&free).map(|motion| motion.contact_accelerations);
+        let pressing = self.pressing(closed);
         let [height, speed] = self.at.bands.rest;
-        // Such bounces would be of rounding.
-        let hidden = HIDDEN * self.at.bands.position;
+        let hidden = self.hidden();
         let of_stop = |&k: &usize| {
             let ContactState::Stop { rate, restitution, .. } = values.contacts[k] else {
                 unreachable!("friction is never among the closed stops")
@@ -464,14 +504,4 @@ fn onto_rows(
     let inactive = fixed.inactive_rows(t, q);
     fixed.project(t, q, &mut v.to_vec(), &inactive);
     Ok(())
-}
-
-/// The independent rows besides those of stops; which these are must not depend on the stops.
-fn independent_without(jacobian: &SparseRows, stops: &[usize]) -> Vec<usize> {
-    let dependent = dependent_rows(&jacobian.without(stops)).dependent;
-    let mut is_dependent = vec![false; jacobian.n_rows()];
-    for row in dependent {
-        is_dependent[row] = true;
-    }
-    (0..jacobian.n_rows()).filter(|&row| !is_dependent[row]).collect()
 }

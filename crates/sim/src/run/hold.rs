@@ -3,7 +3,7 @@
 //! The step that covers an instant is taken, sampled there, and passed no further until a later instant is
 //! asked for. So whatever is asked for, the steps are those of a run that nobody holds.
 
-use bksim_dae::{Checkpoint, Control};
+use bksim_dae::{Checkpoint, Control, SolveError};
 
 use super::observer::Observer;
 use super::pace::Pace;
@@ -50,9 +50,17 @@ impl<'a> Run<'a> {
 
     /// A run of the same problem where it was marked.
     pub(crate) fn at_mark(problem: Problem<'a>, mark: &Checkpoint) -> Self {
+        Self::try_at_mark(problem, mark).expect("a mark fits the problem that it was made in")
+    }
+
+    /// As [`Run::at_mark`], of a mark that may be another problem's.
+    ///
+    /// # Errors
+    /// [`SolveError`] when it is.
+    pub(crate) fn try_at_mark(problem: Problem<'a>, mark: &Checkpoint) -> Result<Self, SolveError> {
         let mut run = Self::new(problem);
-        run.load(mark).expect("a mark fits the problem that it was made in");
-        run
+        run.load(mark)?;
+        Ok(run)
     }
 
     /// Counters and energies up to the sample taken last.
