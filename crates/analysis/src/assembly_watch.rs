@@ -26,7 +26,7 @@ impl<'a> AssemblyWatch<'a> {
     pub(crate) fn of(positions: &'a Positions) -> Result<Option<Self>, AnalysisError> {
         let mechanism = &positions.mechanism;
         let parameters = &mechanism.parameters;
-        let Some(monitor) = mechanism.compiled.assembly_monitor(parameters) else {
+        let Some(monitor) = AssemblyMonitor::of(&mechanism.compiled, parameters) else {
             return Ok(None);
         };
         let mut rows = positions.rows(&[], &[], Clock::Held)?;

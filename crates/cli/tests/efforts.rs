@@ -27,7 +27,7 @@ B2 = { type = "revolute", between = ["c2.B", "bar.B2"] }
 B3 = { type = "revolute", between = ["c3.B", "bar.B3"] }
 [loads]
 weight = { type = "gravity", acceleration = [0, -9.81] }
-friction = { type = "damper", joint = "A1", damping = 0.2 }
+friction = { type = "torque", joint = "A1", value = "-0.2*A1.rate" }
 [initial]
 A1 = { angle = 0.4, rate = 0 }
 bar = { guess = { angle = 0 } }

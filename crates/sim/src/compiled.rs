@@ -15,7 +15,7 @@ use std::sync::Arc;
 use bksim_expr::{Expr, Pool, SymbolId, TapeError};
 
 use crate::function::Function;
-use crate::held_assembly::{AssemblyMonitor, HeldRows};
+use crate::held_rows::HeldRows;
 
 use crate::linear::unrolled::UnrolledSolve;
 
@@ -236,12 +236,6 @@ impl CompiledSystem {
     /// Whether accelerations can be had at several states at once.
     pub(crate) fn has_lanes(&self) -> bool {
         self.unrolled.is_some() && self.inputs.is_empty()
-    }
-
-    /// A monitor of the assembly that the model holds, at these values of all parameters, modes among them; none
-    /// where it holds none.
-    pub fn assembly_monitor(&self, parameters: &[f64]) -> Option<AssemblyMonitor<'_>> {
-        self.held_rows.as_ref().map(|rows| rows.monitor(parameters))
     }
 
     /// Number of generalised coordinates.

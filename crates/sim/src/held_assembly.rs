@@ -10,93 +10,13 @@
 //! The determinant changes its sign where the one becomes the other. Between two states the motion is the cubic through
 //! both with their velocities.
 
-use bksim_expr::{Expr, SymbolId, TapeError};
-use bksim_mbs::coordinate::CoordinateKind;
-use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{Axis, BodyId, JointId, Measure, Model, MotionKind, Space};
+use bksim_model::{BodyId, JointId};
 use nalgebra::DMatrix;
 
+use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::function::{Buffers, Function};
-use crate::linear::rows::LARGEST_DENSE;
-
-/// The slopes that K and the naming of joints need, as one function of (t, q).
-#[derive(Clone, Debug)]
-pub(crate) struct HeldRows {
-    slopes: Function,
-    /// Row and coordinate of each slope.
-    entries: Vec<(usize, usize)>,
-    n_held: usize,
-    /// Of each row after those of what is held: the joint or the body that it tells of.
-    moving: Vec<Moving>,
-    /// The bodies of each joint.
-    bodies: Vec<[BodyId; 2]>,
-    /// Coordinates that are positions: all but integrals.
-    columns: Vec<usize>,
-}
-
-/// A row that tells what moves.
-#[derive(Clone, Copy, Debug)]
-enum Moving {
-    Turn(JointId),
-    Slide(JointId),
-    Body(BodyId),
-}
-
-impl HeldRows {
-    /// Compiles the rows for the assembly that `model` holds; `None` where it holds none, or is too large for dense
-    /// matrices.
-    pub(crate) fn compile(
-        model: &Model,
-        system: &SymbolicSystem,
-        parameters: &[SymbolId],
-    ) -> Result<Option<Self>, TapeError> {
-        let found = model.assembly.as_ref().and_then(|chosen| chosen.found.as_ref());
-        let coordinates = system.coordinates();
-        let Some(found) = found.filter(|_| coordinates.len() <= LARGEST_DENSE) else {
-            return Ok(None);
-        };
-        let (mut measures, mut moving) = (found.held.clone(), Vec::new());
-        for (idx, joint) in model.joints.iter().enumerate() {
-            for (motion_idx, motion) in joint.kind.motions().iter().enumerate() {
-                measures.push(Measure::JointPosition(JointId(idx), motion_idx));
-                moving.push(match motion {
-                    MotionKind::Rotation => Moving::Turn(JointId(idx)),
-                    MotionKind::Translation => Moving::Slide(JointId(idx)),
-                });
-            }
-        }
-        for body in (1..model.bodies.len()).map(BodyId) {
-            let places = [Axis::X, Axis::Y, Axis::Z]
-                .into_iter()
-                .map(|axis| Measure::PointPosition(body, None, axis));
-            let turn = (model.space == Space::Planar).then_some(Measure::BodyAngle(body));
-            for measure in places.take(if turn.is_some() { 2 } else { 3 }).chain(turn) {
-                measures.push(measure);
-                moving.push(Moving::Body(body));
-            }
-        }
-        let value = |&measure: &Measure| system.kinematics.measure(model, measure);
-        let values: Vec<Expr> = measures.iter().map(value).collect();
-        let q: Vec<SymbolId> = coordinates.iter().map(|c| c.q).collect();
-        let jacobian = model.pool.jacobian(&values, &q);
-        let outputs: Vec<Expr> = jacobian.entries.iter().map(|entry| entry.2).collect();
-        let is_position = |&k: &usize| coordinates[k].kind != CoordinateKind::Integral;
-        Ok(Some(Self {
-            slopes: Function::compile(model, &outputs, &[&[model.time], &q], parameters)?,
-            entries: jacobian.entries.iter().map(|&(row, column, _)| (row, column)).collect(),
-            n_held: found.held.len(),
-            moving,
-            bodies: model.joints.iter().map(|j| [j.predecessor.body, j.successor.body]).collect(),
-            columns: (0..coordinates.len()).filter(is_position).collect(),
-        }))
-    }
-
-    /// A monitor at these values of all parameters, modes among them.
-    pub(crate) fn monitor(&self, parameters: &[f64]) -> AssemblyMonitor<'_> {
-        AssemblyMonitor { of: self, buffers: self.slopes.buffers(parameters), last: None }
-    }
-}
+use crate::held_rows::{HeldRows, Moving};
 
 /// A state of a motion: the instant, or the length of a way, positions and their rates by it.
 type At<'s> = (f64, &'s [f64], &'s [f64]);
@@ -131,6 +51,15 @@ pub struct AssemblyChange {
 const NO_PART: f64 = 1e-3;
 /// Halvings of a step.
 const HALVINGS: usize = 40;
+
+impl<'a> AssemblyMonitor<'a> {
+    /// A monitor of the assembly that the model of `compiled` holds, at these values of all parameters, modes among them;
+    /// none where it holds none.
+    pub fn of(compiled: &'a CompiledSystem, parameters: &[f64]) -> Option<Self> {
+        let of = compiled.held_rows.as_ref()?;
+        Some(Self { of, buffers: of.slopes.buffers(parameters), last: None })
+    }
+}
 
 impl AssemblyMonitor<'_> {
     /// Takes a state of the motion, time being `t` unless it is the first number of the state; tells where since the

@@ -12,6 +12,7 @@ pub mod formulate;
 mod function;
 pub mod functions;
 pub mod held_assembly;
+mod held_rows;
 pub mod hybrid;
 pub mod input;
 mod latch;

@@ -184,7 +184,7 @@ impl<'a> Run<'a> {
             method,
             multipliers: mechanism.multipliers(),
             singular_monitor: SingularMonitor::default(),
-            assembly_monitor: problem.compiled.assembly_monitor(mechanism.parameters()),
+            assembly_monitor: AssemblyMonitor::of(problem.compiled, mechanism.parameters()),
             mechanism,
             passing: None,
             failed_at: None,

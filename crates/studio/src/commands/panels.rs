@@ -177,7 +177,7 @@ fn style(n: usize) -> String {
 /// Words in at most two lines.
 fn wrapped(title: &str) -> Vec<String> {
     let mut lines = vec![String::new()];
-    for word in title.split_inclusive([' ', '-']) {
+    for word in title.split_inclusive(' ') {
         let last = lines.len() - 1;
         let is_full = lines[last].chars().count() + word.trim_end().chars().count() > LETTERS;
         if is_full && !lines[last].is_empty() && last == 0 {

@@ -221,17 +221,14 @@ impl Plotted {
                     curve.name.clone_from(&name);
                     (curve.color, curve.dash) = (number, number / 6);
                 }
-                match &mut joined {
-                    Some((known, all)) => {
-                        known.curves.extend(panel.curves);
-                        all.extend(told);
-                    }
-                    None => {
-                        let axis = |label: &str, axis: &Axis| Axis::new(label, &axis.unit);
-                        (panel.x, panel.y) = (axis("x", &panel.x), axis("y", &panel.y));
-                        panel.equal_scale = true;
-                        joined = Some((panel, told));
-                    }
+                if let Some((known, all)) = &mut joined {
+                    known.curves.extend(panel.curves);
+                    all.extend(told);
+                } else {
+                    let axis = |label: &str, axis: &Axis| Axis::new(label, &axis.unit);
+                    (panel.x, panel.y) = (axis("x", &panel.x), axis("y", &panel.y));
+                    panel.equal_scale = true;
+                    joined = Some((panel, told));
                 }
             }
         }
