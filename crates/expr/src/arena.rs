@@ -55,6 +55,8 @@ pub(crate) struct Arena {
     pub(crate) symbol_index: HashMap<String, u32>,
     /// Functions with names, and their derivatives.
     pub(crate) named: Vec<NamedRow>,
+    /// Expressions that were simplified, with what they became.
+    pub(crate) simplified: ExprMap<Expr>,
     /// Open addressing table of node handles by structural hash; its length is a power of two.
     pub(crate) slots: Vec<u32>,
     /// Handle to position, valid where `stamp` equals `epoch`: scratch space of sweeps.

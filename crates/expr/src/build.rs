@@ -228,44 +228,6 @@ impl Pool {
         }
         sum
     }
-
-    /// Whether `e` reads better negated: a negative coefficient, or a sum with more negative than
-    /// positive terms; the constant, then the first symbol by name, decides a tie.
-    pub(crate) fn looks_negative(&self, e: Expr) -> bool {
-        let (coefficient, monic) = self.split_coefficient(e);
-        let node = self.node(monic);
-        if node.op != Op::Add || node.data > MERGE_LIMIT {
-            return coefficient.is_negative();
-        }
-        let terms = self.terms_of(monic);
-        let n_negative = terms.iter().filter(|term| term.1.is_negative()).count();
-        let is_negative = match (2 * n_negative).cmp(&terms.len()) {
-            std::cmp::Ordering::Less => false,
-            std::cmp::Ordering::Greater => true,
-            std::cmp::Ordering::Equal => {
-                let leading = terms.iter().min_by(|a, b| {
-                    let key = |term: Expr| (term != ONE, self.reading_name(term));
-                    key(a.0).cmp(&key(b.0)).then_with(|| self.canonical_order(a.0, b.0))
-                });
-                leading.is_some_and(|term| term.1.is_negative())
-            }
-        };
-        is_negative != coefficient.is_negative()
-    }
-
-    /// A name to order short expressions by: the first symbol on the way down.
-    fn reading_name(&self, mut e: Expr) -> String {
-        for _ in 0..MERGE_LIMIT {
-            let node = self.node(e);
-            e = match node.op {
-                Op::Symbol => return self.symbol_name(crate::pool::SymbolId(node.data)),
-                Op::Number | Op::Pi => break,
-                Op::Add | Op::Mul if self.as_number(node.left).is_some() => node.right,
-                _ => node.left,
-            };
-        }
-        String::new()
-    }
 }
 
 // Products and powers.

@@ -32,8 +32,24 @@ impl std::hash::Hasher for HandleHasher {
         }
     }
 
+    fn write_u8(&mut self, byte: u8) {
+        self.write_u64(u64::from(byte));
+    }
+
     fn write_u32(&mut self, handle: u32) {
+        self.write_u64(u64::from(handle));
+    }
+
+    fn write_u64(&mut self, word: u64) {
         // An odd multiplier near 2⁶⁴ over the golden ratio spreads neighbours over all bits.
-        self.0 = (self.0.rotate_left(5) ^ u64::from(handle)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        self.0 = (self.0.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    }
+
+    fn write_usize(&mut self, word: usize) {
+        self.write_u64(word as u64);
+    }
+
+    fn write_isize(&mut self, word: isize) {
+        self.write_usize(word.cast_unsigned());
     }
 }

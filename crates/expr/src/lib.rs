@@ -66,6 +66,7 @@ mod parse;
 mod pool;
 mod print;
 mod series;
+mod sign;
 mod simplify;
 mod sincos;
 mod solve;

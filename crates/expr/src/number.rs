@@ -7,11 +7,14 @@
 //! float; a power of that length is not computed at all.
 
 mod nearest;
+#[cfg(test)]
+mod tests;
 mod text;
 
 pub(crate) use text::MAX_DIGITS;
 
 use num_bigint::BigInt;
+use num_integer::Integer;
 use num_rational::{BigRational, Ratio};
 use num_traits::{Signed, ToPrimitive};
 use std::borrow::Borrow;
@@ -52,7 +55,8 @@ impl PartialEq for Number {
             (Short { numerator: p, denominator: q }, Short { numerator: r, denominator: s }) => {
                 p == r && q == s
             }
-            (Long(a), Long(b)) => a == b,
+            // In lowest terms, part by part: the order of fractions is found by divisions.
+            (Long(a), Long(b)) => a.numer() == b.numer() && a.denom() == b.denom(),
             (Float(a), Float(b)) => a.to_bits() == b.to_bits(),
             _ => false,
         }
@@ -65,7 +69,7 @@ impl std::hash::Hash for Number {
     fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
         match &self.0 {
             Short { numerator, denominator } => (numerator, denominator).hash(state),
-            Long(fraction) => fraction.hash(state),
+            Long(fraction) => (fraction.numer(), fraction.denom()).hash(state),
             Float(value) => value.to_bits().hash(state),
         }
     }
@@ -121,14 +125,16 @@ impl Number {
 
     /// A fraction with a denominator that is not zero.
     fn of_wide(numerator: i128, denominator: i128) -> Self {
-        let fraction = Ratio::new(numerator, denominator);
-        let part = |n: &i128| i64::try_from(*n).ok().filter(|&n| n != i64::MIN);
-        match (part(fraction.numer()), part(fraction.denom())) {
+        let (numerator, denominator) = Ratio::new(numerator, denominator).into_raw();
+        Self::of_wide_parts(numerator, denominator)
+    }
+
+    /// A fraction in lowest terms with a positive denominator.
+    fn of_wide_parts(numerator: i128, denominator: i128) -> Self {
+        let part = |n: i128| i64::try_from(n).ok().filter(|&n| n != i64::MIN);
+        match (part(numerator), part(denominator)) {
             (Some(numerator), Some(denominator)) => Self(Short { numerator, denominator }),
-            _ => Self(Long(Arc::new(BigRational::new_raw(
-                BigInt::from(*fraction.numer()),
-                BigInt::from(*fraction.denom()),
-            )))),
+            _ => Self(Long(Arc::new(BigRational::new_raw(numerator.into(), denominator.into())))),
         }
     }
 
@@ -146,8 +152,18 @@ impl Number {
         Self(Long(Arc::new(fraction)))
     }
 
-    /// A product in lowest terms with a positive denominator.
-    fn from_product(fraction: BigRational) -> Self {
+    /// The product of two fractions in lowest terms.
+    fn from_product(a: &BigRational, b: &BigRational) -> Self {
+        let [first, second] = [a.numer().gcd(b.denom()), b.numer().gcd(a.denom())];
+        Self::from_factors(
+            (a.numer() / &first) * (b.numer() / &second),
+            (a.denom() / second) * (b.denom() / first),
+        )
+    }
+
+    /// A product, its parts without a divisor in common; the denominator is positive.
+    fn from_factors(numerator: BigInt, denominator: BigInt) -> Self {
+        let fraction = BigRational::new_raw(numerator, denominator);
         let shorter = fraction.numer().bits().min(fraction.denom().bits());
         if shorter > MAX_FACTOR_BITS {
             return Self::float(nearest::nearest(fraction.numer(), fraction.denom()));
@@ -279,29 +295,38 @@ impl Number {
     pub fn times(&self, other: impl Borrow<Self>) -> Self {
         let other = other.borrow();
         if let (Some((p, q)), Some((r, s))) = (self.short_parts(), other.short_parts()) {
-            if are_tiny([p, q, r, s]) {
-                return Self::reduced(p * r, q * s);
-            }
-            let [p, q, r, s] = [p, q, r, s].map(i128::from);
-            return Self::of_wide(p * r, q * s);
+            // What numerators and denominators of lowest terms have in common stands crosswise alone.
+            let (first, second) = (common_divisor(p, s), common_divisor(r, q));
+            return Self::of_coprime([p / first, r / second], [q / second, s / first]);
         }
         match (self.to_big(), other.to_big()) {
-            (Some(a), Some(b)) => Self::from_product(a * b),
+            (Some(a), Some(b)) => Self::from_product(&a, &b),
             _ => Self::float(self.to_f64() * other.to_f64()),
         }
     }
 
+    /// Product of powers of one number, whose parts have no divisor in common.
+    fn times_power(&self, other: &Self) -> Self {
+        if let (Some((p, q)), Some((r, s))) = (self.short_parts(), other.short_parts()) {
+            return Self::of_coprime([p, r], [q, s]);
+        }
+        match (self.to_big(), other.to_big()) {
+            (Some(a), Some(b)) => Self::from_factors(a.numer() * b.numer(), a.denom() * b.denom()),
+            _ => self.times(other),
+        }
+    }
+
+    /// The fraction of two products that have no divisor in common; the denominator is positive.
+    fn of_coprime([p, r]: [i64; 2], [q, s]: [i64; 2]) -> Self {
+        let (numerator, denominator) =
+            (i128::from(p) * i128::from(r), i128::from(q) * i128::from(s));
+        Self::of_wide_parts(numerator, denominator)
+    }
+
     /// The fraction in lowest terms; the denominator is positive.
     fn reduced(numerator: i64, denominator: i64) -> Self {
-        let (mut a, mut b) = (numerator.unsigned_abs(), denominator.unsigned_abs());
-        if b != 1 {
-            while a != 0 {
-                (a, b) = (b % a, a);
-            }
-        }
-        #[expect(clippy::cast_possible_wrap, reason = "a divisor of a positive i64")]
-        let gcd = b as i64;
-        Self(Short { numerator: numerator / gcd, denominator: denominator / gcd })
+        let divisor = common_divisor(numerator, denominator);
+        Self(Short { numerator: numerator / divisor, denominator: denominator / divisor })
     }
 
     /// Negation.
@@ -359,11 +384,11 @@ impl Number {
         let mut result = Self::ONE;
         while left > 0 {
             if left & 1 == 1 {
-                result = result.times(&square);
+                result = result.times_power(&square);
             }
             left >>= 1;
             if left > 0 {
-                square = square.times(&square);
+                square = square.times_power(&square);
             }
         }
         Some(result)
@@ -419,74 +444,13 @@ impl Number {
     }
 }
 
+/// The greatest common divisor of an integer above `i64::MIN` and a positive one.
+fn common_divisor(a: i64, b: i64) -> i64 {
+    if b == 1 { 1 } else { a.gcd(&b) }
+}
+
 /// Whether products of any two of these, and the sum of two such products, fit 64 bits: most do,
 /// and 64-bit division is much faster.
 fn are_tiny(parts: [i64; 4]) -> bool {
     parts.iter().all(|part| part.unsigned_abs() < 1 << 31)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_digit_is_dropped() {
-        let ten = Number::integer(10);
-        for n in [18, 19, 20, 60, 300] {
-            let large = ten.power(n).expect("short enough");
-            let next = large.plus(Number::ONE);
-            assert_eq!(next.plus(large.negated()), Number::ONE, "10^{n}");
-            assert!(next.order(&large).is_gt(), "10^{n}");
-            let small = Number::ONE.over(&large);
-            assert_eq!(small.plus(Number::ONE).plus(Number::MINUS_ONE), small, "10^-{n}");
-            assert_eq!(next.times(&next).exact_sqrt(), Some(next), "10^{n}");
-        }
-    }
-
-    #[test]
-    fn the_smallest_integer_has_a_negative() {
-        let smallest = Number::from(i64::MIN);
-        assert_eq!(smallest.negated().negated(), smallest);
-        assert_eq!(smallest.negated().to_f64(), 2f64.powi(63));
-        assert_eq!(smallest.plus(Number::ONE), Number::from(i64::MIN + 1));
-        assert_eq!(smallest.as_integer(), None);
-    }
-
-    #[test]
-    fn lengths_are_bounded() {
-        let ten = Number::integer(10);
-        assert_eq!(ten.power(1_000_000_000), None);
-        assert_eq!(ten.power(i64::MIN), None);
-        assert_eq!(Number::MINUS_ONE.power(i64::MAX), Some(Number::MINUS_ONE));
-        // A product beyond the bound is a float: here it has no finite value.
-        let mut large = ten.power(300).expect("short enough");
-        while large.is_exact() {
-            large = large.times(&large);
-        }
-        assert!(!large.is_finite());
-    }
-
-    #[test]
-    fn short_and_long_fractions_follow_the_same_rules() {
-        let parts = [0i64, 1, -1, 2, -6, 35, (1 << 31) - 1, 1 << 31, -(1 << 33), i64::MAX];
-        for (a, b) in parts.iter().flat_map(|a| parts.iter().map(move |b| (*a, *b))) {
-            for (c, d) in parts.iter().flat_map(|c| parts.iter().map(move |d| (*c, *d))) {
-                if b == 0 || d == 0 {
-                    continue;
-                }
-                let (x, y) = (Number::rational(a, b), Number::rational(c, d));
-                let [u, v] = [(a, b), (c, d)].map(|(n, d)| BigRational::new(n.into(), d.into()));
-                assert_eq!(x.plus(&y), Number::from_big(&u + &v), "{x} + {y}");
-                assert_eq!(x.times(&y), Number::from_big(&u * &v), "{x} * {y}");
-                assert_eq!(x.order(&y), u.cmp(&v), "{x} and {y}");
-            }
-        }
-    }
-
-    #[test]
-    fn greatest_common_divisors_leave_integers() {
-        let gcd = Number::rational(5, 6).gcd(&Number::rational(10, 9));
-        assert_eq!(gcd, Some(Number::rational(5, 18)));
-        assert_eq!(Number::ONE.gcd(&Number::float(0.3)), None);
-    }
 }

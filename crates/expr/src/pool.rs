@@ -9,6 +9,7 @@
 //! order follows it, which makes an expression independent of the order it was built in.
 
 use crate::arena::{Arena, mix};
+use crate::handle::ExprMap;
 use crate::named_row::{FunctionId, NamedRow};
 use crate::number::Number;
 use crate::op::Op;
@@ -88,7 +89,7 @@ impl Pool {
     /// The expressions of this pool as they are now; what is added later is not among them.
     pub fn snapshot(&self) -> PoolSnapshot {
         let arena = &*self.arena.borrow();
-        // The table of handles and the scratch space of sweeps are made anew where they are needed.
+        // The table of handles, the simplified and the scratch space of sweeps are made anew where they are needed.
         PoolSnapshot {
             arena: Arena {
                 nodes: arena.nodes.clone(),
@@ -100,6 +101,7 @@ impl Pool {
                 symbols: arena.symbols.clone(),
                 symbol_index: arena.symbol_index.clone(),
                 named: arena.named.clone(),
+                simplified: ExprMap::default(),
                 slots: Vec::new(),
                 position: Vec::new(),
                 epoch: 0,
@@ -241,9 +243,26 @@ impl Pool {
         (node.op == Op::Number).then(|| arena.numbers[node.data as usize].clone())
     }
 
+    /// Whether `e` is a number below zero.
+    pub(crate) fn is_negative_number(&self, e: Expr) -> bool {
+        let arena = self.arena.borrow();
+        let node = arena.nodes[e.0 as usize];
+        node.op == Op::Number && arena.numbers[node.data as usize].is_negative()
+    }
+
     /// The number of a node that is one.
     pub(crate) fn number_of(&self, e: Expr) -> Number {
         self.as_number(e).expect("the node is a number")
+    }
+
+    /// The simplified form of `e`: the known one, or that of `find`.
+    pub(crate) fn simplified(&self, e: Expr, find: impl FnOnce() -> Expr) -> Expr {
+        let known = self.arena.borrow().simplified.get(&e).copied();
+        known.unwrap_or_else(|| {
+            let form = find();
+            self.arena.borrow_mut().simplified.insert(e, form);
+            form
+        })
     }
 
     /// Starts a sweep over handles: afterwards no handle has a position.

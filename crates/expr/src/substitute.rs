@@ -12,6 +12,9 @@ impl Pool {
 
     /// Replaces symbols in several expressions; shared parts are rebuilt once.
     pub fn substitute_all(&self, roots: &[Expr], map: &[(SymbolId, Expr)]) -> Vec<Expr> {
+        if map.is_empty() {
+            return roots.to_vec();
+        }
         let replacement: HashMap<SymbolId, Expr> = map.iter().copied().collect();
         let sweep = self.sweep(roots);
         let images = self.map_sweep(&sweep, |step| replacement.get(&step.symbol()?).copied());

@@ -104,6 +104,31 @@ pub fn turned(pool: &Pool, turns: &[FixedTurn]) -> Rotation {
     })
 }
 
+/// Quaternions of rotations, one asked for after the other: the turns that a rotation begins with as the one before
+/// it are not multiplied again, so that those of the bodies of a chain take time in proportion to their number.
+#[derive(Debug, Default)]
+pub struct Quaternions {
+    /// The turns of the last rotation, each with the product of all up to it.
+    products: Vec<(Turn, Quaternion)>,
+}
+
+impl Quaternions {
+    /// The quaternion of a rotation, one of the two, of unit length where all of its parts are.
+    pub fn of(&mut self, pool: &Pool, rotation: &Rotation) -> Quaternion {
+        let turns = rotation.turns();
+        let alike = |((known, _), turn): &(&(Turn, Quaternion), &Turn)| known == *turn;
+        let n_known = self.products.iter().zip(turns).take_while(alike).count();
+        self.products.truncate(n_known);
+        for turn in &turns[n_known..] {
+            let before = self.products.last().map(|(_, product)| *product);
+            let before = before.unwrap_or_else(|| Quaternion::identity(pool));
+            self.products.push((turn.clone(), before.then(pool, &turn.quaternion(pool))));
+        }
+        let whole = self.products.last().map(|(_, product)| *product);
+        whole.unwrap_or_else(|| Quaternion::identity(pool))
+    }
+}
+
 /// Number of turns that are applied one after the other; more are applied as a matrix.
 const MAX_CHAINED_TURNS: usize = 3;
 
@@ -159,8 +184,7 @@ impl Rotation {
 
     /// The quaternion of the whole rotation, one of the two, of unit length where all of its parts are.
     pub fn quaternion(&self, pool: &Pool) -> Quaternion {
-        let whole = Quaternion::identity(pool);
-        self.turns.iter().fold(whole, |whole, turn| whole.then(pool, &turn.quaternion(pool)))
+        Quaternions::default().of(pool, self)
     }
 
     /// Rows of R.
@@ -292,5 +316,25 @@ mod tests {
         let [zero, one] = [pool.zero(), pool.one()];
         let turned = Rotation::about(&pool, &[one, zero, zero], a).apply(&pool, &[zero, one, zero]);
         assert_eq!(turned, [zero, pool.cos(a), pool.sin(a)]);
+    }
+
+    #[test]
+    fn quaternions_asked_one_after_the_other_are_those_asked_alone() {
+        let pool = Pool::new();
+        let [x, y, z] = axes(&pool);
+        let about = |axis: &Vector, name: &str| Rotation::about(&pool, axis, pool.symbol(name));
+        let trunk = about(&x, "a").then(&pool, &about(&y, "b"));
+        let branches =
+            [about(&z, "c"), about(&x, "d"), about(&y, "e")].map(|turn| trunk.then(&pool, &turn));
+        let mut quaternions = Quaternions::default();
+        // A branch, one that is longer, what both have in common, one about the last axis, and none.
+        let long = branches[0].then(&pool, &about(&x, "f"));
+        let asked = [&branches[0], &long, &trunk, &branches[1], &branches[2], &Rotation::default()];
+        for rotation in asked {
+            let alone = rotation.turns().iter().fold(Quaternion::identity(&pool), |whole, turn| {
+                whole.then(&pool, &turn.quaternion(&pool))
+            });
+            assert_eq!(quaternions.of(&pool, rotation), alone, "{} turns", rotation.turns().len());
+        }
     }
 }

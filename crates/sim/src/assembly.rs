@@ -10,6 +10,8 @@ mod turns;
 mod velocities;
 mod walk;
 
+use std::collections::HashMap;
+
 use bksim_expr::{Expr, Pool, SymbolId, Tape, TapeError, Workspace};
 
 use self::scale::Units;
@@ -19,6 +21,7 @@ use crate::start_error::Moved;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::coordinate::Owner;
 use bksim_mbs::kinematics::Kinematics;
+use bksim_mbs::spatial::Quaternions;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_mbs::tree::Tree;
 use bksim_model::{Axis, BodyId, Drive, Initial, JointId, Measure, Model, Space};
@@ -152,12 +155,16 @@ fn uncut_guess(
 ) -> Result<(Tape, Vec<Option<usize>>), TapeError> {
     let pool = &model.pool;
     let uncut = Kinematics::of_start(model, &Tree::uncut(model));
-    let found = |measure: Measure| model.initial.iter().position(|i| i.measure == measure);
+    // The first of each measure.
+    let initial = model.initial.iter().enumerate().rev();
+    let places: HashMap<Measure, usize> = initial.map(|(idx, i)| (i.measure, idx)).collect();
+    let found = |measure: Measure| places.get(&measure).copied();
     let given =
         |c: &bksim_mbs::coordinate::Coordinate| measure_of(model.space, c.owner).and_then(found);
     // A quaternion is that of its body against the parent, or in its joint.
-    let turned = |body: BodyId| match system.tree.joint_of(body) {
-        None => uncut.poses[body.0].rotation.quaternion(pool),
+    let mut quaternions = Quaternions::default();
+    let mut turned = |body: BodyId| match system.tree.joint_of(body) {
+        None => quaternions.of(pool, &uncut.poses[body.0].rotation),
         Some(joint) => {
             let joint = &model.joints[joint.0];
             bksim_mbs::joint::rotation(pool, joint, &uncut.sides(model, joint)).quaternion(pool)
@@ -183,8 +190,8 @@ fn uncut_guess(
     } else {
         uncut.coordinates.iter().filter_map(own_drive).collect()
     };
-    let measures: Vec<Expr> =
-        measures.into_iter().map(|measure| pool.substitute(measure, &prescribed)).collect();
+    // All at once: the measures of a long chain have most of their parts in common.
+    let measures = pool.substitute_all(&measures, &prescribed);
     let symbols = uncut.coordinates.iter().map(|c| c.q);
     let inputs: Vec<SymbolId> = std::iter::once(model.time).chain(symbols).collect();
     let tape = Tape::compile(&model.pool, &measures, &inputs, parameters)?;

@@ -47,7 +47,7 @@ use poly::{Algebra, Reading};
 impl Pool {
     /// The cheapest form found; the expression itself if none is cheaper or the work too much.
     pub fn simplify(&self, e: Expr) -> Expr {
-        self.simplify_all(&[e])[0]
+        self.simplified(e, || self.simplify_all(&[e])[0])
     }
 
     /// Simplifies several expressions within the default [`Budget`], shared parts once. Together

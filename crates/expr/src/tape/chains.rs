@@ -2,6 +2,7 @@
 
 use super::register::index;
 use super::share::{Operand, Pair, share};
+use crate::handle::HandleHash;
 use crate::number::Number;
 use crate::op::Op;
 use crate::pool::{Pool, SymbolId};
@@ -25,7 +26,7 @@ pub(super) enum Part {
 #[derive(Default)]
 pub(super) struct Chains {
     n_steps: usize,
-    operands: HashMap<u32, Vec<Operand>>,
+    operands: HashMap<u32, Vec<Operand>, HandleHash>,
     /// Parts beyond the steps, in the order of their ids.
     parts: Vec<Part>,
 }
@@ -92,7 +93,7 @@ struct ChainReader<'s> {
     is_early: Vec<bool>,
     /// Each step but for its sign.
     unsigned: Vec<Operand>,
-    known: HashMap<Part, u32>,
+    known: HashMap<Part, u32, HandleHash>,
     parts: Vec<Part>,
 }
 
@@ -117,7 +118,7 @@ impl<'s> ChainReader<'s> {
                 _ => own,
             });
         }
-        Self { pool, sweep, is_early, unsigned, known: HashMap::new(), parts: Vec::new() }
+        Self { pool, sweep, is_early, unsigned, known: HashMap::default(), parts: Vec::new() }
     }
 
     /// The operands of a sum or product; none where the step is another one negated.

@@ -5,6 +5,7 @@ use super::register::{Key, Register, index};
 use super::schedule::Section;
 use super::share::Operand;
 use super::{Action, Tape, TapeError};
+use crate::handle::HandleHash;
 use crate::number::Number;
 use crate::op::{Function, Op, small_integer};
 use crate::pool::{Expr, Pool, SymbolId};
@@ -51,7 +52,7 @@ struct Compiler {
     constant_index: HashMap<u64, Register>,
     prologue: Vec<Key>,
     body: Vec<Key>,
-    known: HashMap<Key, Register>,
+    known: HashMap<Key, Register, HandleHash>,
     /// Values of the steps so far.
     values: Vec<SignedRegister>,
     chains: Chains,
@@ -72,7 +73,7 @@ impl Compiler {
             constant_index: HashMap::new(),
             prologue: Vec::new(),
             body: Vec::new(),
-            known: HashMap::new(),
+            known: HashMap::default(),
             values: Vec::new(),
             chains: Chains::default(),
             parts: Vec::new(),
@@ -122,7 +123,16 @@ impl Compiler {
 
     /// The value of an operand of a chain; parts are emitted when first asked for.
     fn operand(&mut self, operand: Operand) -> SignedRegister {
-        let mut path = vec![operand.id];
+        if self.emitted(operand.id).is_none() {
+            self.emit_with_operands(operand.id);
+        }
+        let value = self.emitted(operand.id).expect("the part was just emitted");
+        SignedRegister { is_negated: value.is_negated != operand.is_negated, ..value }
+    }
+
+    /// Emits a part after all that it is made of.
+    fn emit_with_operands(&mut self, id: u32) {
+        let mut path = vec![id];
         while let Some(&id) = path.last() {
             let waiting: Vec<u32> = match self.chains.part(id) {
                 Part::Step(_) => Vec::new(),
@@ -139,8 +149,6 @@ impl Compiler {
                 path.extend(waiting);
             }
         }
-        let value = self.emitted(operand.id).expect("the part was just emitted");
-        SignedRegister { is_negated: value.is_negated != operand.is_negated, ..value }
     }
 
     /// The value of a step or part, if it is emitted.

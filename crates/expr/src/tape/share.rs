@@ -6,7 +6,10 @@
 //! expressions via factorization*, Commun. ACM 12 (1969). Operands that depend on parameters only
 //! are combined beforehand and count as one, for they cost nothing at evaluation.
 
+use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
+
+use crate::handle::HandleHash;
 
 /// One operand of a chain. In a sum, a negated one is subtracted.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -40,18 +43,26 @@ fn pair_of(x: Operand, y: Operand) -> (Pair, bool) {
 pub(super) fn share(chains: &mut [Vec<Operand>], first_id: u32) -> Vec<Pair> {
     let mut uses = Uses::of(chains);
     let mut pairs = Vec::new();
-    while let Some(pair) = uses.most_frequent() {
+    let mut new = Vec::new();
+    while let Some((pair, holders)) = uses.take_most_frequent() {
         let id = first_id + super::register::index(pairs.len());
         pairs.push(pair);
-        for chain_idx in uses.take(pair) {
-            replace(&mut chains[chain_idx as usize], chain_idx, pair, id, &mut uses);
+        for chain_idx in holders {
+            replace(&mut chains[chain_idx as usize], chain_idx, (pair, id), &mut uses, &mut new);
         }
+        uses.enter(&mut new);
     }
     pairs
 }
 
-/// Replaces a pair of one chain by the operand `id`, and keeps the uses true.
-fn replace(chain: &mut Vec<Operand>, chain_idx: u32, pair: Pair, id: u32, uses: &mut Uses) {
+/// Replaces a pair of one chain by the operand `id`: its other pairs lose a use, those with `id` join `new`.
+fn replace(
+    chain: &mut Vec<Operand>,
+    chain_idx: u32,
+    (pair, id): (Pair, u32),
+    uses: &mut Uses,
+    new: &mut Vec<(Pair, u32)>,
+) {
     let position = |chain: &[Operand], id| chain.iter().position(|operand| operand.id == id);
     let (Some(a), Some(b)) = (position(chain, pair.a), position(chain, pair.b)) else { return };
     let (x, y) = (chain[a], chain[b]);
@@ -62,24 +73,33 @@ fn replace(chain: &mut Vec<Operand>, chain_idx: u32, pair: Pair, id: u32, uses: 
     chain.retain(|&operand| operand != x && operand != y);
     let shared = Operand { id, is_negated };
     for &other in chain.iter() {
-        uses.remove(pair_of(x, other).0, chain_idx);
-        uses.remove(pair_of(y, other).0, chain_idx);
-        uses.add(pair_of(shared, other).0, chain_idx);
+        uses.remove(pair_of(x, other).0);
+        uses.remove(pair_of(y, other).0);
+        new.push((pair_of(shared, other).0, chain_idx));
     }
     chain.push(shared);
 }
 
-/// In which chains each pair occurs.
+/// The chains that hold a pair.
+struct Holders {
+    /// Number of chains that hold it now.
+    n_uses: usize,
+    /// The chains that held it when it was entered, ascending.
+    chains: Vec<u32>,
+}
+
+/// In which chains each pair occurs that is in more than one. Pairs are entered when all their chains are known:
+/// those of old operands only ever lose uses, so that one which is in a single chain need not be kept.
 struct Uses {
-    chains: HashMap<Pair, Vec<u32>>,
+    pairs: HashMap<Pair, Holders, HandleHash>,
     /// Candidates with the number of uses they had when entered; stale ones are passed over.
-    queue: BinaryHeap<(usize, std::cmp::Reverse<Pair>)>,
+    queue: BinaryHeap<(usize, Reverse<Pair>)>,
 }
 
 impl Uses {
     fn of(chains: &[Vec<Operand>]) -> Self {
-        let mut uses = Self { chains: HashMap::new(), queue: BinaryHeap::new() };
         let mut n_left = MAX_PAIRS;
+        let mut found = Vec::new();
         for (chain_idx, chain) in (0u32..).zip(chains) {
             let n_pairs = chain.len() * chain.len().saturating_sub(1) / 2;
             if chain.len() > MAX_OPERANDS || n_pairs > n_left {
@@ -87,49 +107,46 @@ impl Uses {
             }
             n_left -= n_pairs;
             for (i, &x) in chain.iter().enumerate() {
-                for &y in &chain[..i] {
-                    uses.chains.entry(pair_of(x, y).0).or_default().push(chain_idx);
-                }
+                found.extend(chain[..i].iter().map(|&y| (pair_of(x, y).0, chain_idx)));
             }
         }
-        let frequent = uses.chains.iter().filter(|(_, chains)| chains.len() > 1);
-        uses.queue = frequent.map(|(&pair, c)| (c.len(), std::cmp::Reverse(pair))).collect();
+        let mut uses = Self { pairs: HashMap::default(), queue: BinaryHeap::new() };
+        uses.enter(&mut found);
         uses
     }
 
-    fn add(&mut self, pair: Pair, chain_idx: u32) {
-        let chains = self.chains.entry(pair).or_default();
-        chains.push(chain_idx);
-        if chains.len() > 1 {
-            self.queue.push((chains.len(), std::cmp::Reverse(pair)));
-        }
-    }
-
-    fn remove(&mut self, pair: Pair, chain_idx: u32) {
-        if let Some(chains) = self.chains.get_mut(&pair) {
-            chains.retain(|&other| other != chain_idx);
-        }
-    }
-
-    /// The pair in most chains, if any is in two.
-    fn most_frequent(&mut self) -> Option<Pair> {
-        while let Some((n_uses, std::cmp::Reverse(pair))) = self.queue.pop() {
-            let now = self.chains.get(&pair).map_or(0, Vec::len);
-            if now == n_uses {
-                return Some(pair);
+    /// Enters new pairs with the chains that hold them, and empties the list.
+    fn enter(&mut self, found: &mut Vec<(Pair, u32)>) {
+        found.sort_unstable();
+        for same in found.chunk_by(|a, b| a.0 == b.0) {
+            if let [(pair, _), _, ..] = *same {
+                let chains: Vec<u32> = same.iter().map(|&(_, chain_idx)| chain_idx).collect();
+                self.queue.push((chains.len(), Reverse(pair)));
+                self.pairs.insert(pair, Holders { n_uses: chains.len(), chains });
             }
-            if now > 1 && now < n_uses {
-                self.queue.push((now, std::cmp::Reverse(pair)));
+        }
+        found.clear();
+    }
+
+    /// Takes note that a chain no longer holds `pair`.
+    fn remove(&mut self, pair: Pair) {
+        if let Some(holders) = self.pairs.get_mut(&pair) {
+            holders.n_uses = holders.n_uses.saturating_sub(1);
+        }
+    }
+
+    /// The pair in most chains, if any is in two, with all that held it; it is not offered again.
+    fn take_most_frequent(&mut self) -> Option<(Pair, Vec<u32>)> {
+        while let Some((n_uses, Reverse(pair))) = self.queue.pop() {
+            let now = self.pairs.get(&pair).map_or(0, |holders| holders.n_uses);
+            if now == n_uses {
+                return self.pairs.remove(&pair).map(|holders| (pair, holders.chains));
+            }
+            if now > 1 {
+                self.queue.push((now, Reverse(pair)));
             }
         }
         None
-    }
-
-    /// The chains that hold `pair`, ascending; it is not offered again.
-    fn take(&mut self, pair: Pair) -> Vec<u32> {
-        let mut chains = self.chains.remove(&pair).expect("the pair was found in chains");
-        chains.sort_unstable();
-        chains
     }
 }
 
