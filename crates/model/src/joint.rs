@@ -199,8 +199,9 @@ impl JointKind {
     pub fn n_taken(&self) -> i64 {
         match self {
             Self::Cylinder => 0,
-            Self::Link { .. } | Self::LineOnCurve { .. } => 1,
-            Self::CurveOnCurve { arcs: None, .. } => 1,
+            Self::Link { .. }
+            | Self::LineOnCurve { .. }
+            | Self::CurveOnCurve { arcs: None, .. } => 1,
             Self::PointOnCurve { .. } | Self::CurveOnCurve { arcs: Some(_), .. } => 2,
             Self::ConstantVelocity => 4,
             _ => self.motions().iter().fold(6, |left, _| left - 1),

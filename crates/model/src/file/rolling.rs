@@ -79,23 +79,21 @@ impl Reader<'_> {
         let mut arcs = [self.pool.zero(); 2];
         for (place, id) in curves.into_iter().enumerate() {
             let curve = self.curve(id)?;
-            match arc(&self.pool, curve, together[place]) {
-                Some(length) => arcs[place] = length,
-                None => {
-                    let message = format!(
-                        "the length along curve `{}`, on which {} rolls, is not known",
-                        curve.name, fields.owner
-                    );
-                    let key = fields.location(&["rolling"]);
-                    self.report(
-                        Diagnostic::error(codes::NO_CURVE, message)
-                            .at(key, "without slip")
-                            .note("curves roll whose formula is a line, a circle, or smooth and closed over its `range`, with numbers for all sizes but those of circles")
-                            .help("write numbers in the formula and the whole period in `range`, or remove `rolling`: the curves then slide"),
-                    );
-                    return None;
-                }
-            }
+            let Some(length) = arc(&self.pool, curve, together[place]) else {
+                let message = format!(
+                    "the length along curve `{}`, on which {} rolls, is not known",
+                    curve.name, fields.owner
+                );
+                let key = fields.location(&["rolling"]);
+                self.report(
+                    Diagnostic::error(codes::NO_CURVE, message)
+                        .at(key, "without slip")
+                        .note("curves roll whose formula is a line, a circle, or smooth and closed over its `range`, with numbers for all sizes but those of circles")
+                        .help("write numbers in the formula and the whole period in `range`, or remove `rolling`: the curves then slide"),
+                );
+                return None;
+            };
+            arcs[place] = length;
         }
         Some(arcs)
     }

@@ -128,9 +128,8 @@ impl Sketch<'_> {
 fn kind_of(section: Section, table: &dyn TableLike) -> Option<&'static Kind> {
     let word = words(table, "type");
     let name = match (section, word.as_deref()) {
-        (Section::Couplings, Some(word)) => word,
         (Section::Curves, Some("formula" | "points")) => "curve",
-        (Section::Curves, Some(word)) => word,
+        (Section::Couplings | Section::Curves, Some(word)) => word,
         (Section::Tables, _) => "table",
         (Section::States, _) => "state",
         (Section::Clocks, _) => "clock",

@@ -83,15 +83,16 @@ pub(super) fn dimension(kind: &str, key: &str, slides: bool) -> Dimension {
         (_, "mass") => Dimension::Mass,
         (_, "inertia") => Dimension::Inertia,
         (_, "density") => Dimension::Density,
-        (_, "thickness" | "length" | "radius" | "position" | "x" | "y") => Dimension::Length,
+        ("cylinder", "min" | "max")
+        | ("cam", "base_circle")
+        | (_, "thickness" | "length" | "radius" | "position" | "x" | "y" | "module" | "lead") => {
+            Dimension::Length
+        }
         // That of a state has the unit that the state has.
         ("state", "rate") => Dimension::Open,
         (_, "rate" | "rate1" | "rate2") => Dimension::Rate,
         (_, "velocity" | "vx" | "vy") => Dimension::Speed,
         ("actuator" | "friction", "force") | ("actuator" | "force", "value") => Dimension::Force,
-        ("cylinder", "min" | "max") | ("cam", "base_circle") => Dimension::Length,
-        (_, "module" | "lead") => Dimension::Length,
-        ("line-on-curve", "direction") => Dimension::Angle,
         ("friction", "static") if slides => Dimension::Force,
         ("torque", "value") | ("friction", "torque" | "static") => Dimension::Torque,
         ("torsion", "stiffness") => Dimension::TurningStiffness,
@@ -99,7 +100,8 @@ pub(super) fn dimension(kind: &str, key: &str, slides: bool) -> Dimension {
         (_, "stiffness") => Dimension::Stiffness,
         (_, "damping") => Dimension::Damping,
         (_, "min" | "max" | "motion") if slides => Dimension::Length,
-        (_, "min" | "max" | "motion" | "angle" | "angle1" | "angle2") => Dimension::Angle,
+        ("line-on-curve", "direction")
+        | (_, "min" | "max" | "motion" | "angle" | "angle1" | "angle2") => Dimension::Angle,
         (_, "t_start" | "t_end" | "every" | "step") | ("clock", "start") => Dimension::Time,
         _ => Dimension::Open,
     }
