@@ -121,7 +121,9 @@ pub fn told(name: &str, found: &Inverse) -> Answer {
             load.unit.clone(),
         ]
     };
-    let is_shown = |load: &&Load| load.peak != 0.0;
+    // What is left by rounding of forces that cancel is no load.
+    let largest = found.loads.iter().fold(0.0, |most: f64, load| most.max(load.peak.abs()));
+    let is_shown = |load: &&Load| load.peak.abs() > 1e-12 * largest;
     let rows = found.loads.iter().filter(is_shown).map(row).collect();
     let text = format!(
         "{name}: efforts at {} times\n\n{}",
