@@ -190,6 +190,21 @@ fn screw() {
 }
 
 #[test]
+fn a_spring_about_the_axis_of_a_screw() {
+    // Cut, the screw counts its turns by its travel; what bears the body is the same.
+    let torsion = "[loads.torsion]\ntype = \"torsion\"\njoint = \"j\"\nstiffness = 3\nangle = 0.1\ndamping = 0.05\n";
+    let keys = "axis = [0, 0, 1]\nlead = 0.4";
+    let sprung = |cut: &str| {
+        motion(
+            "screw",
+            &(torsion.to_owned() + &own("j", "screw", &format!("{keys}\ncut = {cut}"))),
+            &["j"],
+        )
+    };
+    alike("a sprung screw, cut", &sprung("false"), &sprung("true"));
+}
+
+#[test]
 fn weld() {
     let parts = own("p", "revolute", "axis = [0, 0, 1]")
         + &own("q", "perpendicular-axes", "axis = [1, 0, 0]\nsecond = [0, 1, 0]");

@@ -1,7 +1,7 @@
 //! Linear equations of second order along a motion that is known, by collocation.
 //!
 //! ```text
-//! u″ = K(t) u + C(t) u′ + B(t)             n unknowns, m right sides at once
+//! u″ = K u + C u′ + B, functions of t        n unknowns, m right sides at once
 //! w_i = u″(t₀ + c_i h)                     i = 1 … s, the nodes of Radau IIA
 //! u_i = u₀ + c_i h u₀′ + h² Σ (A²)_ij w_j,   u_i′ = u₀′ + h Σ A_ij w_j
 //! ```

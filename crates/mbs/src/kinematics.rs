@@ -264,6 +264,11 @@ impl Kinematics {
         own
     }
 
+    /// Whether a joint has coordinates of its own.
+    pub fn has_coordinates(&self, joint: JointId) -> bool {
+        self.first_of_joint.contains_key(&joint)
+    }
+
     /// Coordinates of a free body: its centre of mass, then its angle (planar), a quaternion or Cardan
     /// angles.
     fn free_pose(&mut self, model: &Model, body: BodyId, form: Form) -> Pose {

@@ -317,7 +317,7 @@ fn completed(
         inactive,
         impact_work: 0.0,
         hits: Vec::new(),
-        blows: Vec::new(),
+        impacts: Vec::new(),
     })
 }
 

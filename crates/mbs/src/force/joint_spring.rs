@@ -4,7 +4,7 @@ use bksim_expr::Expr;
 
 use super::context::Context;
 use super::{Action, Wrench};
-use crate::joint;
+use crate::joint::{self, JointWrench};
 use bksim_model::{JointId, Load, LoadKind};
 
 /// V = ½ k (s − s₀)² for one position s of the joint; the damper resists with −c s′.
@@ -26,14 +26,25 @@ pub(super) fn action(
     // The effort on the successor, and its opposite on the predecessor.
     let sides = kinematics.sides(model, joint);
     let unit = joint::effort(pool, joint, motion_idx, &positions, &sides);
-    let pair = |effort| {
+    let pair = |unit: &JointWrench, effort| {
         if pool.is_zero(effort) {
             return Vec::new();
         }
-        let unit = Wrench::within_joint(model, kinematics, joint_id, &unit);
+        let unit = Wrench::within_joint(model, kinematics, joint_id, unit);
         unit.iter().map(|wrench| wrench.scaled(pool, effort)).collect()
     };
-    Action::of_parts(law.potential, pair(law.elastic), pair(law.viscous))
+    let (elastic, viscous) = (pair(&unit, law.elastic), pair(&unit, law.viscous));
+    let by_poses = law.potential.is_some() && !kinematics.has_coordinates(joint_id);
+    match joint::gradient(pool, joint, &sides).filter(|_| by_poses) {
+        // The effort is what V stands for and a wrench that does no work; without it, the rows would bear that.
+        Some(gradient) => Action {
+            potential: law.potential,
+            conservative: pair(&gradient, law.elastic),
+            applied: [elastic, pair(&gradient, pool.neg(law.elastic)), viscous].concat(),
+            field: None,
+        },
+        None => Action::of_parts(law.potential, elastic, viscous),
+    }
 }
 
 /// The law of a spring and damper in a joint, as for those between two points.

@@ -285,6 +285,12 @@ pub fn effort(
     }
 }
 
+/// The wrench that the gradient of a function of the position stands for, where the poses show this position; `None`
+/// where it is that of [`effort`]. A cut screw counts its turns by its travel.
+pub fn gradient(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<JointWrench> {
+    matches!(joint.kind, JointKind::Screw { .. }).then(|| screw::thrust(pool, joint, sides))
+}
+
 /// The one wrench of a joint whose point slides and turns as a line on a curve does: a unit force at the place of
 /// contact; `None` of other joints.
 pub fn contact(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<JointWrench> {

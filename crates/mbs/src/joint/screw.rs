@@ -41,6 +41,13 @@ pub(super) fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<
     rows
 }
 
+/// The force along the axis that does the work of a unit moment about it, where the joint holds.
+pub(super) fn thrust(pool: &Pool, joint: &Joint, sides: &Sides) -> JointWrench {
+    let axis_world = sides.predecessor.rotation.apply(pool, &joint.axis);
+    let per_pitch = pool.div(pool.one(), pitch(pool, joint));
+    JointWrench::of_force(pool, spatial::scale(pool, per_pitch, &axis_world))
+}
+
 /// Travel by angle, m/rad.
 fn pitch(pool: &Pool, joint: &Joint) -> Expr {
     let JointKind::Screw { lead } = joint.kind else { unreachable!("the table leads screws here") };

@@ -4,8 +4,7 @@ use std::io::{Read, Write};
 
 use bksim_log::{
     EndStatus, Header, Level, LogError, LogReader, LogWriter, NotUnique, Outcome, Quantity, Record,
-    TopicId,
-};
+    Topic, TopicId};
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::UniquenessChange;
 use bksim_sim::run::{RunCheckpoint, Sample, Segment, Summary};
@@ -14,7 +13,7 @@ use bksim_sim::start::Start;
 
 use super::VERSION;
 use super::contents::Contents;
-use super::sensitivities::{sensitivity_row, sensitivity_topic};
+use super::sensitivities::{sensitivity_row, sensitivity_topics};
 use super::shown::Shown;
 use crate::channels::{Channels, N_MADE};
 
@@ -25,7 +24,8 @@ pub struct Recorder<W: Write> {
     channels: Channels,
     /// One for each topic of the channels.
     topics: Vec<TopicId>,
-    sensitivities: Vec<TopicId>,
+    /// By quantity: the topics of the derivatives by it, with the number of their fields.
+    sensitivities: Vec<Vec<(TopicId, usize)>>,
     /// The channels of programs that know nothing of bksim, where they are wanted.
     shown: Option<Shown>,
     values: Vec<f64>,
@@ -75,9 +75,12 @@ impl<W: Write> Recorder<W> {
         let channels = Channels::new(mechanism);
         let topics = channels.topics.iter().map(|(topic, _)| header.add_topic(topic.clone()));
         let topics = topics.collect();
-        let sensitivities =
-            sensitive.iter().map(|&by| header.add_topic(sensitivity_topic(mechanism, by)));
-        let sensitivities = sensitivities.collect();
+        let mut add = |topic: Topic| {
+            let n_fields = topic.fields.len();
+            (header.add_topic(topic), n_fields)
+        };
+        let by = |&by| sensitivity_topics(mechanism, by).into_iter().map(&mut add).collect();
+        let sensitivities = sensitive.iter().map(by).collect();
 
         // The log itself, and the channels of other programs.
         let mut writer = LogWriter::create(out, &header)?;
@@ -150,10 +153,15 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// [`LogError`] when the log cannot be written.
     pub fn write_sensitivities(&mut self, t: f64, by: &[StateSensitivity]) -> Result<(), LogError> {
-        for (&topic, by) in self.sensitivities.iter().zip(by) {
+        for (topics, by) in self.sensitivities.iter().zip(by) {
             self.values.clear();
             self.values.extend(sensitivity_row(by));
-            self.writer.write(topic, t, &self.values)?;
+            let mut rest = self.values.as_slice();
+            for &(topic, n_fields) in topics {
+                let (own, after) = rest.split_at(n_fields.min(rest.len()));
+                self.writer.write(topic, t, own)?;
+                rest = after;
+            }
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use bksim_sim::sensitivity::{Sensitive, StateSensitivity, channels};
 /// Names and fields of the derivatives of a sample by some quantities, in the order of
 /// [`sensitivity_row`]: `sensitivity.l1.theta1`.
 pub fn sensitivity_columns(mechanism: &Mechanism, by: &[Sensitive]) -> Vec<(String, Field)> {
-    let topics = by.iter().map(|&by| sensitivity_topic(mechanism, by));
+    let topics = by.iter().flat_map(|&by| sensitivity_topics(mechanism, by));
     let columns = topics.flat_map(|topic| {
         let named = |field: &Field| (topic.column_name(field), field.clone());
         topic.fields.iter().map(named).collect::<Vec<_>>()
@@ -21,8 +21,10 @@ pub fn sensitivity_row(by: &StateSensitivity) -> impl Iterator<Item = f64> {
     [&by.q, &by.v, &by.a, &by.lambda, &by.channels].into_iter().flatten().copied()
 }
 
-/// Derivatives of coordinates, rates, second rates, multipliers and everything else that a run shows by one quantity.
-pub(super) fn sensitivity_topic(mechanism: &Mechanism, by: Sensitive) -> Topic {
+/// The topics of the derivatives by one quantity, whose fields follow each other as in [`sensitivity_row`]: one of
+/// coordinates, rates, second rates and multipliers, `/sensitivity/l1`, and one for the energies and for each joint and
+/// point, `/sensitivity/l1/reactions/B`.
+pub(super) fn sensitivity_topics(mechanism: &Mechanism, by: Sensitive) -> Vec<Topic> {
     let (model, compiled) = (&mechanism.model, &mechanism.compiled);
     let (name, of) = (by.name(model), by.unit(model));
     let field = |name: String, unit: String| {
@@ -42,8 +44,19 @@ pub(super) fn sensitivity_topic(mechanism: &Mechanism, by: Sensitive) -> Topic {
         compiled.coordinates.iter().map(of_order)
     });
     let multipliers = compiled.multipliers.iter().map(|m| (m.name.clone(), m.unit.clone()));
-    let shown =
-        channels(model, &mechanism.system).into_iter().map(|channel| (channel.name, channel.unit));
-    let fields = motion.chain(multipliers).chain(shown).map(|(name, unit)| field(name, unit));
-    Topic::new(&format!("/sensitivity/{}", name.replace('.', "/")), fields)
+    let own = format!("/sensitivity/{}", name.replace('.', "/"));
+    let fields = motion.chain(multipliers).map(|(name, unit)| field(name, unit));
+    let mut topics = vec![Topic::new(&own, fields)];
+    for channel in channels(model, &mechanism.system) {
+        let (owner, word) = channel.name.rsplit_once('.').unwrap_or(("", &channel.name));
+        let topic = format!("{own}/{}", owner.replace('.', "/"));
+        if topics.last().is_none_or(|last| last.name != topic) {
+            topics.push(Topic::new(&topic, []));
+        }
+        let fields = topics.last_mut().map(|last| &mut last.fields);
+        fields.into_iter().for_each(|fields| {
+            fields.push(field(word.to_owned(), channel.unit.clone()));
+        });
+    }
+    topics
 }

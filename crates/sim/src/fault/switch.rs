@@ -53,11 +53,11 @@ pub(super) fn no_sensitivity(model: &Model, fault: &NoSensitivity) -> Diagnostic
             let message =
                 format!("`{}` is only touched at t = {t} s: for other values it is not", load.name);
             fault_of(message)
-                .at(load.span.clone(), "touched without a blow")
+                .at(load.span.clone(), "reached without an impact")
                 .help("end the run before it, or let the motion miss the stop or hit it")
         }
         Undefined::Touching(None) => {
-            fault_of(format!("an expression only touches its kink at t = {t} s"))
+            fault_of(format!("an expression only reaches its kink at t = {t} s"))
                 .help("end the run before it, or let the motion pass the kink")
         }
         Undefined::Together => fault_of(format!(

@@ -36,12 +36,12 @@ pub(crate) struct ConsistentModes {
     pub(crate) impact_work: f64,
     pub(crate) hits: Vec<Hit>,
     /// The impacts, one after the other.
-    pub(crate) blows: Vec<Blow>,
+    pub(crate) impacts: Vec<ImpactRecord>,
 }
 
 /// An impact: velocities change at once.
 #[derive(Clone, PartialEq, Debug)]
-pub(crate) struct Blow {
+pub(crate) struct ImpactRecord {
     /// Modes in which its rows are the active ones.
     pub(crate) modes: Modes,
     /// Rows that hold throughout.

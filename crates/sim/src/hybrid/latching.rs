@@ -67,8 +67,8 @@ pub(crate) fn latched_modes(
         let again = search(Instant { compiled, parameters, t, q, v, before, fired, bands })?;
         let impact_work = found.impact_work + again.impact_work;
         let hits = [found.hits, again.hits.clone()].concat();
-        let blows = [found.blows, again.blows.clone()].concat();
-        found = ConsistentModes { impact_work, hits, blows, ..again };
+        let impacts = [found.impacts, again.impacts.clone()].concat();
+        found = ConsistentModes { impact_work, hits, impacts, ..again };
     }
     Err(NoConsistentModes::Endless { signal: last.unwrap_or_default() })
 }

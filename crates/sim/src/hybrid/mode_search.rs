@@ -16,7 +16,7 @@ use nalgebra::DVector;
 use super::complementarity::{
     holds, leaves_to_its_side, pushes, slips_against_friction, stays_apart,
 };
-use super::consistent::{Blow, ConsistentModes, Hit, Instant, NoConsistentModes};
+use super::consistent::{ImpactRecord, ConsistentModes, Hit, Instant, NoConsistentModes};
 use super::fixed::FixedModes;
 use super::impact::{ImpactEquations, independent_without};
 use super::mode_sets::ModeSets;
@@ -80,7 +80,7 @@ struct ModeSearch<'a> {
     modes: Modes,
     impact_work: f64,
     hits: Vec<Hit>,
-    blows: Vec<Blow>,
+    impacts: Vec<ImpactRecord>,
     /// By contact: an impact has parted it, for a flight too low to be seen.
     grazes: Vec<bool>,
 }
@@ -102,8 +102,8 @@ impl<'a> ModeSearch<'a> {
         // The rate of a limit that follows others is a difference of such rates.
         at.bands.rate = at.bands.rate.max(ROUNDING_OF_RATE * largest(&at.v));
         let grazes = vec![false; at.before.contacts.len()];
-        let (modes, hits, blows) = (at.before.clone(), Vec::new(), Vec::new());
-        Self { modes, at, impact_work: 0.0, hits, blows, grazes }
+        let (modes, hits, impacts) = (at.before.clone(), Vec::new(), Vec::new());
+        Self { modes, at, impact_work: 0.0, hits, impacts, grazes }
     }
 
     fn fixed(&self, modes: &Modes) -> FixedModes<'a> {
@@ -255,7 +255,7 @@ impl<'a> ModeSearch<'a> {
         let stops = stops.map(|((&contact, &restitution), _)| (contact, restitution)).collect();
         let after = impact.v.as_slice().to_vec();
         let before = std::mem::replace(&mut self.at.v, after.clone());
-        self.blows.push(Blow { modes, held, stops, velocities: [before, after] });
+        self.impacts.push(ImpactRecord { modes, held, stops, velocities: [before, after] });
         self.note_grazes(&closed);
         Ok(true)
     }
@@ -455,8 +455,8 @@ impl<'a> ModeSearch<'a> {
             Some(found) => (found.a.clone(), found.lambda.clone()),
             None => (vec![f64::NAN; q.len()], vec![f64::NAN; compiled.nc()]),
         };
-        let Self { impact_work, hits, blows, .. } = self;
-        ConsistentModes { modes, q, v, a, lambda, inactive, impact_work, hits, blows }
+        let Self { impact_work, hits, impacts, .. } = self;
+        ConsistentModes { modes, q, v, a, lambda, inactive, impact_work, hits, impacts }
     }
 }
 

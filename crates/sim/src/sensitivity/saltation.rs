@@ -6,7 +6,7 @@
 //! s⁺ = R_x s* + R_t dt + R_p − x′⁺ dt   x⁺ = R(t, x⁻, p): an impact, else nothing
 //! ```
 //!
-//! ψ̇ is the rate of ψ along the motion before: where it vanishes, the motion only touches, and for other values it
+//! ψ̇ is the rate of ψ along the motion before: where it vanishes, the motion only grazes, and for other values it
 //! would not: then there is no derivative. An impact is [Newton's law](crate::hybrid) as a linear system, whose
 //! solution v⁺, Λ changes with its matrix and right side. Sources: M. A. Aizerman and F. R. Gantmacher, *On the
 //! stability of periodic motions*, J. Appl. Math. Mech. 22 (1958); P. C. Müller, *Calculation of Lyapunov exponents
@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector};
 use super::derive::Change;
 use super::follower::Follower;
 use super::tangent::{TangentPoint, Tangents};
-use crate::hybrid::{Blow, Passage};
+use crate::hybrid::{ImpactRecord, Passage};
 use crate::modes::ContactMode;
 use crate::modes::indicators::{ContactState, Indicator};
 use crate::run::Undefined;
@@ -27,7 +27,7 @@ use crate::state::{AccelerationRef, StateRef};
 const NO_JUMP: f64 = 1e-9;
 /// Part by which times of events at one instant may change differently.
 const TOGETHER: f64 = 1e-6;
-/// A motion that would turn back by itself within this many tolerances behind a stop only touches it.
+/// A motion that would turn back by itself within this many tolerances beyond a stop only grazes it.
 const TOUCH: f64 = 10.0;
 
 /// The motion just before an event, with the changes of its accelerations and multipliers with time.
@@ -49,11 +49,11 @@ impl Follower<'_, '_> {
     /// Takes the changes across an event.
     ///
     /// # Errors
-    /// [`Undefined`] where they have no value behind it.
+    /// [`Undefined`] where they have no value after it.
     pub(super) fn jump(&mut self, passage: &Passage) -> Result<(), Undefined> {
         let before = self.before(passage)?;
         let after = &passage.after;
-        let is_smooth = after.blows.is_empty()
+        let is_smooth = after.impacts.is_empty()
             && is_near(&after.v, before.state.v)
             && is_near(&after.a, &before.a);
         let instants = if is_smooth {
@@ -68,15 +68,15 @@ impl Follower<'_, '_> {
             add(&mut dq, dt, before.state.v);
             add(&mut dv, dt, &before.a);
             let change = Change { dt, ..self.equations.change(k) };
-            for blow in &after.blows {
-                self.strike(blow, before.state, (change, k), (&dq, &mut dv))?;
+            for impact in &after.impacts {
+                self.strike(impact, before.state, (change, k), (&dq, &mut dv))?;
             }
             add(&mut dq, -dt, &after.v);
             add(&mut dv, -dt, &after.a);
             self.set_column(k, &dq, &dv);
         }
 
-        // Go on in the modes behind it.
+        // Go on in the modes after it.
         let parameters = after.modes.parameters_with_modes(self.problem.parameters);
         self.enter(parameters, after.inactive.clone());
         let state = StateRef { t: passage.t(), q: &after.q, v: &after.v };
@@ -129,7 +129,7 @@ impl Follower<'_, '_> {
             let rates = before.rates.split_at(nq);
             let speed =
                 self.of_indicator(fired, before, passing, (before.state.v, &before.a), rates);
-            if self.only_touches(fired, before, speed) {
+            if self.only_grazes(fired, before, speed) {
                 return Err(self.touched(fired));
             }
             for k in 0..instants.len() {
@@ -178,7 +178,7 @@ impl Follower<'_, '_> {
     }
 
     /// Whether a function that passes zero at this rate would turn back at once.
-    fn only_touches(&mut self, indicator: Indicator, before: &Before<'_>, speed: f64) -> bool {
+    fn only_grazes(&mut self, indicator: Indicator, before: &Before<'_>, speed: f64) -> bool {
         let Indicator::Contact(contact) = indicator else { return speed == 0.0 };
         if self.phase.modes.contacts[contact] != ContactMode::Open {
             return speed == 0.0;
@@ -206,18 +206,18 @@ impl Follower<'_, '_> {
     /// ```
     fn strike(
         &mut self,
-        blow: &Blow,
+        impact: &ImpactRecord,
         StateRef { t, q, .. }: StateRef<'_>,
         (change, k): (Change<'_>, usize),
         (dq, dv): (&[f64], &mut [f64]),
     ) -> Result<(), Undefined> {
         let compiled = self.problem.compiled;
-        let parameters = blow.modes.parameters_with_modes(self.problem.parameters);
+        let parameters = impact.modes.parameters_with_modes(self.problem.parameters);
         let mut tangents = Tangents::new(self.equations, compiled, &parameters, &[]);
         let contacts = &compiled.indicators.contacts;
-        let stops = blow.stops.iter().map(|&(contact, _)| contacts[contact].row);
-        let rows: Vec<usize> = blow.held.iter().copied().chain(stops).collect();
-        let [from, to] = &blow.velocities;
+        let stops = impact.stops.iter().map(|&(contact, _)| contacts[contact].row);
+        let rows: Vec<usize> = impact.held.iter().copied().chain(stops).collect();
+        let [from, to] = &impact.velocities;
         let [from, to] = [from, to].map(|v| StateRef { t, q, v });
         let (nq, nc) = (q.len(), compiled.nc());
         let idle = (vec![0.0; nq], vec![0.0; nc]);
@@ -255,8 +255,8 @@ impl Follower<'_, '_> {
         let coming = tangents.of_velocities(at(from, nothing), change, (dq, dv)).to_vec();
         for (i, &row) in rows.iter().enumerate() {
             right[nq + i] = -leaving[row];
-            let Some(stop) = i.checked_sub(blow.held.len()) else { continue };
-            let (contact, restitution) = blow.stops[stop];
+            let Some(stop) = i.checked_sub(impact.held.len()) else { continue };
+            let (contact, restitution) = impact.stops[stop];
             right[nq + i] -= restitution * coming[row];
             if restitution != 0.0 {
                 let (changed, speed) = self.of_restitution(contact, from, (change, k), (dq, dv));
