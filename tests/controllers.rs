@@ -267,7 +267,7 @@ atol = 1e-12
 
 #[test]
 fn outputs_name_accelerations_and_reactions_of_results() {
-    let outputs = "[outputs]\ntwice = \"2*sway\"\nsway = \"bob.ax\"\nswing = \"A.acceleration\"\n\
+    let outputs = "[outputs]\ntwice = \"sway + sway\"\nsway = \"bob.ax\"\nswing = \"A.acceleration\"\n\
                    pull = \"hypot(reactions.A.fx, reactions.A.fy)\"\nangle = \"A.angle\"\nrate = \"A.rate\"\n";
     let mechanism = derive(model(&format!("{PENDULUM}{outputs}")));
     let place = |name: &str| {

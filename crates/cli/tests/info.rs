@@ -57,9 +57,10 @@ fn information_tells_what_is_there() {
 #[test]
 fn what_is_no_log_or_table_is_refused() {
     let place = solved("--t-end 0.1");
+    place.write("notes.txt", "neither a log = nor a model");
     let cases = [
         ("info missing.mcap", 4, "there is no such file"),
-        ("info spring-pendulum.toml", 1, "not an MCAP file"),
+        ("info notes.txt", 1, "notes.txt:1"),
         ("export spring-pendulum.mcap -o a.xlsx", 2, ".csv or .parquet"),
     ];
     for (arguments, status, words) in cases {

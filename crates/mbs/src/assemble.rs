@@ -252,7 +252,8 @@ fn constraint_jacobian(
     SparseMatrix::new(constraints.len(), n_columns, entries)
 }
 
-fn has_row_of_wrenches(model: &Model, tree: &Tree, source: Source) -> bool {
+/// True where the row of G is that of the wrenches of a constraint, and not the gradient of its expression.
+pub(crate) fn has_row_of_wrenches(model: &Model, tree: &Tree, source: Source) -> bool {
     match source {
         Source::Coupling(CouplingId(coupling)) => {
             model.couplings[coupling].kind.has_row_of_wrenches(!tree.cuts.is_empty())

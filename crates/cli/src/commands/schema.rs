@@ -198,9 +198,11 @@ fn key_schema(section: &str, key: &str) -> Value {
     let kind = KINDS.iter().find(|(known, _)| *known == key).map(|(_, kind)| *kind);
     // The words of one section mean something else in another.
     let kind = match (section, key) {
-        ("couplings", "between")
-        | ("curves", "law" | "points" | "segments")
-        | ("loads", "axes" | "acceleration" | "of") => None,
+        // A belt goes around any number of wheels.
+        ("couplings", "between") => Some(Kind::Array),
+        ("curves", "law" | "points" | "segments") | ("loads", "axes" | "acceleration" | "of") => {
+            None
+        }
         ("couplings" | "drives", _) => kind.filter(|kind| *kind != Kind::Names),
         _ => kind,
     };

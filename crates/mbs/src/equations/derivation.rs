@@ -10,6 +10,7 @@
 
 use bksim_expr::{Expr, SymbolId};
 
+use crate::assemble::has_row_of_wrenches;
 use crate::constraint::{Constraint, Source};
 use crate::coordinate::Owner;
 use crate::coupling::coupling_rows;
@@ -45,13 +46,8 @@ pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> UnsimplifiedEqua
     let momenta = pool.gradient(kinetic_energy, &v);
     let inertial = pool.gradient(kinetic_energy, &q);
     let conservative = pool.gradient(potential_energy, &q);
-    // Of wheels whose joints are cut the wrenches stand in the equations.
-    let is_pair = |c: &Constraint| match c.source {
-        Source::Coupling(id) => {
-            model.couplings[id.0].kind.has_row_of_wrenches(!system.tree.cuts.is_empty())
-        }
-        _ => false,
-    };
+    // Of wheels whose joints are cut, and of efforts in cut screws, the wrenches stand in the equations.
+    let is_pair = |c: &Constraint| has_row_of_wrenches(model, &system.tree, c.source);
     let (pairs, others): (Vec<_>, Vec<_>) =
         constraints.iter().zip(&system.constraints).partition(|(_, c)| is_pair(c));
     let work: Vec<Expr> =

@@ -4,7 +4,8 @@ use std::io::{Read, Write};
 
 use bksim_log::{
     EndStatus, Header, Level, LogError, LogReader, LogWriter, NotUnique, Outcome, Quantity, Record,
-    Topic, TopicId};
+    Topic, TopicId,
+};
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::UniquenessChange;
 use bksim_sim::run::{RunCheckpoint, Sample, Segment, Summary};

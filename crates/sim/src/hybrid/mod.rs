@@ -53,7 +53,7 @@ mod switching;
 
 pub(crate) use bands::Bands;
 pub use consistent::NoConsistentModes;
-pub(crate) use consistent::{ImpactRecord, ConsistentModes, Instant};
+pub(crate) use consistent::{ConsistentModes, ImpactRecord, Instant};
 pub(crate) use latching::latched_modes;
 pub(crate) use mode_search::consistent_modes_without_impact;
 pub(crate) use monitor::{Crossed, EventMonitor};

@@ -16,7 +16,7 @@ use nalgebra::DVector;
 use super::complementarity::{
     holds, leaves_to_its_side, pushes, slips_against_friction, stays_apart,
 };
-use super::consistent::{ImpactRecord, ConsistentModes, Hit, Instant, NoConsistentModes};
+use super::consistent::{ConsistentModes, Hit, ImpactRecord, Instant, NoConsistentModes};
 use super::fixed::FixedModes;
 use super::impact::{ImpactEquations, independent_without};
 use super::mode_sets::ModeSets;

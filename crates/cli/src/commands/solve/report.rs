@@ -63,10 +63,7 @@ impl Report<'_> {
         rows.extend(self.methods());
         if !self.sensitive.is_empty() {
             let names: Vec<&str> = self.sensitive.iter().map(|by| by.name(model)).collect();
-            rows.push((
-                "derivatives",
-                format!("by {}, with Radau IIA throughout", some_of(&names)),
-            ));
+            rows.push(("derivatives", format!("by {}", some_of(&names))));
         }
         // Work of the integrator.
         rows.push((
