@@ -28,7 +28,7 @@ use crate::rows::Clock;
 use crate::table::{Column, Table};
 use crate::walk::Walk;
 
-/// What acts, and how much it can give.
+/// The actuators, and how much each can give.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Actuators {
     /// Joints or drives that have an effort; the drives of the model and the joints of the motions where there are none.

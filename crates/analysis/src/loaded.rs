@@ -38,7 +38,7 @@ pub struct Loaded {
     /// Of each joint the components of its reaction that are unique, where the start tells it.
     pub(crate) unique: Vec<[bool; 6]>,
     pub(crate) quantities: Vec<PoseQuantity>,
-    /// Whether the efforts of drives are known: what joints share leaves them as they are.
+    /// True where the efforts of drives are known: what joints share leaves them as they are.
     is_driven: bool,
 }
 

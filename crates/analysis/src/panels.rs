@@ -32,7 +32,7 @@ pub struct Panel {
     pub title: String,
     /// Poses of all bodies, the ground first: one, or those of a motion to and fro, in equal steps.
     pub frames: Vec<Vec<Pose>>,
-    /// What is marked in the first of them.
+    /// The marks in the first of them.
     pub marks: Vec<Mark>,
 }
 

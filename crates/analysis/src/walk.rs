@@ -18,7 +18,7 @@ impl Walk<'_> {
         std::array::from_fn(|level| values.iter().map(|value| value[level]).collect())
     }
 
-    /// Whether all motions are prescribed.
+    /// True where all motions are prescribed.
     pub(crate) fn check_drives(
         &self,
         rows: &mut Rows,

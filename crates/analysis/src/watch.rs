@@ -10,7 +10,7 @@ use crate::error::AnalysisError;
 pub struct Watch<'a> {
     /// Is told the name of a run and the time that it has reached, s; the time of its start first.
     pub reached: &'a dyn Fn(&'static str, f64),
-    /// Whether the run is to be stopped where it is.
+    /// True where the run is to be stopped where it is.
     pub stop: &'a dyn Fn() -> bool,
 }
 

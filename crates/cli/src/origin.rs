@@ -2,9 +2,9 @@
 //!
 //! A command replaces what bksim made from the same model, and nothing else. There is one rule for each kind of
 //! format. Logs and Parquet tables name their model. Whatever has remarks, comments or boxes that its readers pass
-//! over ends with a [`mark`], which [`stamped()`] sets and which has a checksum: a file that somebody has edited since
+//! over ends with a mark, which [`stamped()`] sets and which has a checksum: a file that somebody has edited since
 //! is no longer ours. A table of CSV has room for nothing but columns and numbers: it is known by its headings, when
-//! each is one that this command knows, and by its numbers, each written as bksim writes it; see [`table`].
+//! each is one that this command knows, and by its numbers, each written as bksim writes it; see `table`.
 
 mod mark;
 mod table;

@@ -9,7 +9,7 @@ pub(crate) fn be_quiet(is_quiet: bool) {
     QUIET.store(is_quiet, Ordering::Relaxed);
 }
 
-/// Whether faults and results alone are printed.
+/// True where faults and results alone are printed.
 pub(crate) fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }

@@ -243,7 +243,7 @@ impl Pool {
         (node.op == Op::Number).then(|| arena.numbers[node.data as usize].clone())
     }
 
-    /// Whether `e` is a number below zero.
+    /// True where `e` is a number below zero.
     pub(crate) fn is_negative_number(&self, e: Expr) -> bool {
         let arena = self.arena.borrow();
         let node = arena.nodes[e.0 as usize];

@@ -5,7 +5,7 @@ use crate::op::Op;
 use crate::pool::{Expr, Node, ONE, Pool};
 
 impl Pool {
-    /// Whether `e` reads better negated: a negative coefficient, or a sum with more negative than
+    /// True where `e` reads better negated: a negative coefficient, or a sum with more negative than
     /// positive terms; the constant, then the first symbol by name, decides a tie.
     pub(crate) fn looks_negative(&self, e: Expr) -> bool {
         let (coefficient, monic) = self.split_coefficient(e);

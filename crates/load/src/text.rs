@@ -24,7 +24,7 @@ pub struct Text {
     pub drawn: Option<Arc<Drawn>>,
     /// The files that it was put together from, if it has parts.
     pub parts: Option<Arc<Parts>>,
-    /// Whether a program put it together from parts of its own: then no file has its lines.
+    /// True where a program put it together from parts of its own: then no file has its lines.
     pub is_built: bool,
 }
 

@@ -264,7 +264,7 @@ impl Kinematics {
         own
     }
 
-    /// Whether a joint has coordinates of its own.
+    /// True where a joint has coordinates of its own.
     pub fn has_coordinates(&self, joint: JointId) -> bool {
         self.first_of_joint.contains_key(&joint)
     }

@@ -62,7 +62,7 @@ struct Written {
     text: String,
     /// Stands in messages.
     path: PathBuf,
-    /// Whether it was built in code.
+    /// True where it was built in code.
     is_built: bool,
     name: String,
     overrides: Vec<(String, String)>,

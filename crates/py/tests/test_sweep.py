@@ -186,7 +186,7 @@ def test_unreadable_demands_are_refused(crank: bksim.Model, tmp_path: Path) -> N
     fails(ValueError, "shape", {"l1": [[1], [2]]})
     fails(ValueError, "design", design="grit", n=3)
     fails(ValueError, "needs n", design="sobol")
-    fails(ValueError, "grid has none", n=3)
+    fails(ValueError, "'grid' has none", n=3)
     fails(ValueError, "out", resume=True)
     fails(ValueError, "one of them", out=tmp_path / "s", resume=True, overwrite=True)
     fails(ValueError, "jobs", jobs=-1)

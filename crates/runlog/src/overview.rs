@@ -51,7 +51,7 @@ const WORDS: [(&str, &str); 19] = [
 
 /// Values below this part of the largest of their unit are rounding.
 const ROUNDING: f64 = 1e-12;
-/// What rounding leaves of a mechanical quantity that is zero throughout, such as a force where nothing has a mass, SI: a
+/// The size that rounding leaves of a mechanical quantity that is zero throughout, such as a force where nothing has a mass, SI: a
 /// bacterium weighs ten thousand times as many newtons.
 const NOTHING: f64 = 1e-18;
 

@@ -84,7 +84,7 @@ pub struct CompiledSystem {
     /// The model's own, without modes.
     /// The values of the named signals, where there are some.
     pub(crate) signals: Option<Function>,
-    /// What tells of another assembly, where one is held.
+    /// The function that tells of another assembly, where one is held.
     pub(crate) held_rows: Option<HeldRows>,
     pub(crate) n_parameters: usize,
     /// Coordinates whose velocities are states.
@@ -298,7 +298,7 @@ impl CompiledSystem {
         self.transmissions.self_stresses(&parameters, at, &|effort| effort.acts_in(modes))
     }
 
-    /// Whether joints in loops yield, so that they decide what they share.
+    /// True where joints in loops yield, so that they decide what they share.
     pub fn yields(&self) -> bool {
         self.transmissions.may_yield()
     }

@@ -49,7 +49,7 @@ pub struct Uniqueness {
     pub n_self_stresses: usize,
 }
 
-/// Whether the compliances of joints decide what they share.
+/// True where the compliances of joints decide what they share.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Yields {
     /// They do.

@@ -15,7 +15,7 @@ use super::structure::{Pair, Structure, geometry};
 use crate::error::AnalysisError;
 use crate::positions::Positions;
 
-/// Whether the shortest link of a loop can turn all the way round.
+/// True where the shortest link of a loop can turn all the way round.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Rotatability {
     /// It can: s + l < p + q.

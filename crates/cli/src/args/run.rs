@@ -23,7 +23,7 @@ pub struct ReadingArgs {
     /// Give a parameter of a model another value: a number, a quantity such as "25 mm", or an expression.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
     pub set: Vec<(String, String)>,
-    /// Units of what is shown, such as "mm, deg, rpm, kN"; `si` for SI, `model` for those of the model's [units]. Of a
+    /// Units of what is shown, such as "mm, deg, rpm, kN"; `si` for SI, `model` for those of the model's `[units]`. Of a
     /// drawing, the length of its unit: use --in there.
     #[arg(long, value_name = "UNITS")]
     pub units: Option<String>,

@@ -19,7 +19,7 @@ pub(super) struct WrittenIo {
     outputs: Vec<(String, Span)>,
 }
 
-/// Whether a state or a signal has this name, written alone or after `states.` or `signals.`.
+/// True where a state or a signal has this name, written alone or after `states.` or `signals.`.
 fn is_of_controller(model: &Model, name: &str) -> bool {
     let own = |section: &str| name.strip_prefix(section).unwrap_or(name).to_owned();
     let (state, signal) = (own("states."), own("signals."));

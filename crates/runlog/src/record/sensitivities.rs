@@ -53,10 +53,9 @@ pub(super) fn sensitivity_topics(mechanism: &Mechanism, by: Sensitive) -> Vec<To
         if topics.last().is_none_or(|last| last.name != topic) {
             topics.push(Topic::new(&topic, []));
         }
-        let fields = topics.last_mut().map(|last| &mut last.fields);
-        fields.into_iter().for_each(|fields| {
-            fields.push(field(word.to_owned(), channel.unit.clone()));
-        });
+        if let Some(last) = topics.last_mut() {
+            last.fields.push(field(word.to_owned(), channel.unit.clone()));
+        }
     }
     topics
 }

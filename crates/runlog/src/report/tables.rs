@@ -19,7 +19,7 @@ struct Writing<'u> {
 /// Part of the largest value of a kind below which another one is rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// What rounding leaves of a quantity that is zero throughout, such as a force where nothing has a mass; SI.
+/// The size that rounding leaves of a quantity that is zero throughout, such as a force where nothing has a mass; SI.
 const NOTHING: f64 = 1e-18;
 
 /// A value, or zero where it is rounding beside a scale.

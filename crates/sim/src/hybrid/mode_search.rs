@@ -179,14 +179,14 @@ impl<'a> ModeSearch<'a> {
             || self.at.bands.is_at_rest(state.rate())
     }
 
-    /// Whether a stop that was held until now has the rate of one: no more than a run lets it drift by.
+    /// True where a stop that was held until now has the rate of one: no more than a run lets it drift by.
     fn is_kept(&self, k: usize, state: ContactState) -> bool {
         let drift = DRIFT * self.at.bands.rest[1] * largest(&self.at.v).max(1.0);
         let is_stop = matches!(state, ContactState::Stop { .. });
         is_stop && self.at.before.contacts[k].is_active() && state.rate().abs() <= drift
     }
 
-    /// Whether a stop is closed; one that was held until now is, since the run keeps it so, unless its limit has
+    /// True where a stop is closed; one that was held until now is, since the run keeps it so, unless its limit has
     /// jumped away.
     fn is_closed(&self, k: usize, penetration: f64) -> bool {
         let is_kept = penetration > -JUMP * largest(&self.at.q).max(1.0);

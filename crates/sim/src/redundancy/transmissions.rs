@@ -214,7 +214,7 @@ impl Transmissions {
         self.contact_rows[contact_idx]
     }
 
-    /// Whether a joint yields, so that reactions which are not unique follow from more than the equilibrium.
+    /// True where a joint yields, so that reactions which are not unique follow from more than the equilibrium.
     pub(crate) fn may_yield(&self) -> bool {
         self.are_shared() && !self.compliances.is_empty()
     }

@@ -177,7 +177,7 @@ impl Follower<'_, '_> {
         }
     }
 
-    /// Whether a function that passes zero at this rate would turn back at once.
+    /// True where a function that passes zero at this rate would turn back at once.
     fn only_grazes(&mut self, indicator: Indicator, before: &Before<'_>, speed: f64) -> bool {
         let Indicator::Contact(contact) = indicator else { return speed == 0.0 };
         if self.phase.modes.contacts[contact] != ContactMode::Open {

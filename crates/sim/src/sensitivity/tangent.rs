@@ -43,7 +43,7 @@ pub(super) struct Tangents<'a> {
     equations: &'a SensitivityEquations,
     evaluator: Evaluator<'a>,
     multipliers: MultiplierSystem,
-    /// Whether the factors of a state are kept until the next one is prepared, and serve well.
+    /// True where the factors of a state are kept until the next one is prepared, and serve well.
     is_prepared: bool,
     /// Rows of friction that sticks, and of stops that are closed.
     sticking: Vec<usize>,
@@ -179,7 +179,7 @@ impl<'a> Tangents<'a> {
         dense((at.acceleration.lambda.len(), dq.len()), cells, values)
     }
 
-    /// Whether no rows hold.
+    /// True where no rows hold.
     pub(super) fn is_free(&self) -> bool {
         self.multipliers.active_rows().is_empty()
     }

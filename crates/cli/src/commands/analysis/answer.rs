@@ -27,7 +27,7 @@ pub(super) struct Asked {
 #[derive(Debug)]
 pub(super) struct AnswerFile {
     file: OutputFile,
-    /// Whether anything may be replaced.
+    /// True where anything may be replaced.
     force: bool,
     model_name: String,
     /// Headings of the table that is there which the model has no name for.

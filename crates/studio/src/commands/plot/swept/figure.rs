@@ -9,7 +9,7 @@ const N_CURVES: usize = 6;
 /// Panels that a page holds.
 const N_PANELS: usize = 24;
 
-/// What of a table is drawn.
+/// The part of a table that is drawn.
 pub(super) struct Columns<'t> {
     pub(super) table: &'t Table,
     /// Which outputs.
