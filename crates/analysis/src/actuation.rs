@@ -8,7 +8,7 @@
 //! τ + N s for any s                            A N = 0: inner forces
 //! ```
 //!
-//! What no actuator can meet, e, is told as an effort along the prescribed motions. Efforts along lengths count times the
+//! The part e that no actuator can meet is told as an effort along the prescribed motions. Efforts along lengths count times the
 //! longest link.
 
 use nalgebra::{DMatrix, DVector};

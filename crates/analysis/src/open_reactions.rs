@@ -97,7 +97,7 @@ pub fn compliances(
     written.iter().map(read).collect()
 }
 
-/// What equilibrium leaves open at a position with these reactions and multipliers; `parameters` end with modes.
+/// The reactions that equilibrium leaves open at a position with these reactions and multipliers; `parameters` end with modes.
 pub(crate) fn open_reactions(
     loaded: &Loaded,
     (parameters, bounds): (&[f64], &[ReactionBound]),

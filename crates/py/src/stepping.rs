@@ -59,7 +59,7 @@ impl SteppingRequest {
     }
 }
 
-/// What a state is made of again: the model, the options, bytes.
+/// The parts that a state is made of again: the model, the options, bytes.
 type Parts<'py> = (Py<Engine>, Bound<'py, PyDict>, Bound<'py, PyBytes>);
 
 impl SteppingRequest {

@@ -78,7 +78,7 @@ def refuse_units(owner: str, key: str, value: Any, tables: Mapping[str, Any]) ->
 
 
 def _has_units(value: Any) -> bool:
-    """Whether a text with a digit and a letter is somewhere in it."""
+    """True where a text with a digit and a letter is somewhere in it."""
     if isinstance(value, str):
         return any(c.isdigit() for c in value) and any(c.isalpha() for c in value)
     if isinstance(value, Mapping):

@@ -6,7 +6,7 @@
 
 use bksim_expr::{Expr, TapeError};
 
-use super::derive::{Change, Direction};
+use super::direction::{Change, Direction};
 use super::tangent::TangentPoint;
 use crate::function::{Buffers, Function};
 use crate::quantities::Quantities;

@@ -8,7 +8,7 @@
 use bksim_dae::{LinearCoefficients, System, eliminate};
 use bksim_expr::{Expr, TapeError};
 
-use super::derive::Direction;
+use super::direction::Direction;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::formulate::{MotionEquations, MotionSystem, formulate, parameter_columns};

@@ -19,6 +19,7 @@
 
 mod channels;
 mod derive;
+mod direction;
 mod fault;
 mod follower;
 mod following;

@@ -14,7 +14,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::derive::Change;
+use super::direction::Change;
 use super::follower::Follower;
 use super::tangent::{TangentPoint, Tangents};
 use crate::hybrid::{ImpactRecord, Passage};

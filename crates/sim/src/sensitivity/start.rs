@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::derive::Change;
+use super::direction::Change;
 use super::tangent::{Nearest, TangentPoint, Tangents};
 use super::{Sensitive, SensitivityEquations, SensitivityError};
 use crate::compiled::CompiledSystem;

@@ -4,7 +4,7 @@ use bksim_dae::NotFinite;
 use nalgebra::{DMatrix, DVector};
 
 use super::SensitivityEquations;
-use super::derive::Change;
+use super::direction::Change;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::{ConstraintsAt, DynamicsAt, Evaluator};
 use crate::function::Buffers;

@@ -151,7 +151,7 @@ pub fn told(name: &str, found: &Inverse) -> Answer {
     Answer { command: "inverse", json, text, table: found.table.clone() }
 }
 
-/// What there is to say besides peaks and means, a line each.
+/// All there is to say besides peaks and means, a line each.
 fn remarks(found: &Inverse) -> String {
     let mut all = Vec::new();
     if found.n_inner > 0 {
