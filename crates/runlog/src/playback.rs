@@ -231,6 +231,11 @@ impl Playback {
         self.player.sample()
     }
 
+    /// The distance of that sample from a singular pose: [`Player::rank_margin`].
+    pub fn rank_margin(&mut self) -> f64 {
+        self.player.rank_margin()
+    }
+
     /// The poses of the bodies there, the ground first.
     pub fn poses(&self) -> &[Pose] {
         &self.at

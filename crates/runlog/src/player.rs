@@ -91,6 +91,11 @@ impl Player {
         self.replay.borrow_dependent().sample()
     }
 
+    /// The distance of that sample from a singular pose: [`Replay::rank_margin`].
+    pub fn rank_margin(&mut self) -> f64 {
+        self.replay.with_dependent_mut(|_, replay| replay.rank_margin())
+    }
+
     /// Writes q and v at `t`, s, or at the end that is nearer when it lies outside of the span, as the
     /// integrator has them, without projection: 2 nq numbers.
     ///

@@ -26,6 +26,10 @@ const N_GOLDEN: usize = 44;
 /// Part of stroke and largest rate within which the end of a run repeats its start.
 const REPEATS: f64 = 1e-6;
 
+/// Rank margin below which reactions and accelerations are those of a singular pose, rounding in place of a
+/// result: its constraint Jacobian has a singular value of a hundredth of what it has elsewhere.
+const SINGULAR: f64 = 1e-4;
+
 /// The quantities of an instant, one after the other.
 struct Quantities {
     /// Joint and motion, with its name and unit; each has position, rate and acceleration.
@@ -101,6 +105,16 @@ impl Quantities {
         self.places()[3] + N_ENERGIES
     }
 
+    /// Forgets those numbers of an instant that a singular pose leaves undetermined.
+    fn forget_undetermined(&self, out: &mut [f64]) {
+        let [points, drives, _, energies] = self.places();
+        let of_motions = (2..points).step_by(3);
+        let of_points = (points + 1..drives).step_by(2);
+        for place in of_motions.chain(of_points).chain(drives..energies) {
+            out[place] = f64::NAN;
+        }
+    }
+
     /// Writes the numbers of an instant; `efforts` are those of the drives.
     fn write(&mut self, sample: &Sample, efforts: &[f64], out: &mut [f64]) {
         let reaction = |joint: JointId| sample.reactions[joint.0];
@@ -140,12 +154,15 @@ struct Survey<'p> {
 }
 
 impl Survey<'_> {
-    /// The numbers at an instant.
+    /// The numbers at an instant; NaN where a singular pose leaves them undetermined.
     fn at(&mut self, t: f64, out: &mut [f64]) -> Result<(), Unreplayed> {
         self.playback.seek(t)?;
         let efforts: Vec<f64> =
             self.efforts.iter().map(|&signal| self.playback.value(signal)).collect();
         self.quantities.write(self.playback.sample(), &efforts, out);
+        if self.playback.rank_margin() < SINGULAR {
+            self.quantities.forget_undetermined(out);
+        }
         Ok(())
     }
 
@@ -164,7 +181,8 @@ impl Survey<'_> {
             for (node, weight) in GAUSS {
                 let t = t0 + node * (t1 - t0);
                 self.at(t, &mut row)?;
-                for (integral, value) in self.integrals.iter_mut().zip(&row) {
+                let numbers = self.integrals.iter_mut().zip(&row);
+                for (integral, value) in numbers.filter(|(_, value)| !value.is_nan()) {
                     integral[0] += weight * (t1 - t0) * value;
                     integral[1] += weight * (t1 - t0).abs() * value * value;
                 }
@@ -185,8 +203,10 @@ impl Survey<'_> {
         self.table[instant * self.quantities.count() + place]
     }
 
-    /// The largest value of a function of one number: of the number, its negative or its size.
+    /// The largest value of a function of one number: of the number, its negative or its size. What is
+    /// undetermined is less than all.
     fn largest(&mut self, place: usize, of: fn(f64) -> f64) -> Result<Extreme, Unreplayed> {
+        let of = |value: f64| if value.is_nan() { f64::NEG_INFINITY } else { of(value) };
         let n = self.instants.len();
         let best = |best: usize, next: usize| {
             let is_more = of(self.value(next, place)) > of(self.value(best, place));

@@ -177,7 +177,7 @@ fn below_noise(model: &Model, options: &SolveOptions, summary: &Summary) -> Opti
             noise.count,
             short(noise.mean_error())
         ))
-        .help(format!("take `rtol` and `atol` of {reached:e}, which steps can keep to"));
+        .help(format!("take `rtol` and `atol` of {}, which steps can keep to", short(reached)));
     Some(match span_of(model, "rtol") {
         Some(span) => fault.at(span, "this tolerance"),
         None => fault,

@@ -99,6 +99,14 @@ impl<'a> Replay<'a> {
         &self.sample
     }
 
+    /// Distance of the sample that [`Replay::at`] has made last from a singular pose: about the square of the
+    /// smallest singular value of the constraint Jacobian, as a part of the largest met so far; 1 without
+    /// constraints. Reactions lose as many digits as its root has zeros.
+    pub fn rank_margin(&mut self) -> f64 {
+        let Sample { t, q, v, .. } = &self.sample;
+        self.multipliers.rank_margin_at(&self.evaluator.dynamics(*t, q, v))
+    }
+
     /// Which components of the reactions are unique in the motion from the sample on that
     /// [`Replay::at`] has made last.
     pub fn uniqueness(&self) -> Uniqueness {
