@@ -300,8 +300,8 @@ atol = 1e-11
     let found = report(&place, "door.toml");
     for joint in ["rail", "P", "Q"] {
         let reaction = part(&found, "reactions", "joint", joint);
-        let [force, rms] =
-            [&reaction["force"]["value"], &reaction["force_rms"]].map(|x| x.as_f64().expect("a number"));
+        let [force, rms] = [&reaction["force"]["value"], &reaction["force_rms"]]
+            .map(|x| x.as_f64().expect("a number"));
         // A few times the weights of 618 N, with a peak that is one of the motion.
         assert!((100.0..3000.0).contains(&force), "{joint}: {force} N");
         assert!((0.1..1.0).contains(&(rms / force)), "{joint}: {rms} of {force} N");

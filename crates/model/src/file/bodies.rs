@@ -225,6 +225,12 @@ impl Reader<'_> {
         let mut value_node = node;
         if let Value::Table(table) = &node.value {
             let owner = fields.what("inertia");
+            if let Some(array) = self.tensor_of_table(table) {
+                let expected = "one moment, or those of the tensor in an array";
+                let help = format!("write `inertia = {array}`");
+                self.wrong_kind(node, &owner, expected, &node.value, &help);
+                return;
+            }
             let inner = Fields::open(self, table, owner, node.span.clone(), &["value", "about"]);
             let help = "write for example { value = \"0.2 kg m^2\", about = \"A\" }";
             let Some(value) = inner.require(self, "value", help) else { return };
@@ -272,6 +278,29 @@ impl Reader<'_> {
             _ => return,
         }
         self.check_inertia(fields, &components, com, body, facts);
+    }
+
+    /// The array that says what a table of a tensor's entries by their names does, such as `{ ixx = 1, iyy = 2,
+    /// izz = 3 }`; `None` for other tables.
+    fn tensor_of_table(&self, table: &Table) -> Option<String> {
+        let written = |name: &str| {
+            let other: String = name.chars().rev().collect();
+            let is_named = |key: &str| {
+                let key = key.to_lowercase();
+                let key = key.trim_start_matches(['i', 'j']).trim_start_matches('_');
+                key == name || key == other
+            };
+            let entry = table.entries.iter().find(|entry| is_named(&entry.key));
+            entry.map(|entry| self.text[entry.node.span.clone()].to_owned())
+        };
+        let moments = ["xx", "yy", "zz"].map(written);
+        moments.iter().any(Option::is_some).then(|| {
+            let products = ["xy", "yz", "zx"].map(written);
+            let n_written = if products.iter().any(Option::is_some) { 6 } else { 3 };
+            let all = moments.into_iter().chain(products).take(n_written);
+            let all: Vec<String> = all.map(|entry| entry.unwrap_or_else(|| "0".into())).collect();
+            format!("[{}]", all.join(", "))
+        })
     }
 
     /// The point of the body itself that a text names.
