@@ -80,6 +80,10 @@ acceleration = [0, "-9.81 m/s^2"]
 [initial]
 A = { angle = "90 deg" }
 
+[outputs]
+lift = "bob.tip.y + 500 mm"
+pull = "hypot(reactions.A.fx, reactions.A.fy)"
+
 [solve]
 t_end = "3 s"
 rtol = 1e-11
@@ -109,6 +113,13 @@ fn a_pendulum_that_falls_from_the_horizontal_pulls_with_three_times_its_weight()
     }
     let half = PI / a * (l / g).sqrt();
     close(&swing["time_ratio"]["forward"], half, 1e-7, "half a period");
+    let lift = part(&found, "outputs", "name", "lift");
+    assert_eq!(lift["unit"], "m");
+    close(&lift["largest"]["value"], l, 1e-9, "as high as at the start");
+    assert!(lift["least"]["value"].as_f64().expect("a height").abs() < 1e-12);
+    let pull = part(&found, "outputs", "name", "pull");
+    close(&pull["largest"]["value"], 3.0 * m * g, 1e-8, "3 m g");
+    assert_eq!(pull["rms"], pin["force_rms"]);
     let energy = &found["energy"];
     close(&energy["kinetic"]["value"], m * g * l, 1e-8, "m g l");
     let [first, last] = ["total_start", "total_end"].map(|key| energy[key].as_f64().expect(key));

@@ -39,6 +39,8 @@ pub struct Report {
     pub drives: Vec<DriveReport>,
     /// The reactions of the joints.
     pub reactions: Vec<ReactionReport>,
+    /// The outputs of the model.
+    pub outputs: Vec<OutputReport>,
     /// Energies and work.
     pub energy: EnergyReport,
 }
@@ -110,6 +112,21 @@ pub struct ReactionReport {
     pub moment_rms: f64,
     /// Whether force and moment are the same in every solution of the equilibrium, at every instant.
     pub is_unique: bool,
+}
+
+/// An output of the model.
+#[derive(Clone, PartialEq, Debug)]
+pub struct OutputReport {
+    /// Name.
+    pub name: String,
+    /// Its unit, `N*m` for newton metre.
+    pub unit: String,
+    /// Least and largest value.
+    pub limits: [Extreme; 2],
+    /// Mean over time.
+    pub mean: f64,
+    /// Root of the mean square over time.
+    pub rms: f64,
 }
 
 /// Energies of a run, J.

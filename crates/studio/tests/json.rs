@@ -153,6 +153,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "export parallelogram.mcap energy -o joules.csv --in kJ",
         "report parallelogram.mcap",
         "report contacts.toml -o contacts.md",
+        "report outputs.toml",
         "plot four-bar.toml --path coupler.C -o path.svg",
         "report quick-return.toml --units mm,deg",
         "info parallelogram.mcap",

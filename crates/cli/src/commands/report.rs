@@ -191,6 +191,16 @@ fn json_of(report: &Report) -> Value {
             "unique": reaction.is_unique,
         })
     });
+    let outputs = report.outputs.iter().map(|output| {
+        json!({
+            "name": output.name,
+            "unit": output.unit,
+            "least": at(output.limits[0]),
+            "largest": at(output.limits[1]),
+            "mean": output.mean,
+            "rms": output.rms,
+        })
+    });
     let energy = &report.energy;
     json!({
         "t_start": report.span[0],
@@ -199,6 +209,7 @@ fn json_of(report: &Report) -> Value {
         "points": points.collect::<Vec<_>>(),
         "drives": drives.collect::<Vec<_>>(),
         "reactions": reactions.collect::<Vec<_>>(),
+        "outputs": outputs.collect::<Vec<_>>(),
         "energy": {
             "kinetic": at(energy.kinetic),
             "potential_least": at(energy.potential[0]),

@@ -8,8 +8,8 @@ use bksim_sim::run::{Sample, Unreplayed};
 
 use super::ratio::time_ratio;
 use super::{
-    DriveReport, EnergyReport, Extreme, MotionReport, PointReport, ReactionReport, Report,
-    Unreported,
+    DriveReport, EnergyReport, Extreme, MotionReport, OutputReport, PointReport, ReactionReport,
+    Report, Unreported,
 };
 use crate::playback::Playback;
 
@@ -39,6 +39,7 @@ struct Quantities {
     /// The motion of each drive among `motions`.
     drives: Vec<usize>,
     n_joints: usize,
+    n_outputs: usize,
     observables: Observables,
     /// Values of the observables.
     seen: Vec<f64>,
@@ -86,6 +87,7 @@ impl Quantities {
         Ok(Self {
             drives: drives.collect(),
             n_joints: model.joints.len(),
+            n_outputs: model.named_signals.iter().filter(|signal| signal.is_output).count(),
             seen: vec![0.0; observables.len()],
             observables: Observables::compile(model, system, &observables, &mechanism.parameters)?,
             motions,
@@ -93,21 +95,22 @@ impl Quantities {
         })
     }
 
-    /// Places of the first numbers of points, drives, reactions and energies.
-    fn places(&self) -> [usize; 4] {
+    /// Places of the first numbers of points, drives, reactions, outputs and energies.
+    fn places(&self) -> [usize; 5] {
         let points = 3 * self.motions.len();
         let drives = points + 2 * self.points.len();
         let reactions = drives + 2 * self.drives.len();
-        [points, drives, reactions, reactions + 2 * self.n_joints]
+        let outputs = reactions + 2 * self.n_joints;
+        [points, drives, reactions, outputs, outputs + self.n_outputs]
     }
 
     fn count(&self) -> usize {
-        self.places()[3] + N_ENERGIES
+        self.places()[4] + N_ENERGIES
     }
 
     /// Forgets those numbers of an instant that a singular pose leaves undetermined.
     fn forget_undetermined(&self, out: &mut [f64]) {
-        let [points, drives, _, energies] = self.places();
+        let [points, drives, _, _, energies] = self.places();
         let of_motions = (2..points).step_by(3);
         let of_points = (points + 1..drives).step_by(2);
         for place in of_motions.chain(of_points).chain(drives..energies) {
@@ -115,11 +118,12 @@ impl Quantities {
         }
     }
 
-    /// Writes the numbers of an instant; `efforts` are those of the drives.
-    fn write(&mut self, sample: &Sample, efforts: &[f64], out: &mut [f64]) {
+    /// Writes the numbers of an instant; `signals` are the efforts of the drives, then the outputs.
+    fn write(&mut self, sample: &Sample, signals: &[f64], out: &mut [f64]) {
+        let (efforts, outputs) = signals.split_at(self.drives.len());
         let reaction = |joint: JointId| sample.reactions[joint.0];
         self.observables.at([&sample.q, &sample.v, &sample.a], &reaction, &mut self.seen);
-        let [points, drives, reactions, energies] = self.places();
+        let [points, drives, reactions, of_outputs, energies] = self.places();
         let (own, of_points) = self.seen.split_at(points);
         out[..points].copy_from_slice(own);
         let size = |parts: &[f64]| parts.iter().map(|part| part * part).sum::<f64>().sqrt();
@@ -133,6 +137,7 @@ impl Quantities {
         for (idx, six) in sample.reactions.iter().take(self.n_joints).enumerate() {
             out[reactions + 2 * idx..][..2].copy_from_slice(&[size(&six[..3]), size(&six[3..])]);
         }
+        out[of_outputs..energies].copy_from_slice(outputs);
         let energy = &sample.energy;
         let total = energy.kinetic + energy.potential;
         let all = [energy.kinetic, energy.potential, total, energy.power];
@@ -144,8 +149,8 @@ impl Quantities {
 struct Survey<'p> {
     playback: &'p mut Playback,
     quantities: Quantities,
-    /// Names of the channels of the drives' efforts.
-    efforts: Vec<crate::channels::Signal>,
+    /// The channels of the drives' efforts, then those of the outputs.
+    signals: Vec<crate::channels::Signal>,
     /// All instants of the grid, and the numbers of each.
     instants: Vec<f64>,
     table: Vec<f64>,
@@ -157,9 +162,9 @@ impl Survey<'_> {
     /// The numbers at an instant; NaN where a singular pose leaves them undetermined.
     fn at(&mut self, t: f64, out: &mut [f64]) -> Result<(), Unreplayed> {
         self.playback.seek(t)?;
-        let efforts: Vec<f64> =
-            self.efforts.iter().map(|&signal| self.playback.value(signal)).collect();
-        self.quantities.write(self.playback.sample(), &efforts, out);
+        let signals: Vec<f64> =
+            self.signals.iter().map(|&signal| self.playback.value(signal)).collect();
+        self.quantities.write(self.playback.sample(), &signals, out);
         if self.playback.rank_margin() < SINGULAR {
             self.quantities.forget_undetermined(out);
         }
@@ -316,17 +321,18 @@ impl Survey<'_> {
 /// [`Unreported`].
 ///
 /// # Panics
-/// Never: every drive of a mechanism has its signal.
+/// Never: every drive and every output of a mechanism has its signal.
 pub fn report(playback: &mut Playback) -> Result<Report, Unreported> {
     let quantities = Quantities::new(playback.mechanism())?;
     let drives = playback.mechanism().compiled.drives.clone();
-    let efforts = drives
-        .iter()
-        .map(|drive| {
-            let signal = playback.signal(&format!("drives.{}", drive.name));
-            signal.expect("every drive has a channel")
-        })
-        .collect();
+    let named = &playback.mechanism().model.named_signals;
+    let outputs: Vec<_> = named.iter().filter(|signal| signal.is_output).cloned().collect();
+    let signal = |topic: &str, name: &str| {
+        let signal = playback.signal(&format!("{topic}.{name}"));
+        signal.expect("every drive and every output has a channel")
+    };
+    let efforts = drives.iter().map(|drive| signal("drives", &drive.name));
+    let signals = efforts.chain(outputs.iter().map(|it| signal("outputs", &it.name))).collect();
     let joints: Vec<String> =
         playback.mechanism().model.joints.iter().map(|joint| joint.name.clone()).collect();
     let is_unique: Vec<bool> = (0..joints.len())
@@ -339,17 +345,18 @@ pub fn report(playback: &mut Playback) -> Result<Report, Unreported> {
     let mut survey = Survey {
         playback,
         quantities,
-        efforts,
+        signals,
         instants: Vec::new(),
         table: Vec::new(),
         integrals: Vec::new(),
     };
     survey.fill()?;
 
-    let [of_points, of_drives, of_reactions, of_energies] = survey.quantities.places();
+    let [of_points, of_drives, of_reactions, of_outputs, of_energies] = survey.quantities.places();
     let duration = (span[1] - span[0]).abs();
     let integrals = survey.integrals.clone();
     let rms = |place: usize| (integrals[place][1] / duration).sqrt();
+    let mean = |place: usize| integrals[place][0] / (span[1] - span[0]);
     let motions = (0..survey.quantities.motions.len()).map(|idx| survey.motion(idx));
     let motions = motions.collect::<Result<_, _>>()?;
     let mut points = Vec::new();
@@ -367,7 +374,7 @@ pub fn report(playback: &mut Playback) -> Result<Report, Unreported> {
             peak: survey.largest(place, f64::abs)?,
             rms: rms(place),
             power: survey.largest(place + 1, f64::abs)?,
-            mean_power: integrals[place + 1][0] / (span[1] - span[0]),
+            mean_power: mean(place + 1),
         });
     }
     let mut reactions = Vec::new();
@@ -382,6 +389,16 @@ pub fn report(playback: &mut Playback) -> Result<Report, Unreported> {
             is_unique: is_unique[idx],
         });
     }
+    let mut output_reports = Vec::new();
+    for (place, output) in (of_outputs..).zip(outputs) {
+        output_reports.push(OutputReport {
+            name: output.name,
+            unit: output.unit.replace(' ', "*"),
+            limits: [survey.largest(place, |x| -x)?, survey.largest(place, |x| x)?],
+            mean: mean(place),
+            rms: rms(place),
+        });
+    }
     let last = survey.instants.len() - 1;
     let energy = EnergyReport {
         kinetic: survey.largest(of_energies, |x| x)?,
@@ -393,5 +410,13 @@ pub fn report(playback: &mut Playback) -> Result<Report, Unreported> {
         work: integrals[of_energies + 3][0],
         power: survey.largest(of_energies + 3, f64::abs)?,
     };
-    Ok(Report { span, motions, points, drives: drive_reports, reactions, energy })
+    Ok(Report {
+        span,
+        motions,
+        points,
+        drives: drive_reports,
+        reactions,
+        outputs: output_reports,
+        energy,
+    })
 }

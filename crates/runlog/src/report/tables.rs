@@ -138,6 +138,11 @@ pub fn tables(report: &Report, units: &ShownUnits) -> Vec<(&'static str, Vec<Row
             moment_rms,
         ]
     });
+    let outputs = report.outputs.iter().map(|output| {
+        let [least, largest] = output.limits.map(|limit| w.extreme(limit, &output.unit));
+        let means = [output.mean, output.rms].map(|value| w.value(value, &output.unit));
+        [vec![output.name.clone()], least.to_vec(), largest.to_vec(), means.to_vec()].concat()
+    });
     let energy = &report.energy;
     let at = |name: &str, extreme: Extreme, unit: &str| {
         [vec![name.to_owned()], w.extreme(extreme, unit).to_vec()].concat()
@@ -183,6 +188,13 @@ pub fn tables(report: &Report, units: &ShownUnits) -> Vec<(&'static str, Vec<Row
             headed(
                 words(["joint", "force", "at", "RMS", "moment", "at", "RMS"]),
                 reactions.collect(),
+            ),
+        ),
+        (
+            "Outputs",
+            headed(
+                words(["output", "least", "at", "largest", "at", "mean", "RMS"]),
+                outputs.collect(),
             ),
         ),
         ("Energies", headed(words(["energy", "value", "at"]), energies)),
