@@ -51,6 +51,7 @@ mod laws;
 mod loads;
 mod lookup;
 mod lower;
+mod misplaced;
 mod misread;
 mod names;
 mod orientation;

@@ -6,6 +6,7 @@ use bksim_expr::{Expr, Pool};
 use super::codes;
 use super::definition::ParameterState;
 use super::grids::MeasuredTable;
+use super::misplaced::misplaced;
 use super::names::{Names, SampledName};
 use super::replay::{Constant, Constants};
 use super::tree::{Entry, Node, Quoted, Table, Value};
@@ -267,6 +268,12 @@ impl<'t> Fields<'t> {
         for entry in &table.entries {
             let key = entry.key.as_str();
             if known.contains(&key) || reader.has_seen_enough() {
+                continue;
+            }
+            if let Some(help) = misplaced(&owner, key) {
+                let message = format!("unknown key `{key}` in {owner}");
+                let fault = Diagnostic::error(codes::UNKNOWN_KEY, message);
+                reader.report(fault.at(entry.key_span.clone(), "not a key here").help(help));
                 continue;
             }
             let meant = closest(key, &free);

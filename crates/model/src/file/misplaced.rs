@@ -1,0 +1,99 @@
+//! Keys of other programs, or of other tables: where what they say is written here.
+
+/// Keys of a joint that say what acts in it or how it starts, with where that stands; `@` is the joint.
+const OF_JOINTS: [(&[&str], &str); 5] = [
+    (
+        &["friction", "mu", "coulomb"],
+        "friction is a load: `[loads.NAME]` with `type = \"friction\"`, `joint = \"@\"` and `force`, `torque` or `mu`",
+    ),
+    (
+        &["stop", "stops", "limit", "limits", "range", "lower", "upper"],
+        "a stop is a load: `[loads.NAME]` with `type = \"stop\"`, `joint = \"@\"`, `min` and `max`",
+    ),
+    (
+        &["spring", "stiffness", "damping", "damper"],
+        "springs and dampers are loads: `[loads.NAME]` with `type = \"spring\"` where the joint slides and \
+         `\"torsion\"` where it turns, and `joint = \"@\"`",
+    ),
+    (
+        &["motor", "drive", "motion", "actuator", "speed"],
+        "a prescribed motion is a drive: `[drives.NAME]` with `joint = \"@\"` and `motion = \"2 rad/s*t\"`",
+    ),
+    (
+        &["initial", "start", "angle", "position", "rate", "velocity"],
+        "a start stands in `[initial]`: `@ = { angle = \"30 deg\", rate = 0 }`, where it slides `position` and `velocity`",
+    ),
+];
+
+/// Keys of a body that say where it starts, or what its size is.
+const OF_BODIES: [(&[&str], &str); 2] = [
+    (
+        &[
+            "x",
+            "y",
+            "z",
+            "position",
+            "angle",
+            "orientation",
+            "rpy",
+            "velocity",
+            "w",
+            "rate",
+            "initial",
+            "start",
+        ],
+        "a start stands in `[initial]`: `@ = { x = 0, y = \"1 m\", angle = \"30 deg\" }`",
+    ),
+    (
+        &["length", "width", "height", "size", "radius"],
+        "a body has no size of its own: its `points` say where joints are, `outline` and `shapes` what it looks like, \
+         and with a `density` what it weighs",
+    ),
+];
+
+/// Sections of other programs.
+const SECTIONS: [(&[&str], &str); 8] = [
+    (
+        &["gravity"],
+        "gravity is a load: `[loads]` with `gravity = { type = \"gravity\", acceleration = [0, \"-9.81 m/s^2\"] }`",
+    ),
+    (
+        &["forces", "force", "torques", "springs", "spring", "dampers", "stops", "friction"],
+        "it is a load: `[loads.NAME]` with its `type`",
+    ),
+    (
+        &["motors", "motor", "motions", "actuators"],
+        "a prescribed motion is a drive: `[drives.NAME]` with `joint` and `motion`",
+    ),
+    (
+        &["links", "link", "constraints"],
+        "links between two points are joints: `[joints.NAME]` with `type = \"distance\"`",
+    ),
+    (
+        &["gears", "gear", "belts", "racks"],
+        "it is a coupling of two joints: `[couplings.NAME]` with its `type`",
+    ),
+    (&["cams", "cam", "profiles"], "a cam is a curve: `[curves.NAME]` with `type = \"cam\"`"),
+    (
+        &["points", "markers"],
+        "points belong to a body: `points = { A = [0, 0] }` in `[bodies.NAME]` or `[ground]`",
+    ),
+    (
+        &["simulation", "settings", "integrator", "solver"],
+        "the options of a run stand in `[solve]`",
+    ),
+];
+
+/// Where what an unknown key of `owner`, such as ``joint `A` ``, says is written; `None` where it is nothing that
+/// people write there.
+pub(super) fn misplaced(owner: &str, key: &str) -> Option<String> {
+    let (noun, name) = owner.split_once(' ')?;
+    let rows: &[(&[&str], &str)] = match noun {
+        "joint" => &OF_JOINTS,
+        "body" => &OF_BODIES,
+        "the" if name == "model" => &SECTIONS,
+        _ => return None,
+    };
+    let row = rows.iter().find(|(keys, _)| keys.contains(&key))?;
+    Some(row.1.replace('@', name.trim_matches('`')))
+}
