@@ -162,9 +162,13 @@ fn below_noise(model: &Model, options: &SolveOptions, summary: &Summary) -> Opti
     let least = NOISY_PART * summary.stats.n_accept as f64;
     #[expect(clippy::cast_precision_loss, reason = "far below 2⁵²")]
     let is_noisy = noise.count >= NOISY && noise.count as f64 > least;
-    // Laws from outside and sampled signals jump between steps, which is no noise.
+    // Laws from outside and sampled signals jump between steps, and so do higher derivatives where tables, laws of
+    // cams and curves go from piece to piece: the error of a step with a jump does not fall with its size, which
+    // is no noise.
     let is_sampled = !model.inputs.is_empty() || !model.held.is_empty();
-    if !is_noisy || is_sampled || options.step.is_some() {
+    let is_in_pieces =
+        !(model.table_calls.is_empty() && model.laws.is_empty() && model.curves.is_empty());
+    if !is_noisy || is_sampled || is_in_pieces || options.step.is_some() {
         return None;
     }
     let message =
