@@ -18,7 +18,7 @@
 //! | `functions.rs` | the compiled functions |
 //! | `expr.rs` | the algebra by itself |
 //! | `questions.rs` | questions besides motion in time |
-//! | `show.rs` | curves and pages |
+//! | `show.rs` | curves, pages and the numbers of a run |
 //! | `drawing.rs` | pictures and films |
 //! | `sweep.rs` | the runs of many cases, here or on other machines |
 //! | `command.rs` | the command line |
@@ -96,6 +96,7 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(drawing::picture, m)?)?;
     m.add_function(wrap_pyfunction!(drawing::render, m)?)?;
     m.add_function(wrap_pyfunction!(show::page, m)?)?;
+    m.add_function(wrap_pyfunction!(show::report, m)?)?;
     m.add_function(wrap_pyfunction!(show::figure, m)?)?;
     m.add_function(wrap_pyfunction!(show::overview, m)?)?;
     m.add_function(wrap_pyfunction!(show::unit_word, m)?)?;

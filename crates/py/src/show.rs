@@ -38,6 +38,29 @@ pub(crate) fn page(py: Python<'_>, run: Py<Run>, title: Option<String>) -> PyRes
     })
 }
 
+/// Tables of a report with their names; the first row of each is its heading.
+type Tables = Vec<(&'static str, Vec<Vec<String>>)>;
+
+/// The numbers of a run, as an object of JSON and as tables in units.
+#[pyfunction]
+pub(crate) fn report(
+    py: Python<'_>,
+    run: Py<Run>,
+    units: Option<String>,
+) -> PyResult<(String, Tables)> {
+    let run = run.get();
+    let rows = run.rows(py);
+    guard(py, || {
+        let mut playback = playback(run, &rows)?;
+        let units = match units {
+            Some(units) => ShownUnits::parse(&units).map_err(Fault::Value)?,
+            None => ShownUnits::of_model(&playback.log().header.model_text),
+        };
+        let found = bksim::report::report(&mut playback).map_err(|e| Fault::Log(e.to_string()))?;
+        Ok((bksim::report::json_of(&found).to_string(), bksim::report::tables(&found, &units)))
+    })
+}
+
 /// Curves to be shown together: what they are, their unit, and of each its name and channels.
 type Shown = (String, String, Vec<(String, Vec<String>)>);
 

@@ -318,3 +318,16 @@ def test_friction_may_follow_the_reaction_of_its_joint() -> None:
     m.initial["rail"] = {"position": 0, "velocity": "5 m/s"}
     sol = m.solve(t_end=1.0, rtol=1e-10)
     assert sol["rail.velocity"][-1] == pytest.approx(2.5, abs=1e-9)
+
+
+def test_a_report_tells_the_limits_of_the_motion_in_the_units_asked_for(sol: bksim.Solution) -> None:
+    report = sol.report("mm, deg")
+    assert isinstance(report, bksim.Report)
+    (slide,) = (m for m in report["motions"] if m["unit"] == "m")
+    fine = sol(np.linspace(*sol.span, 20_001))[slide["name"]]
+    assert slide["largest"]["value"] == pytest.approx(fine.max(), abs=1e-7)
+    assert slide["least"]["value"] == pytest.approx(fine.min(), abs=1e-7)
+    assert f"{slide['stroke'] * 1e3:.6g}"[:5] in str(report) and " mm" in str(report)
+    assert "<table>" in report._repr_html_()
+    with pytest.raises(ValueError, match="is no unit"):
+        sol.report("mm, stone")

@@ -4,6 +4,7 @@
 //! They are of the motion itself, not of its samples: a grid within every step brackets the extremes, a golden
 //! section search between the instants beside each finds it, and integrals are Gauss sums over the steps.
 
+mod json;
 mod number;
 mod ratio;
 mod survey;
@@ -12,6 +13,7 @@ mod tables;
 use bksim_expr::TapeError;
 use bksim_sim::run::Unreplayed;
 
+pub use json::json_of;
 pub use number::number;
 pub use ratio::TimeRatio;
 pub use survey::report;

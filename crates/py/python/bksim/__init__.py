@@ -22,6 +22,7 @@ from ._errors import (
     SolverError,
     WorthWarning,
 )
+from ._facts import Check, Start
 from ._functions import Functions
 from ._model import Model, example, load, loads
 from ._parts import (
@@ -61,7 +62,7 @@ from ._parts import (
     Weld,
 )
 from ._questions import Answer, LinearSystem, Modes, Response
-from ._report import Check, Start
+from ._report import Report
 from ._show import Animation, Picture, Plot
 from ._solution import Samples, Solution, open
 from ._sampled import Sampled
@@ -115,6 +116,7 @@ __all__ = [
     "PointOnLine",
     "PointOnPlane",
     "Prismatic",
+    "Report",
     "Response",
     "Revolute",
     "Sampled",

@@ -22,7 +22,7 @@ from ._parts import Body, Drive, Ground, Joint, Load, Value
 from ._progress import Progress
 from ._questions import Questions
 from ._reading import read, text_of
-from ._report import Check, Start
+from ._facts import Check, Start
 from ._sampled import Sampled, held
 from ._solution import Solution
 from ._stepping import Stepping

@@ -1,4 +1,4 @@
-"""What a model is made of, and where it starts."""
+"""What a run comes to."""
 
 from __future__ import annotations
 
@@ -6,105 +6,43 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
-from ._errors import Diagnostic, diagnostics_of
 from ._html import table
 
-
-@dataclass(frozen=True)
-class Check:
-    """Parts, coordinates and mobility of a mechanism."""
-
-    model: str
-    space: str
-    bodies: tuple[str, ...]
-    joints: tuple[str, ...]
-    loads: tuple[str, ...]
-    drives: tuple[str, ...]
-    coordinates: tuple[str, ...]
-    coordinate_policy: str
-    cut_joints: tuple[str, ...]
-    constraints: int
-    rank: int
-    gruebler: int
-    mobility: int
-    redundant_joints: tuple[str, ...]
-    diagnostics: tuple[Diagnostic, ...]
-
-    @classmethod
-    def _of(cls, body: dict[str, Any]) -> Check:
-        body["diagnostics"] = diagnostics_of(json.dumps(body["diagnostics"]))
-        names = cls.__dataclass_fields__
-        plain: dict[str, Any] = {key: value for key, value in body.items() if key in names}
-        of_lists: dict[str, Any] = {k: tuple(v) for k, v in plain.items() if isinstance(v, list)}
-        return cls(**(plain | of_lists))
-
-    def _rows(self) -> list[list[str]]:
-        def counted(what: str, names: tuple[str, ...]) -> list[str]:
-            return [what, str(len(names)), " ".join(names)]
-
-        rows = [
-            counted("bodies", self.bodies),
-            counted("joints", self.joints),
-            counted("loads", self.loads),
-            counted("drives", self.drives),
-            counted("coordinates", self.coordinates),
-            counted("cut joints", self.cut_joints),
-            ["constraints", str(self.constraints), f"{self.rank} independent"],
-            ["Grübler count", str(self.gruebler), ""],
-            ["true mobility", str(self.mobility), ""],
-            counted("redundant joints", self.redundant_joints),
-        ]
-        return rows + [["warning", fault.code, fault.message] for fault in self.diagnostics]
-
-    def __str__(self) -> str:
-        rows = self._rows()
-        widths = [max(len(row[k]) for row in rows) for k in range(2)]
-        lines = (f"  {a:<{widths[0]}}  {b:>{widths[1]}}  {c}".rstrip() for a, b, c in rows)
-        return "\n".join([self.model, *lines])
-
-    def _repr_html_(self) -> str:
-        return f"<b>{self.model}</b>" + table([], self._rows())
+Table = tuple[str, list[list[str]]]
+"""A table with its name; the first row is its head."""
 
 
 @dataclass(frozen=True)
-class Start:
-    """A consistent start: the constraints hold at position, velocity and acceleration level.
+class Report:
+    """Limits, strokes, time ratios, largest velocities and accelerations, efforts, reactions, outputs, energies.
 
-    ``q``, ``v``, ``a`` and ``lam`` are values by name, in SI; ``initial`` tells of each stated or
-    guessed value what was given, what was found and how far it was moved.
+    ``values`` holds all numbers in SI, with the keys of ``bksim report --json``; ``report["reactions"]`` is one
+    of its lists. Printed, or shown in a notebook, it is tables in the units that were asked for.
     """
 
-    model: str
-    t: float
-    q: dict[str, float]
-    v: dict[str, float]
-    a: dict[str, float]
-    lam: dict[str, float]
-    initial: tuple[dict[str, Any], ...]
-    position_residual: float
-    velocity_residual: float
-    mobility: int
+    title: str
+    values: dict[str, Any]
+    tables: tuple[Table, ...]
 
     @classmethod
-    def _of(cls, body: dict[str, Any]) -> Start:
-        return cls(
-            model=body["model"],
-            t=body["t"],
-            q=body["q"],
-            v=body["v"],
-            a=body["a"],
-            lam=body["lambda"],
-            initial=tuple(body["initial"]),
-            position_residual=body["residual"]["position"],
-            velocity_residual=body["residual"]["velocity"],
-            mobility=body["mobility"],
-        )
+    def of(cls, title: str, values: str, tables: list[Table]) -> Report:
+        """A report from an object of JSON and tables."""
+        return cls(title, json.loads(values), tuple(tables))
+
+    def __getitem__(self, key: str) -> Any:
+        return self.values[key]
+
+    def __str__(self) -> str:
+        parts = [self.title]
+        for name, rows in self.tables:
+            widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+            lines = (
+                "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+                for row in rows
+            )
+            parts.append("\n".join([name, *(f"  {line}".rstrip() for line in lines)]))
+        return "\n\n".join(parts)
 
     def _repr_html_(self) -> str:
-        rows = [
-            [name, f"{q:.9g}", f"{v:.9g}", f"{a:.9g}"]
-            for name, q, v, a in zip(
-                self.q, self.q.values(), self.v.values(), self.a.values(), strict=True
-            )
-        ]
-        return table(["coordinate", "value", "velocity", "acceleration"], rows)
+        parts = (f"<p>{name}</p>{table(rows[0], rows[1:])}" for name, rows in self.tables)
+        return f"<b>{self.title}</b>" + "".join(parts)

@@ -21,6 +21,7 @@ from ._errors import Diagnostic, LogError, diagnostics_of
 from ._functions import Functions
 from ._named import Array, Named, resolved, short_names, unknown
 from ._progress import Progress
+from ._report import Report
 from ._show import Animation, Picture, Plot
 from ._text import small_table
 
@@ -461,6 +462,12 @@ class Solution(Samples):
                 shutil.copyfile(self._engine.path, file)
             return
         _bksim.save_log(self._run, file)
+
+    def report(self, units: str | None = None) -> Report:
+        """What the run comes to: limits, strokes, time ratios, largest velocities, efforts, reactions,
+        outputs and energies, in the units of the model or in others such as ``"mm, deg, rpm"``."""
+        self._needs_motion()
+        return Report.of(self._title(), *_bksim.report(self._run, units))
 
     def plot(
         self, *names: str, x: str | None = None, title: str | None = None, dark: bool = False
