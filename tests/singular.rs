@@ -74,6 +74,26 @@ fn radau_hands_over_ahead_of_the_pose_and_takes_over_behind() {
     }
 }
 
+/// Steps that shorten on their way to a pose pass it as others do; every second pass is the way back.
+#[test]
+fn every_pose_is_reported_at_every_tolerance() {
+    for method in [Method::Explicit, Method::Radau] {
+        for exponent in 4..=11 {
+            let mut model = model(include_str!("fixtures/swinging-door.toml"));
+            let tolerance = 10f64.powi(-exponent);
+            (model.solve.rtol, model.solve.atol) = (tolerance, tolerance);
+            model.solve.method = method;
+            let summary = solve(&derive(model)).summary;
+            let times: Vec<f64> = summary.singular_poses.iter().map(|pose| pose.t).collect();
+            let what = format!("{method:?}, 1e-{exponent}: {times:?}");
+            let [first, second, third] = times[..] else { panic!("{what}") };
+            assert!((second - 3.0 * first).abs() < 1e-4, "{what}");
+            assert!((third - 5.0 * first).abs() < 1e-4, "{what}");
+            assert!(summary.singular_poses.iter().all(|pose| pose.rank == 1), "{what}");
+        }
+    }
+}
+
 /// The accelerations of ten windows in absolute coordinates are known to some 1e-9 near their poses: a
 /// tolerance below takes several times the steps for no better motion, and the run says so.
 #[test]

@@ -263,49 +263,8 @@ fn shells_and_readers_of_manuals_know_every_command() {
 
 #[test]
 fn a_singular_pose_in_between_makes_no_largest_reaction() {
-    // A door whose head runs along a rail: the arm that swings it points straight at the rail when it hangs
-    // upright. There the rail and the pins share a tension of any size.
-    let model = r#"
-[ground]
-points = { O = [0, 1.575], T = [0, 2.1] }
-
-[bodies.door]
-mass = 60
-com = [0, 1.05]
-inertia = 22.05
-points = { middle = [0, 1.05], head = [0, 2.1] }
-
-[bodies.arm]
-mass = 3
-com = [0.2625, 0]
-inertia = 0.07
-points = { foot = [0, 0], head = [0.525, 0] }
-
-[joints.rail]
-type = "slot"
-between = ["ground.T", "door.head"]
-axis = [1, 0]
-
-[joints.P]
-type = "revolute"
-between = ["ground.O", "arm.foot"]
-
-[joints.Q]
-type = "revolute"
-between = ["arm.head", "door.middle"]
-
-[loads]
-gravity = { type = "gravity", acceleration = [0, -9.81] }
-
-[initial]
-P = { angle = "-60 deg" }
-door = { guess = { angle = "20 deg" } }
-
-[solve]
-t_end = 0.5
-rtol = 1e-9
-atol = 1e-11
-"#;
+    // A door that swings through three singular poses.
+    let model = include_str!("../../../tests/fixtures/swinging-door.toml");
     let place = Scratch::new();
     place.write("door.toml", model);
     let found = report(&place, "door.toml");

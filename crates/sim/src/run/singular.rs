@@ -80,6 +80,19 @@ impl SingularMonitor {
         if dip.falls {
             self.near = None;
         }
+        let mut y = vec![0.0; step.y1().len()];
+        let mut rows_at = |t: f64| {
+            step.at(t, &mut y);
+            let jacobian = evaluator.constraints(t, &y[..nq]).jacobian_rows();
+            jacobian.select(multipliers.active_rows())
+        };
+        // The singular value of regular states: steps may shorten on their way to the pose, so that those which
+        // pass it have none.
+        if self.near.is_none() && (dip.falls || dip.rises || dip.t.is_some()) {
+            for end in [step.t0(), step.t1()] {
+                self.regular = self.regular.max(smallest_singular_value(rows_at(end)));
+            }
+        }
         let Some(t) = dip.t else {
             if dip.rises {
                 self.near = None;
@@ -87,18 +100,7 @@ impl SingularMonitor {
             return None;
         };
 
-        // Singular values there and at the ends decide.
-        let mut y = vec![0.0; step.y1().len()];
-        let mut rows_at = |t: f64| {
-            step.at(t, &mut y);
-            let jacobian = evaluator.constraints(t, &y[..nq]).jacobian_rows();
-            jacobian.select(multipliers.active_rows())
-        };
-        if self.near.is_none() {
-            for end in [step.t0(), step.t1()] {
-                self.regular = self.regular.max(smallest_singular_value(rows_at(end)));
-            }
-        }
+        // The singular values there decide.
         let smallest = SINGULAR * self.regular;
         let Loss { least, rank, rows } = Loss::of(&finite(rows_at(t))?, smallest)?;
         let kept = multipliers.active_rows();
