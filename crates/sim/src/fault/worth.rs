@@ -182,6 +182,13 @@ fn below_noise(model: &Model, options: &SolveOptions, summary: &Summary) -> Opti
             short(noise.mean_error())
         ))
         .help(format!("take `rtol` and `atol` of {}, which steps can keep to", short(reached)));
+    let fault = match summary.singular_poses.len() {
+        0 => fault,
+        n => fault.note(format!(
+            "{n} singular {} passed, near which accelerations are known to few digits at any tolerance",
+            if n == 1 { "pose was" } else { "poses were" }
+        )),
+    };
     Some(match span_of(model, "rtol") {
         Some(span) => fault.at(span, "this tolerance"),
         None => fault,
