@@ -18,7 +18,7 @@ use bksim::model::diagnostic::Diagnostic;
 use bksim::options::{BadOption, SolveChanges, described, in_words};
 use bksim::record::{Contents, Recorder, compliance_option, set_option};
 use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
-use bksim::sim::mobility::mobility;
+use bksim::sim::mobility::{Mobility, mobility};
 use bksim::sim::redundancy::UniquenessChange;
 use bksim::sim::run::{
     self, Observer, RunCheckpoint, Sample, Segment, Slowness, Summary, Unresumed,
@@ -50,6 +50,8 @@ struct Prepared {
     mechanism: Mechanism,
     simulation: Simulation,
     start: Start,
+    /// Freedoms of the start, and conditions that repeat others.
+    found: Mobility,
     /// Quantities that the motion is differentiated by, with the plan for it.
     sensitive: Vec<Sensitive>,
     plan: Option<SensitivityPlan>,
@@ -70,10 +72,9 @@ struct Conclusion {
 pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let mut times = Times::default();
     let (prepared, summary, status) = solved(args, nesting, as_json, &mut times)?;
-    let Prepared { source, mechanism, sensitive, warnings, output, .. } = &prepared;
-    let path = output.path();
-    let report =
-        Report { source, path, summary: &summary, times: &times, status, mechanism, sensitive };
+    let Prepared { source, mechanism, found, sensitive, warnings, output, .. } = &prepared;
+    let (path, summary, times) = (output.path(), &summary, &times);
+    let report = Report { source, path, summary, times, status, mechanism, found, sensitive };
     if as_json {
         let mut body = report.describe();
         body["diagnostics"] = render::json_all(source, warnings);
@@ -163,7 +164,18 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
     warnings.extend(diagnose_guesses(&mechanism.model, &mechanism.system, &start));
     warnings.extend(diagnose_mobility(&mechanism.model, &found));
     times.assemble = clock.lap();
-    Ok(Prepared { source, mechanism, simulation, start, sensitive, plan, warnings, first, output })
+    Ok(Prepared {
+        source,
+        mechanism,
+        simulation,
+        start,
+        found,
+        sensitive,
+        plan,
+        warnings,
+        first,
+        output,
+    })
 }
 
 /// A log with everything ahead of the samples; of a run that is continued, with its first part.

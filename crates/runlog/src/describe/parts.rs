@@ -35,8 +35,13 @@ pub fn parts(mechanism: &Mechanism, found: &Mobility) -> Value {
         "redundant_conditions": found.n_redundant,
         "redundant_joints": joint_names(mechanism, &found.redundant),
         "count": count(mechanism, found),
-        "redundant": found.repeated.iter().map(|of| repeated(mechanism, of)).collect::<Vec<_>>(),
+        "redundant": redundant(mechanism, found),
     })
+}
+
+/// The conditions that follow from others, by joint and direction, and what they follow from.
+pub fn redundant(mechanism: &Mechanism, found: &Mobility) -> Vec<Value> {
+    found.repeated.iter().map(|of| repeated(mechanism, of)).collect()
 }
 
 /// The terms of Grübler's or Kutzbach's count, by name.

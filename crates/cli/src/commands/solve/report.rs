@@ -8,6 +8,7 @@ use bksim::dae::ExplicitMethod;
 use bksim::describe;
 use bksim::model::{Formulation, Outputs, SolveOptions};
 use bksim::options::described;
+use bksim::sim::mobility::Mobility;
 use bksim::sim::run::{Integrator, Summary, cheapest_explicit};
 use bksim::sim::sensitivity::Sensitive;
 use serde_json::{Map, Value, json};
@@ -35,6 +36,7 @@ pub(crate) struct Report<'a> {
     pub(crate) times: &'a Times,
     pub(crate) status: Status,
     pub(crate) mechanism: &'a Mechanism,
+    pub(crate) found: &'a Mobility,
     pub(crate) sensitive: &'a [Sensitive],
 }
 
@@ -181,6 +183,8 @@ impl Report<'_> {
             "output": self.path.display().to_string(),
             "exit_status": self.status.code(),
             "options": options.map(|(k, v)| (k, Value::from(v))).collect::<Map<_, _>>(),
+            "mobility": self.found.mobility,
+            "redundant": describe::redundant(self.mechanism, self.found),
             "time_s": times,
         });
         let run = describe::summary(self.mechanism, self.summary);
