@@ -363,3 +363,26 @@ fn driven_joints_move_alike_in_all_coordinates() {
         alike(&format!("{kind}, {of} driven, absolute"), &tree, &all_cut);
     }
 }
+
+/// Springs, limits and signals know the second turn from the first, whatever the coordinates of bodies.
+#[test]
+fn angles_that_something_goes_by_count_their_turns() {
+    let spring = "[loads.e]\ntype = \"torsion\"\njoint = \"j\"\nof = \"angle\"\nstiffness = 0.2\n";
+    let stop =
+        "[loads.e]\ntype = \"stop\"\njoint = \"j\"\nof = \"angle\"\nmax = 4\nrestitution = 0.5\n";
+    let signal = "[loads.e]\ntype = \"torque\"\njoint = \"j\"\nof = \"angle\"\nvalue = \"-0.2 N m*j.angle\"\n";
+    let planar = "position1 = 0, velocity1 = 0, position2 = 0, velocity2 = 0, angle = 0, rate = 12";
+    let table = [
+        ("revolute", spring, "angle = 0, rate = 12"),
+        ("cylindrical", stop, "position = 0, velocity = 0, angle = 0, rate = 12"),
+        ("planar", signal, planar),
+    ];
+    for (kind, load, start) in table {
+        let mechanism = MECHANISM.replace("[initial]", &format!("[initial]\nj = {{ {start} }}"));
+        let run = |policy: &str| {
+            let text = format!("{policy}{mechanism}{}{load}", own("j", kind, "axis = [0, 1, 2]"));
+            moved(kind, &text, &["j"])
+        };
+        alike(kind, &run(""), &run("coordinates = \"absolute\"\n"));
+    }
+}

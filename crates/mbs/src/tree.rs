@@ -6,7 +6,8 @@
 use std::collections::VecDeque;
 
 use bksim_model::{
-    BodyId, CoordinatePolicy, FrictionLaw, GROUND, JointId, LoadKind, Measure, Model, Signal, Space,
+    BodyId, CoordinatePolicy, FrictionLaw, GROUND, JointId, JointKind, LoadKind, Measure, Model,
+    MotionKind, Signal, Space,
 };
 
 /// Deepest chain of relative coordinates that bksim chooses by itself: the equations of a chain of
@@ -65,12 +66,25 @@ impl Tree {
     }
 
     fn with_policy(model: &Model, policy: CoordinatePolicy) -> Self {
+        let coupled: Vec<bool> = (0..model.joints.len())
+            .map(|joint_idx| model.space == Space::Spatial && is_coupled(model, JointId(joint_idx)))
+            .collect();
+        let mut counted = coupled.clone();
+        count_turns(model, &mut counted);
+        let tree = Self::keeping(model, policy, &counted);
+        let is_deep = tree.depth() > DEEPEST_RELATIVE_CHAIN && counted != coupled;
+        if policy == CoordinatePolicy::Absolute && is_deep {
+            return Self::keeping(model, policy, &coupled);
+        }
+        tree
+    }
+
+    /// The tree with these joints in it, where nothing else forbids that.
+    fn keeping(model: &Model, policy: CoordinatePolicy, kept: &[bool]) -> Self {
         Self::grow(model, policy, &|id| {
             let joint = &model.joints[id.0];
-            // In space only a coordinate tells one turn from the next.
-            let is_counted = model.space == Space::Spatial && is_coupled(model, id);
-            let is_cut = policy == CoordinatePolicy::Absolute && !is_counted;
-            let is_cut = is_cut || joint.kind.is_loose();
+            let is_cut = policy == CoordinatePolicy::Absolute || joint.kind.is_loose();
+            let is_cut = is_cut && !kept[id.0];
             // Where something depends on a reaction, that must be among the multipliers.
             let is_cut = joint.cut.unwrap_or(is_cut) || rubs(model, id);
             !joint.kind.is_always_cut() && !is_cut
@@ -138,6 +152,32 @@ impl Tree {
             };
         }
         depth.into_iter().max().unwrap_or(0)
+    }
+}
+
+/// Sets, by joint, that something acts by how far it has turned. In space only a coordinate tells one turn from the
+/// next; a cut screw counts its turns by its travel, and bodies that turn about all axes have a pole in such
+/// coordinates.
+fn count_turns(model: &Model, counted: &mut [bool]) {
+    if model.space == Space::Planar {
+        return;
+    }
+    let of_loads = model.loads.iter().filter_map(|load| match load.kind {
+        LoadKind::JointSpring { joint, motion_idx, stiffness, .. } => {
+            (!model.pool.is_zero(stiffness)).then_some((joint, motion_idx))
+        }
+        LoadKind::Stop { joint, motion_idx, .. } => Some((joint, motion_idx)),
+        _ => None,
+    });
+    let of_signals = model.signals.iter().filter_map(|signal| match signal.measure {
+        Measure::JointPosition(joint, motion_idx) => Some((joint, motion_idx)),
+        _ => None,
+    });
+    for (joint, motion_idx) in of_loads.chain(of_signals) {
+        let kind = &model.joints[joint.0].kind;
+        let turns = kind.motions().get(motion_idx) == Some(&MotionKind::Rotation);
+        let is_left_out = matches!(kind, JointKind::Screw { .. }) || kind.turns_freely();
+        counted[joint.0] |= turns && !is_left_out;
     }
 }
 
