@@ -2,7 +2,6 @@
 //!
 //! ```text
 //! ∂V/∂q − Q(q, 0) + Gᵀ λ = 0,   g = 0
-//! along one free motion:    w(σ) = (Q − ∂V/∂q) · τ changes its sign
 //! K_r = Zᵀ (∂r/∂q) Z        stable where all its eigenvalues are positive
 //! ```
 //!
@@ -15,19 +14,16 @@ use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use crate::curve::Curve;
 use crate::equilibrium::{Equilibrium, Stability};
 use crate::error::AnalysisError;
 use crate::forces::{At, Forces, ForcesAt};
 use crate::loaded::Loaded;
 use crate::open_reactions::{ReactionBound, open_reactions};
-use crate::path::{Law, Path};
 use crate::pencil::Pencil;
 use crate::quantity::PoseQuantity;
 use crate::reduced::Reduced;
 use crate::rows::wrapped;
 use crate::scalar::Scalars;
-use crate::trace::Trace;
 
 /// Forces at rest.
 pub(crate) struct Balance<'a> {
@@ -141,7 +137,13 @@ impl<'a> Balance<'a> {
         let lambda = vec![0.0; self.forces.nc()];
         let at = self.at(q, &lambda);
         let reduced = self.reduced(q, &at.jacobian)?;
-        Ok(reduced.names.into_iter().zip(reduced.units).collect())
+        let coordinates = self.loaded.system().coordinates();
+        // A state is known by its own name, not by that of its integral.
+        let named = |name: String| {
+            let state = self.states.iter().find(|&&i| coordinates[i].name == name);
+            state.map_or(name, |&i| coordinates[i].rate_name.clone())
+        };
+        Ok(reduced.names.into_iter().map(named).zip(reduced.units).collect())
     }
 
     pub(crate) fn at(&mut self, q: &[f64], lambda: &[f64]) -> ForcesAt {
@@ -156,11 +158,15 @@ impl<'a> Balance<'a> {
         self.forces.balancing(self.loaded.t, [q, &v], &self.p)
     }
 
-    /// Values of all quantities at a position.
+    /// Values of all quantities at a position, then of states, whose units are those of the author and not named.
     fn pose_at(&mut self, q: &[f64]) -> Vec<(String, f64, &'static str)> {
         let values = self.pose.values(self.loaded.t, q);
         let named = self.loaded.quantities.iter().zip(values);
-        named.map(|(quantity, value)| (quantity.names[0].clone(), value, quantity.unit)).collect()
+        let named =
+            named.map(|(quantity, value)| (quantity.names[0].clone(), value, quantity.unit));
+        let coordinates = self.loaded.system().coordinates();
+        let state = |&i: &usize| (coordinates[i].rate_name.clone(), q[i], "");
+        named.chain(self.states.iter().map(state)).collect()
     }
 
     /// Everything about an equilibrium at a position.
@@ -169,7 +175,14 @@ impl<'a> Balance<'a> {
         let lambda = self.balancing(q).ok_or_else(undetermined)?;
         let at = self.at(q, &lambda);
         let reduced = self.reduced(q, &at.jacobian)?;
-        let stiffness = symmetric_eigenvalues(&reduced.project(&at.stiffness));
+        // By the motions alone, states held.
+        let coordinates = self.loaded.system().coordinates();
+        let is_state = |name: &String| self.states.iter().any(|&i| coordinates[i].name == *name);
+        let motions: Vec<usize> =
+            (0..reduced.n()).filter(|&k| !is_state(&reduced.names[k])).collect();
+        let projected = reduced.project(&at.stiffness);
+        let projected = projected.select_rows(&motions).select_columns(&motions);
+        let stiffness = symmetric_eigenvalues(&projected);
         let scale = at.stiffness.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         let scale = scale * reduced.basis.norm_squared();
         let least = stiffness.first().copied().unwrap_or(1.0);
@@ -213,57 +226,6 @@ impl<'a> Balance<'a> {
             1 => self.along_free_motion(),
             _ => Ok((self.search_many_poses(), false)),
         }
-    }
-
-    /// Work of the forces per step along a direction, at rest.
-    fn work(&mut self, q: &[f64], direction: &[f64]) -> f64 {
-        let nothing = vec![0.0; self.forces.nc()];
-        let residual = self.at(q, &nothing).residual;
-        -residual.iter().zip(direction).map(|(r, d)| r * d).sum::<f64>()
-    }
-
-    /// Zeros of the work along the one free motion.
-    fn along_free_motion(&mut self) -> Result<(Vec<Vec<f64>>, bool), AnalysisError> {
-        let mut rows = self.loaded.rows()?;
-        let x = rows.scaled(&self.loaded.q);
-        let law = Law { t: self.loaded.t, ..Law::default() };
-        let mut curve = Path::through(&mut rows, (law, false), &x)
-            .map_err(|n_free| AnalysisError::NotOneMotion { n_free })?;
-        let Some(trace) = Trace::through(&mut curve, &x) else {
-            return Err(AnalysisError::NoEquilibrium);
-        };
-        let mut work = |curve: &Curve<Path<'_>>, p: &crate::curve::Point| {
-            let rows = &curve.equations.rows;
-            let q = rows.unscaled(p.z.as_slice());
-            self.work(&q, &rows.unscaled(p.tangent.as_slice()))
-        };
-        let mut values: Vec<f64> = trace.points.iter().map(|p| work(&curve, p)).collect();
-        // One pose, one value: rounding after a whole turn could hide an equilibrium in the start.
-        if let Some(last) = values.len().checked_sub(1).filter(|_| trace.is_closed) {
-            values[last] = values[0];
-        }
-        let size = values.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-        let mut found: Vec<Vec<f64>> = Vec::new();
-        if size == 0.0 {
-            return Ok((vec![self.loaded.q.clone()], true));
-        }
-        // Of a closed curve, an equilibrium in the start lies at both ends.
-        let is_met_twice = trace.is_closed && values.first() == Some(&0.0);
-        for k in 1..values.len() - usize::from(is_met_twice) {
-            let (before, after) = (values[k - 1], values[k]);
-            if before == 0.0 || (before > 0.0) == (after > 0.0) && after != 0.0 {
-                continue;
-            }
-            let (from, step) = (&trace.points[k - 1], trace.steps[k - 1]);
-            let root = curve.root(from, step, (before, after), &mut |curve, p| work(curve, p));
-            if let Some(point) = root {
-                found.push(curve.equations.rows.unscaled(point.z.as_slice()));
-            }
-        }
-        if values.first() == Some(&0.0) {
-            found.insert(0, self.loaded.q.clone());
-        }
-        Ok((found, trace.is_closed))
     }
 
     /// Newton's iteration on all equations from the start and many other poses.

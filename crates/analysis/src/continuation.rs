@@ -17,7 +17,7 @@ use crate::drive::Range;
 use crate::equilibrium::{Equilibrium, Stability, cells, columns};
 use crate::equilibrium_path::EquilibriumPath;
 use crate::error::AnalysisError;
-use crate::loaded::{Loaded, without_states};
+use crate::loaded::Loaded;
 use crate::table::{Column, Table};
 
 /// Equilibria over a range of a parameter.
@@ -70,7 +70,6 @@ pub fn statics_over(
     (name, range): (&str, Range),
     by: &[String],
 ) -> Result<Continuation, AnalysisError> {
-    without_states(&model)?;
     let mut loaded = Loaded::of(model)?;
     let id = loaded.parameter(name)?;
     let last = (range.n - 1).max(1) as f64;

@@ -6,7 +6,7 @@ use crate::table::Column;
 /// Stability of an equilibrium.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Stability {
-    /// All eigenvalues of the reduced stiffness are positive.
+    /// All eigenvalues of the reduced stiffness are positive; with states, all small motions decay.
     Stable,
     /// One is negative.
     Unstable,
@@ -23,9 +23,9 @@ pub struct Equilibrium {
     pub lambda: Vec<f64>,
     /// Stability; of a mechanism that nothing can move, stable.
     pub stability: Stability,
-    /// Eigenvalues of K_r, ascending, SI.
+    /// Eigenvalues of K_r, ascending, SI; with states of controllers held.
     pub stiffness: Vec<f64>,
-    /// Every joint position, body angle and point: name, value, unit.
+    /// Every joint position, body angle and point: name, value, unit; then states, without theirs.
     pub pose: Vec<(String, f64, &'static str)>,
     /// Reactions of the joints on their second bodies: force, then moment, world axes.
     pub reactions: Vec<[f64; 6]>,

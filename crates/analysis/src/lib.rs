@@ -63,6 +63,7 @@ mod transmission;
 mod verify;
 mod walk;
 mod watch;
+mod work;
 mod workspace;
 
 pub use actuation::EffortLimit;

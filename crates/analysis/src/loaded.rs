@@ -261,8 +261,9 @@ pub(crate) fn varied(model: &Model, values: &[f64], free: &[ParameterId], p: &[f
 pub(crate) fn without_states(model: &Model) -> Result<(), AnalysisError> {
     let Some(state) = model.states.first() else { return without_memory(model) };
     let help = "remove the states and what uses them, or give them a value as parameters; \
-                `bksim linearize`, `bksim modes` and `bksim bode` take states as they are";
-    let note = "equilibria and efforts are those of bodies, joints and loads alone";
+                `bksim static`, `bksim linearize`, `bksim modes` and `bksim bode` take states as they are";
+    let note =
+        "efforts, and values that balance a start, are those of bodies, joints and loads alone";
     let what = format!("state `{}`", state.name);
     Err(refused((what, &state.span, "integrated with the motion"), note, help))
 }

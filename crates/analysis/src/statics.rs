@@ -11,7 +11,7 @@ use bksim_model::Model;
 use crate::balance::Balance;
 use crate::equilibrium::{Equilibrium, Stability, cells, columns};
 use crate::error::AnalysisError;
-use crate::loaded::{Loaded, without_states};
+use crate::loaded::Loaded;
 use crate::open_reactions::ReactionBound;
 use crate::table::Table;
 
@@ -30,7 +30,7 @@ pub struct Statics {
     pub held: Vec<String>,
 }
 
-/// Finds the equilibria of `model`; the stiffness is by the measures `by`, else by coordinates. Reactions that are not
+/// Finds the equilibria of `model`, in which states of controllers have no rates; the stiffness is by the measures `by`, else by coordinates. Reactions that are not
 /// unique keep to `bounds`.
 ///
 /// # Errors
@@ -40,7 +40,6 @@ pub fn statics(
     by: &[String],
     bounds: &[ReactionBound],
 ) -> Result<Statics, AnalysisError> {
-    without_states(&model)?;
     let loaded = Loaded::of(model)?;
     let mut balance = Balance::of(&loaded, by, &[])?;
     balance.bounds = bounds.to_vec();

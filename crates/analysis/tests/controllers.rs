@@ -2,7 +2,7 @@
 
 mod support;
 
-use bksim_analysis::{About, Channels, Stability, linearize, modes, statics};
+use bksim_analysis::{About, Channels, Range, Stability, linearize, modes, statics, statics_over};
 use bksim_model::Model;
 use bksim_sim::Mechanism;
 use nalgebra::{Complex, DVector};
@@ -208,9 +208,31 @@ fn small_deviations_of_a_run_follow_the_linear_equations() {
 }
 
 #[test]
-fn equilibria_and_signals_with_memory_are_refused_with_states() {
-    let fault = statics(model(PI_MASS), &[], &[]).expect_err("a state");
-    assert_eq!(fault.diagnostics()[0].code.0, "Q007");
+fn states_have_no_rates_in_equilibria() {
+    // 50 (r − x) + 20 z = push and r − x = 0.
+    let found = statics(model(PI_MASS), &[], &[]).expect("an equilibrium");
+    let table = found.table();
+    assert_eq!(table.rows.len(), 1);
+    let value = |name: &str| table.column(name).expect("a column")[0];
+    close(value("rail.position"), 0.3, 1e-10);
+    close(value("z"), 0.15, 1e-10);
+    close(found.equilibria[0].stiffness[0], 50.0, 1e-9);
+    assert_eq!(found.equilibria[0].stability, Stability::Stable);
+
+    let range = Range { from: 3.0, to: 7.0, n: 3 };
+    let over = statics_over(model(PI_MASS), ("push", range), &[]).expect("equilibria").table();
+    let (push, z) = (over.column("push").expect("forces"), over.column("z").expect("states"));
+    assert_eq!(push, [3.0, 5.0, 7.0]);
+    z.iter().zip(&push).for_each(|(z, push)| close(*z, push / 20.0, 1e-9));
+
+    // m ẍ = 50 (r − x) − 80 z − …: the integral acts the other way, and no rest is stable.
+    let reversed = PI_MASS.replace("+ 20 N/m/s*z", "- 80 N/m/s*z");
+    let found = statics(model(&reversed), &[], &[]).expect("an equilibrium");
+    assert_eq!(found.equilibria[0].stability, Stability::Unstable);
+}
+
+#[test]
+fn signals_with_memory_are_refused_with_states() {
     let sampled = format!("{PI_MASS}\n[clocks.c]\nevery = \"10 ms\"\n")
         .replace("[signals.u]\n", "[signals.u]\nclock = \"c\"\n");
     let fault =

@@ -123,3 +123,50 @@ fn an_equilibrium_lies_on_a_branch_that_the_start_does_not_take() {
         assert_eq!(found.equilibria[0].stability, Stability::Stable);
     }
 }
+
+/// A weight on a crank that a torsion spring turns back: k (θ − θ₀) + m g l cos θ = 0 has roots in several turns.
+#[test]
+fn equilibria_lie_in_every_turn_that_a_torsion_spring_counts() {
+    let rod = |spring: &str| {
+        model(&format!(
+            "[bodies.rod]\nmass = 2\ninertia = 1\ncom = [0.5, 0]\n\
+             [joints]\nA = {{ type = \"revolute\", between = [\"ground\", \"rod\"] }}\n\
+             [loads]\ng = {{ type = \"gravity\", acceleration = [0, -10] }}\n{spring}\n\
+             [initial]\nA = {{ angle = 0.4 }}\n"
+        ))
+    };
+    for (k, start) in [(0.7, 0.3), (2.5, 9.0), (40.0, -30.0)] {
+        let spring = format!(
+            "[loads.s]\ntype = \"torsion\"\njoint = \"A\"\nstiffness = {k}\nangle = {start}"
+        );
+        let found = statics(rod(&spring), &[], &[]).expect("equilibria");
+        assert!(found.is_complete);
+
+        // Roots between |θ − θ₀| = m g l / k by bisection on a fine grid.
+        let moment = |angle: f64| k * (angle - start) + 10.0 * angle.cos();
+        let reach = 10.0 / k + 0.1;
+        let grid = |i: u32| start - reach + 2.0 * reach * f64::from(i) / 20_000.0;
+        let mut expected = Vec::new();
+        for i in 0..20_000 {
+            let (mut low, mut high) = (grid(i), grid(i + 1));
+            if moment(low) * moment(high) > 0.0 {
+                continue;
+            }
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if moment(low) * moment(middle) > 0.0 { low = middle } else { high = middle }
+            }
+            expected.push(low);
+        }
+        let mut angles = found.table().column("A.angle").expect("angles");
+        angles.sort_by(f64::total_cmp);
+        assert_eq!(angles.len(), expected.len(), "{k}: {angles:?} against {expected:?}");
+        for (own, expected) in angles.iter().zip(&expected) {
+            assert!((own - expected).abs() < 1e-10, "{own} against {expected}");
+        }
+    }
+
+    // A torque that grows otherwise from turn to turn: what it does beyond is not known.
+    let cubic = "[loads.s]\ntype = \"torque\"\njoint = \"A\"\nvalue = \"-0.3 N m*A.angle^3\"";
+    assert!(!statics(rod(cubic), &[], &[]).expect("equilibria").is_complete);
+}

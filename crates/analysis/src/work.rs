@@ -1,0 +1,173 @@
+//! Equilibria along one free motion: the poses in which the work of the forces changes its sign.
+//!
+//! ```text
+//! w(σ) = (Q − ∂V/∂q) · τ
+//! w_k(σ), k = 0, ±1, …      the same in the k-th turn of a motion that closes
+//! ```
+//!
+//! A motion that closes has the same poses turn after turn; a torsion spring counts turns, and so may laws of angles.
+
+use std::f64::consts::TAU;
+
+use nalgebra::DVector;
+
+use crate::balance::Balance;
+use crate::curve::{Curve, Point};
+use crate::error::AnalysisError;
+use crate::path::{Law, Path};
+use crate::trace::Trace;
+
+/// Part of the largest work below which a difference of two is rounding.
+const ROUNDING: f64 = 1e-9;
+/// Turns to either side that are searched at most.
+const MOST_TURNS: usize = 20;
+
+/// One free motion with whole turns of its angles.
+struct Turns<'r> {
+    curve: Curve<Path<'r>>,
+    trace: Trace,
+    /// The change of the unknowns in a turn.
+    turn: DVector<f64>,
+}
+
+impl Turns<'_> {
+    /// A point of the trace, some turns later.
+    fn point(&self, k: usize, turns: f64) -> Point {
+        let own = &self.trace.points[k];
+        Point { z: &own.z + &self.turn * turns, tangent: own.tangent.clone() }
+    }
+}
+
+impl Balance<'_> {
+    /// Positions of the equilibria along the one free motion, and whether there are no others.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] when there is not one free motion.
+    pub(crate) fn along_free_motion(&mut self) -> Result<(Vec<Vec<f64>>, bool), AnalysisError> {
+        let mut rows = self.loaded.rows()?;
+        let is_turn = rows.is_turn.clone();
+        let x = rows.scaled(&self.loaded.q);
+        let law = Law { t: self.loaded.t, ..Law::default() };
+        let mut curve = Path::through(&mut rows, (law, false), &x)
+            .map_err(|n_free| AnalysisError::NotOneMotion { n_free })?;
+        let Some(trace) = Trace::through(&mut curve, &x) else {
+            return Err(AnalysisError::NoEquilibrium);
+        };
+        let ends = trace.points.first().zip(trace.points.last());
+        let turn = ends.map_or_else(DVector::default, |(first, last)| {
+            let turns = |i: usize| ((last.z[i] - first.z[i]) / TAU).round();
+            DVector::from_fn(first.z.len(), |i, _| if is_turn[i] { TAU * turns(i) } else { 0.0 })
+        });
+        let mut turns = Turns { curve, trace, turn };
+
+        let mut values = self.works(&turns, 0.0);
+        let size = largest(&values);
+        if size == 0.0 {
+            return Ok((vec![self.loaded.q.clone()], true));
+        }
+        let is_at_start = values[0] == 0.0;
+        if turns.trace.is_closed {
+            let next = self.works(&turns, 1.0);
+            let off = values.iter().zip(&next).map(|(a, b)| (a - b).abs());
+            if off.fold(0.0, f64::max) > ROUNDING * size {
+                return Ok(self.over_turns(&mut turns, values));
+            }
+            // One pose, one value: rounding after a whole turn could hide an equilibrium in the start.
+            let last = values.len() - 1;
+            values[last] = values[0];
+        }
+        let mut found = self.zeros(&mut turns, 0.0, &values);
+        // Of a closed curve, an equilibrium in the start lies at both ends.
+        if is_at_start && turns.trace.is_closed {
+            found.pop();
+        }
+        if is_at_start {
+            found.insert(0, self.loaded.q.clone());
+        }
+        Ok((found, turns.trace.is_closed))
+    }
+
+    /// Equilibria of a motion that closes under forces that count its turns, those of `first` in the turn of the start.
+    fn over_turns(&mut self, turns: &mut Turns<'_>, first: Vec<f64>) -> (Vec<Vec<f64>>, bool) {
+        let found = self.zeros(turns, 0.0, &first);
+        let (mut before, backward_ends) = self.outward(turns, &first, -1.0);
+        let (after, forward_ends) = self.outward(turns, &first, 1.0);
+        before.reverse();
+        let all = before.into_iter().flatten().chain(found).chain(after.into_iter().flatten());
+        (all.collect(), backward_ends && forward_ends)
+    }
+
+    /// Equilibria of each further turn in one direction, and whether there are none beyond these.
+    fn outward(
+        &mut self,
+        turns: &mut Turns<'_>,
+        first: &[f64],
+        direction: f64,
+    ) -> (Vec<Vec<Vec<f64>>>, bool) {
+        let mut found = Vec::new();
+        let mut last = [Vec::new(), first.to_vec()];
+        for (_, k) in (0..MOST_TURNS).zip(1_i32..) {
+            let number = direction * f64::from(k);
+            let mut values = self.works(turns, number);
+            // One pose, one value, where turns meet.
+            let [from, to] =
+                if direction > 0.0 { [values.len() - 1, 0] } else { [0, values.len() - 1] };
+            values[to] = last[1][from];
+            found.push(self.zeros(turns, number, &values));
+
+            // Work that changes by the same from turn to turn, away from zero, has no zero any more.
+            let size = largest(&values);
+            let inner = 1..values.len() - 1;
+            let is_linear = !last[0].is_empty() && {
+                let bend = |i: usize| (values[i] - 2.0 * last[1][i] + last[0][i]).abs();
+                inner.clone().map(bend).fold(0.0, f64::max) <= ROUNDING * size
+            };
+            let mut grows = inner.map(|i| values[i] * (values[i] - last[1][i]));
+            if is_linear && grows.all(|product| product > 0.0) {
+                return (found, true);
+            }
+            let [_, previous] = last;
+            last = [previous, values];
+        }
+        (found, false)
+    }
+
+    /// The work at every point of the trace, some turns later.
+    fn works(&mut self, turns: &Turns<'_>, number: f64) -> Vec<f64> {
+        let points = 0..turns.trace.points.len();
+        points.map(|k| self.work_at(&turns.curve, &turns.point(k, number))).collect()
+    }
+
+    /// Zeros between points of the trace where the work has these values.
+    fn zeros(&mut self, turns: &mut Turns<'_>, number: f64, values: &[f64]) -> Vec<Vec<f64>> {
+        let mut found = Vec::new();
+        for k in 1..values.len() {
+            let (before, after) = (values[k - 1], values[k]);
+            if before == 0.0 || (before > 0.0) == (after > 0.0) && after != 0.0 {
+                continue;
+            }
+            let (from, step) = (turns.point(k - 1, number), turns.trace.steps[k - 1]);
+            let curve = &mut turns.curve;
+            let root = curve.root(&from, step, (before, after), &mut |c, p| self.work_at(c, p));
+            if let Some(point) = root {
+                found.push(curve.equations.rows.unscaled(point.z.as_slice()));
+            }
+        }
+        found
+    }
+
+    /// Work of the forces per step along the motion, at rest.
+    fn work_at(&mut self, curve: &Curve<Path<'_>>, point: &Point) -> f64 {
+        let rows = &curve.equations.rows;
+        let q = rows.unscaled(point.z.as_slice());
+        let direction = rows.unscaled(point.tangent.as_slice());
+        let nothing = vec![0.0; self.forces.nc()];
+        let residual = self.at(&q, &nothing).residual;
+        -residual.iter().zip(&direction).map(|(r, d)| r * d).sum::<f64>()
+    }
+}
+
+/// The largest size.
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |a: f64, b| a.max(b.abs()))
+}
