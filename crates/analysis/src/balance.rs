@@ -43,6 +43,8 @@ pub(crate) struct Balance<'a> {
     rest: Vec<f64>,
     /// Coordinates whose velocities are states.
     states: Vec<usize>,
+    /// True where forces are others after whole turns of the one free motion.
+    pub(crate) counts_turns: bool,
     /// Bounds of reactions that are not unique.
     pub(crate) bounds: Vec<ReactionBound>,
 }
@@ -74,6 +76,7 @@ impl<'a> Balance<'a> {
             by: (by, slopes),
             rest: vec![0.0; loaded.q.len()],
             states: loaded.state_coordinates(),
+            counts_turns: false,
             bounds: Vec::new(),
         })
     }
@@ -348,8 +351,14 @@ impl<'a> Balance<'a> {
     pub(crate) fn nearest(&mut self) -> Result<Equilibrium, AnalysisError> {
         let (poses, _) = self.all()?;
         let start = self.start();
-        let distance =
-            |q: &[f64]| -> f64 { self.apart(q, &start).iter().map(|off| off.powi(2)).sum() };
+        let coordinates = self.loaded.system().coordinates();
+        // Whole turns count where forces differ by them.
+        let is_turn = |i: usize| self.counts_turns && coordinates[i].kind == CoordinateKind::Angle;
+        let distance = |q: &[f64]| -> f64 {
+            let off = self.apart(q, &start).into_iter().enumerate();
+            let off = off.map(|(i, off)| if is_turn(i) { q[i] - start[i] } else { off });
+            off.map(|off| off.powi(2)).sum()
+        };
         let mut order: Vec<Vec<f64>> = poses;
         order.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
         let mut first = None;

@@ -70,6 +70,7 @@ impl Balance<'_> {
             let next = self.works(&turns, 1.0);
             let off = values.iter().zip(&next).map(|(a, b)| (a - b).abs());
             if off.fold(0.0, f64::max) > ROUNDING * size {
+                self.counts_turns = true;
                 return Ok(self.over_turns(&mut turns, values));
             }
             // One pose, one value: rounding after a whole turn could hide an equilibrium in the start.

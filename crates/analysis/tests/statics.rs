@@ -2,7 +2,7 @@
 
 mod support;
 
-use bksim_analysis::{Stability, statics};
+use bksim_analysis::{About, Channels, Stability, linearize, statics};
 use support::{Problem, difference, model};
 
 /// Finds the equilibria of the reference, all and no other.
@@ -164,6 +164,13 @@ fn equilibria_lie_in_every_turn_that_a_torsion_spring_counts() {
         for (own, expected) in angles.iter().zip(&expected) {
             assert!((own - expected).abs() < 1e-10, "{own} against {expected}");
         }
+
+        // The one that is nearest to the start, turns counted, of those where the moment falls: k > m g l sin θ.
+        let stable = expected.iter().filter(|&&angle| k > 10.0 * angle.sin());
+        let near = stable.min_by(|a, b| (*a - 0.4).abs().total_cmp(&(*b - 0.4).abs()));
+        let about = linearize(rod(&spring), About::Static, &Channels::default()).expect("a system");
+        let angle = about.pose.iter().find(|(name, ..)| name == "A.angle").expect("a pose").1;
+        assert!((angle - near.expect("a stable one")).abs() < 1e-10, "{angle} against {near:?}");
     }
 
     // A torque that grows otherwise from turn to turn: what it does beyond is not known.
