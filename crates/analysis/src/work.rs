@@ -71,7 +71,7 @@ impl Balance<'_> {
             let off = values.iter().zip(&next).map(|(a, b)| (a - b).abs());
             if off.fold(0.0, f64::max) > ROUNDING * size {
                 self.counts_turns = true;
-                return Ok(self.over_turns(&mut turns, values));
+                return Ok(self.over_turns(&mut turns, &values));
             }
             // One pose, one value: rounding after a whole turn could hide an equilibrium in the start.
             let last = values.len() - 1;
@@ -89,10 +89,10 @@ impl Balance<'_> {
     }
 
     /// Equilibria of a motion that closes under forces that count its turns, those of `first` in the turn of the start.
-    fn over_turns(&mut self, turns: &mut Turns<'_>, first: Vec<f64>) -> (Vec<Vec<f64>>, bool) {
-        let found = self.zeros(turns, 0.0, &first);
-        let (mut before, backward_ends) = self.outward(turns, &first, -1.0);
-        let (after, forward_ends) = self.outward(turns, &first, 1.0);
+    fn over_turns(&mut self, turns: &mut Turns<'_>, first: &[f64]) -> (Vec<Vec<f64>>, bool) {
+        let found = self.zeros(turns, 0.0, first);
+        let (mut before, backward_ends) = self.outward(turns, first, -1.0);
+        let (after, forward_ends) = self.outward(turns, first, 1.0);
         before.reverse();
         let all = before.into_iter().flatten().chain(found).chain(after.into_iter().flatten());
         (all.collect(), backward_ends && forward_ends)
