@@ -2,8 +2,11 @@
 
 mod support;
 
+use std::f64::consts::TAU;
+
+use bksim::model::Method;
 use bksim::sim::hybrid::ChangeKind;
-use support::{Within, at, close, coordinate, derive, model, solve};
+use support::{Within, at, close, coordinate, derive, example, model, solve};
 
 /// A follower of 0.4 kg on a cam, pressed by a spring of 500 N/m with 20 N at the lift zero.
 fn follower(limit: &str, rate: f64, t_end: f64) -> String {
@@ -114,5 +117,39 @@ fn a_slow_cam_keeps_its_follower_and_gives_it_the_law() {
         let u = 20.0 * t / std::f64::consts::PI;
         let law = 0.02 * (10.0 * u.powi(3) - 15.0 * u.powi(4) + 6.0 * u.powi(5));
         close("the lift", at(&motion, t).q[guide], law, Within { relative: 0.0, absolute: 1e-12 });
+    }
+}
+
+/// A valve leaves its cam where m s″ ω² + k (s₀ + s) = 0, however loose the tolerances: the instant is found on a
+/// state beside the rows, on which the cam may still push.
+#[test]
+fn a_valve_lifts_off_at_any_tolerance() {
+    let (m, k, s0, lift) = (0.25, 30e3, 0.01, 7e-3);
+    let (beta, omega) = (80.0_f64.to_radians(), 3000.0 * TAU / 60.0);
+    let force = |u: f64| {
+        let slowing = TAU * (TAU * u).sin() * lift * (omega / beta).powi(2);
+        m * slowing + k * (s0 + lift * (u - (TAU * u).sin() / TAU))
+    };
+    let (mut before, mut after) = (0.5, 0.75);
+    for _ in 0..60 {
+        let middle = 0.5 * (before + after);
+        *if force(middle) > 0.0 { &mut before } else { &mut after } = middle;
+    }
+    let off = before * beta / omega;
+    for method in [Method::Explicit, Method::Radau] {
+        for rtol in [1e-4, 1e-5, 1e-6, 1e-7] {
+            let mut model = example("valve-train");
+            (model.solve.method, model.solve.rtol) = (method, rtol);
+            let motion = solve(&derive(model));
+            let mut changes = motion.summary.changes.iter();
+            let parted = changes.find(|change| matches!(change.kind, ChangeKind::Part(_)));
+            let found = parted.expect("the valve floats").t;
+            close(
+                &format!("{method:?}, {rtol}"),
+                found,
+                off,
+                Within { relative: 0.0, absolute: 1e-7 },
+            );
+        }
     }
 }

@@ -27,6 +27,7 @@
 //! | `complementarity` | the conditions on contacts and kinks, one function each |
 //! | `impact` | velocities after an impact |
 //! | `mode_sets` | all combinations of some choices, in order |
+//! | `undecided` | modes that only the motion from an instant on decides |
 //! | `bands` | the sizes of rounding about zero |
 //! | `consistent` | an instant at which modes are chosen, and the modes that are consistent |
 //! | `mode_search` | the search for them |
@@ -50,6 +51,7 @@ mod mode_sets;
 mod monitor;
 mod passage;
 mod switching;
+mod undecided;
 
 pub(crate) use bands::Bands;
 pub use consistent::NoConsistentModes;

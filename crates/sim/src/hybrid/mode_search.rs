@@ -20,6 +20,7 @@ use super::consistent::{ConsistentModes, Hit, ImpactRecord, Instant, NoConsisten
 use super::fixed::FixedModes;
 use super::impact::{ImpactEquations, independent_without};
 use super::mode_sets::ModeSets;
+use super::undecided::{Undecided, none_consistent};
 use crate::linear::matrix::Matrix;
 use crate::modes::indicators::{CompiledContact, ContactState, Indicator, IndicatorValues};
 use crate::modes::{ContactMode, Modes};
@@ -37,12 +38,6 @@ const HIDDEN: f64 = 1e3;
 const DRIFT: f64 = 10.0;
 /// Impacts that may follow one another at one instant.
 const MAX_IMPACTS: usize = 8;
-
-/// A mode that the state alone does not decide, with its choices in order of preference.
-enum Undecided {
-    Kink { kink: usize, signs: [f64; 2] },
-    Contact { contact: usize, modes: Vec<ContactMode> },
-}
 
 /// Finds consistent modes at an instant: impacts first, then the contacts that stay.
 ///
@@ -356,9 +351,9 @@ impl<'a> ModeSearch<'a> {
             }
             ContactState::Stop { .. } => return None,
         };
-        // A contact that has just let go does not hold.
+        // A contact that has just let go does not hold, unless nothing else is consistent.
         if self.has_fired(Indicator::Contact(contact)) && before.is_active() {
-            modes.retain(|mode| !mode.is_active());
+            modes.rotate_left(1);
         }
         Some(modes)
     }
@@ -368,14 +363,21 @@ impl<'a> ModeSearch<'a> {
     /// At the very instant at which friction lets go, the accelerations of all combinations but one
     /// vanish where it slides with the force that it holds with: their rounding is then that of the
     /// largest among the combinations.
+    ///
+    /// The event was found on the dense output, which is off the rows by the tolerances; on the rows a contact that
+    /// has let go may still hold by as much. It then goes on holding, and lets go at the next event, which is found
+    /// from a state on the rows.
     fn choose(self, undecided: &[Undecided]) -> Result<ConsistentModes, NoConsistentModes> {
         let mut largest_met: f64 = 0.0;
-        for is_last in [false, true] {
-            let scale = if is_last { largest_met } else { 0.0 };
+        for (is_first, may_hold) in [(true, false), (false, false), (false, true)] {
+            let scale = if is_first { 0.0 } else { largest_met };
             for set in ModeSets::new(undecided.iter().map(Undecided::n_choices).collect()) {
                 let mut modes = self.modes.clone();
                 for (undecided, choice) in undecided.iter().zip(set) {
                     undecided.take(choice, &mut modes);
+                }
+                if !may_hold && self.is_held_after_event(undecided, &modes) {
+                    continue;
                 }
                 let Some(motion) = self.motion_in(&modes) else { continue };
                 if self.is_consistent(undecided, &modes, &motion, scale) {
@@ -385,6 +387,18 @@ impl<'a> ModeSearch<'a> {
             }
         }
         Err(none_consistent(undecided))
+    }
+
+    /// True where a contact that has just let go is held again.
+    fn is_held_after_event(&self, undecided: &[Undecided], modes: &Modes) -> bool {
+        undecided.iter().any(|undecided| match *undecided {
+            Undecided::Contact { contact, .. } => {
+                self.has_fired(Indicator::Contact(contact))
+                    && self.at.before.contacts[contact].is_active()
+                    && modes.contacts[contact].is_active()
+            }
+            Undecided::Kink { .. } => false,
+        })
     }
 
     /// Whether every mode that was chosen agrees with the motion that follows; accelerations have the
@@ -458,35 +472,6 @@ impl<'a> ModeSearch<'a> {
         let Self { impact_work, hits, impacts, .. } = self;
         ConsistentModes { modes, q, v, a, lambda, inactive, impact_work, hits, impacts }
     }
-}
-
-impl Undecided {
-    fn n_choices(&self) -> usize {
-        match self {
-            Self::Kink { signs, .. } => signs.len(),
-            Self::Contact { modes, .. } => modes.len(),
-        }
-    }
-
-    /// Takes the choice of this index.
-    fn take(&self, choice: usize, modes: &mut Modes) {
-        match self {
-            Self::Kink { kink, signs } => modes.signs[*kink] = signs[choice],
-            Self::Contact { contact, modes: choices } => modes.contacts[*contact] = choices[choice],
-        }
-    }
-}
-
-/// The fault where no combination is consistent: a kink where there is one, else the contacts.
-fn none_consistent(undecided: &[Undecided]) -> NoConsistentModes {
-    let mut contacts = Vec::new();
-    for undecided in undecided {
-        match *undecided {
-            Undecided::Kink { kink, .. } => return NoConsistentModes::Chatter { kink },
-            Undecided::Contact { contact, .. } => contacts.push(contact),
-        }
-    }
-    NoConsistentModes::Contacts { contacts }
 }
 
 /// Moves q onto all active rows, which must be near.

@@ -1,0 +1,39 @@
+//! [`Undecided`]: modes at one instant that only the motion from there on decides.
+
+use super::consistent::NoConsistentModes;
+use crate::modes::{ContactMode, Modes};
+
+/// A mode that the state alone does not decide, with its choices in order of preference.
+pub(super) enum Undecided {
+    Kink { kink: usize, signs: [f64; 2] },
+    Contact { contact: usize, modes: Vec<ContactMode> },
+}
+
+impl Undecided {
+    pub(super) fn n_choices(&self) -> usize {
+        match self {
+            Self::Kink { signs, .. } => signs.len(),
+            Self::Contact { modes, .. } => modes.len(),
+        }
+    }
+
+    /// Takes the choice of this index.
+    pub(super) fn take(&self, choice: usize, modes: &mut Modes) {
+        match self {
+            Self::Kink { kink, signs } => modes.signs[*kink] = signs[choice],
+            Self::Contact { contact, modes: choices } => modes.contacts[*contact] = choices[choice],
+        }
+    }
+}
+
+/// The fault where no combination is consistent: a kink where there is one, else the contacts.
+pub(super) fn none_consistent(undecided: &[Undecided]) -> NoConsistentModes {
+    let mut contacts = Vec::new();
+    for undecided in undecided {
+        match *undecided {
+            Undecided::Kink { kink, .. } => return NoConsistentModes::Chatter { kink },
+            Undecided::Contact { contact, .. } => contacts.push(contact),
+        }
+    }
+    NoConsistentModes::Contacts { contacts }
+}
