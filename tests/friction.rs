@@ -258,3 +258,65 @@ fn a_bead_on_a_slope_of_a_wire_stays_or_slides() {
         close("along the slope", found / slope.cos(), expected, within(1e-9));
     }
 }
+
+/// A collar of 2 kg on a level rod, whose centre of mass is `arm` beside its middle, and a bead on a sloping line.
+fn on_a_rod(kind: &str, axis: &str, keys: &str, start: &str) -> String {
+    format!(
+        "space = \"spatial\"\n[bodies.collar]\nmass = 2\ncom = [0.05, 0, 0]\ninertia = [0.01, 0.02, 0.02]\n\
+         [joints.J]\ntype = \"{kind}\"\nbetween = [\"ground\", \"collar\"]\naxis = {axis}\n\
+         [loads.gravity]\ntype = \"gravity\"\nacceleration = [0, 0, -9.81]\n\
+         [loads.rub]\ntype = \"friction\"\njoint = \"J\"\nmu = 0.2\n{keys}\n\
+         [initial]\nJ = {{ {start} }}\n\
+         [solve]\nt_end = 1\nevery = 0.1\nrtol = 1e-11\natol = 1e-12\n"
+    )
+}
+
+/// μ m g where the collar bears at its middle; of a sleeve the ends bear m g/2 ± m g a/l. It stops and stays.
+#[test]
+fn a_collar_slides_on_a_rod_and_turns_about_it() {
+    let sliding = [("", 1.0), ("length = 0.2", 1.0), ("length = 0.04", 2.0 * 0.05 / 0.04)];
+    for (keys, factor) in sliding {
+        let keys = format!("of = \"position\"\n{keys}");
+        let text = on_a_rod("cylindrical", "[1, 0, 0]", &keys, "position = 0, velocity = 1.5");
+        let mechanism = derive(model(&text));
+        let velocity = Measures::new(&mechanism, &["J.velocity"]);
+        for sample in &solve(&mechanism).samples {
+            let expected = (1.5 - 0.2 * 9.81 * factor * sample.t).max(0.0);
+            close(
+                &format!("{keys} at {} s", sample.t),
+                velocity.at(sample)[0],
+                expected,
+                within(1e-9),
+            );
+        }
+    }
+    // About the rod the circle of friction has the radius r sin(atan μ).
+    let keys = "of = \"angle\"\nradius = 0.01";
+    let text = on_a_rod("cylindrical", "[1, 0, 0]", keys, "angle = 0, rate = 3");
+    let mechanism = derive(model(&text));
+    let rate = Measures::new(&mechanism, &["J.rate"]);
+    for sample in &solve(&mechanism).samples {
+        let slowing = 0.01 * 0.2f64.atan().sin() * 2.0 * 9.81 / 0.01;
+        let expected = (3.0 - slowing * sample.t).max(0.0);
+        close(&format!("turning at {} s", sample.t), rate.at(sample)[0], expected, within(1e-9));
+    }
+}
+
+/// g (sin α − μ cos α) down a line, and at rest where tan α < μ.
+#[test]
+fn a_bead_slides_down_a_line_in_space() {
+    for slope in [0.19_f64, 0.75] {
+        let axis = format!("[1, 0, {:?}]", -slope);
+        let text =
+            on_a_rod("point-on-line", &axis, "of = \"position\"", "position = 0, velocity = 0");
+        let text = text.replace("com = [0.05, 0, 0]\n", "");
+        let mechanism = derive(model(&text));
+        let position = Measures::new(&mechanism, &["J.position"]);
+        let alpha = slope.atan();
+        let expected = (9.81 * (alpha.sin() - 0.2 * alpha.cos())).max(0.0);
+        for sample in &solve(&mechanism).samples {
+            let what = format!("slope {slope} at {} s", sample.t);
+            close(&what, position.at(sample)[0], 0.5 * expected * sample.t.powi(2), within(1e-9));
+        }
+    }
+}

@@ -147,8 +147,11 @@ impl Reader<'_> {
     ) -> Option<Surface> {
         let kind = self.names.joints[joint.0].kind?;
         let (stated, others) = match (kind, motion_idx) {
-            ("prismatic" | "slot", 0) => (Some("length"), ["radius"].as_slice()),
-            ("revolute" | "screw", 0) => (Some("radius"), ["length"].as_slice()),
+            ("prismatic" | "slot" | "cylindrical", 0) => (Some("length"), ["radius"].as_slice()),
+            ("revolute" | "screw", 0) | ("cylindrical", 1) => {
+                (Some("radius"), ["length"].as_slice())
+            }
+            ("point-on-line", 0) => (None, ["length", "radius"].as_slice()),
             // A roller rolls, or rubs beside its centre.
             ("point-on-curve", 0) if !self.names.joints[joint.0].has_radius => {
                 (None, ["length", "radius"].as_slice())
@@ -160,7 +163,7 @@ impl Reader<'_> {
                         format!("{} has `mu`, but where a {kind} joint rubs is not known", fields.owner),
                     )
                     .at(location, "this motion")
-                    .note("`mu` goes with revolute, prismatic and screw joints, and with points that slide in slots and on curves")
+                    .note("`mu` goes with revolute, prismatic, cylindrical and screw joints, and with points that slide in slots, on lines and on curves")
                     .help("state the friction itself: `force = \"5 N\"` or `torque = \"0.2 N m\"`"),
                 );
                 return None;
@@ -181,7 +184,12 @@ impl Reader<'_> {
             );
             return None;
         }
-        let Some(stated) = stated else { return Some(Surface::Track) };
+        let Some(stated) = stated else {
+            return Some(match kind {
+                "point-on-line" => Surface::Guide { length: None },
+                _ => Surface::Track,
+            });
+        };
         let size = match fields.get(stated) {
             Some(node) => {
                 let what = fields.what(stated);
