@@ -5,6 +5,9 @@ pub fn short(value: f64) -> String {
     if value == 0.0 {
         return "0".into();
     }
+    if !value.is_finite() {
+        return value.to_string();
+    }
     let magnitude = value.abs();
     if !(1e-4..1e7).contains(&magnitude) {
         let text = format!("{value:.5e}");
@@ -44,5 +47,6 @@ mod tests {
             assert_eq!(short(value), expected);
         }
         assert_eq!(short(1.25e-9), "1.25e-9");
+        assert_eq!(short(f64::INFINITY), "inf");
     }
 }

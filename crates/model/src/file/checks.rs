@@ -30,7 +30,7 @@ impl Reader<'_> {
         else {
             return true;
         };
-        let value = value.look();
+        let value = short(value.look());
         let unit = quantity.dimension().to_string();
         let space = if unit.is_empty() { "" } else { " " };
         self.report(

@@ -229,9 +229,9 @@ impl Reader<'_> {
             let with_unit =
                 |value: f64| format!("{value} {}", quantity.dimension()).trim_end().to_owned();
             let value = value.look();
-            let message = format!("{what} is {}", with_unit(value));
+            let message = format!("{what} is {} {}", short(value), quantity.dimension());
             self.report(
-                Diagnostic::error(codes::NEGATIVE_FRICTION, message)
+                Diagnostic::error(codes::NEGATIVE_FRICTION, message.trim_end())
                     .at(friction.span.clone(), "must not be negative")
                     .help(format!("write \"{}\"", with_unit(-value))),
             );

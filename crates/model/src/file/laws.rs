@@ -14,6 +14,7 @@ use super::units::Quantity;
 use super::value::{Kind, Scope};
 use crate::curve::{CamLaw, LawSegment};
 use crate::diagnostic::Diagnostic;
+use crate::message::short;
 
 /// Most turns that a law is written out for.
 const MOST_TURNS: f64 = 1000.0;
@@ -70,7 +71,7 @@ impl Reader<'_> {
                     self.report(
                         Diagnostic::error(
                             codes::BAD_TABLE,
-                            format!("{what} is {count}, more than {MOST_TURNS}"),
+                            format!("{what} is {}, more than {MOST_TURNS}", short(count)),
                         )
                         .at(turns.span, "every turn is written out")
                         .help("write as many as the run needs"),
@@ -96,12 +97,9 @@ impl Reader<'_> {
         let segments = segments?;
         if segments.iter().all(|segment| segment.law.is_none()) {
             self.report(
-                Diagnostic::error(
-                    codes::BAD_TABLE,
-                    format!("{what} of {} never move", fields.owner),
-                )
-                .at(node.span.clone(), "needs a rise")
-                .help(help),
+                Diagnostic::error(codes::BAD_TABLE, format!("{what} never move"))
+                    .at(node.span.clone(), "needs a rise")
+                    .help(help),
             );
             return None;
         }

@@ -15,6 +15,7 @@ use super::value::{Kind, Lowered, Scalar, Scope};
 use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::ClockId;
+use crate::message::short;
 use crate::state::{Clock, HeldChange, HeldSignal};
 
 /// Functions that round; all are made of the first.
@@ -101,7 +102,7 @@ impl Reader<'_> {
         let Some(value) = every.value.filter(|&value| !self.constants.is_above(value, zero)) else {
             return true;
         };
-        let message = format!("{owner} ticks every {} s", value.look());
+        let message = format!("{owner} ticks every {} s", short(value.look()));
         self.report(
             Diagnostic::error(codes::BAD_CLOCK, message)
                 .at(every.span.clone(), "must be greater than 0")
