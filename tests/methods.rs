@@ -86,14 +86,14 @@ fn stiffness_is_found_at_every_tolerance() {
     }
 }
 
-/// Andrews' squeezing mechanism far beyond the 0.03 s of its published solution, at up to 10⁴ rad/s.
+/// Andrews' squeezing mechanism far beyond the 0.03 s of its published solution, at up to 10⁴ rad/s, where the
+/// multipliers of the stabilised form are below rounding.
 #[test]
 fn a_fast_mechanism_runs_on_at_tight_tolerances() {
     for rtol in [1e-8, 1e-10] {
         let mut model = model(include_str!("../crates/bench/models/andrews.toml"));
         model.solve.method = Method::Radau;
-        model.solve.formulation = Formulation::Index2;
-        (model.solve.rtol, model.solve.atol, model.solve.t_end) = (rtol, rtol, 0.3);
+        (model.solve.rtol, model.solve.atol, model.solve.t_end) = (rtol, rtol, 1.0);
         let mechanism = derive(model);
         let motion = mechanism.solve().unwrap_or_else(|e| panic!("rtol {rtol:e}: {e}"));
         let energy = motion.summary.energy;

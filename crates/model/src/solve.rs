@@ -81,9 +81,9 @@ pub enum Method {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Formulation {
     /// Stabilised index 2 (Gear, Gupta and Leimkuhler 1985): position and velocity constraints.
-    #[default]
     Ggl,
     /// Index 2: velocity constraints only; positions are projected after every step.
+    #[default]
     Index2,
     /// Index 3: position constraints only.
     Index3,
