@@ -1,5 +1,7 @@
 //! Every channel of a run as a curve: at even times, and at both sides of jumps.
 
+use std::collections::BTreeMap;
+
 use bksim::model::file::{ShownUnit, ShownUnits};
 use bksim::overview::floor;
 use bksim::playback::Playback;
@@ -36,11 +38,12 @@ struct Channel {
     shared: Vec<[f64; 2]>,
 }
 
-/// The curves of `playback` over the span of `motion`, in at most `bytes` bytes.
+/// The curves of `playback` over the span of `motion`, in at most `bytes` bytes; `load` is the largest applied force, N.
 pub(crate) fn take(
     playback: &mut Playback,
     motion: &Motion,
     (units, bytes): (&ShownUnits, usize),
+    load: f64,
 ) -> Result<Curves, Unreplayed> {
     let times = times(motion);
     let capacity = n_numbers(bytes, size_of::<f32>()) / times.len().max(1);
@@ -65,16 +68,22 @@ pub(crate) fn take(
             channel.values.push(playback.value(signal));
         }
     }
-    for (channel, unit) in channels.iter_mut().zip(&shown) {
-        in_units(channel, unit);
+    // What is rounding beside the other channels of a unit is none of its own.
+    let mut largest: BTreeMap<&str, f64> = BTreeMap::from([("N", load)]);
+    for (channel, (si, _)) in channels.iter().zip(&shown) {
+        let size = |value: &f64| if value.is_finite() { value.abs() } else { 0.0 };
+        let own = channel.values.iter().map(size).fold(0.0, f64::max);
+        let known = largest.entry(si).or_default();
+        *known = known.max(own);
+    }
+    for (channel, (si, unit)) in channels.iter_mut().zip(&shown) {
+        in_units(channel, unit, floor(si, largest.get(si.as_str()).copied().unwrap_or(0.0)));
     }
     Ok(Curves { times, channels, n_left_out })
 }
 
-/// Puts the values of a channel into the reader's unit, without what is rounding.
-fn in_units(channel: &mut Channel, (si, shown): &(String, ShownUnit)) {
-    let size = |value: &f64| if value.is_finite() { value.abs() } else { 0.0 };
-    let floor = floor(si, channel.values.iter().map(size).fold(0.0, f64::max));
+/// Puts the values of a channel into the reader's unit, without what is below a floor.
+fn in_units(channel: &mut Channel, shown: &ShownUnit, floor: f64) {
     for value in &mut channel.values {
         *value = shown.of_si(if value.abs() <= floor { 0.0 } else { *value });
     }

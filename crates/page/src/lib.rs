@@ -19,6 +19,7 @@ mod document;
 mod equations;
 mod error;
 mod escape;
+mod loads;
 mod model_text;
 mod motion;
 mod poses;
@@ -75,7 +76,8 @@ pub fn page(playback: &mut Playback, options: &Options) -> Result<Page, PageErro
         return Err(PageError::NotBundled);
     }
     let motion = motion::take(playback, options.budget.motion)?;
-    let curves = curves::take(playback, &motion, (&options.units, options.budget.curves))?;
+    let load = loads::largest(playback);
+    let curves = curves::take(playback, &motion, (&options.units, options.budget.curves), load)?;
     let poses = poses::tape(playback.mechanism())?;
     let (scene, coarser) = scene::write(playback, options.budget.solids, &options.curves)?;
     let equations = equations::sections(playback.mechanism(), options.budget.equations);
@@ -93,6 +95,7 @@ pub fn page(playback: &mut Playback, options: &Options) -> Result<Page, PageErro
         "poses": poses,
         "scene": scene,
         "curves": curves.write(),
+        "load": load,
     });
     let content = document::Content {
         title,

@@ -14,11 +14,21 @@ pub(crate) fn html(playback: &mut Playback, units: &ShownUnits) -> Vec<(String, 
     tables.map(|(name, rows)| (name.to_owned(), table(&rows))).collect()
 }
 
+/// A number with its unit as printed: `m/s²`, `N·m`, and a minus sign.
+fn printed(text: &str) -> String {
+    let text = text.replace('*', "·").replace("^2", "²").replace("^3", "³");
+    text.strip_prefix('-').map(|size| format!("−{size}")).unwrap_or(text)
+}
+
 /// A table, its first row the heading.
 fn table(rows: &[Row]) -> String {
     let row = |tag: &str, cells: &Row| {
-        let cell = |cell: &String| format!("<{tag}>{}</{tag}>", escaped(cell));
-        format!("<tr>{}</tr>", cells.iter().map(cell).collect::<String>())
+        // The first cell names what the others are the numbers of.
+        let words = |(column, cell): (usize, &String)| {
+            if column == 0 { escaped(cell) } else { printed(&escaped(cell)) }
+        };
+        let cell = |cell| format!("<{tag}>{}</{tag}>", words(cell));
+        format!("<tr>{}</tr>", cells.iter().enumerate().map(cell).collect::<String>())
     };
     let [head, body @ ..] = rows else { return String::new() };
     let body: String = body.iter().map(|cells| row("td", cells)).collect();

@@ -144,7 +144,7 @@ fn logarithmic_ends(low: f64, high: f64, margin: Margin) -> [f64; 2] {
 }
 
 /// `rad/s^2` as `rad/s²`, `N*m` as `N·m`.
-pub(crate) fn unit_text(unit: &str) -> String {
+pub fn unit_text(unit: &str) -> String {
     let mut text = String::new();
     let mut rest = unit;
     while let Some(at) = rest.find('^') {

@@ -28,6 +28,10 @@ const LINE: f64 = 1.3;
 const TICK_SPACE: f64 = 30.0;
 /// Least gap between numbers of an abscissa, px.
 const NUMBER_SPACE: f64 = 26.0;
+/// Part of the height of a panel that its legend takes at most, unless names would be too short.
+const LEGEND: f64 = 0.4;
+/// Least distance of numbers on an ordinate, px.
+const LINE_SPACE: f64 = 1.15 * TICK_SIZE;
 /// Largest number of rounds in which insets grow.
 const N_ROUNDS: usize = 4;
 
@@ -179,6 +183,9 @@ fn place_panels(
     let [width, height] = [(free[0], n_columns, BETWEEN[0]), (free[1], n_rows, BETWEEN[1])].map(
         |(free, n, between)| ((free - 2.0 * MARGIN - between * (n - 1) as f64) / n as f64).max(1.0),
     );
+    // A panel with its legend, whatever the legend's height.
+    let whole = size.height - title - all_below - 2.0 * MARGIN - BETWEEN[1] * (n_rows - 1) as f64;
+    let max_rows = count(LEGEND * whole / n_rows as f64 / legend::ROW_HEIGHT, [1.0, 100.0]);
     let panel_at = |(idx, panel): (usize, &Panel)| {
         let (column, row) = (idx % n_columns, idx / n_columns);
         let left = MARGIN
@@ -191,18 +198,29 @@ fn place_panels(
             + (0..row).map(below).sum::<f64>()
             + row as f64 * (height + BETWEEN[1]);
         let area = Area { left, top, right: left + width, bottom: top + height };
-        place_panel(panel, area, insets.left[column], shared, has_texts(idx))
+        let space = Space { area, left_inset: insets.left[column], max_rows };
+        place_panel(panel, &space, shared, has_texts(idx))
     };
     figure.panels.iter().enumerate().map(panel_at).collect()
 }
 
+/// The space that a panel has.
+struct Space {
+    area: Area,
+    /// Left of the area, px.
+    left_inset: f64,
+    /// Rows that its legend is to have at most.
+    max_rows: usize,
+}
+
 fn place_panel(
     panel: &Panel,
-    area: Area,
-    left_inset: f64,
+    space: &Space,
     shared: Option<[f64; 2]>,
     has_texts: bool,
 ) -> PanelLayout {
+    let &Space { area, left_inset, max_rows } = space;
+
     // Ends of both axes, with one scale for both if the panel has equal scales.
     let margin = margin_of_x(std::slice::from_ref(panel));
     let mut x_ends = shared.unwrap_or_else(|| panel.x.ends(panel.values(0), margin));
@@ -213,7 +231,7 @@ fn place_panel(
     }
 
     // The legend above the area.
-    let legend = legend::entries(&panel.curves, width);
+    let legend = legend::entries(&panel.curves, width, max_rows);
     let legend_at = [area.left, area.top - legend::height(&legend) + 0.5 * legend::ROW_HEIGHT];
 
     // The abscissa, its title centred below its numbers.
@@ -229,19 +247,36 @@ fn place_panel(
     };
 
     // The ordinate, its title along the left.
-    let y_ticks = panel.y.ticks(y_ends, count(height / TICK_SPACE, [2.0, 10.0]));
+    let y_map = Map::new(y_ends, [area.bottom, area.top], panel.y.scale);
+    let mut y_ticks = panel.y.ticks(y_ends, count(height / TICK_SPACE, [2.0, 10.0]));
+    keep_apart(&mut y_ticks, &y_map);
     let y_title = panel.y.title_within(&y_ticks, AXIS_SIZE, height + legend::height(&legend));
     // A title that is longer than its axis extends upwards, next to the legend.
     let length = font::width(&y_title, AXIS_SIZE);
     let middle = (0.5 * (area.top + area.bottom)).min(area.bottom - 0.5 * length);
     let y = Side {
-        map: Map::new(y_ends, [area.bottom, area.top], panel.y.scale),
+        map: y_map,
         ticks: y_ticks,
         title: y_title,
         title_at: [area.left - left_inset + AXIS_SIZE * 0.85, middle],
         has_texts: true,
     };
     PanelLayout { area, x, y, legend, legend_at }
+}
+
+/// Leaves out numbers of an ordinate that would touch others; those kept include zero.
+fn keep_apart(ticks: &mut Ticks, map: &Map) {
+    let positions: Vec<f64> = ticks.values.iter().map(|&value| map.position(value)).collect();
+    let gaps = positions.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let gap = gaps.fold(f64::INFINITY, f64::min);
+    let stride = [1_usize, 2, 5, 10].into_iter().find(|&n| n as f64 * gap >= LINE_SPACE);
+    let stride = stride.unwrap_or(ticks.values.len());
+    let zero = ticks.values.iter().position(|&value| value == 0.0).unwrap_or(0);
+    for (idx, label) in ticks.labels.iter_mut().enumerate() {
+        if !idx.abs_diff(zero).is_multiple_of(stride.max(1)) {
+            label.clear();
+        }
+    }
 }
 
 /// The most ticks whose numbers fit into the width.

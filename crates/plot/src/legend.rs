@@ -14,6 +14,9 @@ const GAP: f64 = 6.0;
 /// Gap between a name and the next sample, px.
 const BETWEEN: f64 = 18.0;
 
+/// Least width of a column, px.
+const NARROWEST: f64 = 88.0;
+
 /// A name in a legend.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Entry {
@@ -35,12 +38,27 @@ impl Entry {
 }
 
 /// The legend of these curves within a width, in columns where it has several rows; empty for one
-/// curve, which the axis names.
-pub(crate) fn entries(curves: &[Curve], width: f64) -> Vec<Entry> {
+/// curve, which the axis names. Where it would have more than `max_rows`, names are shortened so that more
+/// columns fit, down to [`NARROWEST`].
+pub(crate) fn entries(curves: &[Curve], width: f64, max_rows: usize) -> Vec<Entry> {
+    let entries = within(curves, width, width);
+    let n_rows = |entries: &[Entry]| entries.last().map_or(0, |last| last.row + 1);
+    if n_rows(&entries) <= max_rows.max(1) {
+        return entries;
+    }
+    let n_fewest = curves.len().div_ceil(max_rows.max(1));
+    let column = |n: usize| (width + BETWEEN) / n as f64 - BETWEEN;
+    let n_columns = (1..=n_fewest).rev().find(|&n| column(n) >= NARROWEST).unwrap_or(1);
+    let narrow = within(curves, width, column(n_columns));
+    if n_rows(&narrow) < n_rows(&entries) { narrow } else { entries }
+}
+
+/// The legend within a width, with no entry wider than `widest`.
+fn within(curves: &[Curve], width: f64, widest: f64) -> Vec<Entry> {
     if curves.len() < 2 {
         return Vec::new();
     }
-    let room = (width - SAMPLE - GAP).max(0.0);
+    let room = (widest - SAMPLE - GAP).max(0.0);
     let texts: Vec<_> =
         curves.iter().map(|curve| font::fitted(&curve.name, TEXT_SIZE, room)).collect();
     let widths: Vec<f64> =
@@ -51,8 +69,9 @@ pub(crate) fn entries(curves: &[Curve], width: f64) -> Vec<Entry> {
     let n_columns = if whole <= width {
         texts.len()
     } else {
-        let fit =
-            (1..texts.len()).rev().find(|&n| n as f64 * (widest + BETWEEN) - BETWEEN <= width);
+        let fit = (1..texts.len())
+            .rev()
+            .find(|&n| n as f64 * (widest + BETWEEN) - BETWEEN <= width + 1e-9);
         fit.unwrap_or(1)
     };
     let entry = |(curve, text): (usize, String)| {
@@ -82,7 +101,7 @@ mod tests {
             .map(|name| Curve::new(name, vec![]))
             .into();
         for width in [60.0, 150.0, 300.0, 900.0] {
-            let entries = entries(&curves, width);
+            let entries = entries(&curves, width, 9);
             for entry in &entries {
                 let end = entry.text_x() + font::width(&entry.text, TEXT_SIZE);
                 assert!(end <= width + 1e-9, "{entry:?} in {width}");
@@ -92,7 +111,22 @@ mod tests {
                 assert!(end + 10.0 < pair[1].x, "{pair:?}");
             }
         }
-        assert_eq!(height(&entries(&curves, 900.0)), ROW_HEIGHT + 4.0);
-        assert!(entries(&curves[..1], 900.0).is_empty());
+        assert_eq!(height(&entries(&curves, 900.0, 9)), ROW_HEIGHT + 4.0);
+        assert!(entries(&curves[..1], 900.0, 9).is_empty());
+    }
+
+    #[test]
+    fn names_are_shortened_before_a_legend_is_too_high() {
+        let curves: Vec<Curve> = ["first_angle1_dot", "first_angle2_dot", "phi1_dot", "phi2_dot"]
+            .map(|name| Curve::new(name, vec![]))
+            .into();
+        let rows = |max_rows| entries(&curves, 250.0, max_rows).last().map(|last| last.row + 1);
+        assert_eq!([rows(9), rows(2)], [Some(4), Some(2)]);
+        for entry in entries(&curves, 250.0, 2) {
+            let end = entry.text_x() + font::width(&entry.text, TEXT_SIZE);
+            assert!(end <= 250.0 + 1e-9, "{entry:?}");
+        }
+        // Names are kept readable however low the picture is.
+        assert_eq!(entries(&curves, 100.0, 1).len(), 4);
     }
 }

@@ -44,7 +44,7 @@ mod theme;
 mod thin;
 mod ticks;
 
-pub use axis::{Axis, Scale};
+pub use axis::{Axis, Scale, unit_text};
 pub use decimate::{Envelope, LARGEST, Point};
 pub use figure::{Curve, Figure, Mark, Panel, Size};
 pub use picture::{Format, PlotError, convert};

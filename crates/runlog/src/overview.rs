@@ -51,14 +51,23 @@ const WORDS: [(&str, &str); 19] = [
 
 /// Values below this part of the largest of their unit are rounding.
 const ROUNDING: f64 = 1e-12;
-/// The size that rounding leaves of a mechanical quantity that is zero throughout, such as a force where nothing has a mass, SI: a
-/// bacterium weighs ten thousand times as many newtons.
-const NOTHING: f64 = 1e-18;
+/// The size that rounding leaves of a quantity that is zero throughout, SI, by unit. A bacterium weighs ten thousand times
+/// as many newtons, and an atom is a hundred thousand times as wide.
+const NOTHING: [(&str, f64); 8] = [
+    ("N", 1e-18),
+    ("N*m", 1e-18),
+    ("J", 1e-18),
+    ("W", 1e-18),
+    ("m", 1e-15),
+    ("rad", 1e-15),
+    ("m/s", 1e-14),
+    ("rad/s", 1e-14),
+];
 
 /// The size below which values of this SI unit are nothing but rounding, in a run whose largest value of that unit is
 /// `largest`.
 pub fn floor(unit: &str, largest: f64) -> f64 {
-    let least = if ["N", "N*m", "J", "W"].contains(&unit) { NOTHING } else { 0.0 };
+    let least = NOTHING.iter().find(|(known, _)| *known == unit).map_or(0.0, |(_, least)| *least);
     least.max(ROUNDING * largest)
 }
 

@@ -125,11 +125,23 @@ impl<'a> Sketch<'a> {
         sliders.any(|slider| slider.body == body)
     }
 
-    /// Area of the box around the points of a plate in its own plane, in squares of pins; zero of what has two points
-    /// at most.
+    /// Area of a body in the plane, in squares of pins: of the box around its solids, or of the plate through its
+    /// points; zero of what has two points at most.
     fn width(&self, body: usize) -> f64 {
+        if !self.is_planar() {
+            return 0.0;
+        }
+        let solids = self.solids(body);
+        if !solids.is_empty() {
+            let corners: Vec<_> = solids.iter().flat_map(|shape| shape.form.reach()).collect();
+            let span = |axis: usize| {
+                let along = || corners.iter().map(|p| p[axis]);
+                along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+            };
+            return span(0) * span(1) / (self.pin * self.pin);
+        }
         let points = &self.attached[body];
-        if !self.is_planar() || points.len() < 3 || !self.model().bodies[body].outline.is_empty() {
+        if points.len() < 3 || !self.model().bodies[body].outline.is_empty() {
             return 0.0;
         }
         let across = |p: &[f64; 3], a: &[f64; 3], b: &[f64; 3]| {

@@ -58,9 +58,11 @@ pub struct ArrowKind {
 
 impl ArrowScale {
     /// The scale with which the largest vector of a run is drawn a quarter as long as the mechanism is large. `peaks` are
-    /// the largest sizes of each vector over the run.
-    pub fn of(peaks: &[f64], extent: f64) -> Self {
-        let largest = peaks.iter().copied().filter(|peak| *peak > NOTHING).fold(0.0, f64::max);
+    /// the largest sizes of each vector over the run; below a part of `reference`, the largest of this unit of any
+    /// kind, they are rounding.
+    pub fn of(peaks: &[f64], reference: f64, extent: f64) -> Self {
+        let floor = NOTHING.max(ROUNDING * reference);
+        let largest = peaks.iter().copied().filter(|peak| *peak > floor).fold(0.0, f64::max);
         let least = peaks.iter().copied().filter(|peak| *peak > ROUNDING * largest);
         let least = least.fold(f64::INFINITY, f64::min);
         let longest = arrow_scale(largest, extent) * largest;
@@ -169,7 +171,7 @@ mod tests {
 
     #[test]
     fn one_scale_fits_eighty_kilonewtons_and_five_newtons() {
-        let scale = ArrowScale::of(&[80e3, 5.0, 2e3], 4.0);
+        let scale = ArrowScale::of(&[80e3, 5.0, 2e3], 80e3, 4.0);
         assert!(scale.is_logarithmic);
         assert_eq!(scale.length(80e3), 1.0);
         assert!(scale.length(5.0) > 0.15, "{}", scale.length(5.0));
@@ -178,13 +180,16 @@ mod tests {
         let sizes: Vec<f64> = scale.samples().into_iter().map(|(size, _)| size).collect();
         assert_eq!(sizes, [50e3, 500.0]);
         // Of like vectors twice the size is twice as long.
-        let scale = ArrowScale::of(&[50.0, 8.0, 1e-12], 4.0);
+        let scale = ArrowScale::of(&[50.0, 8.0, 1e-12], 50.0, 4.0);
         assert!(!scale.is_logarithmic);
         assert_eq!(scale.length(50.0), 2.0 * scale.length(25.0));
-        assert!(ArrowScale::of(&[], 1.0).samples().is_empty());
+        assert!(ArrowScale::of(&[], 0.0, 1.0).samples().is_empty());
         // Where nothing has a mass, reactions are zero but for rounding.
-        let scale = ArrowScale::of(&[3e-31, 1e-30], 4.0);
+        let scale = ArrowScale::of(&[3e-31, 1e-30], 1e-30, 4.0);
         assert!(scale.samples().is_empty() && scale.length(1e-30) == 0.0);
+        // So are reactions that balance nothing beside weights of kilonewtons.
+        let scale = ArrowScale::of(&[5e-13], 4e3, 4.0);
+        assert!(scale.samples().is_empty() && scale.length(5e-13) == 0.0);
     }
 
     #[test]

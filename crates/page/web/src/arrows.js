@@ -10,9 +10,13 @@ const ROUNDING = 1e-9;
 const NOTHING = 1e-18;
 
 export class ArrowScale {
-  /** `peaks` are the largest sizes of each vector over the run; the largest of all has an arrow of `longest` metres. */
-  constructor(peaks, longest) {
-    this.largest = Math.max(0, ...peaks.filter((peak) => peak > NOTHING));
+  /**
+   * `peaks` are the largest sizes of each vector over the run; the largest of all has an arrow of `longest` metres. Those below
+   * a part of `reference`, the largest size of this unit in the run, are rounding.
+   */
+  constructor(peaks, longest, reference = 0) {
+    const floor = Math.max(NOTHING, ROUNDING * reference);
+    this.largest = Math.max(0, ...peaks.filter((peak) => peak > floor));
     const least = Math.min(...peaks.filter((peak) => peak > ROUNDING * this.largest));
     this.longest = this.largest > 0 ? longest : 0;
     this.isLogarithmic = Number.isFinite(least) && this.largest > SPREAD * least;

@@ -109,7 +109,7 @@ export class Curves {
       axes: [
         { ...axis, label: isLast ? 't, s' : undefined, labelSize: 20, size: isLast ? 36 : 24,
           labelFont: axis.font },
-        { ...axis, size: 62, label: unit || ' ', labelSize: 18, labelFont: axis.font,
+        { ...axis, size: 62, label: printed(unit) || ' ', labelSize: 18, labelFont: axis.font,
           values: (_, ticks) => tickTexts(ticks) },
       ],
       hooks: { setScale: [(plot, key) => key === 'x' && this.zoomed(plot)] },
@@ -241,6 +241,11 @@ function largestOf(values) {
     if (Number.isFinite(value)) largest = Math.max(largest, Math.abs(value));
   }
   return largest;
+}
+
+/** A unit as printed: `m/s²`, `N·m`. */
+function printed(unit) {
+  return unit.replaceAll('*', '·').replaceAll('^2', '²').replaceAll('^3', '³');
 }
 
 /** The curves at first: coordinates of one unit, and the energies. */

@@ -13,8 +13,10 @@ const ARROW = 0.22;
 
 export class Extras {
   /** `run.at(t)` gives the numbers of all bodies at `t`, `run.forceAt(joint)` the force of a joint then. */
-  constructor(run, size) {
+  /** `load` is the largest applied force of the run, N. */
+  constructor(run, size, load) {
     this.run = run;
+    this.load = load;
     this.size = size;
     this.trailed = new Set();
     this.hasNames = false;
@@ -116,7 +118,8 @@ export class Extras {
           if (Number.isFinite(size)) peaks[i] = Math.max(peaks[i] ?? 0, size);
         });
       }
-      this.scales.set(quantity, new ArrowScale(Object.values(peaks), ARROW * this.size));
+      const reference = quantity === 'reactions' ? this.load : 0;
+      this.scales.set(quantity, new ArrowScale(Object.values(peaks), ARROW * this.size, reference));
     }
     return this.scales.get(quantity);
   }

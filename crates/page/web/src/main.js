@@ -27,7 +27,7 @@ for (let k = 0; k <= N_FITTED; k += 1) {
   const t = motion.start + ((motion.end - motion.start) * k) / N_FITTED;
   extent.push(...outline(scene, run.at(t)));
 }
-const extras = new Extras(run, sizeOf(extent));
+const extras = new Extras(run, sizeOf(extent), data.load);
 const clock = new Clock(motion.start, motion.end, redraw);
 const curves = new Curves(data.curves, document.querySelector('#curves .charts'), (t) => {
   clock.pause();

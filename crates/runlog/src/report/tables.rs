@@ -14,10 +14,15 @@ struct Writing<'u> {
     time: ShownUnit,
     /// The largest sizes of forces and of moments and energies, N and J.
     scales: [f64; 2],
+    /// Of the run, s.
+    duration: f64,
 }
 
+/// Part of the run below which an instant is that of the start.
+const RESOLUTION: f64 = 1e-8;
+
 /// Part of the largest value of a kind below which another one is rounding.
-const ROUNDING: f64 = 1e-12;
+const ROUNDING: f64 = 1e-11;
 
 /// The size that rounding leaves of a quantity that is zero throughout, such as a force where nothing has a mass; SI.
 const NOTHING: f64 = 1e-18;
@@ -65,7 +70,9 @@ impl Writing<'_> {
         above(value, scale)
     }
 
+    /// An instant; where a smooth quantity is largest is known to the root of the rounding of its value.
     fn instant(&self, t: f64) -> String {
+        let t = if t.abs() <= RESOLUTION * self.duration { 0.0 } else { t };
         format!("{} {}", number(self.time.of_si(t)), self.time.unit)
     }
 
@@ -84,11 +91,11 @@ fn words<const N: usize>(words: [&str; N]) -> Row {
 /// The tables of a report in these units, with their names; those without rows are left out. The first row of each is
 /// its heading.
 pub fn tables(report: &Report, units: &ShownUnits) -> Vec<(&'static str, Vec<Row>)> {
-    let writing = Writing { units, time: units.of("s"), scales: scales(report) };
+    let duration = (report.span[1] - report.span[0]).abs();
+    let writing = Writing { units, time: units.of("s"), scales: scales(report), duration };
     let w = &writing;
     let per =
         |unit: &str, n: usize| if n == 1 { format!("{unit}/s") } else { format!("{unit}/s^2") };
-    let duration = (report.span[1] - report.span[0]).abs();
     let motions = report.motions.iter().map(|motion| {
         let floored =
             |limit: Extreme| Extreme { value: above(limit.value, motion.stroke()), ..limit };

@@ -133,11 +133,19 @@ impl Drawing {
         layer: u32,
     ) {
         if scene.is_planar {
-            // The buffer of fixed primitives has this order.
-            self.paint(0..fixed.n_back, layer);
-            self.solids(scene, fixed, frame, poses, |drawing, _, range| {
-                drawing.paint(range, layer);
+            // The buffer of fixed primitives has this order; solids stand between them in it.
+            let mut solids = Vec::new();
+            self.solids(scene, fixed, frame, poses, |_, shape, range| {
+                solids.push((fixed.ranges[shape].start, range));
             });
+            let mut done = 0;
+            for (first, range) in solids {
+                let first = first.min(fixed.n_back);
+                self.paint(done..first, layer);
+                self.paint(range, layer);
+                done = first;
+            }
+            self.paint(done..fixed.n_back, layer);
             self.spans(scene, fixed, frame, poses, |drawing, _, range| drawing.paint(range, layer));
             self.paint(fixed.n_back..self.globals.n_fixed, layer);
             return;

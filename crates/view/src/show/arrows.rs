@@ -74,8 +74,11 @@ impl Arrows {
 
     /// The kinds of arrows that are shown, each to a scale of its own.
     pub(super) fn kinds(&self, options: &ShowOptions, theme: &Theme) -> Vec<ArrowKind> {
+        let largest = |peaks: &[f64]| peaks.iter().copied().fold(0.0, f64::max);
+        let force = largest(&self.reactions).max(largest(&self.applied));
         let kind = |is_shown: bool, name, color, unit, peaks: &[f64]| {
-            let scale = ArrowScale::of(peaks, self.extent);
+            let reference = if unit == "N" { force } else { largest(peaks) };
+            let scale = ArrowScale::of(peaks, reference, self.extent);
             is_shown.then_some(ArrowKind { name, color, unit, scale })
         };
         let all = [

@@ -17,9 +17,46 @@ pub(super) fn marks(input: GridInput) -> Vec<GridMark> {
     values.into_iter().map(mark).collect()
 }
 
+/// The number at a line, with the decimals that tell it from its neighbours.
+pub(super) fn label(mark: GridMark) -> String {
+    let GridMark { value, step_size: step } = mark;
+    if !(step.is_finite() && step > 0.0) || value.abs() < 1e-6 * step {
+        return "0".to_owned();
+    }
+    let power = (step.log10() + 1e-9).floor();
+    if !(-4.0..6.0).contains(&power) || value.abs() >= 1e6 {
+        // As many digits as the step asks for.
+        let digits = (value.abs().log10().floor() - power).clamp(0.0, 9.0);
+        return format!("{value:.*e}", whole(digits));
+    }
+    format!("{value:.*}", whole((-power).max(0.0)))
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 9")]
+fn whole(digits: f64) -> usize {
+    digits as usize
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn labels_tell_neighbours_apart_and_zero_has_no_sign() {
+        let cases = [
+            ((-0.0, 0.5), "0"),
+            ((-1e-17, 0.2), "0"),
+            ((0.5, 0.5), "0.5"),
+            ((1.5, 0.5), "1.5"),
+            ((-0.25, 0.05), "-0.25"),
+            ((15000.0, 5000.0), "15000"),
+            ((2e-7, 1e-7), "2e-7"),
+            ((1.5e7, 5e6), "1.5e7"),
+        ];
+        for ((value, step_size), expected) in cases {
+            assert_eq!(label(GridMark { value, step_size }), expected);
+        }
+    }
 
     #[test]
     fn an_axis_of_any_length_has_three_labels() {

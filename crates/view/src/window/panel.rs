@@ -79,7 +79,8 @@ fn legend(ui: &mut Ui, color: Color32, curve: &Curve, show: &Show) {
         ui.painter().line_segment(line, egui::Stroke::new(2.5, color));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let value = number::value(curve.value(show.playback()));
-            ui.label(RichText::new(format!("{value} {}", curve.unit)).monospace());
+            let unit = bksim_plot::unit_text(&curve.unit);
+            ui.label(RichText::new(format!("{value} {unit}")).monospace());
             if curve.is_shared(show.playback()) {
                 let words = "one of many solutions of the equilibrium; dashed in the plot";
                 ui.label(RichText::new("not unique").italics()).on_hover_text(words);
@@ -93,6 +94,11 @@ fn legend(ui: &mut Ui, color: Color32, curve: &Curve, show: &Show) {
 
 /// Distances of labels, points: the grid has no lines that are too near.
 const ANY: std::ops::RangeInclusive<f32> = 1.0..=2.0;
+
+/// An axis whose numbers are those of the grid.
+fn numbered(hints: AxisHints<'_>) -> AxisHints<'_> {
+    hints.label_spacing(ANY).formatter(|mark, _| grid::label(mark))
+}
 
 /// Curves of one unit.
 fn plot(ui: &mut Ui, group_idx: usize, group: &[(usize, &Curve)], height: f32, clock: &mut Clock) {
@@ -116,8 +122,8 @@ fn plot(ui: &mut Ui, group_idx: usize, group: &[(usize, &Curve)], height: f32, c
         .grid_color(style::color32(theme.text.with_opacity(0.25)))
         .x_grid_spacer(grid::marks)
         .y_grid_spacer(grid::marks)
-        .custom_x_axes(vec![AxisHints::new_x().label_spacing(ANY)])
-        .custom_y_axes(vec![AxisHints::new_y().label_spacing(ANY).min_thickness(44.0)])
+        .custom_x_axes(vec![numbered(AxisHints::new_x())])
+        .custom_y_axes(vec![numbered(AxisHints::new_y()).min_thickness(44.0)])
         .set_margin_fraction(vec2(0.0, 0.08))
         .label_formatter(|_| None);
     let response = plot.show(ui, |ui| {

@@ -139,7 +139,7 @@ fn plot<'a>(graph: &'a Graph, view: &View, theme: &Theme) -> Plot<'a> {
 fn axis<'a>(hints: AxisHints<'a>, measured: &'a Measured) -> AxisHints<'a> {
     let hints = hints.label(RichText::new(&measured.name).small());
     if !measured.is_logarithmic {
-        return hints;
+        return hints.formatter(|mark, _| grid::label(mark));
     }
     hints.formatter(|mark, _| format!("{:.0e}", measured.value(mark.value)))
 }

@@ -1,6 +1,6 @@
 //! The picture of a sweep: curves over one input, contours over two, points over more.
 
-use bksim_plot::{Axis, Curve, Figure, Mark, Panel, Point, Scale, round_numbers};
+use bksim_plot::{Axis, Curve, Figure, Mark, Panel, Point, Scale, round_numbers, unit_text};
 use bksim_sweep::Table;
 use contour::ContourBuilder;
 
@@ -79,7 +79,7 @@ impl Columns<'_> {
         let name = |case: usize| {
             let words = others.iter().map(|&idx| {
                 let (column, values) = &inputs[idx];
-                format!("{} = {} {}", column.name, short(values[case]), column.unit)
+                format!("{} = {} {}", column.name, short(values[case]), unit_text(&column.unit))
             });
             words.map(|word| word.trim_end().to_owned()).collect::<Vec<_>>().join(", ")
         };
@@ -118,7 +118,7 @@ impl Columns<'_> {
                     }));
                     points.push([f64::NAN; 2]);
                 }
-                let height = format!("{} {}", short(line.threshold()), column.unit);
+                let height = format!("{} {}", short(line.threshold()), unit_text(&column.unit));
                 Curve::new(height.trim_end(), points)
             });
             let mut curves: Vec<Curve> = curves.collect();
