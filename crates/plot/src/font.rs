@@ -47,6 +47,17 @@ pub(crate) fn fitted(text: &str, size: f64, room: f64) -> String {
     "…".to_owned()
 }
 
+/// The text, or as much of its beginning as fits into `room`.
+pub(crate) fn begun(text: &str, size: f64, room: f64) -> String {
+    if width(text, size) <= room {
+        return text.to_owned();
+    }
+    let letters: Vec<char> = text.chars().take(400).collect();
+    let short = |n: usize| letters[..n].iter().chain(&['…']).collect::<String>();
+    let found = (1..letters.len()).rev().map(short).find(|short| width(short, size) <= room);
+    found.unwrap_or_else(|| "…".to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

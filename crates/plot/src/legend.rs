@@ -1,5 +1,7 @@
 //! Legends: rows above the axes, where they hide no curve.
 
+use std::collections::BTreeSet;
+
 use crate::Curve;
 use crate::font;
 
@@ -59,8 +61,7 @@ fn within(curves: &[Curve], width: f64, widest: f64) -> Vec<Entry> {
         return Vec::new();
     }
     let room = (widest - SAMPLE - GAP).max(0.0);
-    let texts: Vec<_> =
-        curves.iter().map(|curve| font::fitted(&curve.name, TEXT_SIZE, room)).collect();
+    let texts = told_apart(curves, room);
     let widths: Vec<f64> =
         texts.iter().map(|text| SAMPLE + GAP + font::width(text, TEXT_SIZE)).collect();
     let whole = widths.iter().sum::<f64>() + BETWEEN * (widths.len() - 1) as f64;
@@ -84,6 +85,16 @@ fn within(curves: &[Curve], width: f64, widest: f64) -> Vec<Entry> {
         Entry { curve, text, x, row }
     };
     texts.into_iter().enumerate().map(entry).collect()
+}
+
+/// The names within a width: without their middle, or, where that makes two of them one, without their end.
+fn told_apart(curves: &[Curve], room: f64) -> Vec<String> {
+    let of = |shorten: fn(&str, f64, f64) -> String| -> Vec<String> {
+        curves.iter().map(|curve| shorten(&curve.name, TEXT_SIZE, room)).collect()
+    };
+    let n_different = |texts: &[String]| texts.iter().collect::<BTreeSet<_>>().len();
+    let (middle, begun) = (of(font::fitted), of(font::begun));
+    if n_different(&begun) > n_different(&middle) { begun } else { middle }
 }
 
 /// Height of a legend, px.
@@ -128,5 +139,10 @@ mod tests {
         }
         // Names are kept readable however low the picture is.
         assert_eq!(entries(&curves, 100.0, 1).len(), 4);
+        let curves: Vec<Curve> =
+            ["cross1_angle", "cross2_angle"].map(|name| Curve::new(name, vec![])).into();
+        let texts: Vec<_> =
+            entries(&curves, 195.0, 1).into_iter().map(|entry| entry.text).collect();
+        assert!(texts[0] != texts[1] && texts[0].ends_with('…'), "{texts:?}");
     }
 }

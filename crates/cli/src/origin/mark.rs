@@ -7,6 +7,8 @@
 //! | MP4 | a `free` box, the last of the file |
 //! | DXF | a comment (group 999) before the end of the file; of binary DXF none |
 //! | JSON | the first member of an object |
+//! | NPZ | the comment of the archive |
+//! | MAT | the last variable, `made_by` |
 //! | SVG, HTML, Markdown, PDF, C, Rust, Python, TOML, manual pages, text | the last line |
 
 use std::ffi::OsStr;
@@ -18,6 +20,9 @@ use sha2::{Digest, Sha256};
 /// First bytes of a PNG, and its last chunk.
 const PNG: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 const PNG_END: [u8; 12] = *b"\0\0\0\0IEND\xaeB\x60\x82";
+/// First bytes of the end of an archive, and of a MAT file.
+const ZIP_END: [u8; 4] = *b"PK\x05\x06";
+const MAT: &[u8] = b"MATLAB 5.0 MAT-file";
 /// Trailer of a GIF, and the beginning of a comment in it.
 const GIF_END: u8 = 0x3b;
 const GIF_COMMENT: [u8; 2] = [0x21, 0xfe];
@@ -34,6 +39,8 @@ enum Place {
     Mp4,
     Dxf,
     Json,
+    Npz,
+    Mat,
     /// A remark that is the last line, between these two.
     Line([&'static str; 2]),
 }
@@ -70,7 +77,8 @@ fn found(bytes: &[u8]) -> Option<(Place, Range<usize>)> {
     let sum = bytes[words..].windows(SUM.len()).position(|window| window == SUM.as_bytes())?;
     let end = words + sum + SUM.len() + 64;
     let mark = bytes.get(words..end)?;
-    let places = [Place::Png, Place::Gif, Place::Mp4, Place::Dxf, Place::Json];
+    let places =
+        [Place::Png, Place::Gif, Place::Mp4, Place::Dxf, Place::Json, Place::Npz, Place::Mat];
     let lines = LINES.iter().map(|(_, sides)| Place::Line(*sides));
     places.into_iter().chain(lines).find_map(|place| {
         let (before, after) = place.around(bytes, mark);
@@ -103,6 +111,8 @@ fn place_of(path: &Path, bytes: &[u8]) -> Option<Place> {
         "mp4" => Some(Place::Mp4),
         "dxf" => Some(Place::Dxf),
         "json" => Some(Place::Json),
+        "npz" => Some(Place::Npz),
+        "mat" => Some(Place::Mat),
         ending => {
             let line = LINES.iter().find(|(endings, _)| endings.contains(&ending));
             line.map(|(_, sides)| Place::Line(*sides))
@@ -119,6 +129,13 @@ impl Place {
             Self::Mp4 | Self::Line(_) => Some(bytes.len()),
             Self::Dxf => dxf_end(bytes),
             Self::Json => bytes.starts_with(b"{\n").then_some(2),
+            // Before the length of the comment, which is zero: these two bytes end the comment then.
+            Self::Npz => {
+                let end = bytes.len().checked_sub(ZIP_END.len() + 18)?;
+                let is_last = bytes[end..].starts_with(&ZIP_END) && bytes.ends_with(&[0, 0]);
+                is_last.then(|| bytes.len() - 2)
+            }
+            Self::Mat => bytes.starts_with(MAT).then_some(bytes.len()),
         }
     }
 
@@ -149,9 +166,37 @@ impl Place {
                 (format!("999{line}").into_bytes(), line.as_bytes().to_vec())
             }
             Self::Json => (b"  \"made_by\": \"".to_vec(), b"\",\n".to_vec()),
+            Self::Npz => {
+                let n = u16::try_from(mark.len() + 2).unwrap_or_default();
+                (n.to_le_bytes().to_vec(), Vec::new())
+            }
+            Self::Mat => mat_variable(mark.len()),
             Self::Line([before, after]) => (before.as_bytes().to_vec(), after.as_bytes().to_vec()),
         }
     }
+}
+
+/// The bytes before and after `n` letters that are the value of the variable `made_by` of a MAT file.
+fn mat_variable(n: usize) -> (Vec<u8>, Vec<u8>) {
+    // Types of data elements, in the words of the format: miINT8, miINT32, miUINT32, miMATRIX, miUTF8; mxCHAR_CLASS.
+    let [int8, int32, uint32, matrix, utf8, characters] = [1, 5, 6, 14, 16, 4];
+    // Marks are short.
+    let length = u32::try_from(n).unwrap_or_default();
+    let padded = length.next_multiple_of(8);
+    // Flags, shape and name are elements of eight bytes each, after the eight of their type and length.
+    let words = [
+        [matrix, 3 * 16 + 8 + padded],
+        [uint32, 8],
+        [characters, 0],
+        [int32, 8],
+        [1, length],
+        [int8, 7],
+    ];
+    let mut before: Vec<u8> =
+        words.as_flattened().iter().flat_map(|word| word.to_le_bytes()).collect();
+    before.extend(b"made_by\0");
+    before.extend([utf8, length].iter().flat_map(|word| word.to_le_bytes()));
+    (before, vec![0; (padded - length) as usize])
 }
 
 /// The place of the groups `0`, `EOF` that end a drawing in text.
@@ -207,6 +252,8 @@ mod tests {
             ("a.dxf", DRAWING.to_vec()),
             ("b.dxf", b"0\nSECTION\n0\nENDSEC\n0\nEOF\n".to_vec()),
             ("a.json", b"{\n  \"some\": 1\n}\n".to_vec()),
+            ("a.npz", [&b"PK\x03\x04some"[..], &ZIP_END, &[7; 16], &[0, 0]].concat()),
+            ("a.mat", [MAT, b" and some content"].concat()),
         ]);
         all
     }

@@ -25,24 +25,16 @@ from ._errors import (
 from ._facts import Check, Start
 from ._functions import Functions
 from ._model import Model, example, load, loads
-from ._parts import (
-    Body,
+from ._joints import (
     ConstantVelocity,
     CurveOnCurve,
     Cylinder,
     Cylindrical,
-    Damper,
     Distance,
-    Drive,
-    Force,
     Free,
-    Friction,
-    Gravity,
-    Ground,
     Joint,
     LineOnCurve,
     Link,
-    Load,
     ParallelAxes,
     PerpendicularAxes,
     Planar,
@@ -54,17 +46,28 @@ from ._parts import (
     Screw,
     Slot,
     Spherical,
+    Universal,
+    Weld,
+)
+from ._parts import (
+    Body,
+    Damper,
+    Drive,
+    Force,
+    Friction,
+    Gravity,
+    Ground,
+    Load,
     Spring,
     Stop,
     Torque,
     Torsion,
-    Universal,
-    Weld,
 )
 from ._questions import Answer, LinearSystem, Modes, Response
 from ._report import Report
 from ._show import Animation, Picture, Plot
-from ._solution import Samples, Solution, open
+from ._samples import Samples
+from ._solution import Solution, open
 from ._sampled import Sampled
 from ._stepping import SavedState, Stepping
 from ._sweep import Failure, Sweep, sweep

@@ -7,10 +7,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Union
+
+import numpy as np
+from numpy.typing import NDArray
 
 from . import _bksim
 from ._errors import ModelError
+
+Value = Union[float, str]
+"""A number, a quantity or an expression."""
+
+Point = Union[Sequence[Value], NDArray[np.float64]]
+"""``[x, y]`` or ``[x, y, z]``, length."""
 
 # Unknown units, other dimensions, sums of different ones. What else is wrong may become right by other parts.
 OF_UNITS = ("M030", "M031", "M032")

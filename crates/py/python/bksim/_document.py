@@ -6,19 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from ._assigned import plain, trusted
-from ._parts import (
-    Body,
-    Drive,
-    Ground,
-    Joint,
-    Load,
-    Value,
-    from_table,
-    joint_from_table,
-    load_from_table,
-    to_table,
-)
+from ._assigned import Value, plain, trusted
+from ._joints import Joint, joint_from_table
+from ._parts import Body, Drive, Ground, Load, from_table, load_from_table, to_table
 
 
 # Sections without classes of their own.

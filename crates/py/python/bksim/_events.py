@@ -10,7 +10,8 @@ import numpy as np
 from ._named import Array
 
 if TYPE_CHECKING:
-    from ._solution import Samples, Solution
+    from ._samples import Samples
+    from ._solution import Solution
 
 Event: TypeAlias = Union[str, Callable[[float, Array, Array], float]]
 """A quantity by name, or a function of t, q and v, with the attributes ``terminal`` and ``direction``."""

@@ -18,7 +18,9 @@ from ._events import Event, found
 from ._errors import Diagnostic, LimitError, ModelError, SolverError, WorthWarning, diagnostics_of
 from ._functions import Functions
 from ._named import unknown
-from ._parts import Body, Drive, Ground, Joint, Load, Value
+from ._assigned import Value
+from ._joints import Joint
+from ._parts import Body, Drive, Ground, Load
 from ._progress import Progress
 from ._questions import Questions
 from ._reading import read, text_of

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from . import _bksim
-from ._parts import Value
+from ._assigned import Value
 from ._values import Law
 from ._words import Jit
 

@@ -14,7 +14,8 @@ from . import _bksim
 from ._checked import path as checked_path
 
 if TYPE_CHECKING:
-    from ._solution import Samples, Solution
+    from ._samples import Samples
+    from ._solution import Solution
 
 INSTANTS = 1201
 """Instants at which curves are drawn where the motion between samples is known."""

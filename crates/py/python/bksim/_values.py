@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from . import _bksim
 from ._checked import real
 from ._errors import ModelError
-from ._parts import Value
+from ._assigned import Value
 from ._sampled import Sampled
 
 if TYPE_CHECKING:
