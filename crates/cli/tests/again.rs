@@ -80,6 +80,24 @@ fn code_is_replaced_unless_somebody_has_edited_it() {
 }
 
 #[test]
+fn matrices_of_other_programs_are_replaced_unless_somebody_else_wrote_them() {
+    let place = Scratch::new();
+    place.write("one.toml", pendulum("2 s"));
+    place.write("two.toml", pendulum("3 s"));
+    for file in ["l.npz", "l.mat"] {
+        for _ in 0..2 {
+            done(&place, &format!("linearize one.toml -o {file}"));
+        }
+        refused(&place, &format!("linearize two.toml -o {file}"), file);
+        let mut bytes = fs::read(place.path().join(file)).expect("matrices");
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        fs::write(place.path().join(file), bytes).expect("edited");
+        refused(&place, &format!("linearize one.toml -o {file}"), file);
+    }
+}
+
+#[test]
 fn tables_of_answers_are_replaced_unless_somebody_else_wrote_them() {
     let place = Scratch::new();
     place.write("one.toml", pendulum("2 s"));
