@@ -74,6 +74,19 @@ fn radau_hands_over_ahead_of_the_pose_and_takes_over_behind() {
     }
 }
 
+/// Radau's steps may end as near to a pose as a small part of their length.
+#[test]
+fn radau_tells_every_pose_at_loose_tolerances() {
+    for rtol in [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6] {
+        let mut model = model(&windows(1, Coordinates::Relative));
+        (model.solve.rtol, model.solve.atol, model.solve.method) = (rtol, rtol, Method::Radau);
+        model.solve.t_end = 10.0;
+        let poses = solve(&derive(model)).summary.singular_poses;
+        let times: Vec<f64> = poses.iter().map(|pose| pose.t).collect();
+        assert_eq!(times.len(), 10, "rtol {rtol:.1e}: {times:?}");
+    }
+}
+
 /// Steps that shorten on their way to a pose pass it as others do; every second pass is the way back.
 #[test]
 fn every_pose_is_reported_at_every_tolerance() {
@@ -87,8 +100,9 @@ fn every_pose_is_reported_at_every_tolerance() {
             let times: Vec<f64> = summary.singular_poses.iter().map(|pose| pose.t).collect();
             let what = format!("{method:?}, 1e-{exponent}: {times:?}");
             let [first, second, third] = times[..] else { panic!("{what}") };
-            assert!((second - 3.0 * first).abs() < 1e-4, "{what}");
-            assert!((third - 5.0 * first).abs() < 1e-4, "{what}");
+            let off = 1e-5 + 100.0 * tolerance;
+            assert!((second - 3.0 * first).abs() < off, "{what}");
+            assert!((third - 5.0 * first).abs() < off, "{what}");
             assert!(summary.singular_poses.iter().all(|pose| pose.rank == 1), "{what}");
         }
     }

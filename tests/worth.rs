@@ -31,9 +31,12 @@ fn no_example_is_suspected() {
     let examples = support::example_names();
     let examples = examples.iter().map(|name| (PathBuf::from(name), support::example_text(name)));
     let is_model = |path: &Path| path.extension().is_some_and(|ending| ending == "toml");
-    // This one turns for hours, and this one has places to be filled.
-    let fixtures =
-        models_in("tests/fixtures", |path| is_model(path) && !path.ends_with("long-pendulum.toml"));
+    // One turns for hours, one has places to be filled, and one passes singular poses, near which its accelerations are
+    // known to few digits.
+    let fixtures = models_in("tests/fixtures", |path| {
+        let is_special = |name: &&str| path.ends_with(name);
+        is_model(path) && !["long-pendulum.toml", "swinging-door.toml"].iter().any(is_special)
+    });
     let elements = models_in("tests/fixtures/elements", |path| !path.ends_with("ravigneaux.toml"));
     let mut n_runs = 0;
     let files = fixtures.into_iter().chain(elements);

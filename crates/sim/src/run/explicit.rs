@@ -22,7 +22,7 @@ use super::lanes::LaneMotion;
 use super::mechanism::PhaseMechanism;
 use super::problem::Problem;
 use super::race::LARGE;
-use super::singular::{NOTICEABLE, REGULAR, Sighting, SingularMonitor};
+use super::singular::{CLOSE, FLAT, NOTICEABLE, REGULAR, Sighting, SingularMonitor};
 use super::stepper::Stepper;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
@@ -171,8 +171,9 @@ impl Ode for ExplicitMotion<'_> {
 /// Explicit steps of a run.
 pub(super) struct ExplicitStepper<'a> {
     solver: ExplicitSolver<ExplicitMotion<'a>>,
-    /// Rank margin at the end of the last step, and the least of its stages.
+    /// Rank margin at the end of the last step, at its start, and the least of its stages.
     margin: f64,
+    first_margin: f64,
     least_margin: f64,
     /// Until when steps are explicit only to pass a singular pose.
     passing: Option<f64>,
@@ -244,6 +245,7 @@ impl<'a> ExplicitStepper<'a> {
             ExplicitMethod::DormandPrince => motion,
             ExplicitMethod::Extrapolation { .. } => motion.in_lanes(parameters),
         };
+        let mut margin = 1.0;
         let solver = match saved {
             None => ExplicitSolver::new(motion, from, t_end, settings)?,
             Some(saved) => {
@@ -253,6 +255,7 @@ impl<'a> ExplicitStepper<'a> {
                 let motion = solver.system_mut();
                 motion.multipliers.load(shape, &mut loader)?;
                 motion.least_margin = loader.real()?;
+                margin = loader.real()?;
                 if let Some(monitor) = monitor {
                     monitor.load(&mut loader, &from)?;
                 }
@@ -261,7 +264,8 @@ impl<'a> ExplicitStepper<'a> {
         };
         Ok(Self {
             solver,
-            margin: 1.0,
+            margin,
+            first_margin: 1.0,
             least_margin: 1.0,
             passing,
             method,
@@ -283,7 +287,7 @@ impl Stepper for ExplicitStepper<'_> {
     /// before dense output adds stages of its own.
     fn is_singular_ahead(&mut self, _: &mut Evaluator<'_>) -> bool {
         let motion = self.solver.system_mut();
-        self.margin = motion.multipliers.rank_margin();
+        self.first_margin = std::mem::replace(&mut self.margin, motion.multipliers.rank_margin());
         self.least_margin = std::mem::replace(&mut motion.least_margin, self.margin);
         false
     }
@@ -297,9 +301,21 @@ impl Stepper for ExplicitStepper<'_> {
             monitor.leave();
             return Ok(None);
         }
+        let at_ends = self.first_margin.max(self.margin);
+        let is_flat = self.least_margin >= (FLAT * at_ends).max(CLOSE);
+        if is_flat && at_ends >= NOTICEABLE {
+            monitor.leave();
+        }
+        if is_flat && monitor.has_begun() {
+            return Ok(None);
+        }
         // A copy: the search must leave the factors and pivots of the motion alone.
         let mut multipliers = self.solver.system_mut().multipliers.clone();
         let step = self.solver.last_step()?;
+        monitor.begin(evaluator, &multipliers, &step);
+        if is_flat {
+            return Ok(None);
+        }
         Ok(monitor.search(evaluator, &mut multipliers, &step))
     }
 
@@ -372,5 +388,6 @@ impl Stepper for ExplicitStepper<'_> {
         let motion = self.solver.system_mut();
         motion.multipliers.save(saver);
         saver.real(motion.least_margin);
+        saver.real(self.margin);
     }
 }

@@ -19,6 +19,9 @@ use crate::multiplier::MultiplierSystem;
 const WEAK: f64 = 0.1;
 /// Rank margin that only a singular pose has, as far as a motion can be foreseen.
 const VANISHING: f64 = 1e-4;
+/// Part of a step over which the fall of a margin is measured: too short to pass over a pose, unless the end of the
+/// step is as good as in it.
+const PROBE: f64 = 1e-3;
 /// How many steps ahead a pose must be to be none yet.
 const FAR: f64 = 10.0;
 /// Rank margin above which a state has left a singular pose.
@@ -26,11 +29,26 @@ pub(crate) const REGULAR: f64 = 3.0 * WEAK;
 /// Rank margin of a stage that calls for a search. Two stages lie at most a third of a step apart, so
 /// that a step as long as a radian has one this near to a pose that it passes.
 pub(crate) const NOTICEABLE: f64 = 0.1;
+/// Part of the larger rank margin at the ends of a step above which that of no stage is where a pose lies within: it
+/// falls as the square of the distance, and of a pose between two stages one is within a third of what the farther end
+/// is, so that its margin is a ninth.
+pub(crate) const FLAT: f64 = 0.25;
+/// Rank margin of a stage that always calls for a search: nearer to a pose stages are taken as limits, and their margins
+/// are those of states next to them.
+pub(crate) const CLOSE: f64 = 1e-3;
 /// Part of its regular value below which a singular value is that of a singular pose; states of a
 /// run miss the pose by their tolerance.
 const SINGULAR: f64 = 1e-3;
+/// Rank margin of a state in which a singular value is lost: a motion may pass by the pose at a distance of its tolerance, in
+/// steps so short that none has a dip.
+const LOST: f64 = SINGULAR * SINGULAR;
 /// Instants of a step looked at first, and shrinkings of the bracket around the least margin.
 const SAMPLES: usize = 16;
+/// Every how many of these are looked at before the others.
+const STRIDE: usize = 4;
+/// Part of the margins next to it below which the least one may vanish, of all instants and of the few.
+const DEEP: f64 = 0.2;
+const SHALLOW: f64 = 0.5;
 const SHRINKINGS: usize = 40;
 /// Rows with this part in the vanishing combination are named.
 const PART: f64 = 0.1;
@@ -68,6 +86,24 @@ impl SingularMonitor {
         self.near = None;
     }
 
+    /// Takes the start of a step as regular where nothing else is known.
+    pub(crate) fn begin(
+        &mut self,
+        evaluator: &mut Evaluator,
+        multipliers: &MultiplierSystem,
+        step: &Step<'_>,
+    ) {
+        if !self.has_begun() && !multipliers.active_rows().is_empty() {
+            let rows = active_rows_at(evaluator, multipliers, step, step.t0());
+            self.regular = smallest_singular_value(rows);
+        }
+    }
+
+    /// Whether the singular values of some regular state are known.
+    pub(crate) fn has_begun(&self) -> bool {
+        self.regular > 0.0
+    }
+
     /// The singular pose within a step, or at its end.
     pub(crate) fn search(
         &mut self,
@@ -80,14 +116,9 @@ impl SingularMonitor {
         if dip.falls {
             self.near = None;
         }
-        let mut y = vec![0.0; step.y1().len()];
-        let mut rows_at = |t: f64| {
-            step.at(t, &mut y);
-            let jacobian = evaluator.constraints(t, &y[..nq]).jacobian_rows();
-            jacobian.select(multipliers.active_rows())
-        };
-        // The singular value of regular states: steps may shorten on their way to the pose, so that those which
-        // pass it have none.
+        // The singular value of regular states: steps may shorten on their way to a pose, so that those which pass it
+        // have none.
+        let mut rows_at = |t: f64| active_rows_at(evaluator, multipliers, step, t);
         if self.near.is_none() && (dip.falls || dip.rises || dip.t.is_some()) {
             for end in [step.t0(), step.t1()] {
                 self.regular = self.regular.max(smallest_singular_value(rows_at(end)));
@@ -106,6 +137,7 @@ impl SingularMonitor {
         let kept = multipliers.active_rows();
         // Rows that depend on these elsewhere may hold what these lose.
         let mut is_held = || {
+            let mut y = vec![0.0; step.y1().len()];
             step.at(t, &mut y);
             let all = finite(evaluator.constraints(t, &y[..nq]).jacobian_rows());
             kept.len() < evaluator.shape().nc
@@ -122,6 +154,19 @@ impl SingularMonitor {
         let pose = SingularPose { t, rank, rows: rows.into_iter().map(|row| kept[row]).collect() };
         Some(if is_known { Sighting::Better(pose) } else { Sighting::New(pose) })
     }
+}
+
+/// The active rows of G at an instant of a step.
+fn active_rows_at(
+    evaluator: &mut Evaluator,
+    multipliers: &MultiplierSystem,
+    step: &Step<'_>,
+    t: f64,
+) -> SparseRows {
+    let nq = evaluator.shape().nq;
+    let mut y = vec![0.0; step.y1().len()];
+    step.at(t, &mut y);
+    evaluator.constraints(t, &y[..nq]).jacobian_rows().select(multipliers.active_rows())
 }
 
 /// Whether a step of Radau's, or the motion soon after it, meets a singular pose: its own equations
@@ -161,9 +206,13 @@ fn is_foreseen(
         let (q, v): (Vec<f64>, Vec<f64>) = (0..nq).map(|i| (position(i), rate(i))).unzip();
         multipliers.rank_margin_at(&evaluator.dynamics(step.t1() + ahead, &q, &v))
     };
+    let here = margin(0.0);
+    if here < VANISHING {
+        return true;
+    }
     // Singular values fall to zero in proportion to the way left.
-    let probe = 0.1 * h;
-    let (now, next) = (margin(0.0).sqrt(), margin(probe).sqrt());
+    let probe = PROBE * h;
+    let (now, next) = (here.sqrt(), margin(probe).sqrt());
     let left = probe * now / (now - next);
     if !(left / h > 0.0 && left / h < FAR) {
         return false;
@@ -201,15 +250,26 @@ impl Dip {
     fn of(evaluator: &mut Evaluator, multipliers: &mut MultiplierSystem, step: &Step<'_>) -> Self {
         let mut margin = |part: f64| margin_within(evaluator, multipliers, step, part);
         let at = |k: usize| k as f64 / SAMPLES as f64;
-        let values: Vec<f64> = (0..=SAMPLES).map(|k| margin(at(k))).collect();
-        let least = (0..=SAMPLES).min_by(|&a, &b| values[a].total_cmp(&values[b]));
-        let least = least.expect("a step has samples");
+        let mut values = [f64::NAN; SAMPLES + 1];
+        let is_regular = |values: &[f64]| values.iter().any(|&value| value >= NOTICEABLE);
+
+        // A few instants tell most of the steps that pass no pose.
+        (0..=SAMPLES).step_by(STRIDE).for_each(|k| values[k] = margin(at(k)));
+        let few: [f64; SAMPLES / STRIDE + 1] = std::array::from_fn(|k| values[STRIDE * k]);
+        let least = least_of(&few);
+        if !may_vanish(&few, least, SHALLOW) && few[least] >= LOST {
+            let [falls, rises] = [is_regular(&few[..least]), is_regular(&few[least..])];
+            return Self { t: None, falls, rises };
+        }
+
+        // All of them, and golden sections around the least.
+        (0..=SAMPLES).filter(|k| k % STRIDE > 0).for_each(|k| values[k] = margin(at(k)));
+        let least = least_of(&values);
         let (low, high) = (at(least.saturating_sub(1)), at((least + 1).min(SAMPLES)));
-        let t = may_vanish(&values, least).then(|| {
+        let t = (may_vanish(&values, least, DEEP) || values[least] < LOST).then(|| {
             let part = golden_section(low, high, &mut margin);
             step.t0() + part * (step.t1() - step.t0())
         });
-        let is_regular = |values: &[f64]| values.iter().any(|&value| value >= NOTICEABLE);
         Self { t, falls: is_regular(&values[..least]), rises: is_regular(&values[least..]) }
     }
 }
@@ -289,11 +349,16 @@ impl Loss {
     }
 }
 
+/// Index of the least of some margins.
+fn least_of(values: &[f64]) -> usize {
+    let least = (0..values.len()).min_by(|&a, &b| values[a].total_cmp(&values[b]));
+    least.expect("a step has samples")
+}
+
 /// Whether margin sampled at equal distances, the `least` of its values known, may vanish in between:
 /// it falls as the square of the distance to a singular pose, so the parabola through three values
 /// decides.
-fn may_vanish(values: &[f64], least: usize) -> bool {
-    const DEEP: f64 = 0.2;
+fn may_vanish(values: &[f64], least: usize, deep: f64) -> bool {
     let middle = least.clamp(1, values.len() - 2);
     let [left, centre, right] = [values[middle - 1], values[middle], values[middle + 1]];
     let (slope, curvature) = (0.5 * (right - left), right - 2.0 * centre + left);
@@ -304,7 +369,7 @@ fn may_vanish(values: &[f64], least: usize) -> bool {
     } else {
         values[least]
     };
-    low < DEEP * left.max(right)
+    low < deep * left.max(right)
 }
 
 /// The argument between `low` and `high` of the least value, by golden sections.
