@@ -260,13 +260,12 @@ fn tried(
     options.step = None;
     (options.rtol, options.atol) = (tighter(options.rtol), tighter(options.atol));
     options.outputs = Outputs::Times(motion.samples.iter().map(|sample| sample.t).collect());
-    // What is stiff has no explicit run, and some formulations stall near rounding.
     let was_radau = own.model.solve.method == Method::Radau || own.model.solve.step.is_some();
-    if was_radau {
-        (options.method, options.formulation) = (Method::Auto, Formulation::Index2);
-    } else {
-        options.method = Method::Radau;
-    }
+    options.method = if was_radau { Method::Auto } else { Method::Radau };
+    options.formulation = match options.formulation {
+        Formulation::Index2 => Formulation::Ggl,
+        _ => Formulation::Index2,
+    };
     let mut mechanism = Mechanism::derive(model, Vec::new())?;
     let began = state_in(own, &mechanism, motion)?;
     let run = |mechanism: &Mechanism| -> Result<Motion, AnalysisError> {
@@ -275,8 +274,9 @@ fn tried(
         (start.q, start.v) = began.clone();
         watch.run("the same in another way", &simulation, start)
     };
+    // What is stiff has no explicit run, and some formulations stall near rounding.
     let first = run(&mechanism);
-    if let (Err(_), false) = (&first, was_radau) {
+    if first.is_err() {
         (mechanism.model.solve.method, mechanism.model.solve.formulation) =
             (Method::Auto, Formulation::Index2);
         return run(&mechanism).map(|motion| Twin { mechanism, motion });
