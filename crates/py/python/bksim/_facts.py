@@ -1,4 +1,4 @@
-"""What a model is made of, and where it starts."""
+"""The parts of a model, and its start."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from ._assigned import Part, Point, Value
 
 @dataclass(slots=True)
 class Joint(Part):
-    """What joins two points, ``"ground.O"`` and ``"crank.A"``."""
+    """Two points that are joined, ``"ground.O"`` and ``"crank.A"``."""
 
     _section: ClassVar[str] = "joints"
 

@@ -257,7 +257,7 @@ class Solution(Samples):
         _bksim.save_log(self._run, file)
 
     def report(self, units: str | None = None) -> Report:
-        """What the run comes to: limits, strokes, time ratios, largest velocities, efforts, reactions,
+        """The numbers of the run: limits, strokes, time ratios, largest velocities, efforts, reactions,
         outputs and energies, in the units of the model or in others such as ``"mm, deg, rpm"``."""
         self._needs_motion()
         return Report.of(self._title(), *_bksim.report(self._run, units))

@@ -99,7 +99,7 @@ impl SingularMonitor {
         }
     }
 
-    /// Whether the singular values of some regular state are known.
+    /// True once the singular values of some regular state are known.
     pub(crate) fn has_begun(&self) -> bool {
         self.regular > 0.0
     }
