@@ -1,6 +1,7 @@
 //! Closing the mechanism: positions and velocities that satisfy the constraints and what the author
 //! stated, as near to the guesses as possible, and what stands in the way when there are none.
 
+mod equations;
 mod parts;
 mod positions;
 mod scale;
@@ -12,11 +13,11 @@ mod walk;
 
 use std::collections::HashMap;
 
-use bksim_expr::{Expr, Pool, SymbolId, Tape, TapeError, Workspace};
+use bksim_expr::{Expr, SymbolId, Tape, TapeError};
 
+use self::equations::{Equations, SlopeBuffers, WithSlopes};
 use self::scale::Units;
 use crate::evaluator::Evaluator;
-use crate::linear::rows::SparseRows;
 use crate::start_error::Moved;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::coordinate::Owner;
@@ -59,18 +60,12 @@ pub(crate) struct Closure {
 pub(crate) struct Closing<'a> {
     of: &'a Closure,
     parameters: &'a [f64],
-    measures: Workspace,
-    senses: Workspace,
+    measures: SlopeBuffers,
+    senses: SlopeBuffers,
     /// The values that the initial ones are held at: as written, but for whole turns.
     stated: Vec<f64>,
     /// The values that the author wrote.
     written: Vec<f64>,
-}
-
-/// Equations values = 0 near a state, with their slopes by q or v.
-struct Equations {
-    values: Vec<f64>,
-    gradients: SparseRows,
 }
 
 impl Closure {
@@ -139,8 +134,7 @@ impl Closure {
         for &(initial_idx, value) in replaced {
             stated[initial_idx] = value;
         }
-        let [measures, senses] =
-            [&self.measures, &self.senses].map(|f| f.tape.workspace(parameters));
+        let [measures, senses] = [&self.measures, &self.senses].map(|f| f.buffers(parameters));
         let written = stated.clone();
         Closing { of: self, parameters, measures, senses, stated, written }
     }
@@ -198,61 +192,6 @@ fn uncut_guess(
     Ok((tape, uncut.coordinates.iter().map(given).collect()))
 }
 
-/// Functions of the state with their slopes, compiled.
-#[derive(Clone, Debug)]
-struct WithSlopes {
-    /// Each function, then its slopes.
-    tape: Tape,
-    /// The coordinates that each one's slopes are by.
-    moving: Vec<Vec<usize>>,
-}
-
-impl WithSlopes {
-    /// Functions with the symbols of all coordinates, or of all velocities, that they are
-    /// differentiated by.
-    fn compile(
-        system: &SymbolicSystem,
-        pool: &Pool,
-        functions: &[(Expr, &[SymbolId])],
-        (inputs, parameters): (&[SymbolId], &[SymbolId]),
-    ) -> Result<Self, TapeError> {
-        let (mut outputs, mut moving) = (Vec::new(), Vec::new());
-        for &(function, symbols) in functions {
-            outputs.push(function);
-            let coordinates = system.kinematics.coordinates_in(pool, &[function]);
-            let by: Vec<SymbolId> = coordinates.iter().map(|&i| symbols[i]).collect();
-            outputs.extend(pool.gradient(function, &by));
-            moving.push(coordinates);
-        }
-        Ok(Self { tape: Tape::compile(pool, &outputs, inputs, parameters)?, moving })
-    }
-
-    /// Some of the functions at a state.
-    fn at(
-        &self,
-        workspace: &mut Workspace,
-        which: impl Iterator<Item = usize>,
-        (t, q, v): (f64, &[f64], &[f64]),
-    ) -> Equations {
-        let mut outputs = vec![0.0; self.tape.n_outputs()];
-        self.tape.evaluate(workspace, &[&[t], q, v].concat(), &mut outputs);
-        let mut rest = outputs.as_slice();
-        let row = |moving: &Vec<usize>| {
-            let (row, others) = rest.split_at(1 + moving.len());
-            rest = others;
-            row
-        };
-        let evaluated: Vec<&[f64]> = self.moving.iter().map(row).collect();
-        let mut rows = Equations { values: Vec::new(), gradients: SparseRows::new(q.len()) };
-        for k in which {
-            rows.values.push(evaluated[k][0]);
-            let slopes = evaluated[k][1..].iter().copied();
-            rows.gradients.push(self.moving[k].iter().copied().zip(slopes));
-        }
-        rows
-    }
-}
-
 /// 1 − cosine of the axes that are alike where a cut joint holds; angles in the plane tell by
 /// themselves, but those of curves that touch.
 fn senses(model: &Model, system: &SymbolicSystem) -> Vec<(JointId, Expr)> {
@@ -305,28 +244,41 @@ impl Closing<'_> {
         t: f64,
         q: &[f64],
     ) -> Equations {
-        let zero = vec![0.0; q.len()];
-        let measured = self.rows(which, t, q, &zero);
-        if !with_constraints {
-            return measured;
+        let mut rows = Equations::new(q.len());
+        if with_constraints {
+            evaluator.constraints(t, q).add_to(&mut rows);
         }
-        let at = evaluator.constraints(t, q);
-        Equations { values: at.value.to_vec(), gradients: at.jacobian_rows() }.with(&measured)
+        // Measures of positions do not ask for velocities.
+        self.add_rows(which, (t, q, q), &mut rows);
+        rows
     }
 
     /// Measures of the initial values that `which` selects: value minus stated value, gradient.
     fn rows(&mut self, which: &[usize], t: f64, q: &[f64], v: &[f64]) -> Equations {
-        let Self { of, measures, stated, .. } = self;
-        let mut rows = of.measures.at(measures, which.iter().copied(), (t, q, v));
-        rows.values.iter_mut().zip(which).for_each(|(value, &k)| *value -= stated[k]);
+        let mut rows = Equations::new(q.len());
+        self.add_rows(which, (t, q, v), &mut rows);
         rows
+    }
+
+    /// Adds [`Self::rows`] to other equations.
+    fn add_rows(&mut self, which: &[usize], state: (f64, &[f64], &[f64]), to: &mut Equations) {
+        let Self { of, measures, stated, .. } = self;
+        let first = to.values.len();
+        of.measures.add_to(to, measures, which.iter().copied(), state);
+        to.values[first..].iter_mut().zip(which).for_each(|(value, &k)| *value -= stated[k]);
     }
 
     /// 1 − cos, for cosines that are one where the axes of cut joints are alike.
     fn sense_rows(&mut self, t: f64, q: &[f64]) -> Equations {
+        let mut rows = Equations::new(q.len());
+        self.add_sense_rows(t, q, &mut rows);
+        rows
+    }
+
+    /// Adds [`Self::sense_rows`] to other equations.
+    fn add_sense_rows(&mut self, t: f64, q: &[f64], to: &mut Equations) {
         let Self { of, senses, .. } = self;
-        let zero = vec![0.0; q.len()];
-        of.senses.at(senses, 0..of.joint_of_sense.len(), (t, q, &zero))
+        of.senses.add_to(to, senses, 0..of.joint_of_sense.len(), (t, q, q));
     }
 
     fn select(&self, keep: impl Fn(&Initial) -> bool) -> Vec<usize> {
@@ -364,17 +316,6 @@ fn measure_of(space: Space, owner: Owner) -> Option<Measure> {
         }
         (Owner::Quaternion(..) | Owner::State(_), _) => return None,
     })
-}
-
-impl Equations {
-    /// These and some more.
-    fn with(mut self, more: &Self) -> Self {
-        self.values.extend(&more.values);
-        for row in 0..more.gradients.n_rows() {
-            self.gradients.push(more.gradients.row(row).iter().copied());
-        }
-        self
-    }
 }
 
 /// Size of a state, for relative tolerances: at least one.

@@ -315,6 +315,12 @@ impl ConstraintsAt<'_> {
         jacobian_rows(self.shape, self.jacobian)
     }
 
+    /// Adds the rows of G, nc × nq.
+    pub(crate) fn add_jacobian_rows_to(&self, rows: &mut SparseRows) {
+        // They stand row by row in a system that was derived.
+        rows.push_rows(self.shape.nc, entries(self.shape, self.jacobian));
+    }
+
     /// Writes G v + ∂g/∂t, nc.
     pub(crate) fn rate_into(&self, v: &[f64], out: &mut [f64]) {
         out.copy_from_slice(self.rate);
@@ -331,7 +337,14 @@ impl ConstraintsAt<'_> {
     }
 }
 
+/// The entries of G: row, coordinate, value.
+fn entries<'a>(
+    shape: &'a Shape,
+    values: &'a [f64],
+) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
+    shape.jacobian.iter().zip(values).map(|(&(row, i), &value)| (row, i, value))
+}
+
 fn jacobian_rows(shape: &Shape, values: &[f64]) -> SparseRows {
-    let entries = shape.jacobian.iter().zip(values).map(|(&(row, i), &value)| (row, i, value));
-    SparseRows::from_entries(shape.nc, shape.nq, entries)
+    SparseRows::from_entries(shape.nc, shape.nq, entries(shape, values))
 }

@@ -5,11 +5,12 @@
 //! guesses weighing ever less. All parts go at once, so that a row of many mechanisms takes as many
 //! evaluations as one.
 
+use super::Closing;
+use super::equations::Equations;
 use super::parts::{Part, parts};
 use super::scale::{whole_turns, wrapped};
 use super::sequence;
 use super::walk::{Scaled, Walk};
-use super::{Closing, Equations};
 use crate::evaluator::Evaluator;
 
 /// Rows hold below this, in units of the mechanism and radians.
@@ -52,6 +53,8 @@ pub(super) struct Ground<'a> {
     unit_of_column: Vec<f64>,
     place: Vec<usize>,
     pub(super) parts: Vec<Part>,
+    /// Initial values that hold, then those that are guesses.
+    which: Vec<usize>,
 }
 
 /// Result for one part.
@@ -98,6 +101,7 @@ impl<'a> Ground<'a> {
             is_angle,
             place: vec![usize::MAX; q.len()],
             parts: Vec::new(),
+            which: [stated, guesses].concat(),
         };
         let at = ground.at(closing, evaluator, q);
         let first_guess = ground.is_angle.len() - guesses.len();
@@ -120,16 +124,27 @@ impl<'a> Ground<'a> {
         evaluator: &mut Evaluator<'_>,
         q: &[f64],
     ) -> Equations {
-        let which = [self.stated, self.guesses].concat();
-        let mut at = closing.position_rows(evaluator, &[], true, self.t, q);
-        if !closing.of.joint_of_sense.is_empty() {
-            at = at.with(&closing.sense_rows(self.t, q));
-        }
-        at = at.with(&closing.rows(&which, self.t, q, q));
+        let mut at = Equations::new(q.len());
+        self.write_at(closing, evaluator, q, &mut at);
+        at
+    }
+
+    /// Writes [`Self::at`] into the room of other equations.
+    fn write_at(
+        &self,
+        closing: &mut Closing<'_>,
+        evaluator: &mut Evaluator<'_>,
+        q: &[f64],
+        at: &mut Equations,
+    ) {
+        at.clear();
+        evaluator.constraints(self.t, q).add_to(at);
+        closing.add_sense_rows(self.t, q, at);
+        // Measures of positions do not ask for velocities.
+        closing.add_rows(&self.which, (self.t, q, q), at);
         for (value, _) in at.values.iter_mut().zip(&self.is_angle).filter(|(_, is)| **is) {
             *value = wrapped(*value);
         }
-        at
     }
 
     fn scaled<'b>(&'b self, equations: &'b Equations) -> Scaled<'b> {
@@ -203,6 +218,8 @@ pub(super) fn search(
 ) -> Vec<Found> {
     let mut found: Vec<Found> = known.into_iter().map(|candidates| Found { candidates }).collect();
     let mut q = reference.to_vec();
+    let mut room =
+        Room { at: Equations::new(q.len()), next: Equations::new(q.len()), trial: q.clone() };
     for k in 0..MAX_SHAPES {
         // The parts that go on, each in its next shape.
         let active: Vec<usize> = (0..which.len())
@@ -221,7 +238,7 @@ pub(super) fn search(
 
         // Towards rows and guesses, then to the rows alone; or, as guesses far off can lead where
         // nothing closes, the other way round.
-        let mut at = ground.at(closing, evaluator, &q);
+        ground.write_at(closing, evaluator, &q, &mut room.at);
         let weights: &[f64] =
             if leads_by_guesses(k) { &[1.0, 0.1, 0.01, 0.0] } else { &[0.0, 0.01, 0.0] };
         for &wish_weight in weights {
@@ -229,16 +246,16 @@ pub(super) fn search(
                 .iter()
                 .copied()
                 .filter(|part| {
-                    let is_held = ground.distance(part, &at) <= GUESS_HOLDS;
-                    !(is_held && ground.open(part, &at) <= HOLDS)
+                    let is_held = ground.distance(part, &room.at) <= GUESS_HOLDS;
+                    !(is_held && ground.open(part, &room.at) <= HOLDS)
                 })
                 .collect();
             if !open.is_empty() {
-                at = walk(closing, evaluator, ground, &open, wish_weight, &mut q);
+                walk(closing, evaluator, ground, &open, wish_weight, (&mut q, &mut room));
             }
         }
         for (&i, part) in active.iter().zip(&going) {
-            if let Some(candidate) = ground.candidate(part, &at, &q) {
+            if let Some(candidate) = ground.candidate(part, &room.at, &q) {
                 add(ground, part, &mut found[i], candidate);
             }
         }
@@ -291,44 +308,63 @@ fn shape(ground: &Ground<'_>, part: &Part, k: usize, reference: &[f64], q: &mut 
     }
 }
 
-/// Leads the parts down from `q`; returns the rows there.
+/// Room of walks.
+struct Room {
+    /// The rows where the parts are, and at the end of the step that is tried.
+    at: Equations,
+    next: Equations,
+    trial: Vec<f64>,
+}
+
+/// Leads the parts down from `q`, where the rows are known, and leaves those at its end.
 fn walk(
     closing: &mut Closing<'_>,
     evaluator: &mut Evaluator<'_>,
     ground: &Ground<'_>,
     going: &[&Part],
     wish_weight: f64,
-    q: &mut [f64],
-) -> Equations {
+    (q, room): (&mut [f64], &mut Room),
+) {
     const MAX_STEPS: usize = 60;
-    let at = ground.at(closing, evaluator, q);
+    let Room { at, next, trial } = room;
     let mut walks: Vec<Walk> = going
         .iter()
-        .map(|part| Walk::begin(part, &ground.place, &ground.scaled(&at), wish_weight))
+        .map(|part| Walk::begin(part, &ground.place, &ground.scaled(at), wish_weight))
         .collect();
+    let mut is_current = true;
     for _ in 0..MAX_STEPS {
-        let mut trial = q.to_vec();
-        let mut is_over = true;
+        trial.copy_from_slice(q);
+        let mut n_tried = 0;
         for walk in &mut walks {
             let part = walk.part;
             if let Some(step) = walk.next_step() {
-                is_over = false;
+                n_tried += 1;
                 for (&column, step) in part.columns.iter().zip(step.iter()) {
                     trial[column] -= ground.unit_of_column[column] * step;
                 }
             }
         }
-        if is_over {
+        if n_tried == 0 {
             break;
         }
-        let next = ground.at(closing, evaluator, &trial);
+        ground.write_at(closing, evaluator, trial, next);
+        let mut n_taken = 0;
         for walk in &mut walks {
             let part = walk.part;
-            if walk.judge(&ground.place, &ground.scaled(&next)) {
+            if walk.judge(&ground.place, &ground.scaled(next)) {
+                n_taken += 1;
                 part.columns.iter().for_each(|&column| q[column] = trial[column]);
             }
         }
+        // Steps of some parts alone lead where no rows are known.
+        if n_taken == n_tried {
+            std::mem::swap(at, next);
+            is_current = true;
+        } else {
+            is_current &= n_taken == 0;
+        }
     }
-    // The last trial need not have been taken.
-    ground.at(closing, evaluator, q)
+    if !is_current {
+        ground.write_at(closing, evaluator, q, at);
+    }
 }

@@ -1,6 +1,7 @@
 //! Velocities on the constraints: the least change of the guessed ones.
 
-use super::{CLOSURE_TOLERANCE, Closing, Equations, size};
+use super::equations::Equations;
+use super::{CLOSURE_TOLERANCE, Closing, size};
 use crate::evaluator::Evaluator;
 use crate::linear::rows::shortest_solution;
 use crate::multiplier::largest;

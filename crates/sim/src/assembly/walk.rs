@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Equations;
+use super::equations::Equations;
 use super::parts::Part;
 
 /// Sum of squares below which all rows hold, in units of the mechanism and radians.

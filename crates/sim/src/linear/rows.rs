@@ -50,12 +50,28 @@ impl SparseRows {
         let mut rows = Self::new(n_columns);
         let mut entries: Vec<_> = entries.into_iter().collect();
         entries.sort_unstable_by_key(|&(row, column, _)| (row, column));
-        for (row, column, value) in entries {
-            rows.starts.resize(row + 1, rows.entries.len());
-            rows.entries.push((column, value));
-        }
-        rows.starts.resize(n_rows + 1, rows.entries.len());
+        rows.push_rows(n_rows, entries);
         rows
+    }
+
+    /// Adds so many rows from their entries, row by row with columns ascending.
+    pub(crate) fn push_rows(
+        &mut self,
+        n_rows: usize,
+        entries: impl IntoIterator<Item = (usize, usize, f64)>,
+    ) {
+        let first = self.n_rows();
+        for (row, column, value) in entries {
+            self.starts.resize(first + row + 1, self.entries.len());
+            self.entries.push((column, value));
+        }
+        self.starts.resize(first + n_rows + 1, self.entries.len());
+    }
+
+    /// Takes all rows out.
+    pub(crate) fn clear(&mut self) {
+        self.starts.truncate(1);
+        self.entries.clear();
     }
 
     /// Adds a row.

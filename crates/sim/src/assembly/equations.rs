@@ -1,0 +1,119 @@
+//! [`Equations`] of a start near a state, and [`WithSlopes`], the compiled functions that they come from.
+//!
+//! A search evaluates them some hundred times for each start, so all of them are written into room that is kept.
+
+use bksim_expr::{Expr, Pool, SymbolId, Tape, TapeError, Workspace};
+
+use crate::evaluator::ConstraintsAt;
+use crate::linear::rows::SparseRows;
+use bksim_mbs::system::SymbolicSystem;
+
+/// Equations values = 0 near a state, with their slopes by q or v.
+pub(super) struct Equations {
+    pub(super) values: Vec<f64>,
+    pub(super) gradients: SparseRows,
+}
+
+impl Equations {
+    /// No equations in so many unknowns.
+    pub(super) fn new(n_unknowns: usize) -> Self {
+        Self { values: Vec::new(), gradients: SparseRows::new(n_unknowns) }
+    }
+
+    /// Takes all equations out.
+    pub(super) fn clear(&mut self) {
+        self.values.clear();
+        self.gradients.clear();
+    }
+
+    /// These and some more.
+    pub(super) fn with(mut self, more: &Self) -> Self {
+        self.values.extend(&more.values);
+        for row in 0..more.gradients.n_rows() {
+            self.gradients.push(more.gradients.row(row).iter().copied());
+        }
+        self
+    }
+}
+
+impl ConstraintsAt<'_> {
+    /// Adds g = 0 with the rows of G.
+    pub(super) fn add_to(&self, equations: &mut Equations) {
+        equations.values.extend(self.value);
+        self.add_jacobian_rows_to(&mut equations.gradients);
+    }
+}
+
+/// Functions of the state with their slopes, compiled.
+#[derive(Clone, Debug)]
+pub(super) struct WithSlopes {
+    /// Each function, then its slopes.
+    tape: Tape,
+    /// The coordinates that each one's slopes are by.
+    pub(super) moving: Vec<Vec<usize>>,
+    /// Where each function stands among the outputs.
+    first: Vec<usize>,
+}
+
+/// Values of the parameters of [`WithSlopes`], and room for its arguments and results.
+pub(super) struct SlopeBuffers {
+    workspace: Workspace,
+    inputs: Vec<f64>,
+    outputs: Vec<f64>,
+}
+
+impl WithSlopes {
+    /// Functions with the symbols of all coordinates, or of all velocities, that they are
+    /// differentiated by.
+    pub(super) fn compile(
+        system: &SymbolicSystem,
+        pool: &Pool,
+        functions: &[(Expr, &[SymbolId])],
+        (inputs, parameters): (&[SymbolId], &[SymbolId]),
+    ) -> Result<Self, TapeError> {
+        let (mut outputs, mut moving, mut first) = (Vec::new(), Vec::new(), Vec::new());
+        for &(function, symbols) in functions {
+            first.push(outputs.len());
+            outputs.push(function);
+            let coordinates = system.kinematics.coordinates_in(pool, &[function]);
+            let by: Vec<SymbolId> = coordinates.iter().map(|&i| symbols[i]).collect();
+            outputs.extend(pool.gradient(function, &by));
+            moving.push(coordinates);
+        }
+        Ok(Self { tape: Tape::compile(pool, &outputs, inputs, parameters)?, moving, first })
+    }
+
+    /// Buffers with these values of the parameters.
+    pub(super) fn buffers(&self, parameters: &[f64]) -> SlopeBuffers {
+        SlopeBuffers {
+            workspace: self.tape.workspace(parameters),
+            inputs: Vec::new(),
+            outputs: vec![0.0; self.tape.n_outputs()],
+        }
+    }
+
+    /// Adds some of the functions at a state as equations.
+    pub(super) fn add_to(
+        &self,
+        equations: &mut Equations,
+        buffers: &mut SlopeBuffers,
+        which: impl ExactSizeIterator<Item = usize>,
+        (t, q, v): (f64, &[f64], &[f64]),
+    ) {
+        if which.len() == 0 {
+            return;
+        }
+        let SlopeBuffers { workspace, inputs, outputs } = buffers;
+        inputs.clear();
+        inputs.push(t);
+        inputs.extend_from_slice(q);
+        inputs.extend_from_slice(v);
+        self.tape.evaluate(workspace, inputs, outputs);
+        for k in which {
+            let (moving, of_function) = (&self.moving[k], &outputs[self.first[k]..]);
+            equations.values.push(of_function[0]);
+            let slopes = of_function[1..].iter().copied();
+            equations.gradients.push(moving.iter().copied().zip(slopes));
+        }
+    }
+}
