@@ -62,6 +62,8 @@ pub(super) struct Ground<'a> {
 pub(super) struct Found {
     /// Assemblies, the nearest to the guesses first.
     pub(super) candidates: Vec<Candidate>,
+    /// Where shapes have come to at first, and the assembly that each has led to in the end, if any.
+    ways: Vec<(Candidate, Option<usize>)>,
 }
 
 impl<'a> Ground<'a> {
@@ -216,23 +218,23 @@ pub(super) fn search(
     reference: &[f64],
     known: Vec<Vec<Candidate>>,
 ) -> Vec<Found> {
-    let mut found: Vec<Found> = known.into_iter().map(|candidates| Found { candidates }).collect();
+    let mut found: Vec<Found> =
+        known.into_iter().map(|candidates| Found { candidates, ways: Vec::new() }).collect();
     let mut q = reference.to_vec();
     let mut room =
         Room { at: Equations::new(q.len()), next: Equations::new(q.len()), trial: q.clone() };
     for k in 0..MAX_SHAPES {
         // The parts that go on, each in its next shape.
-        let active: Vec<usize> = (0..which.len())
-            .filter(|&i| {
-                let part = &ground.parts[which[i]];
-                k < Ground::n_shapes(part) && !is_enough(&found[i], part, k)
-            })
+        let mut going: Vec<(usize, &Part)> = which
+            .iter()
+            .map(|&part| &ground.parts[part])
+            .enumerate()
+            .filter(|&(i, part)| k < Ground::n_shapes(part) && !is_enough(&found[i], part, k))
             .collect();
-        if active.is_empty() {
+        if going.is_empty() {
             break;
         }
-        let going: Vec<&Part> = active.iter().map(|&i| &ground.parts[which[i]]).collect();
-        for part in &going {
+        for (_, part) in &going {
             shape(ground, part, k, reference, &mut q);
         }
 
@@ -241,48 +243,72 @@ pub(super) fn search(
         ground.write_at(closing, evaluator, &q, &mut room.at);
         let weights: &[f64] =
             if leads_by_guesses(k) { &[1.0, 0.1, 0.01, 0.0] } else { &[0.0, 0.01, 0.0] };
-        for &wish_weight in weights {
-            let open: Vec<&Part> = going
-                .iter()
-                .copied()
-                .filter(|part| {
-                    let is_held = ground.distance(part, &room.at) <= GUESS_HOLDS;
-                    !(is_held && ground.open(part, &room.at) <= HOLDS)
-                })
-                .collect();
+        let mut ways = Vec::new();
+        for (stage, &wish_weight) in weights.iter().enumerate() {
+            let is_open = |part: &&Part| {
+                let is_held = ground.distance(part, &room.at) <= GUESS_HOLDS;
+                !(is_held && ground.open(part, &room.at) <= HOLDS)
+            };
+            let open: Vec<&Part> = going.iter().map(|(_, part)| *part).filter(is_open).collect();
             if !open.is_empty() {
                 walk(closing, evaluator, ground, &open, wish_weight, (&mut q, &mut room));
             }
-        }
-        for (&i, part) in active.iter().zip(&going) {
-            if let Some(candidate) = ground.candidate(part, &room.at, &q) {
-                add(ground, part, &mut found[i], candidate);
+
+            // Where another shape has come to at first, it is known where the rest leads.
+            if stage == 0 {
+                going.retain(|&(i, part)| !found[i].meets_again(ground, part, &room.at, &q));
+                let taken = |(_, part): &(usize, &Part)| ground.taken(part, &room.at, &q);
+                ways = going.iter().map(taken).collect();
             }
         }
+        for ((i, part), way) in going.into_iter().zip(ways) {
+            let place = ground
+                .candidate(part, &room.at, &q)
+                .map(|candidate| found[i].add(ground, part, candidate));
+            found[i].ways.push((way, place));
+        }
+    }
+    for found in &mut found {
+        found.candidates.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     }
     found
+}
+
+impl Found {
+    /// Takes note that a part comes to where it has been led once before, if so: its assembly is met again.
+    fn meets_again(&mut self, ground: &Ground<'_>, part: &Part, at: &Equations, q: &[f64]) -> bool {
+        let here = ground.taken(part, at, q);
+        let known = self.ways.iter().find(|(way, _)| ground.is_same(part, way, &here));
+        let Some(&(_, place)) = known else { return false };
+        if let Some(place) = place {
+            self.candidates[place].n_met += 1;
+        }
+        true
+    }
+
+    /// Keeps a candidate, each once; returns where.
+    fn add(&mut self, ground: &Ground<'_>, part: &Part, candidate: Candidate) -> usize {
+        let known = self.candidates.iter().position(|c| ground.is_same(part, c, &candidate));
+        if let Some(place) = known {
+            self.candidates[place].n_met += 1;
+            return place;
+        }
+        self.candidates.push(candidate);
+        self.candidates.len() - 1
+    }
 }
 
 /// Whether more shapes would hardly lead to a nearer assembly.
 fn is_enough(found: &Found, part: &Part, n_shapes: usize) -> bool {
     const MIN_SHAPES: usize = 12;
     const MIN_MET: usize = 3;
-    let Some(best) = found.candidates.first() else { return false };
+    if found.candidates.is_empty() {
+        return false;
+    }
     part.wishes.is_empty()
-        || best.distance <= GUESS_HOLDS
+        || found.candidates.iter().any(|c| c.distance <= GUESS_HOLDS)
         || (n_shapes >= MIN_SHAPES + 2 * part.columns.len()
             && found.candidates.iter().all(|c| c.n_met >= MIN_MET))
-}
-
-/// Keeps candidates by distance, each once.
-fn add(ground: &Ground<'_>, part: &Part, found: &mut Found, candidate: Candidate) {
-    if let Some(known) = found.candidates.iter_mut().find(|c| ground.is_same(part, c, &candidate)) {
-        known.n_met += 1;
-        return;
-    }
-    let nearer = |c: &Candidate| c.distance <= candidate.distance;
-    let place = found.candidates.partition_point(nearer);
-    found.candidates.insert(place, candidate);
 }
 
 /// Whether shape `k` starts with the guesses as guessed.
