@@ -116,6 +116,29 @@ fn equations_call_tables_and_laws_by_their_names_and_tell_them_below() {
 }
 
 #[test]
+fn a_monotone_table_turns_a_rotor_towards_where_its_torque_changes_sign() {
+    // A motor that drives backwards beyond its speed without load: the rotor comes to that speed from both sides.
+    let text = |start: &str| {
+        format!(
+            "[bodies.rotor]\nmass = 2\ninertia = \"0.02 kg m^2\"\n[joints.A]\ntype = \"revolute\"\n\
+             between = [\"ground\", \"rotor\"]\n[tables.motor]\nunits = [\"rad/s\", \"N m\"]\n\
+             points = [[-50, 9], [0, 8], [5, 6], [10, 1], [100, -60]]\ninterpolation = \"monotone\"\n\
+             [loads.motor]\ntype = \"torque\"\njoint = \"A\"\nvalue = \"motor(A.rate)\"\n[initial]\n\
+             A = {{ angle = 0, rate = \"{start} rad/s\" }}\n[solve]\nt_end = 4\nrtol = 1e-10\natol = 1e-12\n"
+        )
+    };
+    let ends = ["-50", "99"].map(|start| {
+        let motion = solve(&derive(model(&text(start))));
+        let rates: Vec<f64> = motion.samples.iter().map(|sample| sample.v[0]).collect();
+        let sense = if start == "-50" { 1.0 } else { -1.0 };
+        assert!(rates.windows(2).all(|pair| sense * (pair[1] - pair[0]) >= -1e-9), "from {start}");
+        rates[rates.len() - 1]
+    });
+    assert!((10.0..12.0).contains(&ends[0]), "{ends:?}");
+    close("from above", ends[1], ends[0], Within { relative: 1e-6, absolute: 0.0 });
+}
+
+#[test]
 fn faults_of_tables_name_the_row() {
     let fault = |table: &str| messages(&read(&Source::new(&pushed(table), "pushed")).diagnostics);
     for (table, expected) in [
@@ -124,11 +147,18 @@ fn faults_of_tables_name_the_row() {
         ("points = [[0, 1], [1, 2], [\"1 m\", 2]]", "row 3 of table `push`"),
         ("points = [[0, 1], [1]]", "row 2 of table `push`"),
         ("points = [[0, 1], [1, 2]]\ninterpolation = \"cubic\"", "[M008]"),
+        ("points = [[-9, 9], [0, 8], [1, 6], [2, 1], [20, -60]]", "between rows 4 and 5"),
     ] {
         let found = fault(table);
         assert!(found.contains(expected), "{table}: {found}");
     }
     assert_eq!(fault("points = [[0, 1], [1, 2]]"), "");
+    let grid = pushed(
+        "points = [[0, 0, 1], [0, 1, 2], [1, 0, 3], [1, 1, 4]]\ninterpolation = \"monotone\"",
+    )
+    .replace("[\"s\", \"N\"]", "[\"s\", \"s\", \"N\"]");
+    let found = messages(&read(&Source::new(&grid, "grid")).diagnostics);
+    assert!(found.contains("has two arguments"), "{found}");
 }
 
 #[test]

@@ -89,7 +89,7 @@ const PROMPTS: &[(&str, &str, &str)] = &[
     ("", "file", "File of the rows, e.g. motor.csv"),
     ("part", "file", "File of the part, e.g. parts/motor.toml"),
     ("", "units", "Units of the columns, e.g. rad/s, N m"),
-    ("", "interpolation", "smooth or linear"),
+    ("", "interpolation", "smooth, monotone or linear"),
     ("", "extrapolate", "refused, constant or linear"),
     ("", "formula", "Point by the parameter p, e.g. 0.5 m*cos(p), 0.3 m*sin(p)"),
     ("", "parameter", "Name of the parameter; empty: p"),

@@ -69,6 +69,7 @@ crate::codes! {
     BAD_PART = "M093", "a part that cannot be used";
     BAD_COUNT = "M094", "a count that repeats nothing";
     NO_CONDITION = "M095", "a condition that compares nothing";
+    LEAVES_ROWS = "M096", "a spline that leaves its rows";
     BAD_MESH = "M100", "a mesh that cannot be read";
     OPEN_MESH = "M101", "a mesh that encloses no volume";
 }

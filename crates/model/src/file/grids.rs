@@ -54,6 +54,7 @@ impl Line {
     fn through(points: &[[f64; 2]], way: Interpolation, beyond: Beyond) -> Self {
         let inner = match way {
             Interpolation::Smooth => spline(points),
+            Interpolation::Monotone => unreachable!("the reader refuses it with two arguments"),
             Interpolation::Linear => straight(points),
         };
         let (first, last) = (points[0], points[points.len() - 1]);
@@ -92,7 +93,7 @@ impl Grid {
         };
         let columns: Vec<Line> = (0..y.len()).map(|j| line(x, &|i| value(i, j))).collect();
         let n_powers = match way {
-            Interpolation::Smooth => 4,
+            Interpolation::Smooth | Interpolation::Monotone => 4,
             Interpolation::Linear => 2,
         };
         let mut other = Vec::new();

@@ -53,6 +53,7 @@ mod lookup;
 mod lower;
 mod misplaced;
 mod misread;
+mod monotone;
 mod names;
 mod orientation;
 mod outline;

@@ -29,6 +29,8 @@ pub(super) struct Piece {
 pub(super) enum Interpolation {
     /// A cubic spline with continuous second derivatives, which are zero at the ends.
     Smooth,
+    /// Polynomials with continuous second derivatives, which rise and fall only where the rows do.
+    Monotone,
     /// Straight lines.
     Linear,
 }
@@ -151,6 +153,16 @@ impl Piece {
     pub(super) fn at(&self, s: f64) -> f64 {
         let sum = self.powers.iter().rev().fold(0.0, |sum, c| sum * s + c);
         sum + self.sine.map_or(0.0, |[a, omega, phi]| a * (omega * s + phi).sin())
+    }
+
+    /// Where a cubic polynomial has no slope, as far as it has such points.
+    pub(super) fn turning_points(&self) -> [Option<f64>; 2] {
+        let power = |n: usize| self.powers.get(n).copied().unwrap_or(0.0);
+        // a s² + 2 b s + c = 0, its root of larger size first, as the other one is then exact, too.
+        let (a, b, c) = (3.0 * power(3), power(2), power(1));
+        let root = (b * b - a * c).sqrt();
+        let sum = -(b + root.copysign(b));
+        [sum / a, c / sum].map(|s| s.is_finite().then_some(s))
     }
 
     pub(super) fn slope(&self, s: f64) -> f64 {

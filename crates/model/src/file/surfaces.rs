@@ -32,6 +32,16 @@ impl Reader<'_> {
         fields: &Fields<'_>,
     ) -> Option<Grid> {
         let Rows { kinds, are_angles, points } = rows;
+        if how.0 == Interpolation::Monotone {
+            let message = format!("{} has two arguments and cannot be monotone", fields.owner);
+            let at = fields.get("interpolation").unwrap_or(node).span.clone();
+            self.report(
+                Diagnostic::error(codes::BAD_TABLE, message)
+                    .at(at, "for tables of one argument")
+                    .help("write `interpolation = \"linear\"`, or leave it out for splines"),
+            );
+            return None;
+        }
         if points.len() > MOST_ROWS {
             let message = format!("{} has {} rows", fields.owner, points.len());
             self.report(

@@ -7,6 +7,7 @@ use bksim_expr::{Expr, Function, Number};
 use super::codes;
 use super::dimension::Dimension;
 use super::grids::{MeasuredTable, TableForm};
+use super::monotone::{leaves_rows, monotone};
 use super::names::PREVIOUS;
 use super::pieces::{Beyond, Columns, Interpolation, spline, straight};
 use super::reader::{Fields, Reader};
@@ -16,6 +17,9 @@ use super::value::{Kind, Lowered, Scope};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::message::short;
 use crate::table::TableCall;
+
+/// Part of the range of all values by which a spline may leave those of two rows between them.
+const LEAVES: f64 = 0.05;
 
 /// Keys of a table of values.
 pub(super) const TABLE_KEYS: [&str; 4] = ["points", "units", "interpolation", "extrapolate"];
@@ -49,7 +53,11 @@ impl Reader<'_> {
     fn read_table(&mut self, name: &str, table: &Table, span: Span) -> Option<TableForm> {
         let owner = format!("table `{name}`");
         let fields = Fields::open(self, table, owner, span, &TABLE_KEYS);
-        let ways = [("smooth", Interpolation::Smooth), ("linear", Interpolation::Linear)];
+        let ways = [
+            ("smooth", Interpolation::Smooth),
+            ("monotone", Interpolation::Monotone),
+            ("linear", Interpolation::Linear),
+        ];
         let way = match fields.get("interpolation") {
             Some(node) => self.choice(node, &fields.what("interpolation"), &ways)?,
             None => Interpolation::Smooth,
@@ -101,8 +109,14 @@ impl Reader<'_> {
         }
         let pieces = match way {
             Interpolation::Linear => straight(&points),
+            Interpolation::Monotone => monotone(&points),
             Interpolation::Smooth => spline(&points),
         };
+        if way == Interpolation::Smooth
+            && let Some((k, value)) = leaves_rows(&points, &pieces, LEAVES)
+        {
+            self.warn_of_spline(&fields.owner, (k, value), (&points, &rows));
+        }
         Some(TableForm::Columns(Columns {
             kinds: [rows.kinds[0], rows.kinds[1]],
             are_angles: [rows.are_angles[0], rows.are_angles[1]],
@@ -110,6 +124,30 @@ impl Reader<'_> {
             pieces,
             beyond,
         }))
+    }
+
+    /// Warns of a spline that leaves the values of two rows between them.
+    fn warn_of_spline(
+        &mut self,
+        owner: &str,
+        (k, value): (usize, f64),
+        (points, rows): (&[[f64; 2]], &Rows),
+    ) {
+        let unit = unit_of(rows.kinds[1], rows.are_angles[1]);
+        let [from, to] = [k, k + 1].map(|row| short(points[row][1]));
+        let is_low = value < points[k][1];
+        let way = if is_low { "falls" } else { "rises" };
+        let message = format!(
+            "the spline of {owner} {way} to {} {unit} between rows {} and {}, from {from} to {to} {unit}",
+            short(value),
+            k + 1,
+            k + 2
+        );
+        self.report(
+            Diagnostic::warning(codes::LEAVES_ROWS, message.trim_end().to_owned())
+                .at(rows.points[k].1.clone(), "from here to the next row")
+                .help("write `interpolation = \"monotone\"`, or add rows where they are far apart"),
+        );
     }
 
     /// The rows of a table in SI: of two numbers, or of three.
@@ -268,11 +306,7 @@ impl Reader<'_> {
         (kind, is_angle): (Kind, bool),
         span: &Span,
     ) {
-        let unit = match kind {
-            Kind::Known(Dimension::NONE) if is_angle => "rad".to_owned(),
-            Kind::Known(dimension) => dimension.to_string(),
-            Kind::Bare => String::new(),
-        };
+        let unit = unit_of(kind, is_angle);
         let (table, span) = (table.to_owned(), span.clone());
         self.table_calls.push(TableCall { table, argument, range, unit, span });
     }
@@ -311,5 +345,14 @@ impl Reader<'_> {
             }
             _ => Some(argument.clone()),
         }
+    }
+}
+
+/// The SI unit of a column; empty for a number without one.
+fn unit_of(kind: Kind, is_angle: bool) -> String {
+    match kind {
+        Kind::Known(Dimension::NONE) if is_angle => "rad".to_owned(),
+        Kind::Known(dimension) => dimension.to_string(),
+        Kind::Bare => String::new(),
     }
 }
