@@ -1,6 +1,10 @@
 //! Starts that are hard to find, turns of angles, and what is said of starts that there are none of.
 
+mod support;
+
 use std::f64::consts::TAU;
+
+use support::coordinate;
 
 use bksim::Mechanism;
 use bksim::model::diagnostic::Diagnostic;
@@ -323,4 +327,28 @@ fn a_whole_turn_is_no_mirror_image() {
     let (mechanism, start) = start(text).expect("it closes");
     let diagnosed = diagnose_guesses(&mechanism.model, &mechanism.system, &start);
     assert!(diagnosed.is_empty(), "{diagnosed:?}");
+}
+
+/// Rates that follow from one another, one and the same for all sizes of the parts.
+#[test]
+fn a_crank_with_a_gear_and_a_screw_starts_at_its_stated_rate() {
+    for (first, second, lead) in [(0.098_148_39, 0.122_872_207, 0.0098), (0.1, 0.05, 0.01)] {
+        let text = format!(
+            "[ground]\npoints = {{ W = [{}, 0] }}\n[bodies]\ncrank = {{ mass = 3, inertia = 0.1 }}\n\
+             wheel = {{ mass = 2, inertia = 0.03 }}\nbob = {{ mass = 2, inertia = 1, free = true }}\n\
+             nut = {{ mass = 2 }}\n[joints]\nA = {{ type = \"revolute\", between = [\"ground\", \"crank\"] }}\n\
+             W = {{ type = \"revolute\", between = [\"ground.W\", \"wheel\"] }}\n\
+             Z = {{ type = \"prismatic\", between = [\"ground\", \"nut\"], axis = [0, 1] }}\n[couplings]\n\
+             gear = {{ type = \"gear\", between = [\"A\", \"W\"], radii = [{first}, {second}] }}\n\
+             screw = {{ type = \"screw\", between = [\"A\", \"Z\"], lead = {lead} }}\n[initial]\n\
+             A = {{ angle = 1, rate = -0.67 }}\n",
+            first + second
+        );
+        let (mechanism, start) = start(&text).unwrap_or_else(|fault| panic!("{}", said(&fault)));
+        let rates = [-0.67, 0.67 * first / second, -0.67 * lead / TAU];
+        for (name, expected) in ["A_angle", "W_angle", "Z_position"].into_iter().zip(rates) {
+            let rate = start.v[coordinate(&mechanism, name)];
+            assert!((rate - expected).abs() < 1e-14, "{name}: {rate} is not {expected}");
+        }
+    }
 }

@@ -17,6 +17,7 @@ use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::function::{Buffers, Function};
 use crate::held_rows::{HeldRows, Moving};
+use crate::linear::svd::Svd;
 
 /// A state of a motion: the instant, or the length of a way, positions and their rates by it.
 type At<'s> = (f64, &'s [f64], &'s [f64]);
@@ -146,9 +147,8 @@ impl AssemblyMonitor<'_> {
     fn yielding(&mut self, k: DMatrix<f64>) -> Option<JointId> {
         let HeldRows { columns, n_held, entries, moving, bodies, .. } = self.of;
         let n = k.nrows();
-        let svd = k.svd(true, true);
-        let (w, u) = (svd.u?, svd.v_t?);
-        let least = svd.singular_values.imin();
+        let Svd { u: w, singular_values, v_t: u } = Svd::new(&k)?;
+        let least = singular_values.imin();
         let w_held = w.column(least).rows(n - n_held, *n_held).norm();
         if *n_held > 0 && w_held < NO_PART {
             return None;

@@ -36,6 +36,7 @@ mod start_error;
 pub mod state;
 mod stepping;
 
+pub use linear::svd::Svd;
 pub use mechanism::Mechanism;
 pub use sensitivity::SensitivityPlan;
 pub use simulation::{Motion, SensitivityMotion, Simulation};

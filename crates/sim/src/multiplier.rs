@@ -172,7 +172,7 @@ impl MultiplierSystem {
         self.factors = if pivots.min() > WELL_CONDITIONED * pivots.max() {
             Factors::Pivoted(lu)
         } else {
-            Factors::Truncated(truncated_inverse(matrix))
+            Factors::Truncated(truncated_inverse(&matrix))
         };
         Ok(())
     }

@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::svd::Svd;
+
 /// Relative size below which a singular value counts as zero. A pose that is closed to rounding
 /// shows dependent rows at 1e-12 and better; a mechanism within this of a singular pose is one.
 pub(crate) const RANK_TOLERANCE: f64 = 1e-9;
@@ -16,23 +18,18 @@ pub(crate) fn least_squares(matrix: &DMatrix<f64>, rhs: &DVector<f64>) -> (DVect
     if matrix.nrows() == 0 || n == 0 {
         return (DVector::zeros(n), 0);
     }
-    if matrix.iter().any(|value| !value.is_finite()) {
-        return (DVector::from_element(n, f64::NAN), 0);
-    }
-    let svd = matrix.clone().svd(true, true);
-    let threshold = RANK_TOLERANCE * svd.singular_values.max();
+    let Some(svd) = Svd::new(matrix) else { return (DVector::from_element(n, f64::NAN), 0) };
+    let threshold = RANK_TOLERANCE * svd.largest();
     let rank = svd.singular_values.iter().filter(|&&s| s > threshold).count();
-    let x = svd.solve(rhs, threshold).unwrap_or_else(|_| DVector::zeros(n));
-    (x, rank)
+    (svd.solve(rhs, threshold), rank)
 }
 
 /// The inverse of a finite square matrix in all directions but the weakest, which it maps to zero.
-pub(crate) fn truncated_inverse(matrix: DMatrix<f64>) -> DMatrix<f64> {
+pub(crate) fn truncated_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     const TRUNCATION: f64 = 1e-7;
     let (rows, columns) = matrix.shape();
-    let svd = matrix.svd(true, true);
-    let threshold = TRUNCATION * svd.singular_values.max();
-    svd.pseudo_inverse(threshold).unwrap_or_else(|_| DMatrix::zeros(columns, rows))
+    let inverse = |svd: Svd| svd.pseudo_inverse(TRUNCATION * svd.largest());
+    Svd::new(matrix).map_or_else(|| DMatrix::zeros(columns, rows), inverse)
 }
 
 /// Rows of `jacobian` that depend on rows before them, and all rows that take part in a dependency.
@@ -110,14 +107,13 @@ pub(crate) fn motion_without_inertia(
     // Padding to nq rows makes the decomposition return the null space as well.
     let mut padded = DMatrix::zeros(jacobian.nrows().max(nq), nq);
     padded.rows_mut(0, jacobian.nrows()).copy_from(jacobian);
-    let svd = padded.svd(false, true);
-    let v_t = svd.v_t?;
-    let threshold = 1e-9 * svd.singular_values.max();
+    let svd = Svd::new(&padded)?;
+    let threshold = 1e-9 * svd.largest();
     let free: Vec<usize> = (0..nq).filter(|&k| svd.singular_values[k] <= threshold).collect();
     if free.is_empty() {
         return None;
     }
-    let basis = v_t.select_rows(&free).transpose();
+    let basis = svd.v_t.select_rows(&free).transpose();
     let reduced = basis.transpose() * mass * &basis;
     let eigen = reduced.symmetric_eigen();
     let weak = eigen.eigenvalues.iter().position(|&value| value <= 1e-14 * scale)?;

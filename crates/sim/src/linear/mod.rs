@@ -13,6 +13,7 @@
 //! | [`shape`] | which entries do M and G have? | `Shape` |
 //! | [`rows`] | which x nearest to G x = r is the shortest? | `SparseRows`, `shortest_solution`, `Inverse` |
 //! | [`dense`] | the same, and the rank, of small matrices | `least_squares`, `dependent_rows` |
+//! | [`svd`] | which singular values has a small matrix? | `Svd` |
 //! | [`matrix`] | dense or sparse, as the size of the mechanism asks for? | `Matrix` |
 //! | [`rank`] | which rows of G depend on rows before them? | `dependent_rows` |
 //! | [`elimination`] | x and λ, M positive definite; how far is G from a loss of rank? | `Elimination` |
@@ -28,4 +29,5 @@ pub(crate) mod matrix;
 pub(crate) mod rank;
 pub(crate) mod rows;
 pub(crate) mod shape;
+pub(crate) mod svd;
 pub(crate) mod unrolled;

@@ -14,6 +14,7 @@ use bksim_model::{Compliance, Frame, JointId};
 use nalgebra::{DMatrix, DVector};
 
 use super::SelfStress;
+use crate::linear::svd::Svd;
 
 /// Parts of a self-stress below this are rounding, relative to its largest one.
 const PART: f64 = 1e-6;
@@ -78,8 +79,8 @@ pub(super) fn shares(
     for (i, spring) in springs.iter().enumerate() {
         right[i] = -spring.part(reactions.get(spring.joint.0)?);
     }
-    let svd = matrix.svd(true, true);
-    let factors = svd.solve(&right, OPEN * svd.singular_values.max()).ok()?;
+    let svd = Svd::new(&matrix)?;
+    let factors = svd.solve(&right, OPEN * svd.largest());
     factors.iter().all(|s| s.is_finite()).then(|| factors.as_slice().to_vec())
 }
 
@@ -88,11 +89,10 @@ pub(super) fn open(springs: &[Spring], stresses: Vec<SelfStress>) -> Vec<SelfStr
     if springs.is_empty() || stresses.is_empty() {
         return stresses;
     }
-    let svd = bending(springs, &stresses).svd(false, true);
-    let Some(v_t) = svd.v_t else { return stresses };
-    let floor = OPEN * svd.singular_values.max();
+    let Some(svd) = Svd::new(&bending(springs, &stresses)) else { return stresses };
+    let floor = OPEN * svd.largest();
     let open = (0..stresses.len()).filter(|&k| svd.singular_values[k] <= floor);
-    open.map(|k| combined(&stresses, v_t.row(k).iter().copied())).collect()
+    open.map(|k| combined(&stresses, svd.v_t.row(k).iter().copied())).collect()
 }
 
 /// A combination of self-stresses, its largest component one.

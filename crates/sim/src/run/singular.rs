@@ -6,11 +6,13 @@
 //! values of G at that instant decide.
 
 use bksim_dae::{Loader, Saver, SolveError, Step};
+use nalgebra::DVector;
 
 use super::summary::SingularPose;
 use crate::evaluator::Evaluator;
 use crate::linear::rank::{Smallness, best_rows, sparse_dependent_rows};
 use crate::linear::rows::{Inverse, LARGEST_DENSE, SparseRows};
+use crate::linear::svd::Svd;
 use crate::multiplier::MultiplierSystem;
 
 /// Rank margin, see [`MultiplierSystem::rank_margin`], below which a step of Radau's calls for a search:
@@ -305,7 +307,7 @@ fn smallest_singular_value(rows: SparseRows) -> f64 {
     if rows.n_columns > LARGEST_DENSE {
         return Inverse::of(rows).map_or(0.0, |mut inverse| inverse.weakest_combination().1);
     }
-    rows.dense().singular_values().min()
+    Svd::values(&rows.dense()).map_or(0.0, |values| values.min())
 }
 
 /// Number of singular values above `smallest`.
@@ -315,7 +317,8 @@ fn rank_above(rows: &SparseRows, smallest: f64) -> usize {
         let smallness = Smallness { rest: smallest / longest, part: PART };
         return sparse_dependent_rows(rows, smallness).rank;
     }
-    rows.dense().singular_values().iter().filter(|&&value| value >= smallest).count()
+    let above = |values: DVector<f64>| values.iter().filter(|&&value| value >= smallest).count();
+    Svd::values(&rows.dense()).map_or(0, above)
 }
 
 /// Loss of rank where the rank margin is least.
@@ -337,8 +340,7 @@ impl Loss {
             let least = smallest_singular_value(rows.clone());
             return Some(Self { least, rank: found.rank, rows: found.involved });
         }
-        let svd = rows.dense().svd(true, false);
-        let (left, values) = (svd.u?, svd.singular_values);
+        let Svd { u: left, singular_values: values, .. } = Svd::new(&rows.dense())?;
         let lost: Vec<usize> = (0..values.len()).filter(|&k| values[k] < smallest).collect();
         let takes_part = |&row: &usize| lost.iter().any(|&k| left[(row, k)].abs() > PART);
         Some(Self {
