@@ -19,7 +19,7 @@ use crate::message::short;
 use crate::table::TableCall;
 
 /// Part of the range of all values by which a spline may leave those of two rows between them.
-const LEAVES: f64 = 0.05;
+const LEAVES: f64 = 0.02;
 
 /// Keys of a table of values.
 pub(super) const TABLE_KEYS: [&str; 4] = ["points", "units", "interpolation", "extrapolate"];
