@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use bksim_model::{JointId, Measure, Model, MotionKind, Space};
+use bksim_sim::Svd;
 use bksim_sim::mobility::loop_through;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
@@ -245,7 +246,7 @@ pub(crate) fn closed(rows: &mut Rows, t: f64, mut x: Vec<f64>, u: &[f64]) -> Opt
             at.jacobian.is_square().then(|| at.jacobian.clone().lu().solve(&at.value)).flatten();
         let step: DVector<f64> = match regular {
             Some(step) if step.iter().all(|x| x.is_finite()) => step,
-            _ => at.jacobian.svd(true, true).solve(&at.value, tolerance).ok()?,
+            _ => Svd::new(&at.jacobian)?.solve(&at.value, tolerance),
         };
         let size = step.norm();
         if !size.is_finite() {

@@ -10,6 +10,7 @@
 
 use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
 use bksim_model::{Measure, ParameterId};
+use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -311,7 +312,7 @@ impl<'a> Balance<'a> {
             let right = right.component_mul(&scale);
             let step = match scaled.clone().lu().solve(&right) {
                 Some(step) if step.iter().all(|x| x.is_finite()) && scaled.is_square() => step,
-                _ => scaled.svd(true, true).solve(&right, 1e-12).ok()?,
+                _ => Svd::new(&scaled)?.solve(&right, 1e-12),
             };
             // A state may change by any amount: its unit has no size of the mechanism.
             let moves = (0..n).filter(|i| !self.states.contains(i));

@@ -10,9 +10,11 @@
 //! there are states, less the number of derivatives of the output before the input is seen.
 
 use bksim_model::Model;
+use bksim_sim::Svd;
 use nalgebra::{Complex, DMatrix};
 
 use crate::channels::Channels;
+use crate::eigenvalues::eigenvalues;
 use crate::error::AnalysisError;
 use crate::linear::{About, Linear, linearize};
 use crate::table::{Column, Table};
@@ -170,7 +172,7 @@ fn zeros(linear: &Linear, input: usize, output: usize) -> Vec<[f64; 2]> {
     if product.iter().any(|x| !x.is_finite()) {
         return Vec::new();
     }
-    let mut values: Vec<Complex<f64>> = product.complex_eigenvalues().iter().copied().collect();
+    let mut values = eigenvalues(&product);
     values.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
     values.truncate(n_finite);
     let mut found: Vec<Complex<f64>> = values
@@ -192,10 +194,9 @@ fn polished(whole: &DMatrix<f64>, unit: &DMatrix<f64>, s: Complex<f64>) -> Compl
     let mut best = s;
     for _ in 0..3 {
         let pencil = &whole - &unit * best;
-        let svd = pencil.clone().svd(true, true);
-        let (Some(u), Some(v_t)) = (&svd.u, &svd.v_t) else { return best };
-        let last = svd.singular_values.imin();
-        let (left, x) = (u.column(last).adjoint(), v_t.row(last).adjoint());
+        let Some(svd) = Svd::new(&pencil) else { return best };
+        let last = svd.last();
+        let (left, x) = (svd.u.column(last).adjoint(), svd.v_t.row(last).adjoint());
         let slope = (&left * &unit * &x)[(0, 0)];
         let step = (&left * pencil * &x)[(0, 0)] / slope;
         if !(step.re.is_finite() && step.im.is_finite()) || step.norm() > 1e-4 * best.norm() {

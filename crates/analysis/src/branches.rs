@@ -1,5 +1,6 @@
 //! [`Traced`]: a curve of equilibria over a parameter, with its limit points and branch points.
 
+use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 
 use crate::curve::{Curve, Equations, Point};
@@ -310,12 +311,9 @@ pub(crate) fn beside(curve: &mut Path<'_, '_>, at: &DVector<f64>) -> Vec<DVector
     let (_, jacobian) = curve.equations.at(at);
     let mut square = DMatrix::zeros(n, n);
     square.rows_mut(0, n - 1).copy_from(&jacobian);
-    let svd = square.svd(false, true);
-    let Some(v_t) = svd.v_t else { return Vec::new() };
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&a, &b| svd.singular_values[a].total_cmp(&svd.singular_values[b]));
+    let Some(Svd { v_t, .. }) = Svd::new(&square).filter(|_| n > 1) else { return Vec::new() };
     // All directions of the plane that the slopes leave free: one of them is across each branch.
-    let (a, b) = (v_t.row(order[0]).transpose(), v_t.row(order[1]).transpose());
+    let (a, b) = (v_t.row(n - 1).transpose(), v_t.row(n - 2).transpose());
     let mut found = Vec::new();
     for k in 0..8 {
         let angle = f64::from(k) * std::f64::consts::FRAC_PI_4;

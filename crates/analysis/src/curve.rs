@@ -12,6 +12,7 @@
 //! Source: E. L. Allgower and K. Georg, *Introduction to Numerical Continuation Methods* (2003), chapters
 //! 2, 4 and 6; H. B. Keller, *Numerical solution of bifurcation and nonlinear eigenvalue problems* (1977).
 
+use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 
 /// Equations with one row less than unknowns.
@@ -71,8 +72,7 @@ impl<E: Equations> Curve<E> {
         // The direction that the rows leave free.
         let mut square = DMatrix::zeros(n, n);
         square.rows_mut(0, jacobian.nrows()).copy_from(&jacobian);
-        let v_t = square.svd(false, true).v_t?;
-        let mut free = v_t.row(n - 1).transpose();
+        let mut free = Svd::new(&square)?.v_t.row(n - 1).transpose();
         if free[n - 1] < 0.0 {
             free.neg_mut();
         }

@@ -9,9 +9,9 @@
 //!
 //! Multipliers are no unknowns: near toggles they grow beyond all bounds, while positions do not.
 
-use nalgebra::{DMatrix, DVector};
-
 use bksim_mbs::coordinate::CoordinateKind;
+use bksim_sim::Svd;
+use nalgebra::{DMatrix, DVector};
 
 use crate::balance::Balance;
 use crate::curve::{Curve, Equations, independent_rows};
@@ -147,11 +147,8 @@ fn free_directions(rows: &DMatrix<f64>, n_free: usize) -> DMatrix<f64> {
     let n = rows.ncols();
     let mut square = DMatrix::zeros(n, n);
     square.rows_mut(0, rows.nrows()).copy_from(rows);
-    let svd = square.clone().svd(false, true);
-    let Some(v_t) = svd.v_t else { return DMatrix::zeros(n, n_free) };
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&a, &b| svd.singular_values[a].total_cmp(&svd.singular_values[b]));
-    let mut free = DMatrix::from_fn(n, n_free, |i, k| v_t[(order[k], i)]);
+    let Some(Svd { v_t, .. }) = Svd::new(&square) else { return DMatrix::zeros(n, n_free) };
+    let mut free = DMatrix::from_fn(n, n_free, |i, k| v_t[(n - 1 - k, i)]);
     square.rows_mut(rows.nrows(), n_free).copy_from(&free.transpose());
     if n_free > 0 && square.determinant() < 0.0 {
         free.column_mut(0).neg_mut();

@@ -14,6 +14,7 @@ use bksim_expr::{Expr, Pool, SparseJacobian, SymbolId, Tape, TapeError, Workspac
 use bksim_mbs::levels::{constraint_acceleration, constraint_velocity};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Model, ParameterId};
+use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 
 /// The equations of motion as functions of numbers, some parameters among their arguments.
@@ -199,7 +200,7 @@ impl Forces {
         }
         let transposed = at.jacobian.transpose();
         let tolerance = crate::rows::RANK_TOLERANCE * transposed.norm();
-        let lambda = transposed.svd(true, true).solve(&-at.residual, tolerance).ok()?;
+        let lambda = Svd::new(&transposed)?.solve(&-at.residual, tolerance);
         Some(lambda.as_slice().to_vec())
     }
 }

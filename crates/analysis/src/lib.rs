@@ -22,6 +22,7 @@ mod doctor;
 mod double_points;
 mod drive;
 mod duty;
+mod eigenvalues;
 mod equilibrium;
 mod equilibrium_path;
 mod error;

@@ -20,6 +20,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::balance::{Balance, named_quantity, pose_of};
 use crate::channels::{Channels, Input};
+use crate::eigenvalues::eigenvalues;
 use crate::equilibrium::Equilibrium;
 use crate::error::AnalysisError;
 use crate::forces::{At, Forces, ForcesAt};
@@ -149,7 +150,7 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
     let outputs = outputs.columns;
     let (kept, states) = kept_states(&loaded, &reduced);
     let matrix_a = matrix_a.select_rows(&kept).select_columns(&kept);
-    let poles = matrix_a.complex_eigenvalues().iter().map(|s| [s.re, s.im]).collect();
+    let poles = eigenvalues(&matrix_a).iter().map(|s| [s.re, s.im]).collect();
     Ok(Linear {
         states,
         inputs: channels.inputs.clone(),

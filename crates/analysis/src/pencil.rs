@@ -1,7 +1,9 @@
 //! [`Pencil`]: M s² + C s + K of small motions along the free ones, its eigenvalues and vectors.
 
+use bksim_sim::Svd;
 use nalgebra::{Complex, DMatrix, DVector};
 
+use crate::eigenvalues::eigenvalues;
 use crate::forces::ForcesAt;
 use crate::reduced::{Reduced, pseudo_inverse};
 
@@ -70,46 +72,46 @@ impl Pencil {
         let (nh, n1) = (h.ncols(), l1.ncols());
         let on = |x: &DMatrix<f64>, a: &DMatrix<f64>, y: &DMatrix<f64>| x.transpose() * a * y;
         let k_hh = on(&h, &self.stiffness, &h);
-        let mut values: Vec<Complex<f64>> =
-            if undamped && n1 == 0 && asymmetry <= 1e-11 * self.stiffness.norm() {
-                // ω² are the eigenvalues of a symmetric matrix.
-                let (squares, _) = symmetric(&k_hh);
-                let size = squares.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-                let of = |square: f64| {
-                    if square.abs() <= 1e-13 * size {
-                        vec![Complex::new(0.0, 0.0)]
-                    } else if square > 0.0 {
-                        vec![Complex::new(0.0, square.sqrt())]
-                    } else {
-                        let rate = (-square).sqrt();
-                        vec![Complex::new(rate, 0.0), Complex::new(-rate, 0.0)]
-                    }
-                };
-                squares.iter().flat_map(|&square| of(square)).collect()
-            } else {
-                // x = (y_h, ẏ_h, y_1).
-                let size = 2 * nh + n1;
-                let mut a = DMatrix::zeros(size, size);
-                a.view_mut((0, nh), (nh, nh)).fill_with_identity();
-                let c11 = pseudo_inverse(&on(&l1, &self.damping, &l1));
-                // ẏ_1 = −C₁₁⁻¹ (K_1h y_h + C_1h ẏ_h + K_11 y_1).
-                let rate = [
-                    -(&c11 * on(&l1, &self.stiffness, &h)),
-                    -(&c11 * on(&l1, &self.damping, &h)),
-                    -(&c11 * on(&l1, &self.stiffness, &l1)),
-                ];
-                let c_h1 = on(&h, &self.damping, &l1);
-                let own = [-k_hh, -on(&h, &self.damping, &h), -on(&h, &self.stiffness, &l1)];
-                let columns = [0, nh, 2 * nh];
-                for ((own, rate), &column) in own.iter().zip(&rate).zip(&columns) {
-                    let width = own.ncols();
-                    a.view_mut((nh, column), (nh, width)).copy_from(&(own - &c_h1 * rate));
-                    a.view_mut((2 * nh, column), (n1, width)).copy_from(rate);
+        let mut values: Vec<Complex<f64>> = if undamped
+            && n1 == 0
+            && asymmetry <= 1e-11 * self.stiffness.norm()
+        {
+            // ω² are the eigenvalues of a symmetric matrix.
+            let (squares, _) = symmetric(&k_hh);
+            let size = squares.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+            let of = |square: f64| {
+                if square.abs() <= 1e-13 * size {
+                    vec![Complex::new(0.0, 0.0)]
+                } else if square > 0.0 {
+                    vec![Complex::new(0.0, square.sqrt())]
+                } else {
+                    let rate = (-square).sqrt();
+                    vec![Complex::new(rate, 0.0), Complex::new(-rate, 0.0)]
                 }
-                let all = a.complex_eigenvalues();
-                let values: Vec<Complex<f64>> = all.iter().copied().collect();
-                values.into_iter().map(|s| self.polished(s)).filter(|s| s.im >= 0.0).collect()
             };
+            squares.iter().flat_map(|&square| of(square)).collect()
+        } else {
+            // x = (y_h, ẏ_h, y_1).
+            let size = 2 * nh + n1;
+            let mut a = DMatrix::zeros(size, size);
+            a.view_mut((0, nh), (nh, nh)).fill_with_identity();
+            let c11 = pseudo_inverse(&on(&l1, &self.damping, &l1));
+            // ẏ_1 = −C₁₁⁻¹ (K_1h y_h + C_1h ẏ_h + K_11 y_1).
+            let rate = [
+                -(&c11 * on(&l1, &self.stiffness, &h)),
+                -(&c11 * on(&l1, &self.damping, &h)),
+                -(&c11 * on(&l1, &self.stiffness, &l1)),
+            ];
+            let c_h1 = on(&h, &self.damping, &l1);
+            let own = [-k_hh, -on(&h, &self.damping, &h), -on(&h, &self.stiffness, &l1)];
+            let columns = [0, nh, 2 * nh];
+            for ((own, rate), &column) in own.iter().zip(&rate).zip(&columns) {
+                let width = own.ncols();
+                a.view_mut((nh, column), (nh, width)).copy_from(&(own - &c_h1 * rate));
+                a.view_mut((2 * nh, column), (n1, width)).copy_from(rate);
+            }
+            eigenvalues(&a).into_iter().map(|s| self.polished(s)).filter(|s| s.im >= 0.0).collect()
+        };
         values.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(a.re.total_cmp(&b.re)));
         (values, light.len())
     }
@@ -124,11 +126,9 @@ impl Pencil {
         let is_real = s.im == 0.0;
         let mut best = s;
         for _ in 0..3 {
-            let svd = self.at(best).svd(true, true);
-            let (Some(u), Some(v_t)) = (&svd.u, &svd.v_t) else { return best };
-            let last = least(&svd.singular_values);
-            let x = v_t.row(last).adjoint();
-            let left = u.column(last).adjoint();
+            let Some(svd) = Svd::new(&self.at(best)) else { return best };
+            let last = svd.last();
+            let (left, x) = (svd.u.column(last).adjoint(), svd.v_t.row(last).adjoint());
             let complex = |matrix: &DMatrix<f64>| matrix.map(|x| Complex::new(x, 0.0));
             let slope = complex(&self.mass) * (best * 2.0) + complex(&self.damping);
             let value = (&left * self.at(best) * &x)[(0, 0)];
@@ -151,11 +151,10 @@ impl Pencil {
         let vector = |&s: &Complex<f64>| {
             let same = met.iter().filter(|&&other| (other - s).norm() <= 1e-9 * s.norm()).count();
             met.push(s);
-            let svd = self.at(s).svd(false, true);
-            let Some(v_t) = svd.v_t else { return DVector::zeros(self.mass.nrows()) };
-            let mut order: Vec<usize> = (0..svd.singular_values.len()).collect();
-            order.sort_by(|&a, &b| svd.singular_values[a].total_cmp(&svd.singular_values[b]));
-            v_t.row(order[same.min(order.len() - 1)]).adjoint()
+            let Some(svd) = Svd::new(&self.at(s)) else {
+                return DVector::zeros(self.mass.nrows());
+            };
+            svd.v_t.row(svd.last().saturating_sub(same)).adjoint()
         };
         values.iter().map(vector).collect()
     }
@@ -168,9 +167,4 @@ fn symmetric(matrix: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
     }
     let eigen = ((matrix + matrix.transpose()) * 0.5).symmetric_eigen();
     (eigen.eigenvalues, eigen.eigenvectors)
-}
-
-/// The place of the smallest.
-fn least(values: &DVector<f64>) -> usize {
-    (0..values.len()).min_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0)
 }

@@ -6,6 +6,7 @@
 //! ```
 
 use bksim_mbs::coordinate::{CoordinateKind, Owner};
+use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::AnalysisError;
@@ -30,23 +31,18 @@ pub(crate) fn null_space(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
     let n = jacobian.ncols();
     let mut square = DMatrix::zeros(n.max(jacobian.nrows()), n);
     square.rows_mut(0, jacobian.nrows()).copy_from(jacobian);
-    let svd = square.svd(false, true);
-    let largest = svd.singular_values.iter().fold(0.0, |a: f64, b| a.max(*b));
-    let Some(v_t) = svd.v_t else { return DMatrix::zeros(n, 0) };
+    let Some(svd) = Svd::new(&square) else { return DMatrix::zeros(n, 0) };
     let free: Vec<usize> = (0..n)
-        .filter(|&k| svd.singular_values[k] <= RANK_TOLERANCE * largest.max(1e-300))
+        .filter(|&k| svd.singular_values[k] <= RANK_TOLERANCE * svd.largest().max(1e-300))
         .collect();
-    DMatrix::from_fn(n, free.len(), |i, k| v_t[(free[k], i)])
+    DMatrix::from_fn(n, free.len(), |i, k| svd.v_t[(free[k], i)])
 }
 
 /// A⁺ by singular values.
 pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    if matrix.is_empty() {
-        return DMatrix::zeros(matrix.ncols(), matrix.nrows());
-    }
+    let zero = || DMatrix::zeros(matrix.ncols(), matrix.nrows());
     let tolerance = RANK_TOLERANCE * matrix.norm();
-    let inverse = matrix.clone().pseudo_inverse(tolerance);
-    inverse.unwrap_or_else(|_| DMatrix::zeros(matrix.ncols(), matrix.nrows()))
+    Svd::new(matrix).map_or_else(zero, |svd| svd.pseudo_inverse(tolerance))
 }
 
 impl Reduced {

@@ -13,6 +13,7 @@ use bksim_mbs::constraint::Source;
 use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Measure, Model, MotionKind};
+use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 
 /// How time passes where positions are followed.
@@ -234,7 +235,7 @@ pub(crate) enum Solver {
     /// Factors with pivots.
     Square(nalgebra::LU<f64, nalgebra::Dyn, nalgebra::Dyn>),
     /// By least squares: rows that follow from others agree.
-    Tall(Box<nalgebra::SVD<f64, nalgebra::Dyn, nalgebra::Dyn>>),
+    Tall(Box<Svd>),
 }
 
 impl Solver {
@@ -246,7 +247,7 @@ impl Solver {
         Some(if matrix.is_square() {
             Self::Square(matrix.clone().lu())
         } else {
-            Self::Tall(Box::new(matrix.clone().svd(true, true)))
+            Self::Tall(Box::new(Svd::new(matrix)?))
         })
     }
 
@@ -255,10 +256,10 @@ impl Solver {
         let x = match self {
             Self::Square(lu) => lu.solve(right)?,
             Self::Tall(svd) => {
-                if rank_of(&svd.singular_values) < svd.v_t.as_ref()?.ncols() {
+                if rank_of(&svd.singular_values) < svd.v_t.ncols() {
                     return None;
                 }
-                svd.solve(right, 0.0).ok()?
+                svd.solve(right, 0.0)
             }
         };
         x.iter().all(|value| value.is_finite()).then_some(x)
@@ -279,7 +280,7 @@ pub(crate) fn rank(matrix: &DMatrix<f64>) -> usize {
     if matrix.nrows() == 0 || matrix.ncols() == 0 {
         return 0;
     }
-    rank_of(&matrix.singular_values())
+    Svd::values(matrix).map_or(0, |values| rank_of(&values))
 }
 
 /// An angle without its whole turns, in −π ..= π.

@@ -19,6 +19,7 @@ mod critical;
 mod pieces;
 
 use bksim_model::{LoadKind, Measure, Model, Space};
+use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -396,7 +397,8 @@ impl Reach {
                     slopes[i - m][k] * rows.unit_of_column[k] / self.size
                 }
             });
-            let Ok(step) = jacobian.svd(true, true).solve(&value, 1e-9) else { return false };
+            let Some(svd) = Svd::new(&jacobian) else { return false };
+            let step = svd.solve(&value, 1e-9);
             let size = step.norm();
             if !size.is_finite() {
                 return false;

@@ -93,7 +93,7 @@ impl AssemblyMonitor<'_> {
         }
         let (s, q) = between(&last, (s, q, v), 0.5 * (low + high));
         let k = self.matrix(evaluator, inactive, (t.unwrap_or(s), &q))?;
-        let joint = self.yielding(k)?;
+        let joint = self.yielding(&k)?;
         Some(AssemblyChange { t: s, joint })
     }
 
@@ -144,10 +144,10 @@ impl AssemblyMonitor<'_> {
     }
 
     /// The joint that yields in a pose where K is singular; `None` where the constraints themselves lose rank.
-    fn yielding(&mut self, k: DMatrix<f64>) -> Option<JointId> {
+    fn yielding(&mut self, k: &DMatrix<f64>) -> Option<JointId> {
         let HeldRows { columns, n_held, entries, moving, bodies, .. } = self.of;
         let n = k.nrows();
-        let Svd { u: w, singular_values, v_t: u } = Svd::new(&k)?;
+        let Svd { u: w, singular_values, v_t: u } = Svd::new(k)?;
         let least = singular_values.imin();
         let w_held = w.column(least).rows(n - n_held, *n_held).norm();
         if *n_held > 0 && w_held < NO_PART {

@@ -36,7 +36,7 @@ mod start_error;
 pub mod state;
 mod stepping;
 
-pub use linear::svd::Svd;
+pub use linear::svd::{Entry, Svd};
 pub use mechanism::Mechanism;
 pub use sensitivity::SensitivityPlan;
 pub use simulation::{Motion, SensitivityMotion, Simulation};

@@ -6,6 +6,7 @@ use bksim_mbs::constraint::{Constraint, Source};
 use bksim_mbs::coordinate::{CoordinateKind, Owner};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{BodyId, CoordinatePolicy, JointId, Model};
+use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, UnitQuaternion};
 
 use crate::error::AnalysisError;
@@ -207,7 +208,7 @@ impl Placed {
             if value.amax() < 1e-14 {
                 return Some(q);
             }
-            let step = jacobian.svd(true, true).solve(&-value, 1e-12).ok()?;
+            let step = Svd::new(&jacobian)?.solve(&-value, 1e-12);
             q.iter_mut()
                 .zip(step.iter().zip(&self.units))
                 .for_each(|(q, (s, unit))| *q += s * unit);

@@ -1,5 +1,6 @@
 //! Critical poses, in which a point cannot move in one direction of the plane: the equations of the head of `workspace.rs`.
 
+use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 
 use crate::curve::{Equations, Point};
@@ -68,7 +69,7 @@ impl Critical<'_> {
         let (_, slopes) = self.slopes(x);
         let mut square = DMatrix::zeros(n.max(m + 2), m + 2);
         square.rows_mut(0, n).copy_from(&slopes.transpose());
-        let v_t = square.svd(false, true).v_t?;
+        let v_t = Svd::new(&square)?.v_t;
         let least = v_t.row(v_t.nrows() - 1);
         let mut z = DVector::from_fn(n + m + 2, |i, _| if i < n { x[i] } else { least[i - n] });
         for _ in 0..MOST {
@@ -76,7 +77,7 @@ impl Critical<'_> {
             if value.amax() < 1e-12 {
                 return Some(z);
             }
-            let step = jacobian.svd(true, true).solve(&value, 1e-10).ok()?;
+            let step = Svd::new(&jacobian)?.solve(&value, 1e-10);
             let size = step.norm();
             if !size.is_finite() {
                 return None;

@@ -68,7 +68,9 @@ fn limit_slopes(ends: &mut [Row]) {
     let line = (ends[1].value - ends[0].value) / (ends[1].x - ends[0].x);
     let (sum, steepest) = (ends[0].slope.abs() + ends[1].slope.abs(), STEEPEST * line.abs());
     if sum > steepest {
-        ends.iter_mut().for_each(|end| end.slope *= steepest / sum);
+        for end in ends {
+            end.slope *= steepest / sum;
+        }
     }
 }
 
@@ -152,17 +154,20 @@ mod tests {
         [100.0, -60.0],
     ];
 
+    /// The derivative of this order, 1 or 2.
     fn derivative(piece: &Piece, order: usize, s: f64) -> f64 {
-        let falling = |n: usize| (n + 1 - order..=n).map(|i| i as f64).product::<f64>();
-        let powers = piece.powers.iter().enumerate().skip(order);
-        powers.map(|(n, c)| c * falling(n) * s.powi((n - order) as i32)).sum()
+        let mut powers = piece.powers.clone();
+        for _ in 0..order {
+            powers = powers.iter().enumerate().skip(1).map(|(n, c)| n as f64 * c).collect();
+        }
+        powers.iter().rev().fold(0.0, |sum, c| sum * s + c)
     }
 
     #[test]
     fn monotone_pieces_stay_between_their_rows_with_continuous_second_derivatives() {
         let pieces = monotone(&UNEVEN);
         for (k, piece) in pieces.iter().enumerate() {
-            let ([x, from], [next, to]) = (UNEVEN[k].into(), UNEVEN[k + 1].into());
+            let ([x, from], [next, to]) = (UNEVEN[k], UNEVEN[k + 1]);
             let h: f64 = next - x;
             let sense = f64::signum(to - from);
             let mut before = from;

@@ -7,45 +7,68 @@
 use faer::MatRef;
 use nalgebra::{DMatrix, DVector};
 
-/// Singular value decomposition A = U diag(σ) Vᵀ of an m × n matrix, with k = min(m, n) singular values.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Svd {
-    /// Left singular vectors, m × k.
-    pub u: DMatrix<f64>,
-    /// Singular values, k, in descending order.
-    pub singular_values: DVector<f64>,
-    /// Right singular vectors, k × n, one to a row.
-    pub v_t: DMatrix<f64>,
+/// Numbers that matrices are decomposed of, real or complex.
+pub trait Entry:
+    nalgebra::ComplexField<RealField = f64> + faer::traits::ComplexField<Real = f64>
+{
 }
 
-impl Svd {
+impl<T> Entry for T where
+    T: nalgebra::ComplexField<RealField = f64> + faer::traits::ComplexField<Real = f64>
+{
+}
+
+/// Singular value decomposition A = U diag(σ) Vᴴ of an m × n matrix, with k = min(m, n) singular values.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Svd<T: Entry = f64> {
+    /// Left singular vectors, m × k.
+    pub u: DMatrix<T>,
+    /// Singular values, k, in descending order.
+    pub singular_values: DVector<f64>,
+    /// Vᴴ, k × n: right singular vectors, conjugate, one to a row.
+    pub v_t: DMatrix<T>,
+}
+
+impl<T: Entry> Svd<T> {
     /// The decomposition of a matrix; `None` where an entry is not finite.
-    pub fn new(matrix: &DMatrix<f64>) -> Option<Self> {
+    pub fn new(matrix: &DMatrix<T>) -> Option<Self> {
         let (m, n) = matrix.shape();
         if m == 0 || n == 0 {
             let (u, v_t) = (DMatrix::zeros(m, 0), DMatrix::zeros(0, n));
             return Some(Self { u, singular_values: DVector::zeros(0), v_t });
         }
-        if !matrix.iter().all(|value| value.is_finite()) {
+        if !is_finite(matrix) {
             return None;
         }
         let svd = view(matrix).thin_svd().ok()?;
         let (u, v, values) = (svd.U(), svd.V(), svd.S().column_vector());
         let k = values.nrows();
         Some(Self {
-            u: DMatrix::from_fn(m, k, |row, column| u[(row, column)]),
-            singular_values: DVector::from_fn(k, |place, _| values[place]),
-            v_t: DMatrix::from_fn(k, n, |row, column| v[(column, row)]),
+            u: DMatrix::from_fn(m, k, |row, column| u[(row, column)].clone()),
+            singular_values: DVector::from_fn(k, |place, _| values[place].clone().real()),
+            v_t: DMatrix::from_fn(k, n, |row, column| v[(column, row)].clone().conjugate()),
         })
     }
 
+    /// The largest singular value, zero of an empty matrix.
+    pub fn largest(&self) -> f64 {
+        self.singular_values.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The place of the smallest singular value, the last one.
+    pub fn last(&self) -> usize {
+        self.singular_values.len().saturating_sub(1)
+    }
+}
+
+impl Svd {
     /// The singular values alone, as of [`Svd::new`].
     pub fn values(matrix: &DMatrix<f64>) -> Option<DVector<f64>> {
         let (m, n) = matrix.shape();
         if m == 0 || n == 0 {
             return Some(DVector::zeros(0));
         }
-        if !matrix.iter().all(|value| value.is_finite()) {
+        if !is_finite(matrix) {
             return None;
         }
         view(matrix).singular_values().ok().map(DVector::from_vec)
@@ -69,11 +92,6 @@ impl Svd {
         self.v_t.tr_mul(&parts)
     }
 
-    /// The largest singular value, zero of an empty matrix.
-    pub fn largest(&self) -> f64 {
-        self.singular_values.iter().copied().fold(0.0, f64::max)
-    }
-
     fn divide(&self, parts: &mut DVector<f64>, floor: f64) {
         for (part, &value) in parts.iter_mut().zip(&self.singular_values) {
             *part = quotient(*part, value, floor);
@@ -85,8 +103,12 @@ fn quotient(part: f64, value: f64, floor: f64) -> f64 {
     if value > floor { part / value } else { 0.0 }
 }
 
+fn is_finite<T: Entry>(matrix: &DMatrix<T>) -> bool {
+    matrix.iter().all(|value| nalgebra::ComplexField::is_finite(value))
+}
+
 /// The same numbers as a matrix of faer.
-fn view(matrix: &DMatrix<f64>) -> MatRef<'_, f64> {
+fn view<T: Entry>(matrix: &DMatrix<T>) -> MatRef<'_, T> {
     let (m, n) = matrix.shape();
     MatRef::from_column_major_slice(matrix.as_slice(), m, n)
 }
@@ -96,10 +118,7 @@ mod tests {
     use super::*;
 
     /// Matrices of zeros, ones, small and random numbers, as Jacobians have them.
-    fn sparse(next: &mut impl FnMut() -> f64) -> DMatrix<f64> {
-        let mut up_to = |most: f64| (next() * most) as usize;
-        let (m, more) = (1 + up_to(6.0), up_to(5.0));
-        let n = m + more;
+    fn sparse((m, n): (usize, usize), next: &mut impl FnMut() -> f64) -> DMatrix<f64> {
         DMatrix::from_fn(m, n, |_, _| match next() {
             part if part < 0.35 => 2.0 * next() - 1.0,
             part if part < 0.5 => 1.0,
@@ -117,8 +136,9 @@ mod tests {
                 .wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1_u64 << 53) as f64
         };
-        for _ in 0..20_000 {
-            let matrix = sparse(&mut next);
+        for case in 0..20_000 {
+            let m = 1 + case % 6;
+            let matrix = sparse((m, m + case / 6 % 5), &mut next);
             let svd = Svd::new(&matrix).expect("finite");
             let size = svd.largest().max(f64::MIN_POSITIVE);
             let back = &svd.u * DMatrix::from_diagonal(&svd.singular_values) * &svd.v_t;
