@@ -46,10 +46,14 @@ pub(crate) struct Efforts {
 const ROUNDING: f64 = 1e-9;
 
 impl Actuation {
-    /// The efforts where the equations are `at` this, with λ = 0, and the prescribed motions have the `slopes` D.
+    /// The efforts where the equations are `at` this, with λ = 0, and the prescribed motions have the `slopes` D: of the
+    /// coordinates that move, before integrals of states.
     pub(crate) fn efforts(&self, at: &ForcesAt, slopes: &DMatrix<f64>) -> Option<Efforts> {
-        let bearing = at.jacobian.select_rows(&self.bearing);
-        let acting = at.jacobian.select_rows(&self.acting);
+        let n_moving = slopes.ncols();
+        let jacobian = at.jacobian.columns(0, n_moving);
+        let bearing = jacobian.select_rows(&self.bearing);
+        let acting = jacobian.select_rows(&self.acting);
+        let residual = at.residual.rows(0, n_moving);
         let (z, chosen) = self.free_motions(&bearing, slopes)?;
 
         // In units of the mechanism and of the limits.
@@ -58,7 +62,7 @@ impl Actuation {
         let weights = DMatrix::from_diagonal(&DVector::from_column_slice(&self.weights));
         let a = -(&acting * &z).transpose();
         let scaled = DMatrix::from_diagonal(&units) * a * &weights;
-        let needed = (z.transpose() * &at.residual).component_mul(&units);
+        let needed = (z.transpose() * residual).component_mul(&units);
         let u = pseudo_inverse(&scaled) * &needed;
         let left = &needed - &scaled * &u;
         let size = needed.amax();
@@ -70,7 +74,7 @@ impl Actuation {
         // What the joints carry, with what is missing given from outside.
         let chosen_slopes = slopes.select_rows(&chosen);
         let outside = chosen_slopes.transpose() * &missing_of;
-        let right = outside - &at.residual - acting.transpose() * &tau;
+        let right = outside - residual - acting.transpose() * &tau;
         let carried = pseudo_inverse(&bearing.transpose()) * right;
         let mut lambda = vec![0.0; self.bearing.len() + self.acting.len()];
         self.bearing.iter().zip(&carried).for_each(|(&row, value)| lambda[row] = *value);
@@ -86,7 +90,8 @@ impl Actuation {
         bearing: &DMatrix<f64>,
         slopes: &DMatrix<f64>,
     ) -> Option<(DMatrix<f64>, Vec<usize>)> {
-        let units = DMatrix::from_diagonal(&DVector::from_column_slice(&self.unit_of_column));
+        let units = DVector::from_column_slice(&self.unit_of_column[..slopes.ncols()]);
+        let units = DMatrix::from_diagonal(&units);
         let free = &units * null_space(&(bearing * &units));
         if free.ncols() == 0 {
             return Some((free, Vec::new()));

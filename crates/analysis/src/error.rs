@@ -128,6 +128,14 @@ pub enum AnalysisError {
     /// No equilibrium was found.
     #[error("no equilibrium was found")]
     NoEquilibrium,
+    /// Equilibria over a parameter that are not isolated.
+    #[error("the equilibria over `{parameter}` are families: {} can be anywhere", .moves.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" and "))]
+    NotIsolated {
+        /// The parameter.
+        parameter: String,
+        /// Positions of joints that change along them.
+        moves: Vec<String>,
+    },
     /// A component of a reaction that equilibrium leaves open.
     #[error("`{name}` is not unique: equilibrium leaves it open")]
     NotUnique {
@@ -164,6 +172,32 @@ pub enum AnalysisError {
     Lost {
         /// s.
         t: f64,
+    },
+    /// States of controllers that have no finite values, or change too fast to be followed.
+    #[error("the states of controllers cannot be followed beyond t = {t} s")]
+    StatesLost {
+        /// s.
+        t: f64,
+    },
+    /// A sampled signal without a finite value.
+    #[error("the sampled signal `{name}` has no finite value at t = {t} s")]
+    NoSignal {
+        /// Its name.
+        name: String,
+        /// s.
+        t: f64,
+    },
+    /// A load, signal or state in the place of an actuator.
+    #[error("the model itself gives `{name}` its value: no effort is left to be found")]
+    GivenEffort {
+        /// As written.
+        name: String,
+    },
+    /// States that balance the start with every value of the unknowns.
+    #[error("states of controllers balance the start with any value of {}", .names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" and "))]
+    StatesBalance {
+        /// The parameters.
+        names: Vec<String>,
     },
     /// The start does not close in this way.
     #[error("the start has no assembly {}", match .choice {
@@ -266,6 +300,11 @@ impl AnalysisError {
                 codes::NO_EQUILIBRIUM,
                 "add what holds the mechanism: a spring, a drive, a stop".to_owned(),
             ),
+            Self::NotIsolated { .. } => (
+                codes::NO_EQUILIBRIUM,
+                "hold what can be anywhere by a drive or a spring, or ask `bksim static` without `--over`"
+                    .to_owned(),
+            ),
             Self::NotUnique { .. } => (
                 codes::UNDETERMINED,
                 "name a component that is unique, or free what repeats others: `bksim doctor` tells how"
@@ -299,6 +338,20 @@ impl AnalysisError {
             Self::Lost { .. } => (
                 codes::NOT_REACHED,
                 "end the motion before, or choose one within the limits of the mechanism"
+                    .to_owned(),
+            ),
+            Self::StatesLost { .. } | Self::NoSignal { .. } => (
+                codes::WITH_STATES,
+                "end the motion before, or give what has no value there as a parameter".to_owned(),
+            ),
+            Self::GivenEffort { .. } => (
+                codes::WITH_STATES,
+                "name a joint or a drive: its effort is what the motion needs besides the loads of the model"
+                    .to_owned(),
+            ),
+            Self::StatesBalance { .. } => (
+                codes::UNDETERMINED,
+                "name a parameter that the rates of the states depend on, or ask `bksim static` for the states"
                     .to_owned(),
             ),
             Self::NoAssembly { .. } => (

@@ -5,11 +5,12 @@ use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::modes::with_branches;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
-use bksim_model::{HeldChange, JointId, Measure, Model, ParameterId};
+use bksim_model::{HeldChange, HeldSignal, JointId, Measure, Model, ParameterId};
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::Effort;
 
 use crate::codes;
+use crate::drive::Range;
 use crate::error::AnalysisError;
 use crate::quantity::{PoseQuantity, pose_quantities};
 use crate::rows::{Clock, Rows};
@@ -126,10 +127,13 @@ impl Loaded {
         let is_bilateral = |row: &usize| !system.constraints[*row].source.is_contact();
         let kept = (0..system.constraints.len()).filter(is_bilateral).collect();
         let parameters = mechanism.compiled.idle_parameters(&mechanism.parameters);
-        let rest = vec![0.0; positions.q.len()];
+        // Integrals of states come after the coordinates that move.
+        let rest = vec![0.0; system.coordinates().len()];
+        let mut q = positions.q.clone();
+        q.resize(rest.len(), 0.0);
         Self {
             t: positions.t(),
-            q: positions.q.clone(),
+            q,
             v: rest.clone(),
             a: rest,
             lambda: vec![0.0; system.constraints.len()],
@@ -253,19 +257,19 @@ pub(crate) fn varied(model: &Model, values: &[f64], free: &[ParameterId], p: &[f
     values
 }
 
-/// Refuses a model with states, which have rates of their own where the mechanism rests, and what
-/// [`without_memory`] refuses.
+/// Refuses a model whose loads are not known along a given motion: with latched signals, with sampled ones where time runs
+/// backward, or with loads that depend on reactions.
 ///
 /// # Errors
 /// [`AnalysisError::Rejected`] with the first of them.
-pub(crate) fn without_states(model: &Model) -> Result<(), AnalysisError> {
-    let Some(state) = model.states.first() else { return without_memory(model) };
-    let help = "remove the states and what uses them, or give them a value as parameters; \
-                `bksim static`, `bksim linearize`, `bksim modes` and `bksim bode` take states as they are";
-    let note =
-        "efforts, and values that balance a start, are those of bodies, joints and loads alone";
-    let what = format!("state `{}`", state.name);
-    Err(refused((what, &state.span, "integrated with the motion"), note, help))
+pub(crate) fn known_along_a_motion(model: &Model, times: &Range) -> Result<(), AnalysisError> {
+    if times.to < times.from {
+        return without_memory(model);
+    }
+    let is_latched = |signal: &&HeldSignal| matches!(signal.change, HeldChange::Event { .. });
+    let latched = model.held.iter().find(is_latched);
+    latched.map_or(Ok(()), |signal| Err(remembers(signal)))?;
+    without_reactions(model)
 }
 
 /// Refuses a model with signals that remember what was before, or with loads that depend on reactions.
@@ -273,22 +277,28 @@ pub(crate) fn without_states(model: &Model) -> Result<(), AnalysisError> {
 /// # Errors
 /// [`AnalysisError::Rejected`] with the first of them.
 pub(crate) fn without_memory(model: &Model) -> Result<(), AnalysisError> {
-    if let Some(signal) = model.held.first() {
-        let note =
-            "between two instants such a signal follows from the past, not from the state alone";
-        return Err(match signal.change {
-            HeldChange::Tick { .. } => {
-                let help = "leave out its `clock`, or give it a value as a parameter";
-                let what = format!("sampled signal `{}`", signal.name);
-                refused((what, &signal.span, "held from tick to tick"), note, help)
-            }
-            HeldChange::Event { .. } => {
-                let help = "leave it out, or give it a value as a parameter";
-                let what = format!("latched signal `{}`", signal.name);
-                refused((what, &signal.span, "held between events"), note, help)
-            }
-        });
+    model.held.first().map_or(Ok(()), |signal| Err(remembers(signal)))?;
+    without_reactions(model)
+}
+
+/// A signal that is held, as a fault.
+fn remembers(signal: &HeldSignal) -> AnalysisError {
+    let note = "between two instants such a signal follows from the past, not from the state alone";
+    match signal.change {
+        HeldChange::Tick { .. } => {
+            let help = "leave out its `clock`, or give it a value as a parameter";
+            let what = format!("sampled signal `{}`", signal.name);
+            refused((what, &signal.span, "held from tick to tick"), note, help)
+        }
+        HeldChange::Event { .. } => {
+            let help = "leave it out, or give it a value as a parameter";
+            let what = format!("latched signal `{}`", signal.name);
+            refused((what, &signal.span, "held between events"), note, help)
+        }
     }
+}
+
+fn without_reactions(model: &Model) -> Result<(), AnalysisError> {
     let reaction = model.signals.iter().find_map(|signal| match signal.measure {
         Measure::Reaction(JointId(joint), ..) => Some(&model.joints[joint]),
         _ => None,

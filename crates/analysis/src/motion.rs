@@ -111,6 +111,9 @@ impl Motion {
 pub(crate) fn driven(model: &Model, name: &str) -> Result<Measure, AnalysisError> {
     let unknown = || AnalysisError::UnknownMeasure { name: name.to_owned() };
     let measure = Measure::named(model, name).ok_or_else(unknown)?;
+    if matches!(measure, Measure::State(_)) {
+        return Err(unknown());
+    }
     if measure.is_velocity() || measure.is_acceleration() || measure.is_reaction() {
         return Err(AnalysisError::NotAPosition { name: name.to_owned() });
     }

@@ -1,8 +1,11 @@
-//! Linear forms with states of controllers and motors, against closed forms and against small deviations of runs.
+//! Questions with states of controllers and motors, against closed forms and against runs.
 
 mod support;
 
-use bksim_analysis::{About, Channels, Range, Stability, linearize, modes, statics, statics_over};
+use bksim_analysis::{
+    About, Actuators, AnalysisError, Channels, Inverse, Motion, Range, Stability, balanced,
+    inverse, linearize, modes, statics, statics_over,
+};
 use bksim_model::Model;
 use bksim_sim::Mechanism;
 use nalgebra::{Complex, DVector};
@@ -239,4 +242,115 @@ fn signals_with_memory_are_refused_with_states() {
         linearize(model(&sampled), About::Start, &Channels::default()).expect_err("a clock");
     let fault = &fault.diagnostics()[0];
     assert!(fault.message.contains("sampled signal `u`"), "{}", fault.message);
+}
+
+fn motion(model: &Model, name: &str, formula: &str) -> Vec<Motion> {
+    vec![Motion::formula(model, name, formula).expect("a motion")]
+}
+
+fn efforts(text: &str, (name, formula): (&str, &str), times: &Range) -> Inverse {
+    let model = model(text);
+    let motions = motion(&model, name, formula);
+    inverse(model, &motions, times, &Actuators::default()).expect("efforts")
+}
+
+#[test]
+fn states_follow_a_given_motion_and_efforts_are_what_is_needed_besides() {
+    let times = Range { from: 0.0, to: 2.0, n: 9 };
+    let found = efforts(PI_MASS, ("rail.position", "0.1 + 0.05*t^2"), &times);
+    let column = |name: &str| found.table.column(name).unwrap_or_else(|| panic!("{name}"));
+    let (t, effort, z, u) = (column("t"), column("rail.effort"), column("z"), column("signals.u"));
+    for k in 0..t.len() {
+        let (x, v) = (0.1 + 0.05 * t[k] * t[k], 0.1 * t[k]);
+        let integral = 0.2 * t[k] - 0.05 / 3.0 * t[k].powi(3);
+        let control = 50.0 * (0.3 - x) + 20.0 * integral;
+        close(z[k], integral, 1e-9);
+        close(u[k], control, 1e-9);
+        close(effort[k], 2.0 * 0.1 - (control - 8.0 * v - 3.0), 1e-9);
+    }
+    assert_eq!(found.controllers, ["z"]);
+}
+
+#[test]
+fn a_run_of_a_motor_needs_no_other_effort() {
+    // The motor drives by itself; the inductance is ten times as fast as the arm.
+    let mut free = model(MOTOR);
+    (free.solve.t_end, free.solve.rtol, free.solve.atol) = (0.5, 1e-11, 1e-12);
+    free.solve.every = Some(5e-4);
+    let run = Mechanism::derive(free, Vec::new()).expect("equations").solve().expect("a run");
+    let times: Vec<f64> = run.samples.iter().map(|sample| sample.t).collect();
+    let values = run.samples.iter().map(|sample| [sample.q[0], sample.v[0], sample.a[0]]).collect();
+    let again = model(MOTOR);
+    let motions = vec![Motion::samples(&again, "A.angle", times, values).expect("a motion")];
+    let asked = Range { from: 0.0, to: 0.5, n: 6 };
+    let found = inverse(again, &motions, &asked, &Actuators::default()).expect("efforts");
+    let effort = found.table.column("A.effort").expect("efforts");
+    let current = found.table.column("i").expect("currents");
+    let largest = current.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    assert!(largest > 3.0, "{current:?}");
+    for effort in effort {
+        assert!(effort.abs() < 1e-5 * largest, "{effort}");
+    }
+    close(current[5], run.samples.last().expect("samples").v[1], 1e-6);
+}
+
+#[test]
+fn sampled_signals_change_at_their_ticks_along_a_given_motion() {
+    let text = PI_MASS
+        .replace("[states.z]\nrate = \"r - rail.position\"\nstart = \"0 m s\"\n", "")
+        .replace(
+            "[signals.u]\nvalue = \"50 N/m*(r - rail.position) + 20 N/m/s*z\"",
+            "[clocks.c]\nevery = \"0.1 s\"\n\
+             [signals.z]\nclock = \"c\"\nvalue = \"previous(z) + 0.1 s*(r - rail.position)\"\n\
+             start = \"0 m s\"\n\
+             [signals.u]\nclock = \"c\"\nvalue = \"50 N/m*(r - rail.position) + 20 N/m/s*z\"",
+        );
+    let times = Range { from: 0.0, to: 0.5, n: 11 };
+    let found = efforts(&text, ("rail.position", "0.1 + 0.4*t"), &times);
+    let effort = found.table.column("rail.effort").expect("efforts");
+    let (mut z, mut u) = (0.0, 0.0);
+    for (k, found) in effort.iter().enumerate() {
+        // Every other of the times is a tick.
+        if k % 2 == 0 {
+            let off = 0.3 - (0.1 + 0.4 * 0.05 * k as f64);
+            z += 0.1 * off;
+            u = 50.0 * off + 20.0 * z;
+        }
+        close(*found, -(u - 8.0 * 0.4 - 3.0), 1e-12);
+    }
+    assert_eq!(found.controllers, ["z", "u"]);
+}
+
+#[test]
+fn an_effort_that_the_model_gives_is_not_asked_for() {
+    let cart = model(PI_MASS);
+    let motions = motion(&cart, "rail.position", "0.1 + 0.1*t");
+    let times = Range { from: 0.0, to: 1.0, n: 3 };
+    let actuators = Actuators { named: vec!["control".to_owned()], ..Actuators::default() };
+    let fault = inverse(cart, &motions, &times, &actuators).expect_err("a load");
+    assert!(matches!(&fault, AnalysisError::GivenEffort { name } if name == "control"), "{fault}");
+}
+
+#[test]
+fn values_balance_a_start_with_states_that_have_no_rates() {
+    let start = |text: &str, name: &str| balanced(model(text), &[name.to_owned()], &[]);
+    // r − x = 0 and 20 z = push.
+    let found = start(PI_MASS, "r").expect("a balance");
+    close(found.values[0].1, 0.1, 1e-10);
+    let z = found.equilibrium.pose.iter().find(|(name, ..)| name == "z").expect("a state").1;
+    close(z, 0.15, 1e-10);
+    // The integral holds any push where it is, and none elsewhere.
+    let there = PI_MASS.replace("\"0.1 m\"", "\"0.3 m\"");
+    let fault = start(&there, "push").expect_err("any value");
+    assert!(matches!(fault, AnalysisError::StatesBalance { .. }), "{fault}");
+    let fault = start(PI_MASS, "push").expect_err("no value");
+    assert!(matches!(fault, AnalysisError::NotBalanced { .. }), "{fault}");
+
+    let found = start(MOTOR, "wanted").expect("a balance");
+    close(found.values[0].1, 0.4, 1e-9);
+    let value =
+        |of: &str| found.equilibrium.pose.iter().find(|(name, ..)| name == of).expect("it").1;
+    let current = 1.5 * 9.81 * 0.3 * 0.4_f64.cos() / 1.2;
+    close(value("i"), current, 1e-9);
+    close(value("e"), 0.8 * current / 25.0, 1e-9);
 }

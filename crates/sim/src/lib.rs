@@ -28,7 +28,7 @@ mod pressing;
 mod quantities;
 pub mod redundancy;
 pub mod run;
-mod sampled;
+pub mod sampled;
 pub mod sensitivity;
 mod simulation;
 pub mod start;

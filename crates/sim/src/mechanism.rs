@@ -6,8 +6,10 @@ use crate::compiled::{CompiledSystem, compile};
 use crate::coupling::check_couplings;
 use crate::fault::diagnose_start;
 use crate::input::{Law, check_inputs};
+use crate::sampled::Sampling;
 use crate::sensitivity::{self, Sensitive, SensitivityError};
 use crate::start::{Closed, Start, closed, start};
+use crate::start_error::StartError;
 use bksim_mbs::assemble::{assemble, assemble_positions};
 use bksim_mbs::equations::{Equations, Notation, equations};
 use bksim_mbs::system::SymbolicSystem;
@@ -121,6 +123,18 @@ impl Mechanism {
         let Self { model, system, compiled, parameters, .. } = self;
         closed(model, system, compiled, parameters)
             .map_err(|error| Rejected(vec![diagnose_start(model, system, compiled, &error)]))
+    }
+
+    /// The sampled signals of the model, for whoever follows them along a motion of their own.
+    ///
+    /// # Errors
+    /// [`Rejected`] names a clock that ticks too often in the time of the model's solution.
+    pub fn sampling(&self) -> Result<Sampling<'_>, Rejected> {
+        let Self { model, system, compiled, parameters, .. } = self;
+        let sampling = compiled.sampling(parameters);
+        let Some((clock, every)) = sampling.too_many(&model.solve) else { return Ok(sampling) };
+        let error = StartError::TooManyTicks { clock, every };
+        Err(Rejected(vec![diagnose_start(model, system, compiled, &error)]))
     }
 
     /// Refuses a start whose assembly nobody has looked for: that is a question of its own.

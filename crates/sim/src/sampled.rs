@@ -42,9 +42,9 @@ struct CompiledSignal {
 
 /// The values that are held.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub(crate) struct Held {
+pub struct Held {
     /// Of every signal that is held, SI.
-    pub(crate) values: Vec<f64>,
+    pub values: Vec<f64>,
     /// Before the last tick of its clock.
     pub(crate) previous: Vec<f64>,
     /// The tick that was passed last, or the start of the run, s.
@@ -60,23 +60,23 @@ struct Ticks {
 
 /// A tick that lies ahead.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Tick {
+pub struct Tick {
     /// s.
-    pub(crate) t: f64,
+    pub t: f64,
     /// Instants this near to it are the same, s.
     slack: f64,
 }
 
 /// A signal that is held takes no finite value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct NoSignal {
+pub struct NoSignal {
     /// Its index.
-    pub(crate) signal: usize,
+    pub signal: usize,
 }
 
 /// [`SampledSignals`] at one set of parameters, with their buffers.
 #[derive(Clone, Debug)]
-pub(crate) struct Sampling<'a> {
+pub struct Sampling<'a> {
     signals: &'a SampledSignals,
     clocks: Vec<Ticks>,
     starts: Vec<f64>,
@@ -167,7 +167,7 @@ impl Held {
 
 impl Tick {
     /// True where `t` lies before it, and is not the same instant.
-    pub(crate) fn is_after(&self, t: f64) -> bool {
+    pub fn is_after(&self, t: f64) -> bool {
         self.t - t > self.slack
     }
 
@@ -177,7 +177,7 @@ impl Tick {
     }
 
     /// Instants before this one lie before the tick, s.
-    pub(crate) fn begin(&self) -> f64 {
+    pub fn begin(&self) -> f64 {
         self.t - self.slack
     }
 }
@@ -212,13 +212,13 @@ impl Sampling<'_> {
     }
 
     /// The values before any tick of a run that starts at `t`.
-    pub(crate) fn begin(&self, t: f64) -> Held {
+    pub fn begin(&self, t: f64) -> Held {
         let (values, previous) = (self.starts.clone(), self.starts.clone());
         Held { values, previous, t }
     }
 
     /// The first tick after the one that was passed last; `None` where there are no clocks.
-    pub(crate) fn next(&self, held: &Held) -> Option<Tick> {
+    pub fn next(&self, held: &Held) -> Option<Tick> {
         let ticks = self.clocks.iter().map(|clock| clock.after(held.t));
         ticks.min_by(|a, b| a.t.total_cmp(&b.t))
     }
@@ -227,13 +227,7 @@ impl Sampling<'_> {
     ///
     /// # Errors
     /// [`NoSignal`] names the first without a finite value.
-    pub(crate) fn tick(
-        &mut self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        held: &mut Held,
-    ) -> Result<(), NoSignal> {
+    pub fn tick(&mut self, t: f64, q: &[f64], v: &[f64], held: &mut Held) -> Result<(), NoSignal> {
         let Self { signals, clocks, buffers, inputs, .. } = self;
         let all = signals.signals.iter().zip(buffers);
         let ticking: Vec<_> = all.filter(|(signal, _)| clocks[signal.clock.0].is_at(t)).collect();

@@ -146,6 +146,7 @@ pub fn told(name: &str, found: &Inverse) -> Answer {
         "missing": found.missing,
         "impossible": found.impossible,
         "limits": found.limits.iter().map(limit_json).collect::<Vec<_>>(),
+        "controllers": found.controllers,
         "duties": found.duties.iter().map(duty_json).collect::<Vec<_>>(),
     });
     Answer { command: "inverse", json, text, table: found.table.clone() }
@@ -172,6 +173,13 @@ fn remarks(found: &Inverse) -> String {
         all.push(format!(
             "at {n} times no efforts keep to the limits, first at {} s",
             number(*first)
+        ));
+    }
+    if !found.controllers.is_empty() {
+        let names = found.controllers.join(", ");
+        all.push(format!(
+            "states and signals of controllers follow the motion from their start: {names}; efforts are those needed \
+             besides the loads of the model"
         ));
     }
     for LimitUse { name, share, at, .. } in &found.limits {
