@@ -87,6 +87,13 @@ impl<'a> Balance<'a> {
         &self.states
     }
 
+    /// Units of the coordinates: 1, and the longest link of lengths.
+    pub(crate) fn units(&self) -> DVector<f64> {
+        let coordinates = self.loaded.system().coordinates();
+        let unit = |kind| if kind == CoordinateKind::Length { self.loaded.size } else { 1.0 };
+        DVector::from_iterator(coordinates.len(), coordinates.iter().map(|c| unit(c.kind)))
+    }
+
     /// The position of the start, states in their places.
     pub(crate) fn start(&self) -> Vec<f64> {
         let mut q = self.loaded.q.clone();
@@ -173,6 +180,23 @@ impl<'a> Balance<'a> {
         named.chain(self.states.iter().map(state)).collect()
     }
 
+    /// The slopes of all quantities of a pose by the coordinates.
+    pub(crate) fn pose_gradients(&mut self, q: &[f64]) -> Vec<Vec<f64>> {
+        self.pose.gradients(self.loaded.t, q)
+    }
+
+    /// The largest moment or work per longest link that joints bear, J: what forces in balance are measured by.
+    pub(crate) fn load_size(&self, q: &[f64], lambda: &[f64]) -> f64 {
+        let loaded = self.loaded;
+        let mut lambda = self.forces.all_multipliers(loaded.system().constraints.len(), lambda);
+        let v = self.velocities(q);
+        let state = [q, &v, &self.rest];
+        let reactions = loaded.reactions(loaded.t, &self.parameters, state, &mut lambda);
+        let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let size = |r: &[f64; 6]| (norm(&r[..3]) * loaded.size).max(norm(&r[3..]));
+        reactions.iter().map(size).fold(0.0, f64::max)
+    }
+
     /// Everything about an equilibrium at a position.
     pub(crate) fn equilibrium(&mut self, q: &[f64]) -> Result<Equilibrium, AnalysisError> {
         let undetermined = || AnalysisError::Undetermined { what: "the constraints".into(), n: 1 };
@@ -187,8 +211,13 @@ impl<'a> Balance<'a> {
         let projected = reduced.project(&at.stiffness);
         let projected = projected.select_rows(&motions).select_columns(&motions);
         let stiffness = symmetric_eigenvalues(&projected);
-        let scale = at.stiffness.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-        let scale = scale * reduced.basis.norm_squared();
+        // Forces that cancel leave rounding of their size.
+        let mut weighed = reduced.basis.clone();
+        for (mut row, unit) in weighed.row_iter_mut().zip(&self.units()) {
+            row /= *unit;
+        }
+        let rounding = 1e-3 * self.load_size(q, &lambda) * weighed.norm_squared();
+        let scale = (at.stiffness.amax() * reduced.basis.norm_squared()).max(rounding);
         let least = stiffness.first().copied().unwrap_or(1.0);
         let stability = if !self.states.is_empty() {
             stability_of_small_motions(&Pencil::of(&at, &reduced))
@@ -213,6 +242,7 @@ impl<'a> Balance<'a> {
             lambda,
             stability,
             stiffness,
+            family: None,
             pose: self.pose_at(q),
             reactions,
         })
@@ -235,13 +265,19 @@ impl<'a> Balance<'a> {
     /// Newton's iteration on all equations from the start and many other poses.
     fn search_many_poses(&mut self) -> Vec<Vec<f64>> {
         const N_POSES: usize = 300;
+        /// Where they are not isolated.
+        const N_POSES_OF_FAMILIES: usize = 60;
         let mut random = Pcg64::seed_from_u64(1);
         let start = self.start();
         let coordinates = self.loaded.system().coordinates();
         let kinds: Vec<CoordinateKind> = coordinates.iter().map(|c| c.kind).collect();
         let size = self.loaded.size;
         let mut found: Vec<Vec<f64>> = Vec::new();
+        let mut n_poses = N_POSES;
         for k in 0..N_POSES {
+            if k >= n_poses {
+                break;
+            }
             let mut aside = |i: usize| {
                 let share: f64 = random.random_range(-1.0..1.0);
                 share
@@ -259,6 +295,9 @@ impl<'a> Balance<'a> {
             let is_same =
                 |other: &Vec<f64>| self.apart(&q, other).iter().all(|off| off.abs() < 1e-6);
             if !found.iter().any(is_same) {
+                if found.is_empty() && self.family(&q).is_some() {
+                    n_poses = N_POSES_OF_FAMILIES;
+                }
                 found.push(q);
             }
         }
@@ -291,10 +330,12 @@ impl<'a> Balance<'a> {
         let n = self.forces.n();
         let nc = self.forces.nc();
         let mut q = guess.to_vec();
-        let units: Vec<f64> = (self.loaded.system().coordinates().iter())
-            .map(|c| if c.kind == CoordinateKind::Length { self.loaded.size } else { 1.0 })
-            .collect();
+        let units = self.units();
         let mut lambda = self.balancing(&q)?;
+        // Slopes that vanish where all poses are in balance lead anywhere.
+        if self.states.is_empty() && self.is_balanced(&q, &lambda, &units) {
+            return Some(q);
+        }
         for _ in 0..MOST {
             let at = self.at(&q, &lambda);
             let mut matrix = DMatrix::zeros(n + nc, n + nc);
@@ -310,9 +351,12 @@ impl<'a> Balance<'a> {
             let scaled =
                 DMatrix::from_fn(n + nc, n + nc, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
             let right = right.component_mul(&scale);
+            let is_fair = |step: &DVector<f64>| {
+                step.iter().all(|x| x.is_finite()) && step.rows(0, n).amax() < 1e3
+            };
             let step = match scaled.clone().lu().solve(&right) {
-                Some(step) if step.iter().all(|x| x.is_finite()) && scaled.is_square() => step,
-                _ => Svd::new(&scaled)?.solve(&right, 1e-12),
+                Some(step) if is_fair(&step) => step,
+                _ => Svd::new(&scaled)?.solve(&right, 1e-12 * scaled.norm()),
             };
             // A state may change by any amount: its unit has no size of the mechanism.
             let moves = (0..n).filter(|i| !self.states.contains(i));
@@ -334,18 +378,22 @@ impl<'a> Balance<'a> {
             }
         }
         let lambda = self.balancing(&q)?;
-        let at = self.at(&q, &lambda);
-        let largest = |values: &DVector<f64>| values.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-        // Work per radian or longest link: of the loads, and of what they change by.
-        let nothing = vec![0.0; nc];
-        let weigh = DVector::from_column_slice(&units);
-        let work = |forces: &DVector<f64>| largest(&forces.component_mul(&weigh));
+        self.is_balanced(&q, &lambda, &units).then_some(q)
+    }
+
+    /// True where joints close and the forces are in balance, up to rounding of what they are the sum of.
+    fn is_balanced(&mut self, q: &[f64], lambda: &[f64], units: &DVector<f64>) -> bool {
+        let (n, nothing) = (q.len(), vec![0.0; lambda.len()]);
+        let at = self.at(q, lambda);
+        // Work per radian or longest link: of the loads, of what they change by, and of what joints bear.
+        let work = |forces: &DVector<f64>| forces.component_mul(units).amax();
         let changes = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
         let changes = changes
             .fold(0.0, |a: f64, (i, j)| a.max((at.stiffness[(i, j)] * units[i] * units[j]).abs()));
-        let loads = work(&self.at(&q, &nothing).residual).max(changes);
-        let is_closed = largest(&at.closure) < 1e-9 * self.loaded.size.max(1.0);
-        (is_closed && work(&at.residual) <= 1e-9 * loads).then_some(q)
+        let loads = work(&self.at(q, &nothing).residual).max(changes);
+        let loads = loads.max(1e-3 * self.load_size(q, lambda));
+        let closure = if at.closure.is_empty() { 0.0 } else { at.closure.amax() };
+        closure < 1e-9 * self.loaded.size.max(1.0) && work(&at.residual) <= 1e-9 * loads
     }
 
     /// The equilibrium nearest to the start: a stable one, if there is any.

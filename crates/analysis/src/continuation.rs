@@ -83,9 +83,9 @@ pub fn statics_over(
         let values = loaded.parameters_with(&[id], &[range.at(s)]);
         let found = loaded
             .restart(&values[..own.len()])
-            .and_then(|()| Balance::of(&loaded, &[], &[])?.all());
+            .and_then(|()| Balance::of(&loaded, &[], &[])?.isolated(name));
         match found {
-            Ok((poses, _)) => seeds.extend(poses.into_iter().map(|q| (s, q))),
+            Ok(poses) => seeds.extend(poses.into_iter().map(|q| (s, q))),
             Err(error) => fault = Some(error),
         }
     }

@@ -14,6 +14,15 @@ pub enum Stability {
     Neutral,
 }
 
+/// Equilibria of which every one has neighbours that are in balance, too.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Family {
+    /// Number of independent ways along it: 1 of a curve.
+    pub dimension: usize,
+    /// Positions of joints, coordinates of bodies without one, and states, that change along it.
+    pub moves: Vec<String>,
+}
+
 /// A pose at rest in which all forces are balanced.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Equilibrium {
@@ -25,6 +34,8 @@ pub struct Equilibrium {
     pub stability: Stability,
     /// Eigenvalues of K_r, ascending, SI; with states of controllers held.
     pub stiffness: Vec<f64>,
+    /// The family that it stands for, of one that is not isolated; told by [`crate::statics`] alone.
+    pub family: Option<Family>,
     /// Every joint position, body angle and point: name, value, unit; then states, without theirs.
     pub pose: Vec<(String, f64, &'static str)>,
     /// Reactions of the joints on their second bodies: force, then moment, world axes.

@@ -11,6 +11,7 @@ use bksim_model::Model;
 use crate::balance::Balance;
 use crate::equilibrium::{Equilibrium, Stability, cells, columns};
 use crate::error::AnalysisError;
+use crate::families::FamilyAt;
 use crate::loaded::Loaded;
 use crate::open_reactions::ReactionBound;
 use crate::table::Table;
@@ -30,8 +31,11 @@ pub struct Statics {
     pub held: Vec<String>,
 }
 
-/// Finds the equilibria of `model`, in which states of controllers have no rates; the stiffness is by the measures `by`, else by coordinates. Reactions that are not
-/// unique keep to `bounds`.
+/// Equilibria this near to each other that have no stiffness are one, rad or parts of the longest link.
+const NEAR: f64 = 0.05;
+
+/// Finds the equilibria of `model`, in which states of controllers have no rates; of a family of equilibria the first that is
+/// found. The stiffness is by the measures `by`, else by coordinates. Reactions that are not unique keep to `bounds`.
 ///
 /// # Errors
 /// [`AnalysisError`] when there is no start, or no equilibrium.
@@ -44,15 +48,34 @@ pub fn statics(
     let mut balance = Balance::of(&loaded, by, &[])?;
     balance.bounds = bounds.to_vec();
     let (poses, is_complete) = balance.all()?;
-    let mut equilibria = Vec::new();
+    let mut equilibria: Vec<Equilibrium> = Vec::new();
+    let mut families: Vec<(usize, FamilyAt)> = Vec::new();
     for q in poses {
-        let found = balance.equilibrium(&q)?;
-        // Of poses that are all in balance the first stands for all.
-        let is_twin = found.stability == Stability::Neutral
-            && equilibria.iter().any(|e: &Equilibrium| e.stability == Stability::Neutral);
-        if !is_twin {
-            equilibria.push(found);
+        // The first of a family stands for all.
+        let family = balance.family(&q);
+        if let Some(at) = &family {
+            let mut known = families.iter().filter(|(_, known)| known.family == at.family);
+            if known.any(|(k, known)| balance.is_of_family(&equilibria[*k].q, known, &q)) {
+                continue;
+            }
         }
+        let mut found = balance.equilibrium(&q)?;
+        // A search comes only near to one whose stiffness vanishes.
+        let is_near = |e: &Equilibrium| {
+            e.stability == Stability::Neutral
+                && balance.apart(&e.q, &q).iter().all(|off| off.abs() < NEAR)
+        };
+        if family.is_none()
+            && found.stability == Stability::Neutral
+            && equilibria.iter().any(is_near)
+        {
+            continue;
+        }
+        if let Some(at) = family {
+            found.family = Some(at.family.clone());
+            families.push((equilibria.len(), at));
+        }
+        equilibria.push(found);
     }
     if equilibria.is_empty() {
         return Err(AnalysisError::NoEquilibrium);

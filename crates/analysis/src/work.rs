@@ -19,6 +19,8 @@ use crate::trace::Trace;
 
 /// Part of the largest work below which a difference of two is rounding.
 const ROUNDING: f64 = 1e-9;
+/// Part of what joints bear below which work along the motion is rounding.
+const NO_WORK: f64 = 1e-12;
 /// Turns to either side that are searched at most.
 const MOST_TURNS: usize = 20;
 
@@ -62,9 +64,13 @@ impl Balance<'_> {
 
         let mut values = self.works(&turns, 0.0);
         let size = largest(&values);
-        if size == 0.0 {
+        // What forces in balance leave by rounding.
+        let lambda = self.balancing(&self.loaded.q).unwrap_or_default();
+        let rounding = NO_WORK * self.load_size(&self.loaded.q, &lambda);
+        if size <= rounding {
             return Ok((vec![self.loaded.q.clone()], true));
         }
+        values.iter_mut().filter(|value| value.abs() <= rounding).for_each(|value| *value = 0.0);
         let is_at_start = values[0] == 0.0;
         if turns.trace.is_closed {
             let next = self.works(&turns, 1.0);
@@ -144,7 +150,18 @@ impl Balance<'_> {
         let mut found = Vec::new();
         for k in 1..values.len() {
             let (before, after) = (values[k - 1], values[k]);
-            if before == 0.0 || (before > 0.0) == (after > 0.0) && after != 0.0 {
+            // Poses that are all in balance: one in their middle stands for them.
+            if before == 0.0 && after == 0.0 {
+                let is_last = values.get(k + 1).is_none_or(|next| *next != 0.0);
+                let n_zeros = values[..=k].iter().rev().take_while(|value| **value == 0.0).count();
+                if is_last {
+                    let middle = turns.point(k - n_zeros / 2, number);
+                    found.push(turns.curve.equations.rows.unscaled(middle.z.as_slice()));
+                }
+                continue;
+            }
+            let begins = after == 0.0 && values.get(k + 1) == Some(&0.0);
+            if begins || before == 0.0 || (before > 0.0) == (after > 0.0) && after != 0.0 {
                 continue;
             }
             let (from, step) = (turns.point(k - 1, number), turns.trace.steps[k - 1]);

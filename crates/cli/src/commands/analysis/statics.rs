@@ -1,8 +1,9 @@
 //! `bksim static`: equilibria, their stability, the reactions in them.
 
 use bksim::analysis::{
-    AnalysisError, Balanced, BranchPoint, Continuation, Equilibrium, OpenReactions, PointKind,
-    Range, ReactionBound, Stability, Statics, balanced, compliances, statics, statics_over,
+    AnalysisError, Balanced, BranchPoint, Continuation, Equilibrium, Family, OpenReactions,
+    PointKind, Range, ReactionBound, Stability, Statics, balanced, compliances, statics,
+    statics_over,
 };
 use bksim::model::Model;
 use serde_json::{Value, json};
@@ -82,6 +83,9 @@ pub fn told(name: &str, found: &Statics) -> Answer {
         held(&found.held),
         lines(&["", "least stiffness", "where"], rows)
     );
+    for (k, e) in found.equilibria.iter().enumerate() {
+        text.extend(e.family.as_ref().map(|family| family_text(k + 1, family)));
+    }
     for (k, e) in found.equilibria.iter().enumerate().filter(|(_, e)| e.open.n_self_stresses > 0) {
         text.extend([open_text(k + 1, &e.open)]);
     }
@@ -116,11 +120,25 @@ fn equilibrium_json(joints: &[String], e: &Equilibrium) -> Value {
     json!({
         "stability": word(e.stability),
         "stiffness": e.stiffness,
+        "family": e.family.as_ref().map(|family| {
+            json!({ "dimension": family.dimension, "moves": family.moves })
+        }),
         "pose": pose_json(&e.pose),
         "multipliers": e.lambda,
         "open": open_json(&e.open),
         "reactions": Value::Object(reactions.collect()),
     })
+}
+
+/// A family of equilibria in a line.
+fn family_text(number: usize, family: &Family) -> String {
+    let moves: Vec<String> = family.moves.iter().map(|name| format!("`{name}`")).collect();
+    let kind = match family.dimension {
+        1 => "a curve of equilibria, along which".to_owned(),
+        n => format!("a family of equilibria in {n} dimensions, along which"),
+    };
+    let change = if moves.len() == 1 { "changes" } else { "change" };
+    format!("\n\nequilibrium {number} is one of {kind} {} {change}", moves.join(", "))
 }
 
 /// The reactions that equilibrium leaves open, as a table.
