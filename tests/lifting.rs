@@ -4,9 +4,13 @@ mod support;
 
 use std::f64::consts::TAU;
 
+use bksim::mbs::constraint::Source;
 use bksim::model::Method;
 use bksim::sim::hybrid::ChangeKind;
-use support::{Within, at, close, coordinate, derive, example, model, solve};
+use support::{
+    Measures, Within, all_close, at, close, coordinate, derive, elements, example, model, solve,
+    with_method,
+};
 
 /// A follower of 0.4 kg on a cam, pressed by a spring of 500 N/m with 20 N at the lift zero.
 fn follower(limit: &str, rate: f64, t_end: f64) -> String {
@@ -150,6 +154,192 @@ fn a_valve_lifts_off_at_any_tolerance() {
                 off,
                 Within { relative: 0.0, absolute: 1e-7 },
             );
+        }
+    }
+}
+
+/// The valve train of a pushrod engine, reduced by hand to the lift s of its tappet: m(s) s̈ + ½ m′(s) ṡ² = Q(s) + F.
+struct PushrodTrain;
+
+/// The other parts at a lift of the tappet, and their derivatives by it.
+struct Parts {
+    /// From the height of the stem's point down, m.
+    valve: f64,
+    valve_slope: f64,
+    /// m(s), kg.
+    mass: f64,
+}
+
+impl PushrodTrain {
+    const OMEGA: f64 = 2900.0 * TAU / 60.0;
+    const RISE: f64 = 70.0 * TAU / 360.0;
+
+    /// Cycloidal rise and return: s, ds/dt and d²s/dt² on the cam.
+    fn on_cam(t: f64) -> [f64; 3] {
+        let (h, u) = (7e-3, Self::OMEGA * t / Self::RISE);
+        if u >= 2.0 {
+            return [0.0; 3];
+        }
+        let (u, sense) = if u <= 1.0 { (u, 1.0) } else { (2.0 - u, -1.0) };
+        let (sin, cos) = (TAU * u).sin_cos();
+        let rate = Self::OMEGA / Self::RISE;
+        [h * (u - sin / TAU), sense * h * (1.0 - cos) * rate, h * TAU * sin * rate * rate]
+    }
+
+    /// The pushrod of length L from the tappet to the rocker's arm a: |d − a u(φ)| = L with d from tappet to pivot.
+    fn parts(s: f64) -> Parts {
+        let (a, b, l, c) = (0.025_f64, 0.038, 0.147_f64, 0.0735);
+        let d = [0.025, 0.150 - s];
+        let reach = d[0] * d[0] + d[1] * d[1];
+        let phi = d[1].atan2(d[0]) - ((reach + a * a - l * l) / (2.0 * a * reach.sqrt())).acos();
+        let (sin, cos) = phi.sin_cos();
+        // Along the rod from its foot, and the same differentiated: w · w′ = 0.
+        let rod = [d[0] - a * cos, d[1] - a * sin];
+        let phi_slope = -rod[1] / (a * (d[1] * cos - d[0] * sin));
+        let rod_slope = [a * sin * phi_slope, -1.0 - a * cos * phi_slope];
+        let turn = (rod[0] * rod_slope[1] - rod[1] * rod_slope[0]) / (l * l);
+        let middle = [c / l * rod_slope[0], 1.0 + c / l * rod_slope[1]];
+        let valve_slope = -b * cos * phi_slope;
+        let mass = 0.09
+            + 0.05 * (middle[0].powi(2) + middle[1].powi(2))
+            + 9e-5 * turn * turn
+            + 3e-5 * phi_slope * phi_slope
+            + 0.11 * valve_slope * valve_slope;
+        Parts { valve: 0.005 - b * sin, valve_slope, mass }
+    }
+
+    /// m(s) s̈ + ½ m′ ṡ² − Q for an acceleration: the force of the cam.
+    fn force(s: f64, rate: f64, acceleration: f64) -> f64 {
+        let Parts { valve, valve_slope, mass } = Self::parts(s);
+        let h = 3e-5;
+        let [far, near] =
+            [2.0, 1.0].map(|n| Self::parts(s + n * h).mass - Self::parts(s - n * h).mass);
+        let mass_slope = (8.0 * near - far) / (12.0 * h);
+        let spring = -35e3 * (0.009 + valve) * valve_slope;
+        mass * acceleration + 0.5 * mass_slope * rate * rate - spring
+    }
+
+    /// A step of free flight of length h by the classical method of Runge and Kutta.
+    fn flown([s, v]: [f64; 2], h: f64) -> [f64; 2] {
+        let slope = |[s, v]: [f64; 2]| [v, -Self::force(s, v, 0.0) / Self::parts(s).mass];
+        let ahead = |k: [f64; 2], by: f64| [s + by * k[0], v + by * k[1]];
+        let k1 = slope([s, v]);
+        let k2 = slope(ahead(k1, 0.5 * h));
+        let k3 = slope(ahead(k2, 0.5 * h));
+        let k4 = slope(ahead(k3, h));
+        let sum = |i: usize| (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]) * h / 6.0;
+        [s + sum(0), v + sum(1)]
+    }
+
+    /// The flights until `end`: one begins where the cam would pull, at once where it does so at a landing.
+    fn flights(end: f64) -> Vec<Flight> {
+        let pull = |t: f64| {
+            let [s, v, a] = Self::on_cam(t);
+            Self::force(s, v, a)
+        };
+        let (mut flights, mut t) = (Vec::new(), 0.0);
+        while t < end {
+            if pull(t + STEP) > 0.0 {
+                t += STEP;
+                continue;
+            }
+            let off = if pull(t) > 0.0 { root(pull, [t, t + STEP]) } else { t };
+            let flight = Self::flight(off);
+            t = flight.landed;
+            flights.push(flight);
+        }
+        flights
+    }
+
+    /// The flight from an instant.
+    fn flight(off: f64) -> Flight {
+        let [s, v, _] = Self::on_cam(off);
+        let mut states = vec![[s, v]];
+        loop {
+            let (t, last) = (off + STEP * (states.len() - 1) as f64, states[states.len() - 1]);
+            let above = |part: f64| Self::flown(last, part)[0] - Self::on_cam(t + part)[0];
+            if states.len() > 2 && above(STEP) < 0.0 {
+                return Flight { off, landed: t + root(above, [0.0, STEP]), states };
+            }
+            states.push(Self::flown(last, STEP));
+        }
+    }
+}
+
+/// Length of the steps of a flight, s.
+const STEP: f64 = 2e-6;
+
+/// A flight of the tappet: its lift and the rate of that, [`STEP`] by [`STEP`].
+struct Flight {
+    off: f64,
+    landed: f64,
+    states: Vec<[f64; 2]>,
+}
+
+impl Flight {
+    /// Lift, rate and no acceleration that would have to be stated, at an instant in it.
+    fn at(&self, t: f64) -> [f64; 3] {
+        let step = ((t - self.off) / STEP).floor();
+        let [s, v] = PushrodTrain::flown(self.states[step as usize], t - self.off - STEP * step);
+        [s, v, 0.0]
+    }
+}
+
+/// Where a function that is above zero at the first end, and below at the other, passes it.
+fn root(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
+    assert!(f(low) > 0.0 && f(high) < 0.0, "{} … {}", f(low), f(high));
+    for _ in 0..80 {
+        let middle = f64::midpoint(low, high);
+        *if f(middle) > 0.0 { &mut low } else { &mut high } = middle;
+    }
+    low
+}
+
+/// Five bodies and nine joints against one equation, integrated on its own: lift-off, flight, landing, the lift of the
+/// valve, the force of the cam and the torque that turns it.
+#[test]
+fn a_pushrod_train_floats_as_its_reduced_equation_says() {
+    let flights = PushrodTrain::flights(0.012);
+    let expected: Vec<[f64; 2]> =
+        flights.iter().map(|flight| [flight.off, flight.landed]).collect();
+    assert!(flights[0].landed > flights[0].off + 1e-3, "{expected:?}");
+    let text = elements::text("overhead-valve-train");
+    for method in ["explicit", "radau"] {
+        let mechanism = derive(model(&with_method(&text, method)));
+        let motion = solve(&mechanism);
+        let landings = motion.summary.changes.iter();
+        let landings = landings.filter(|change| matches!(change.kind, ChangeKind::Hit(..)));
+        let landings: Vec<f64> = landings.map(|change| change.t).collect();
+        let instant = Within { relative: 0.0, absolute: 1e-9 };
+        let changes = &motion.summary.changes;
+        let parted = changes.iter().find(|change| matches!(change.kind, ChangeKind::Part(_)));
+        close(method, parted.expect("it leaves its cam").t, flights[0].off, instant);
+        all_close(
+            method,
+            &landings,
+            &flights.iter().map(|f| f.landed).collect::<Vec<_>>(),
+            instant,
+        );
+        let row = |is_it: fn(&Source) -> bool| {
+            mechanism.compiled.sources.iter().position(is_it).expect("a row")
+        };
+        let [contact, drive] = [
+            row(|source| matches!(source, Source::Stop(_))),
+            row(|source| matches!(source, Source::Drive(_))),
+        ];
+        let measures = Measures::new(&mechanism, &["lifter.position", "guide.position"]);
+        for sample in &motion.samples {
+            let (t, what) = (sample.t, format!("{method} at {} s", sample.t));
+            let flight = flights.iter().find(|flight| t > flight.off && t < flight.landed);
+            let [s, v, a] = flight.map_or_else(|| PushrodTrain::on_cam(t), |it| it.at(t));
+            let found = measures.at(sample);
+            let length = Within { relative: 0.0, absolute: 2e-10 };
+            close(&what, found[0], s, length);
+            close(&what, found[1], PushrodTrain::parts(s).valve, length);
+            let force = if flight.is_some() { 0.0 } else { PushrodTrain::force(s, v, a) };
+            let within = Within { relative: 1e-7, absolute: 1e-5 };
+            close(&what, sample.lambda[contact], force, within);
+            close(&what, sample.lambda[drive], force * v / PushrodTrain::OMEGA, within);
         }
     }
 }
