@@ -173,7 +173,7 @@ fn conditions(model: &Model, signals: &[(SymbolId, Expr)]) -> Vec<Expr> {
 }
 
 /// Q_i = Σ F · ∂r/∂q_i + M · ∂ω/∂q̇_i.
-fn generalised_force(
+pub(crate) fn generalised_force(
     model: &Model,
     kinematics: &Kinematics,
     wrenches: &[Wrench],

@@ -9,7 +9,7 @@
 //! ```
 
 use bksim_expr::{Expr, SymbolId};
-use bksim_model::{Anchor, Belt, BeltWheel, GROUND, Model, Vector};
+use bksim_model::{Anchor, Belt, BeltId, BeltWheel, GROUND, Model, Vector};
 
 use crate::force::Wrench;
 use crate::kinematics::Kinematics;
@@ -66,14 +66,24 @@ pub(crate) fn elastic_wrenches(
     kinematics: &Kinematics,
     signals: &[(SymbolId, Expr)],
 ) -> Vec<Wrench> {
+    let belts = (0..model.belts.len()).map(BeltId);
+    belts.flat_map(|belt| elastic_wrenches_of(model, kinematics, signals, belt)).collect()
+}
+
+/// The wrenches of one belt that stretches, none of another.
+pub(crate) fn elastic_wrenches_of(
+    model: &Model,
+    kinematics: &Kinematics,
+    signals: &[(SymbolId, Expr)],
+    belt: BeltId,
+) -> Vec<Wrench> {
     let pool = &model.pool;
+    let belt = &model.belts[belt.0];
     let mut wrenches = Vec::new();
-    for belt in &model.belts {
-        for (strand, &tension) in belt.tensions.iter().enumerate() {
-            let tension = pool.substitute(tension, signals);
-            let unit = strand_wrenches(model, kinematics, belt, strand);
-            wrenches.extend(unit.iter().map(|wrench| wrench.scaled(pool, tension)));
-        }
+    for (strand, &tension) in belt.tensions.iter().enumerate() {
+        let tension = pool.substitute(tension, signals);
+        let unit = strand_wrenches(model, kinematics, belt, strand);
+        wrenches.extend(unit.iter().map(|wrench| wrench.scaled(pool, tension)));
     }
     wrenches
 }

@@ -19,6 +19,7 @@ pub mod modes;
 mod norm;
 pub mod particle;
 pub mod pose;
+pub mod power;
 pub mod quantity;
 pub mod quaternion;
 pub mod reaction;

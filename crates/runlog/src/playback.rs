@@ -231,6 +231,11 @@ impl Playback {
         self.player.sample()
     }
 
+    /// The modes that hold there, as parameters after those of the model.
+    pub fn modes(&self) -> &[f64] {
+        self.player.modes(&self.log.segments)
+    }
+
     /// The distance of that sample from a singular pose: [`Player::rank_margin`].
     pub fn rank_margin(&mut self) -> f64 {
         self.player.rank_margin()

@@ -91,6 +91,11 @@ impl Player {
         self.replay.borrow_dependent().sample()
     }
 
+    /// The modes that hold at that sample, as parameters after those of the model; none without segments.
+    pub fn modes<'s>(&self, segments: &'s [Segment]) -> &'s [f64] {
+        segments.get(self.last_idx).map_or(&[], |segment| &segment.modes)
+    }
+
     /// The distance of that sample from a singular pose: [`Replay::rank_margin`].
     pub fn rank_margin(&mut self) -> f64 {
         self.replay.with_dependent_mut(|_, replay| replay.rank_margin())

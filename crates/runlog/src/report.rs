@@ -43,6 +43,8 @@ pub struct Report {
     pub reactions: Vec<ReactionReport>,
     /// The outputs of the model.
     pub outputs: Vec<OutputReport>,
+    /// The work of every load, belt and drive, in the order of the model.
+    pub work: Vec<WorkReport>,
     /// Energies and work.
     pub energy: EnergyReport,
 }
@@ -129,6 +131,19 @@ pub struct OutputReport {
     pub mean: f64,
     /// Root of the mean square over time.
     pub rms: f64,
+}
+
+/// The work of a part, J.
+#[derive(Clone, PartialEq, Debug)]
+pub struct WorkReport {
+    /// Its name.
+    pub name: String,
+    /// `load`, `belt`, `drive`, `coupling` or `joint`.
+    pub kind: &'static str,
+    /// The work that it does, without that of its potential.
+    pub work: f64,
+    /// The potential energy that it holds at the end, less that at the start.
+    pub stored: f64,
 }
 
 /// Energies of a run, J.

@@ -24,6 +24,7 @@ mod modes;
 mod multiplier;
 pub mod observable;
 pub mod pose;
+pub mod powers;
 mod pressing;
 mod quantities;
 pub mod redundancy;

@@ -19,7 +19,7 @@ use bksim_expr::{Expr, Pool, SymbolId};
 use crate::joint::JointWrench;
 use crate::kinematics::Kinematics;
 use crate::spatial;
-use bksim_model::{BodyId, JointId, LoadKind, Model, Vector};
+use bksim_model::{BodyId, JointId, Load, LoadKind, Model, Vector};
 
 use context::Context;
 
@@ -94,13 +94,20 @@ pub(crate) fn efforts_on_curves(
     kinematics: &Kinematics,
     signals: &[(SymbolId, Expr)],
 ) -> Vec<(JointId, usize, Expr)> {
-    let context = &Context { model, pool: &model.pool, kinematics, signals };
     let loads = model.loads.iter();
-    let effort = |load| {
-        let spring = joint_spring::effort_on_curve(context, load);
-        spring.or_else(|| joint_effort::effort_on_curve(context, load))
-    };
-    loads.filter_map(effort).collect()
+    loads.filter_map(|load| effort_on_curve(model, kinematics, signals, load)).collect()
+}
+
+/// That of one load.
+pub(crate) fn effort_on_curve(
+    model: &Model,
+    kinematics: &Kinematics,
+    signals: &[(SymbolId, Expr)],
+    load: &Load,
+) -> Option<(JointId, usize, Expr)> {
+    let context = &Context { model, pool: &model.pool, kinematics, signals };
+    let spring = joint_spring::effort_on_curve(context, load);
+    spring.or_else(|| joint_effort::effort_on_curve(context, load))
 }
 
 /// The effect of one load.

@@ -58,6 +58,9 @@ pub fn json_of(report: &Report) -> Value {
             "rms": output.rms,
         })
     });
+    let work = report.work.iter().map(|part| {
+        json!({ "name": part.name, "kind": part.kind, "work": part.work, "stored": part.stored })
+    });
     let energy = &report.energy;
     json!({
         "t_start": report.span[0],
@@ -67,6 +70,7 @@ pub fn json_of(report: &Report) -> Value {
         "drives": drives.collect::<Vec<_>>(),
         "reactions": reactions.collect::<Vec<_>>(),
         "outputs": outputs.collect::<Vec<_>>(),
+        "work": work.collect::<Vec<_>>(),
         "energy": {
             "kinetic": at(energy.kinetic),
             "potential_least": at(energy.potential[0]),

@@ -1,15 +1,17 @@
 //! A run looked through from start to end.
 
+use bksim_mbs::power::Actor;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{JointId, Measure, Model, MotionKind, motion_words};
 use bksim_sim::Mechanism;
 use bksim_sim::observable::{Observable, Observables};
+use bksim_sim::powers::Powers;
 use bksim_sim::run::{Sample, Unreplayed};
 
 use super::ratio::time_ratio;
 use super::{
     DriveReport, EnergyReport, Extreme, MotionReport, OutputReport, PointReport, ReactionReport,
-    Report, Unreported,
+    Report, Unreported, WorkReport,
 };
 use crate::playback::Playback;
 
@@ -43,14 +45,17 @@ struct Quantities {
     observables: Observables,
     /// Values of the observables.
     seen: Vec<f64>,
+    powers: Powers,
 }
 
-/// Numbers of an instant that belong to no part: kinetic, potential and total energy, power.
+/// Numbers of an instant that belong to no part: kinetic, potential and total energy, power. Those after them are the
+/// powers of parts.
 const N_ENERGIES: usize = 4;
 
 impl Quantities {
     fn new(mechanism: &Mechanism) -> Result<Self, Unreported> {
-        let (model, system): (&Model, &SymbolicSystem) = (&mechanism.model, &mechanism.system);
+        let Mechanism { model, system, compiled, parameters, .. } = mechanism;
+        let (model, system): (&Model, &SymbolicSystem) = (model, system);
         let mut names: Vec<String> = Vec::new();
         let mut motions = Vec::new();
         for (joint_idx, joint) in model.joints.iter().enumerate() {
@@ -89,7 +94,8 @@ impl Quantities {
             n_joints: model.joints.len(),
             n_outputs: model.named_signals.iter().filter(|signal| signal.is_output).count(),
             seen: vec![0.0; observables.len()],
-            observables: Observables::compile(model, system, &observables, &mechanism.parameters)?,
+            observables: Observables::compile(model, system, &observables, parameters)?,
+            powers: Powers::compile(model, system, compiled, parameters)?,
             motions,
             points,
         })
@@ -105,7 +111,7 @@ impl Quantities {
     }
 
     fn count(&self) -> usize {
-        self.places()[4] + N_ENERGIES
+        self.places()[4] + N_ENERGIES + self.powers.actors().len()
     }
 
     /// Forgets those numbers of an instant that a singular pose leaves undetermined.
@@ -118,8 +124,9 @@ impl Quantities {
         }
     }
 
-    /// Writes the numbers of an instant; `signals` are the efforts of the drives, then the outputs.
-    fn write(&mut self, sample: &Sample, signals: &[f64], out: &mut [f64]) {
+    /// Writes the numbers of an instant; `signals` are the efforts of the drives, then the outputs, `modes` those
+    /// that hold there.
+    fn write(&mut self, sample: &Sample, signals: &[f64], modes: &[f64], out: &mut [f64]) {
         let (efforts, outputs) = signals.split_at(self.drives.len());
         let reaction = |joint: JointId| sample.reactions[joint.0];
         self.observables.at([&sample.q, &sample.v, &sample.a], &reaction, &mut self.seen);
@@ -141,7 +148,10 @@ impl Quantities {
         let energy = &sample.energy;
         let total = energy.kinetic + energy.potential;
         let all = [energy.kinetic, energy.potential, total, energy.power];
-        out[energies..].copy_from_slice(&all);
+        let (of_energies, of_powers) = out[energies..].split_at_mut(N_ENERGIES);
+        of_energies.copy_from_slice(&all);
+        let state = (sample.t, &sample.q[..], &sample.v[..]);
+        of_powers.copy_from_slice(self.powers.at(state, &sample.lambda, modes).0);
     }
 }
 
@@ -164,7 +174,7 @@ impl Survey<'_> {
         self.playback.seek(t)?;
         let signals: Vec<f64> =
             self.signals.iter().map(|&signal| self.playback.value(signal)).collect();
-        self.quantities.write(self.playback.sample(), &signals, out);
+        self.quantities.write(self.playback.sample(), &signals, self.playback.modes(), out);
         if self.playback.rank_margin() < SINGULAR {
             self.quantities.forget_undetermined(out);
         }
@@ -197,6 +207,29 @@ impl Survey<'_> {
             self.keep(t1, &row);
         }
         Ok(())
+    }
+
+    /// The potentials of all parts at an instant.
+    fn potentials(&mut self, t: f64) -> Result<Vec<f64>, Unreplayed> {
+        self.playback.seek(t)?;
+        let sample = self.playback.sample();
+        let state = (sample.t, &sample.q[..], &sample.v[..]);
+        let powers = &mut self.quantities.powers;
+        Ok(powers.at(state, &sample.lambda, self.playback.modes()).1.to_vec())
+    }
+
+    /// The work of every part, from the integrals of their powers.
+    fn works(&mut self, [first, last]: [f64; 2]) -> Result<Vec<WorkReport>, Unreplayed> {
+        let place = self.quantities.places()[4] + N_ENERGIES;
+        let potentials = [self.potentials(first)?, self.potentials(last)?];
+        let model = &self.playback.mechanism().model;
+        let actors = self.quantities.powers.actors().iter().enumerate();
+        let work = |(idx, actor): (usize, &Actor)| {
+            let (kind, name) = actor.named(model);
+            let stored = potentials[1][idx] - potentials[0][idx];
+            WorkReport { name: name.to_owned(), kind, work: self.integrals[place + idx][0], stored }
+        };
+        Ok(actors.map(work).collect())
     }
 
     fn keep(&mut self, t: f64, row: &[f64]) {
@@ -410,6 +443,7 @@ pub fn report(playback: &mut Playback) -> Result<Report, Unreported> {
         work: integrals[of_energies + 3][0],
         power: survey.largest(of_energies + 3, f64::abs)?,
     };
+    let work = survey.works(span)?;
     Ok(Report {
         span,
         motions,
@@ -417,6 +451,7 @@ pub fn report(playback: &mut Playback) -> Result<Report, Unreported> {
         drives: drive_reports,
         reactions,
         outputs: output_reports,
+        work,
         energy,
     })
 }

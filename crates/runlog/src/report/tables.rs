@@ -150,6 +150,10 @@ pub fn tables(report: &Report, units: &ShownUnits) -> Vec<(&'static str, Vec<Row
         let means = [output.mean, output.rms].map(|value| w.value(value, &output.unit));
         [vec![output.name.clone()], least.to_vec(), largest.to_vec(), means.to_vec()].concat()
     });
+    let work = report.work.iter().map(|part| {
+        let [work, stored] = [part.work, part.stored].map(|value| w.value(value, "J"));
+        vec![part.name.clone(), part.kind.to_owned(), work, stored]
+    });
     let energy = &report.energy;
     let at = |name: &str, extreme: Extreme, unit: &str| {
         [vec![name.to_owned()], w.extreme(extreme, unit).to_vec()].concat()
@@ -204,6 +208,7 @@ pub fn tables(report: &Report, units: &ShownUnits) -> Vec<(&'static str, Vec<Row
                 outputs.collect(),
             ),
         ),
+        ("Work", headed(words(["part", "kind", "work", "stored"]), work.collect())),
         ("Energies", headed(words(["energy", "value", "at"]), energies)),
     ];
     tables.retain(|(_, rows)| !rows.is_empty());
