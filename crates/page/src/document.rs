@@ -163,6 +163,8 @@ const STAGE: &str = r#"<noscript><p class="notice">This page moves with JavaScri
 <label><input type="checkbox" id="labels"> Names</label>
 <label><input type="checkbox" id="velocities"> Velocities</label>
 <label><input type="checkbox" id="reactions"> Reactions</label>
+<label id="section" hidden>Section <select id="cut" aria-label="Cut across an axis"><option value="">none</option><option value="0">across x</option><option value="1">across y</option><option value="2">across z</option></select>
+<input type="range" id="cut-at" min="0" max="1" step="any" value="0.5" aria-label="Place of the section" hidden> <output id="cut-text" for="cut-at"></output></label>
 <details id="trails"><summary>Trails</summary><div class="list"></div></details>
 </div>
 </section>

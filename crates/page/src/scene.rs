@@ -54,7 +54,8 @@ pub(crate) fn write(
     // The paint of the roles in both themes.
     let paint = |theme: Theme| {
         let paints: Vec<_> = roles.iter().map(|&role| theme.paint(role)).collect();
-        json!({ "colors": theme, "paints": paints })
+        let sections: Vec<_> = roles.iter().map(|&role| theme.section(role)).collect();
+        json!({ "colors": theme, "paints": paints, "sections": sections })
     };
     let written = json!({
         "planar": scene.is_planar,
@@ -71,7 +72,9 @@ pub(crate) fn write(
 /// A shape as lines in the frame of its body.
 fn drawn(shape: &Shape, solid: Option<&PageSolid>, roles: &mut Vec<Role>) -> Value {
     let (kind, lines) = match &shape.form {
-        Form::Region(rings) => ("region", rings.iter().map(|ring| flat(ring)).collect()),
+        Form::Region(rings) | Form::Section { rings, .. } => {
+            ("region", rings.iter().map(|ring| flat(ring)).collect())
+        }
         Form::Line { points, is_closed: true } => ("ring", vec![flat(points)]),
         Form::Line { points, is_closed: false } => ("line", vec![flat(points)]),
         Form::Rod { ends, .. } => ("rod", vec![flat(ends)]),
@@ -85,7 +88,7 @@ fn drawn(shape: &Shape, solid: Option<&PageSolid>, roles: &mut Vec<Role>) -> Val
     json!({
         "body": shape.body, "role": index_of(shape.role, roles),
         "front": shape.role.is_in_front(), "kind": kind, "lines": lines, "radius": radius,
-        "faces": faces,
+        "faces": faces, "isCurve": shape.role.is_curve(),
     })
 }
 

@@ -25,6 +25,7 @@ pub(crate) struct RenderRequest {
     size: Option<[u32; 2]>,
     density: Option<f32>,
     view: Option<View>,
+    section: Option<String>,
     background: String,
     labels: bool,
     trails: Vec<String>,
@@ -69,7 +70,10 @@ impl RenderRequest {
         let has = |kind: &str| self.arrows.iter().any(|known| known == kind);
         let background: Result<Background, &str> = self.background.parse();
         let background = background.map_err(|why| Fault::Value(format!("background: {why}")))?;
+        let section = self.section.as_deref().map(bksim::section::parse).transpose();
+        let section = section.map_err(|why| Fault::Value(format!("section: {why}")))?;
         let options = ShowOptions {
+            section,
             labels: self.labels,
             past_s: self.past.unwrap_or(f64::INFINITY),
             reactions: has(ARROWS[0]),

@@ -31,6 +31,7 @@ impl Placed {
             Form::Line { points, .. } => (place(points), 0.0, false),
             Form::Rod { ends, radius } => (place(ends), *radius, false),
             Form::Solid(solid) => (place(&solid.corners), 0.0, true),
+            Form::Section { rings, .. } => (place(&rings.concat()), 0.0, false),
         };
         let normals = match &shape.form {
             Form::Solid(solid) => solid.normals().map(|n| pose.turn(n)).collect(),
@@ -81,7 +82,7 @@ fn is_behind(a: &Placed, b: &Placed, view: &[[f64; 3]; 3], overlap: f64) -> Opti
 impl Scene {
     /// Depths in which shapes are painted in space, m towards the eye, from the depths of their
     /// middles (`own`, by shape), the poses of the bodies and the rotation from the world to the view.
-    /// Solids lie behind what they cannot hide. Signs lie in front of their own middle, and of the whole
+    /// Solids lie behind what they cannot hide, cut faces in front of all but signs. Signs lie in front of their own middle, and of the whole
     /// rod or solid that they are on, whose middle may be far away.
     pub fn depths(&self, own: &[f64], poses: &[Pose], view: &[[f64; 3]; 3]) -> Vec<f64> {
         let shapes = || self.shapes.iter().enumerate();
@@ -91,9 +92,17 @@ impl Scene {
             self.sort_solids(&mut depths, poses, view);
         }
 
+        let is_face = |shape: &Shape| matches!(shape.form, Form::Section { .. });
+        let behind = shapes().filter(|(_, shape)| !shape.role.is_in_front() && !is_face(shape));
+        let front = behind.map(|(idx, _)| depths[idx]).fold(f64::NEG_INFINITY, f64::max);
+        for (idx, _) in shapes().filter(|(_, shape)| is_face(shape)) {
+            depths[idx] = front + self.pin;
+        }
+
         let mut rods = vec![f64::NEG_INFINITY; self.bodies.len()];
         for (idx, shape) in shapes() {
-            let is_round = matches!(shape.form, Form::Rod { .. } | Form::Solid(_));
+            let is_round =
+                matches!(shape.form, Form::Rod { .. } | Form::Solid(_) | Form::Section { .. });
             let is_rod = is_round && !shape.role.is_in_front();
             if let Some(rod) = rods.get_mut(shape.body).filter(|_| is_rod) {
                 *rod = rod.max(depths[idx]);
@@ -110,6 +119,7 @@ impl Scene {
     fn sort_solids(&self, depths: &mut [f64], poses: &[Pose], view: &[[f64; 3]; 3]) {
         let placed: Vec<(usize, Placed)> = (self.shapes.iter().enumerate())
             .filter(|(_, shape)| !shape.role.is_in_front())
+            .filter(|(_, shape)| !matches!(shape.form, Form::Section { .. }))
             .filter_map(|(idx, shape)| Some((idx, Placed::of(shape, poses.get(shape.body)?))))
             .collect();
         // Which shapes are behind which.

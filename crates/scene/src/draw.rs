@@ -7,8 +7,8 @@ use crate::rod::{DUSK, lit_caps};
 use crate::rule::arrow_legend;
 use crate::vectors::ArrowKind;
 use crate::{
-    Camera, Color, Form, Item, Marker, MarkerKind, Paint, Picture, Role, Scene, SeenFace, Shape,
-    Span, SpanKind, Stroke, Theme, silhouette,
+    Camera, Color, Form, HalfSpace, Item, Marker, MarkerKind, Paint, Picture, Role, Scene, Section,
+    SeenFace, Shape, Span, SpanKind, Stroke, Theme, silhouette,
 };
 
 /// Additions to the picture of a mechanism: trails, arrows, names, ghosts.
@@ -24,6 +24,24 @@ pub struct Extras {
     pub legend: Vec<ArrowKind>,
     /// Poses at other instants, drawn faintly under the mechanism.
     pub ghosts: Vec<Vec<Pose>>,
+    /// The plane that cuts a mechanism in space, with trails, and arrows and names on the side that is left out.
+    pub section: Option<Section>,
+}
+
+impl Extras {
+    /// The trails in a half of space, and the arrows that begin there.
+    #[must_use]
+    pub fn cut(&self, half: &HalfSpace) -> Self {
+        let pieces = |(color, points): &(_, Vec<[f64; 3]>)| {
+            let color = *color;
+            half.pieces(points).into_iter().map(move |points| (color, points))
+        };
+        Self {
+            trails: self.trails.iter().flat_map(pieces).collect(),
+            arrows: self.arrows.iter().filter(|it| half.height(it.from) <= 0.0).copied().collect(),
+            ..self.clone()
+        }
+    }
 }
 
 /// An arrow in the world.
@@ -52,7 +70,11 @@ pub fn picture(
     camera: &Camera,
     theme: &Theme,
 ) -> Picture {
-    let mut painter = Painter { scene, camera, theme, items: Vec::new() };
+    let [_, _, eye] = camera.r_view_from_world;
+    let half = scene.half(extras.section, eye);
+    let cut = half.map(|half| extras.cut(&half));
+    let extras = cut.as_ref().unwrap_or(extras);
+    let mut painter = Painter { scene, half, camera, theme, items: Vec::new() };
     for ghost in &extras.ghosts {
         painter.mechanism(ghost, GHOST);
     }
@@ -74,6 +96,8 @@ pub fn picture(
 
 struct Painter<'a> {
     scene: &'a Scene,
+    /// The half of space that is drawn; all if none.
+    half: Option<HalfSpace>,
     camera: &'a Camera,
     theme: &'a Theme,
     items: Vec<Item>,
@@ -85,18 +109,21 @@ type Layer = (f64, Vec<Item>);
 impl Painter<'_> {
     /// Paints shapes and spans from back to front: in the order of the scene, in space by depth.
     fn mechanism(&mut self, poses: &[Pose], opacity: f32) {
-        let shapes = &self.scene.shapes;
+        let [_, _, eye] = self.camera.r_view_from_world;
+        let cut = self.half.map(|half| self.scene.cut(&half, poses, eye));
+        let scene = cut.as_ref().unwrap_or(self.scene);
+        let shapes = &scene.shapes;
         let drawn = |shape| self.shape(shape, poses, opacity).unwrap_or_default();
         let (own, items): (Vec<f64>, Vec<Vec<Item>>) = shapes.iter().map(drawn).unzip();
-        let drawn = shapes.iter().zip(
-            self.scene.depths(&own, poses, &self.camera.r_view_from_world).into_iter().zip(items),
-        );
+        let drawn = shapes
+            .iter()
+            .zip(scene.depths(&own, poses, &self.camera.r_view_from_world).into_iter().zip(items));
         let (front, back): (Vec<_>, Vec<_>) =
             drawn.partition(|(shape, _)| shape.role.is_in_front());
         let mut layers: Vec<Layer> = back.into_iter().map(|(_, layer)| layer).collect();
-        self.spans(poses, opacity, &mut layers);
+        self.spans(&scene.spans, poses, opacity, &mut layers);
         layers.extend(front.into_iter().map(|(_, layer)| layer));
-        if !self.scene.is_planar {
+        if !scene.is_planar {
             layers.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         }
         self.items.extend(layers.into_iter().flat_map(|(_, items)| items));
@@ -129,6 +156,21 @@ impl Painter<'_> {
                 let place = |p| pose.place(p);
                 let depth = self.camera.project(place(solid.middle()))[2];
                 (depth, self.solid(&solid.seen(place, self.camera), shape.role, opacity))
+            }
+            Form::Section { rings, hatching } => {
+                let rings: Vec<Vec<[f64; 3]>> = rings.iter().map(in_world).collect();
+                let lines = hatching.iter().map(|line| line.map(|p| pose.place(p)));
+                let paint = self.theme.section(shape.role).faded(opacity);
+                let area = Paint { fill: Some(paint.fill), stroke: Some(paint.outline) };
+                let (depth, mut items) = self.layer(&rings, true, true, area);
+                let line = |points: [[f64; 3]; 2]| Item::Line {
+                    points: points.map(|p| self.pixel(p)).to_vec(),
+                    is_closed: false,
+                    stroke: paint.hatching,
+                };
+                // The hatching lies under the outline.
+                items.splice(1..1, lines.map(line));
+                (depth, items)
             }
         };
         Some(layer)
@@ -173,8 +215,8 @@ impl Painter<'_> {
         items
     }
 
-    fn spans(&self, poses: &[Pose], opacity: f32, layers: &mut Vec<Layer>) {
-        for span in &self.scene.spans {
+    fn spans(&self, spans: &[Span], poses: &[Pose], opacity: f32, layers: &mut Vec<Layer>) {
+        for span in spans {
             let [from, to] = &span.ends;
             let (Some(a), Some(b)) = (poses.get(from.body), poses.get(to.body)) else { continue };
             let ends = [a.place(from.position), b.place(to.position)];
@@ -282,8 +324,9 @@ impl Painter<'_> {
             taken: arrows,
         };
         let position = |marker: &Marker| {
-            let pose = poses.get(marker.at.body)?;
-            Some(self.pixel(pose.place(marker.at.position)))
+            let at = poses.get(marker.at.body)?.place(marker.at.position);
+            let is_left_out = self.half.is_some_and(|half| half.height(at) > 0.0);
+            (!is_left_out).then(|| self.pixel(at))
         };
         // A point that a joint connects goes by the name of the joint.
         let is_joint = |marker: &&Marker| matches!(marker.kind, MarkerKind::Joint(_));
@@ -304,9 +347,11 @@ impl Painter<'_> {
             Some([0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])])
         };
         let label = |marker: &Marker| {
-            let at = middle(marker)
-                .or_else(|| position(marker))
-                .filter(|at| at.iter().all(|x| x.is_finite()))?;
+            let own = position(marker)?;
+            let at = middle(marker).unwrap_or(own);
+            if at.iter().any(|x| !x.is_finite()) {
+                return None;
+            }
             let is_redundant = marker.kind == MarkerKind::Point && is_at_joint(at);
             (!is_redundant).then(|| Label { at, text: marker.name.clone() })
         };

@@ -207,7 +207,7 @@ impl Shape {
     fn is_finite(&self) -> bool {
         let is_finite = |points: &Vec<[f64; 3]>| points.iter().flatten().all(|x| x.is_finite());
         match &self.form {
-            Form::Region(rings) => rings.iter().all(is_finite),
+            Form::Region(rings) | Form::Section { rings, .. } => rings.iter().all(is_finite),
             Form::Line { points, .. } => is_finite(points),
             Form::Rod { ends, radius } => {
                 radius.is_finite() && ends.iter().flatten().all(|x| x.is_finite())

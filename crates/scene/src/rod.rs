@@ -3,9 +3,11 @@
 //! Without perspective their outline is exact: all points within the radius of the line between the
 //! projected ends.
 
-use crate::geometry::{Plane, across3, circle, cross3, rounded_hull, sub3, unit3};
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use crate::geometry::{Plane, across3, along3, circle, cross3, rounded_hull, sub3, unit3};
 use crate::solid::LIGHT;
-use crate::{Camera, Form};
+use crate::{Camera, Form, Solid};
 
 /// The outline of a rod as the camera sees it: a ring in the plane of the picture, world, m.
 pub fn silhouette(ends: [[f64; 3]; 2], radius: f64, camera: &Camera) -> Vec<[f64; 3]> {
@@ -71,6 +73,50 @@ pub fn sheets([from, to]: [[f64; 3]; 2], radius: f64) -> Vec<Vec<[f64; 3]>> {
     [v, cross3(along, v)].map(sheet).to_vec()
 }
 
+/// Sides of a faceted rod about its line.
+const SIDES: usize = 32;
+/// Rows of facets from its sides to the end of its line.
+const ROWS: usize = 8;
+
+/// A rod or ball as a solid with plane faces, whose corners lie on it.
+pub(crate) fn faceted([from, to]: [[f64; 3]; 2], radius: f64) -> Solid {
+    let along = unit3(sub3(to, from));
+    let axis = along.unwrap_or([0.0, 0.0, 1.0]);
+    let u = across3(axis, [0.0, 0.0, 1.0]);
+    let v = cross3(axis, u);
+    // Circles of corners from one end to the other: the two halves of a ball have one in common.
+    let latitude = |row: usize| FRAC_PI_2 * row as f64 / ROWS as f64;
+    let first = (0..ROWS).rev().map(|row| (from, -latitude(row)));
+    let last = (usize::from(along.is_none())..ROWS).map(|row| (to, latitude(row)));
+    let mut corners = vec![along3(from, -radius, axis)];
+    let mut n_circles = 0;
+    for (centre, latitude) in first.chain(last) {
+        let centre = along3(centre, radius * latitude.sin(), axis);
+        let across = radius * latitude.cos();
+        corners.extend((0..SIDES).map(|side| {
+            let (sin, cos) = (TAU * side as f64 / SIDES as f64).sin_cos();
+            along3(along3(centre, across * cos, u), across * sin, v)
+        }));
+        n_circles += 1;
+    }
+    corners.push(along3(to, radius, axis));
+
+    // Triangles about both ends, four corners to each face between them.
+    let corner = |circle: usize, side: usize| 1 + circle * SIDES + side % SIDES;
+    let (near, far) = (0, corners.len() - 1);
+    let mut faces = Vec::new();
+    for side in 0..SIDES {
+        faces.push(vec![near, corner(0, side + 1), corner(0, side)]);
+        for circle in 1..n_circles {
+            let [[a, b], [c, d]] =
+                [circle - 1, circle].map(|it| [side, side + 1].map(|at| corner(it, at)));
+            faces.push(vec![a, b, d, c]);
+        }
+        faces.push(vec![corner(n_circles - 1, side), corner(n_circles - 1, side + 1), far]);
+    }
+    Solid::new(corners, faces)
+}
+
 impl Form {
     /// Points whose hull encloses it, in the frame of its body, m.
     pub fn reach(&self) -> Vec<[f64; 3]> {
@@ -86,6 +132,7 @@ impl Form {
                 ends.iter().flat_map(box_of).collect()
             }
             Self::Solid(solid) => solid.corners.clone(),
+            Self::Section { rings, .. } => rings.concat(),
         }
     }
 }

@@ -55,6 +55,13 @@ pub enum Form {
     },
     /// A solid with plane faces.
     Solid(Solid),
+    /// The face of a solid at a [plane](crate::Section) that cuts it: in front of all that is left of the mechanism.
+    Section {
+        /// The rings about it; it is filled by the even–odd rule.
+        rings: Vec<Vec<[f64; 3]>>,
+        /// The lines of its hatching.
+        hatching: Vec<[[f64; 3]; 2]>,
+    },
 }
 
 /// The part of the mechanism that a shape depicts, which decides how it is painted.
@@ -95,11 +102,15 @@ pub enum Role {
 }
 
 impl Role {
+    /// Whether it is a curve laid over the mechanism.
+    pub fn is_curve(self) -> bool {
+        matches!(self, Self::Curve(_) | Self::FaintCurve(_))
+    }
+
     /// Whether it is painted over springs, dampers and links.
     pub fn is_in_front(self) -> bool {
         let is_sign = matches!(self, Self::Weld | Self::Drive | Self::Torque);
-        let is_curve = matches!(self, Self::Curve(_) | Self::FaintCurve(_));
-        is_sign || is_curve || matches!(self, Self::Pin | Self::MassLight | Self::MassDark)
+        is_sign || self.is_curve() || matches!(self, Self::Pin | Self::MassLight | Self::MassDark)
     }
 }
 

@@ -153,7 +153,7 @@ impl Solid {
 }
 
 /// Twice the area of a plane ring as a vector.
-fn normal(ring: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
+pub(crate) fn normal(ring: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
     let ring: Vec<[f64; 3]> = ring.collect();
     let Some((&origin, rest)) = ring.split_first() else { return [0.0; 3] };
     let fans = rest.windows(2).map(|p| cross3(sub3(p[0], origin), sub3(p[1], origin)));

@@ -13,6 +13,17 @@ pub struct Paint {
     pub stroke: Option<Stroke>,
 }
 
+/// How the face is painted at which a section plane cuts a solid.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct SectionPaint {
+    /// Colour of the area.
+    pub fill: Color,
+    /// Line along its edges.
+    pub outline: Stroke,
+    /// Lines of the hatching.
+    pub hatching: Stroke,
+}
+
 /// Colours on a background.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Theme {
@@ -130,6 +141,28 @@ impl Theme {
             }
         };
         Paint { fill, stroke }
+    }
+}
+
+impl Theme {
+    /// How the face is painted at which a section plane cuts a solid of this role: lighter than any of its own
+    /// faces, and hatched.
+    pub fn section(&self, role: Role) -> SectionPaint {
+        let usual = Stroke { color: self.text, width: 1.5 * self.sizes.lines };
+        let outline = self.paint(role).stroke.unwrap_or(usual);
+        let fill = outline.color.with_opacity(0.1).over(self.background);
+        let color = outline.color.with_opacity(0.75).over(self.background);
+        SectionPaint { fill, outline, hatching: Stroke { color, width: 0.55 * outline.width } }
+    }
+}
+
+impl SectionPaint {
+    /// The same, this many times as opaque.
+    #[must_use]
+    pub fn faded(self, factor: f32) -> Self {
+        let fade = |stroke: Stroke| Stroke { color: stroke.color.faded(factor), ..stroke };
+        let Self { fill, outline, hatching } = self;
+        Self { fill: fill.faded(factor), outline: fade(outline), hatching: fade(hatching) }
     }
 }
 

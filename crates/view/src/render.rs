@@ -168,9 +168,12 @@ pub enum RenderError {
         /// Size of the file at most.
         gigabytes: usize,
     },
-    /// A direction of view for a planar mechanism.
-    #[error("`view` is for spatial mechanisms, and this one is planar")]
-    PlanarView,
+    /// An option of spatial mechanisms for a planar one.
+    #[error("`{option}` is for spatial mechanisms, and this one is planar")]
+    Planar {
+        /// Name of the option.
+        option: &'static str,
+    },
     /// A trail of an unknown point.
     #[error("nothing that can leave a trail is called `{name}`: {}", known.join(", "))]
     UnknownPoint {
@@ -266,8 +269,10 @@ impl Request {
             ShowOptions { trails, legend: true, dark: theme.is_dark, ..self.options.clone() };
         show.lay_over(&self.curves)?;
         let clip = self.clip(&show)?;
-        if self.view.is_some() && show.scene().is_planar {
-            return Err(RenderError::PlanarView);
+        let of_space = [("view", self.view.is_some()), ("section", self.options.section.is_some())];
+        let given = of_space.into_iter().find(|(_, is_given)| *is_given && show.scene().is_planar);
+        if let Some((option, _)) = given {
+            return Err(RenderError::Planar { option });
         }
         let size = match self.size {
             Some(size) => size,

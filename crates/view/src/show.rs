@@ -16,7 +16,7 @@ use bksim::playback::Playback;
 use bksim::sim::pose::Pose;
 use bksim::sim::run::{Sample, Unreplayed};
 use bksim_scene::vectors::ArrowKind;
-use bksim_scene::{Arrow, Extras, Scene, Theme};
+use bksim_scene::{Arrow, Extras, Scene, Section, Theme};
 
 use self::arrows::Arrows;
 #[cfg(test)]
@@ -45,6 +45,8 @@ pub struct ShowOptions {
     pub ghosts: usize,
     /// Light on dark.
     pub dark: bool,
+    /// The plane that cuts a mechanism in space.
+    pub section: Option<Section>,
 }
 
 impl Default for ShowOptions {
@@ -59,6 +61,7 @@ impl Default for ShowOptions {
             legend: false,
             ghosts: 0,
             dark: false,
+            section: None,
         }
     }
 }
@@ -174,7 +177,8 @@ impl Show {
         // Arrows appear once their scale is known.
         let arrows = arrows.unwrap_or_default();
         let legend = if self.options.legend { self.arrow_kinds() } else { Vec::new() };
-        Ok(Extras { trails, arrows, has_labels: self.options.labels, legend, ghosts })
+        let (has_labels, section) = (self.options.labels, self.options.section);
+        Ok(Extras { trails, arrows, has_labels, legend, ghosts, section })
     }
 
     /// Whether the last additions are complete; otherwise later calls give more.

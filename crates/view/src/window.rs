@@ -20,6 +20,7 @@ mod choices;
 mod clock;
 mod controls;
 mod curves;
+mod cutting;
 mod eye;
 mod grid;
 mod icon;

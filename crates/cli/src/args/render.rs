@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use bksim_scene::StandardView;
 use bksim_scene::request::{Background, DENSITIES, FACTORS, MOST_GHOSTS, SIDES};
+use bksim_scene::{Section, StandardView};
 use clap::{Args, ValueEnum};
 
 use super::mode::{About, ModeArgs};
@@ -81,6 +81,10 @@ pub struct Render {
     /// From where a spatial mechanism is seen: front, right, top, isometric, or azimuth and elevation in degrees.
     #[arg(long, value_name = "VIEW", value_parser = view, allow_hyphen_values = true)]
     pub view: Option<[f64; 2]>,
+    /// Cut a spatial mechanism by a plane: "x = 20 mm" leaves out the side nearer to the eye, "x < 20 mm" keeps what
+    /// is before it, ">" what is behind; or a normal and a point of the plane, "[1, 1, 0] = [10, 0, 5] mm".
+    #[arg(long, value_name = "PLANE", value_parser = bksim::section::parse)]
+    pub section: Option<Section>,
 }
 
 impl Render {
@@ -109,6 +113,7 @@ impl Render {
             arrows: Vec::new(),
             mode: ModeArgs { mode: None, amplitude: None, mode_at: About::Static },
             view: None,
+            section: None,
         }
     }
 }
@@ -118,7 +123,8 @@ Examples:
   bksim render run.mcap -o start.png --at 0 --labels
   bksim render run.mcap -o motion.mp4 --size 1280x720 --speed 0.25
   bksim render model.toml -o motion.gif --trail rod.P --background dark
-  bksim render run.mcap -o forces.svg --at 0.4 --arrows reactions,velocities";
+  bksim render run.mcap -o forces.svg --at 0.4 --arrows reactions,velocities
+  bksim render run.mcap -o inside.png --section \"x = 20 mm\" --view isometric";
 
 /// Which arrows are drawn.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]

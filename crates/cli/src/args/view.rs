@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use bksim_scene::Section;
 use clap::{ArgAction, Args};
 
 use super::mode::ModeArgs;
@@ -28,6 +29,10 @@ pub struct View {
     /// A mode in place of the run.
     #[command(flatten)]
     pub mode: ModeArgs,
+    /// Cut a spatial mechanism by a plane at first: "x = 20 mm" leaves out the side nearer to the eye, "x < 20 mm"
+    /// keeps what is before it, ">" what is behind; or a normal and a point, "[1, 1, 0] = [10, 0, 5] mm".
+    #[arg(long, value_name = "PLANE", value_parser = bksim::section::parse)]
+    pub section: Option<Section>,
     /// The instant to begin at, s; that of the motion unless given.
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = instant)]
     pub t: Option<f64>,

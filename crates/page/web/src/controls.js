@@ -1,6 +1,7 @@
 // Buttons, lists, keys and pointers.
 
 import { VIEWS } from './camera.js';
+import { lengthText } from './scene.js';
 
 const ICONS = {
   play: 'M8 5v14l11-7z',
@@ -191,8 +192,48 @@ export function view(canvas, camera, fit, redraw, turned) {
   return { zoom };
 }
 
+/** The section plane: across an axis, at a place between the ends of the mechanism; returns the actions of its keys. */
+export function sections(isPlanar, extent, onChange) {
+  const [axis, at, text] = ['cut', 'cut-at', 'cut-text'].map(element);
+  if (isPlanar) return { across: () => {}, move: () => {} };
+  element('section').hidden = false;
+  const reach = [0, 1, 2].map((i) =>
+    extent.reduce(
+      ([low, high], p) => (Number.isFinite(p[i]) ? [Math.min(low, p[i]), Math.max(high, p[i])] : [low, high]),
+      [Infinity, -Infinity],
+    ),
+  );
+  const update = () => {
+    at.hidden = axis.value === '';
+    text.textContent = '';
+    if (at.hidden) {
+      onChange(null);
+      return;
+    }
+    const [low, high] = reach[Number(axis.value)];
+    const offset = low + Number(at.value) * (high - low);
+    const size = offset < 0 ? `−${lengthText(-offset)}` : lengthText(offset);
+    text.textContent = size;
+    at.setAttribute('aria-valuetext', size);
+    onChange({ axis: Number(axis.value), offset });
+  };
+  axis.addEventListener('change', update);
+  at.addEventListener('input', update);
+  return {
+    across: (number) => {
+      axis.value = axis.value === `${number}` ? '' : `${number}`;
+      update();
+    },
+    move: (steps) => {
+      if (at.hidden) return;
+      at.value = Number(at.value) + steps / 50;
+      update();
+    },
+  };
+}
+
 /** Keys that work everywhere except in elements that take keys themselves. */
-export function keys(clock, zoom, fit) {
+export function keys(clock, zoom, fit, cut) {
   const actions = {
     ' ': () => clock.toggle(),
     ',': () => clock.step(-1),
@@ -204,6 +245,11 @@ export function keys(clock, zoom, fit) {
     '=': () => zoom(1.25),
     '-': () => zoom(0.8),
     0: fit,
+    x: () => cut.across(0),
+    y: () => cut.across(1),
+    z: () => cut.across(2),
+    '[': () => cut.move(-1),
+    ']': () => cut.move(1),
   };
   document.addEventListener('keydown', (event) => {
     const isTaken = event.target.closest('input, select, button, summary, pre');

@@ -3,7 +3,7 @@
 import './page.css';
 import { Camera } from './camera.js';
 import { Clock } from './clock.js';
-import { checklist, element, keys, themes, transport, view } from './controls.js';
+import { checklist, element, keys, sections, themes, transport, view } from './controls.js';
 import { Curves } from './curves.js';
 import { Extras } from './extras.js';
 import { Motion } from './motion.js';
@@ -146,7 +146,11 @@ const { zoom } = view(canvas, camera, fit, redraw, () => {
   if (isFitted) camera.fit(extent, MARGIN);
   redraw();
 });
-keys(clock, zoom, fit);
+const cut = sections(camera.isPlanar, extent, (section) => {
+  drawing.section = section;
+  redraw();
+});
+keys(clock, zoom, fit, cut);
 themes((name) => {
   theme = scene.themes[name];
   curves.show(theme);

@@ -2,6 +2,7 @@
 
 import { quantityText } from './arrows.js';
 import { positionOf, velocityOf } from './poses.js';
+import { cutShapes, half, height, pieces } from './section.js';
 
 // The direction to the light in the view: right, up, towards the eye.
 const LIGHT = [-0.35, 0.55, 0.758];
@@ -50,6 +51,8 @@ export class Drawing {
     this.canvas = canvas;
     this.scene = scene;
     this.camera = camera;
+    /** The section plane, by its axis, 0 to 2, and its distance from the origin, m; `null` if there is none. */
+    this.section = null;
     for (const shape of scene.shapes) {
       if (shape.kind === 'solid') shape.edges = edgesOf(shape);
     }
@@ -76,31 +79,44 @@ export class Drawing {
     context.fillRect(0, 0, width, height);
     context.lineJoin = 'round';
     context.lineCap = 'round';
+    this.half = this.section && half(this.section, camera.rows[2], this.scene.pin);
     for (const trail of extras.trails) this.drawTrail(trail);
     for (const draw of this.ordered(numbers, theme)) draw();
-    for (const arrow of extras.arrows) this.drawArrow(arrow);
+    for (const arrow of extras.arrows) if (this.isKept(arrow.from)) this.drawArrow(arrow);
     if (extras.hasNames) this.drawNames(numbers, theme);
     this.drawScale(theme);
     this.drawLegend(extras.legend ?? []);
   }
 
+  /** Whether a point of the world lies in the half that is drawn. */
+  isKept(p) {
+    return !this.half || height(this.half, p) <= 0;
+  }
+
   /** Functions that draw shapes and spans from back to front: in the scene's order, in space by depth. */
   ordered(numbers, theme) {
-    const { planar, shapes, spans, pin } = this.scene;
+    const { planar, spans, pin } = this.scene;
+    const shapes = this.half ? cutShapes(this.scene.shapes, this.half, numbers, edgesOf) : this.scene.shapes;
     const near = (body, x, y, z) => this.camera.project(positionOf(numbers, body, x, y, z))[2];
     const depthOf = (shape) => {
       const line = shape.lines[0] ?? [];
       let sum = 0;
       for (let i = 0; i + 2 < line.length; i += 3) {
-        sum += near(shape.body, line[i], line[i + 1], line[i + 2]);
+        sum += near(shape.frame ?? shape.body, line[i], line[i + 1], line[i + 2]);
       }
       return line.length === 0 ? 0 : (3 * sum) / line.length;
     };
     // Signs lie in front of their own middle, and of the whole rod or solid that they are on.
     const own = new Map(planar ? [] : shapes.map((shape) => [shape, depthOf(shape)]));
+    // Cut faces lie in front of all that is left.
+    const isFace = ({ kind }) => kind === 'section';
+    const behind = [...own].filter(([shape]) => !shape.front && !isFace(shape)).map(([, depth]) => depth);
+    const ends = this.half ? spans.flatMap(({ ends: pair }) => pair.map((at) => near(at.body, ...at.position))) : [];
+    const face = [...behind, ...ends].reduce((most, depth) => Math.max(most, depth), -Infinity) + pin;
+    for (const shape of shapes.filter(isFace)) own.set(shape, face);
     const rods = new Map();
     for (const [{ body, front, kind }, depth] of own) {
-      if ((kind === 'rod' || kind === 'solid') && !front) rods.set(body, Math.max(depth, rods.get(body) ?? -Infinity));
+      if (['rod', 'solid', 'section'].includes(kind) && !front) rods.set(body, Math.max(depth, rods.get(body) ?? -Infinity));
     }
     const painted = (shape) =>
       shape.front
@@ -144,10 +160,15 @@ export class Drawing {
       this.drawSolid(shape, numbers, theme);
       return;
     }
+    if (shape.kind === 'section') {
+      this.drawFace(shape, theme);
+      return;
+    }
+    const { frame = shape.body } = shape;
     context.beginPath();
     for (const line of shape.lines) {
       for (let i = 0; i + 2 < line.length; i += 3) {
-        const at = positionOf(numbers, shape.body, line[i], line[i + 1], line[i + 2]);
+        const at = positionOf(numbers, frame, line[i], line[i + 1], line[i + 2]);
         const [x, y] = camera.project(at);
         if (i === 0) context.moveTo(x, y);
         else context.lineTo(x, y);
@@ -155,6 +176,34 @@ export class Drawing {
       if (shape.kind !== 'line') context.closePath();
     }
     this.paint(theme.paints[shape.role], shape.kind === 'region');
+  }
+
+  /** Draws the face of a solid at the section plane, hatched. */
+  drawFace({ lines, hatching, role }, theme) {
+    const { context, camera } = this;
+    const { fill, outline, hatching: thin } = theme.sections[role];
+    const outlines = new Path2D();
+    for (const line of lines) {
+      for (let i = 0; i + 2 < line.length; i += 3) {
+        const [x, y] = camera.project(line.slice(i, i + 3));
+        if (i === 0) outlines.moveTo(x, y);
+        else outlines.lineTo(x, y);
+      }
+      outlines.closePath();
+    }
+    context.fillStyle = css(fill);
+    context.fill(outlines, 'evenodd');
+    context.beginPath();
+    for (const [from, to] of hatching) {
+      context.moveTo(...camera.project(from).slice(0, 2));
+      context.lineTo(...camera.project(to).slice(0, 2));
+    }
+    context.strokeStyle = css(thin.color);
+    context.lineWidth = thin.width;
+    context.stroke();
+    context.strokeStyle = css(outline.color);
+    context.lineWidth = outline.width;
+    context.stroke(outlines);
   }
 
   /** Draws a rod or ball: all points within its radius of the line between its projected ends. */
@@ -196,7 +245,7 @@ export class Drawing {
     const corners = [];
     for (let i = 0; i + 2 < line.length; i += 3) {
       // In the axes of the view, pixels: right, up, towards the eye.
-      const [x, y, z] = camera.project(positionOf(numbers, shape.body, ...line.slice(i, i + 3)));
+      const [x, y, z] = camera.project(positionOf(numbers, shape.frame ?? shape.body, ...line.slice(i, i + 3)));
       corners.push([x, -y, z * camera.scale]);
     }
     const { fill, stroke } = theme.paints[shape.role];
@@ -250,6 +299,11 @@ export class Drawing {
     const [ux, uy] = length > 0 ? [axis[0] / length, axis[1] / length] : [camera.scale, 0];
     const pixels = Math.hypot(ux, uy) || 1;
     const [nx, ny] = [(uy / pixels) * camera.scale, (-ux / pixels) * camera.scale];
+    // Height above the section plane of a point of the span, which lies in the plane of the view across its line.
+    const [from, to] = ends.map((end) => (this.half ? height(this.half, end) : -1));
+    const [right, up] = camera.rows.map((row) => (this.half ? row.reduce((sum, x, i) => sum + x * this.half.normal[i], 0) : 0));
+    const aside = (nx * right - ny * up) / camera.scale;
+    const heightAt = (x, y) => from + (length > 0 ? (x / length) * (to - from) : 0) + y * aside;
     const [low, high] = span.range;
     const n = span.lines.length - 1;
     const part = high > low ? Math.min(1, Math.max(0, (length - low) / (high - low))) * n : 0;
@@ -257,13 +311,17 @@ export class Drawing {
     span.roles.forEach((role, at) => {
       const [short, long] = [span.lines[k][at], span.lines[k + 1][at]];
       if (short.length !== long.length) return;
-      context.beginPath();
+      const points = [];
       for (let i = 0; i < short.length; i += 2) {
         const x = short[i] + (part - k) * (long[i] - short[i]);
         const y = short[i + 1] + (part - k) * (long[i + 1] - short[i + 1]);
-        context.lineTo(px + x * ux + y * nx, py + x * uy + y * ny);
+        points.push([px + x * ux + y * nx, py + x * uy + y * ny, heightAt(x, y)]);
       }
-      this.paint(theme.paints[role], false);
+      for (const piece of pieces(points)) {
+        context.beginPath();
+        for (const [x, y] of piece) context.lineTo(x, y);
+        this.paint(theme.paints[role], false);
+      }
     });
   }
 
@@ -272,9 +330,9 @@ export class Drawing {
     const { context, camera } = this;
     const line = (from, to, opacity) => {
       context.beginPath();
-      for (let i = from; i < to; i += 1) {
-        const [x, y] = camera.project(points[i]);
-        context.lineTo(x, y);
+      const seen = points.slice(from, to).map((p) => [...camera.project(p).slice(0, 2), this.half ? height(this.half, p) : -1]);
+      for (const piece of pieces(seen)) {
+        piece.forEach(([x, y], i) => (i === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
       }
       context.strokeStyle = css(color, opacity);
       context.lineWidth = 1.5;
@@ -321,7 +379,9 @@ export class Drawing {
     context.fillStyle = css(theme.colors.text);
     const [taken, named] = [[], []];
     for (const { name, at } of this.named) {
-      const [px, py] = camera.project(positionOf(numbers, at.body, ...at.position));
+      const point = positionOf(numbers, at.body, ...at.position);
+      if (!this.isKept(point)) continue;
+      const [px, py] = camera.project(point);
       if (named.some(([x, y]) => Math.hypot(x - px, y - py) < 8)) continue;
       named.push([px, py]);
       const width = context.measureText(name).width;
@@ -387,7 +447,7 @@ export class Drawing {
   }
 }
 
-function lengthText(metres) {
+export function lengthText(metres) {
   if (metres >= 1000) return `${Number((metres / 1000).toPrecision(3))} km`;
   if (metres >= 1) return `${Number(metres.toPrecision(3))} m`;
   if (metres >= 0.01) return `${Number((metres * 100).toPrecision(3))} cm`;

@@ -99,6 +99,7 @@ class _Drawn(TypedDict):
     size: tuple[int, int] | None
     density: float | None
     view: tuple[float, float] | str | None
+    section: str | None
     background: str
     labels: bool
     trails: list[str]

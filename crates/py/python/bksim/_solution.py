@@ -288,6 +288,7 @@ class Solution(Samples):
         size: tuple[int, int] | None = None,
         density: float | None = None,
         view: tuple[float, float] | str | None = None,
+        section: str | None = None,
         background: str = "light",
         labels: bool = False,
         trails: str | Sequence[str] = (),
@@ -303,8 +304,10 @@ class Solution(Samples):
         ``span``, or the whole motion, with ``fps`` frames a second, each second of film being ``speed``
         seconds of motion. ``size`` is in pixels, of which a point has ``density``: else the mechanism
         chooses the shape. ``view`` is where a spatial mechanism is seen from: ``"front"``,
-        ``"right"``, ``"top"``, ``"isometric"``, or azimuth and elevation in degrees. ``background`` is ``"light"``, ``"dark"``, ``"transparent"`` or a colour such as
-        ``"#fff8e7"``.
+        ``"right"``, ``"top"``, ``"isometric"``, or azimuth and elevation in degrees. ``section`` cuts it by a plane:
+        ``"x = 20 mm"`` leaves out the side nearer to the eye, ``"x < 20 mm"`` and ``"x > 20 mm"`` keep one; a plane
+        with any normal is ``"[1, 1, 0] = [10, 0, 5] mm"``. ``background`` is ``"light"``, ``"dark"``,
+        ``"transparent"`` or a colour such as ``"#fff8e7"``.
 
         ``trails`` names joints, points (``"crank.P"``) and bodies, for their centres of mass; ``arrows`` are
         ``"reactions"``, ``"velocities"`` and ``"forces"``; ``ghosts`` are drawn faintly at as many earlier
@@ -330,6 +333,7 @@ class Solution(Samples):
                 "size": size,
                 "density": real("density", density),
                 "view": view,
+                "section": section,
                 "background": background,
                 "labels": labels,
                 "trails": checked_names("trails", trails),

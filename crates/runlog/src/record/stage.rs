@@ -28,7 +28,7 @@ pub(super) fn entities(scene: &Scene) -> Vec<Entity> {
         let lifted = |points: &[[f64; 3]]| points.iter().map(|p| [p[0], p[1], p[2] + z]).collect();
         let entity = &mut entities[*body];
         match form {
-            Form::Region(rings) => {
+            Form::Region(rings) | Form::Section { rings, .. } => {
                 let rings: Vec<Vec<[f64; 3]>> = rings.iter().map(|ring| lifted(ring)).collect();
                 let fill = Theme::LIGHT.paint(*role).fill;
                 entity.areas.extend(fill.and_then(|color| area(&rings, color)));

@@ -129,6 +129,7 @@ fn order(args: &Render) -> Result<Request, Failure> {
         velocities: has(Arrows::Velocities),
         forces: has(Arrows::Forces),
         ghosts: usize::from(args.ghosts),
+        section: args.section,
         ..ShowOptions::default()
     };
     Ok(Request {
@@ -180,8 +181,8 @@ fn refused(args: &Render, error: &RenderError) -> Failure {
             format!("the film would have {n_frames} frames and could take {gigabytes} GB"),
             "make it smaller with --size, shorter with --from and --to, or end its name with .mp4",
         ),
-        RenderError::PlanarView => Failure::usage(
-            "--view is for spatial mechanisms, and this one is planar",
+        RenderError::Planar { option } => Failure::usage(
+            format!("--{option} is for spatial mechanisms, and this one is planar"),
             "leave it out",
         ),
         RenderError::UnknownPoint { name, known } => {

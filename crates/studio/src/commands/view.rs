@@ -35,6 +35,7 @@ pub(crate) fn run(args: &View, as_json: bool, nesting: usize) -> Result<Status, 
         nesting,
         curves: [args.curve.clone(), args.path.clone()].concat(),
         mode,
+        is_cut: args.section.is_some(),
     };
     let source = Source {
         name: args.input.display().to_string(),
@@ -44,6 +45,7 @@ pub(crate) fn run(args: &View, as_json: bool, nesting: usize) -> Result<Status, 
     let options = WindowOptions {
         t: args.t,
         is_paused: args.paused,
+        section: args.section,
         size: args.size,
         look: match (args.dark, args.light) {
             (true, _) => Look::Dark,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use bksim_scene::{Color, Form, Paint, Scene, Stroke, Theme};
+use bksim_scene::{Color, Form, Paint, Scene, SectionPaint, Shape, Stroke, Theme};
 
 use super::primitive::{Kind, Primitive, count, single};
 use super::{line, mesh};
@@ -39,28 +39,16 @@ impl Fixed {
         for (n_done, &idx) in back.iter().chain(&front).enumerate() {
             let (shape, first) = (&scene.shapes[idx], count(primitives.len()));
             if let Some(&anchor) = anchors.get(shape.body) {
-                let paint = theme.paint(shape.role);
                 let mut out =
                     Builder { primitives: &mut primitives, body: count(shape.body), anchor };
-                match &shape.form {
-                    Form::Region(rings) => out.region(rings, paint.fill, paint.stroke),
-                    Form::Line { points, is_closed } => {
-                        if let Some(stroke) = paint.stroke {
-                            out.line(points, *is_closed, stroke);
-                        }
-                    }
-                    Form::Rod { ends, radius } => out.rod(*ends, *radius, &paint),
-                    // Faces and outline depend on the view: they are made for each frame.
-                    Form::Solid(_) => {}
-                }
+                out.shape(shape, theme);
             }
             ranges[idx] = first..count(primitives.len());
             if n_done < back.len() {
                 n_back = ranges[idx].end;
             }
         }
-        let middles = scene.shapes.iter().map(|shape| middle(points_of(&shape.form))).collect();
-        Self { primitives, n_back, ranges, middles, anchors }
+        Self { primitives, n_back, ranges, middles: middles(scene), anchors }
     }
 }
 
@@ -75,6 +63,29 @@ pub(super) struct Builder<'a> {
 }
 
 impl Builder<'_> {
+    /// Adds a shape on a body; of a solid nothing, as its faces and outline depend on the view.
+    pub(super) fn shape(&mut self, shape: &Shape, theme: &Theme) {
+        let paint = theme.paint(shape.role);
+        match &shape.form {
+            Form::Region(rings) => self.region(rings, paint.fill, paint.stroke),
+            Form::Line { points, is_closed } => {
+                if let Some(stroke) = paint.stroke {
+                    self.line(points, *is_closed, stroke);
+                }
+            }
+            Form::Rod { ends, radius } => self.rod(*ends, *radius, &paint),
+            Form::Solid(_) => {}
+            Form::Section { rings, hatching } => {
+                let SectionPaint { fill, outline, hatching: stroke } = theme.section(shape.role);
+                self.region(rings, Some(fill), None);
+                for line in hatching {
+                    self.line(line, false, stroke);
+                }
+                self.region(rings, None, Some(outline));
+            }
+        }
+    }
+
     /// Adds an area with its edges.
     pub(super) fn region(
         &mut self,
@@ -162,10 +173,15 @@ fn anchors(scene: &Scene) -> Vec<[f64; 3]> {
     boxes.into_iter().map(middle).collect()
 }
 
+/// By shape, the middle of its points in the frame of its body, m.
+pub(super) fn middles(scene: &Scene) -> Vec<[f64; 3]> {
+    scene.shapes.iter().map(|shape| middle(points_of(&shape.form))).collect()
+}
+
 /// All points of a shape.
 fn points_of(form: &Form) -> impl Iterator<Item = &[f64; 3]> {
     let rings = match form {
-        Form::Region(rings) => rings.as_slice(),
+        Form::Region(rings) | Form::Section { rings, .. } => rings.as_slice(),
         Form::Line { points, .. } => std::slice::from_ref(points),
         Form::Rod { .. } => &[],
         Form::Solid(solid) => std::slice::from_ref(&solid.corners),

@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use bksim::sim::pose::Pose;
-use bksim_scene::{Extras, Form, Item, Scene, SeenFace, Stroke, picture};
+use bksim_scene::{Extras, Form, HalfSpace, Item, Scene, SeenFace, Stroke, picture};
 use bytemuck::{Pod, Zeroable};
 
 use super::Frame;
-use super::fixed::{Builder, Fixed, middle};
+use super::fixed::{Builder, Fixed, middle, middles};
 use super::primitive::{Primitive, count, single};
 
 /// The map from the frame of a body to pixels of the target.
@@ -49,6 +49,15 @@ pub(super) struct Run {
     /// Indices of primitives, first all fixed and then all moving ones; in space, indices into
     /// [`Drawing::order`].
     pub(super) indices: Range<u32>,
+}
+
+/// A scene whose shapes have primitives.
+struct Shapes<'a> {
+    scene: &'a Scene,
+    /// By shape, the indices of its primitives.
+    ranges: &'a [Range<u32>],
+    /// By shape, the middle of its points in the frame of its body, m.
+    middles: &'a [[f64; 3]],
 }
 
 /// The data of one frame for the graphics card. Buffers are kept from frame to frame.
@@ -100,12 +109,17 @@ impl Drawing {
         self.order.clear();
         self.words.clear();
 
+        let [_, _, eye] = frame.camera.r_view_from_world;
+        let half = scene.half(frame.extras.section, eye);
+        let cut = half.map(|half| frame.extras.cut(&half));
+        let extras = cut.as_ref().unwrap_or(frame.extras);
+        let frame = &Frame { extras, ..*frame };
         let layer = self.add_layer(fixed, frame, frame.poses, 1.0);
         for poses in &frame.extras.ghosts {
             let ghost = self.add_layer(fixed, frame, poses, GHOST);
-            self.mechanism(scene, fixed, frame, poses, ghost);
+            self.cut_mechanism(scene, fixed, &Frame { poses, ..*frame }, half, ghost);
         }
-        let Extras { trails, arrows, has_labels, legend, .. } = frame.extras;
+        let Extras { trails, arrows, has_labels, legend, .. } = extras;
         if !trails.is_empty() {
             let world = world(fixed, frame);
             for (color, points) in trails {
@@ -114,29 +128,50 @@ impl Drawing {
                 self.paint(range, layer);
             }
         }
-        self.mechanism(scene, fixed, frame, frame.poses, layer);
+        self.cut_mechanism(scene, fixed, frame, half, layer);
         if !arrows.is_empty() || *has_labels {
             let (arrows, has_labels, legend) = (arrows.clone(), *has_labels, legend.clone());
-            let extras = Extras { arrows, has_labels, legend, ..Extras::default() };
+            let section = extras.section;
+            let extras = Extras { arrows, has_labels, legend, section, ..Extras::default() };
             self.overlay(fixed, frame, &extras, layer);
         }
     }
 
-    /// Adds shapes and spans from back to front: in the scene's order with spans below the shapes
-    /// [in front](bksim_scene::Role::is_in_front), in space by depth.
-    fn mechanism(
+    /// Adds the part of the mechanism in a half of space, all of it if none is given. What is cut changes with the
+    /// motion: all its primitives are made anew.
+    fn cut_mechanism(
         &mut self,
         scene: &Scene,
         fixed: &Fixed,
         frame: &Frame<'_>,
-        poses: &[Pose],
+        half: Option<HalfSpace>,
         layer: u32,
     ) {
+        let Some(half) = half else {
+            let shapes = Shapes { scene, ranges: &fixed.ranges, middles: &fixed.middles };
+            self.mechanism(&shapes, fixed, frame, layer);
+            return;
+        };
+        let [_, _, eye] = frame.camera.r_view_from_world;
+        let cut = scene.cut(&half, frame.poses, eye);
+        let made = cut.shapes.iter().map(|shape| {
+            let anchor = fixed.anchors.get(shape.body).copied().unwrap_or_default();
+            self.moved((count(shape.body), anchor), |to| to.shape(shape, frame.theme))
+        });
+        let ranges: Vec<Range<u32>> = made.collect();
+        let shapes = Shapes { scene: &cut, ranges: &ranges, middles: &middles(&cut) };
+        self.mechanism(&shapes, fixed, frame, layer);
+    }
+
+    /// Adds shapes and spans from back to front: in the scene's order with spans below the shapes
+    /// [in front](bksim_scene::Role::is_in_front), in space by depth.
+    fn mechanism(&mut self, shapes: &Shapes<'_>, fixed: &Fixed, frame: &Frame<'_>, layer: u32) {
+        let (&Shapes { scene, ranges, middles }, poses) = (shapes, frame.poses);
         if scene.is_planar {
             // The buffer of fixed primitives has this order; solids stand between them in it.
             let mut solids = Vec::new();
-            self.solids(scene, fixed, frame, poses, |_, shape, range| {
-                solids.push((fixed.ranges[shape].start, range));
+            self.solids(scene, fixed, frame, |_, shape, range| {
+                solids.push((ranges[shape].start, range));
             });
             let mut done = 0;
             for (first, range) in solids {
@@ -146,23 +181,23 @@ impl Drawing {
                 done = first;
             }
             self.paint(done..fixed.n_back, layer);
-            self.spans(scene, fixed, frame, poses, |drawing, _, range| drawing.paint(range, layer));
+            self.spans(scene, fixed, frame, |drawing, _, range| drawing.paint(range, layer));
             self.paint(fixed.n_back..self.globals.n_fixed, layer);
             return;
         }
         let depth = |p: [f64; 3]| frame.camera.project(p)[2];
-        let own = scene.shapes.iter().zip(&fixed.middles).map(|(shape, &middle)| {
+        let own = scene.shapes.iter().zip(middles).map(|(shape, &middle)| {
             poses.get(shape.body).map_or(f64::NEG_INFINITY, |pose| depth(pose.place(middle)))
         });
         let view = &frame.camera.r_view_from_world;
         let depths = scene.depths(&own.collect::<Vec<_>>(), poses, view);
         let mut parts = std::mem::take(&mut self.parts);
         parts.clear();
-        parts.extend(depths.iter().copied().zip(fixed.ranges.iter().cloned()));
-        self.solids(scene, fixed, frame, poses, |_, shape, range| {
+        parts.extend(depths.iter().copied().zip(ranges.iter().cloned()));
+        self.solids(scene, fixed, frame, |_, shape, range| {
             parts.push((depths[shape], range));
         });
-        self.spans(scene, fixed, frame, poses, |_, points, range| {
+        self.spans(scene, fixed, frame, |_, points, range| {
             parts.push((depth(middle(points)), range));
         });
         parts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
@@ -179,12 +214,12 @@ impl Drawing {
         scene: &Scene,
         fixed: &Fixed,
         frame: &Frame<'_>,
-        poses: &[Pose],
         mut add: impl FnMut(&mut Self, usize, Range<u32>),
     ) {
         let world = world(fixed, frame);
         for (idx, shape) in scene.shapes.iter().enumerate() {
-            let (Form::Solid(solid), Some(pose)) = (&shape.form, poses.get(shape.body)) else {
+            let (Form::Solid(solid), Some(pose)) = (&shape.form, frame.poses.get(shape.body))
+            else {
                 continue;
             };
             let paint = frame.theme.paint(shape.role);
@@ -209,13 +244,13 @@ impl Drawing {
         scene: &Scene,
         fixed: &Fixed,
         frame: &Frame<'_>,
-        poses: &[Pose],
         mut add: impl FnMut(&mut Self, &[[f64; 3]], Range<u32>),
     ) {
         let world = world(fixed, frame);
         let [_, _, eye] = frame.camera.r_view_from_world;
         for span in &scene.spans {
-            let [Some(a), Some(b)] = span.ends.each_ref().map(|end| poses.get(end.body)) else {
+            let [Some(a), Some(b)] = span.ends.each_ref().map(|end| frame.poses.get(end.body))
+            else {
                 continue;
             };
             let ends = [a.place(span.ends[0].position), b.place(span.ends[1].position)];

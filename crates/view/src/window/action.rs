@@ -30,6 +30,10 @@ pub(super) enum Action {
     Fit,
     /// Looks at a spatial mechanism from a standard direction.
     Look(StandardView),
+    /// Cuts a spatial mechanism across an axis, 0 to 2, or no longer.
+    Section(usize),
+    /// Moves the section plane by a number of steps.
+    MoveSection(i8),
     /// Shows or hides the names of joints and points.
     Labels,
     /// Shows the trails of all points, or hides all trails.
@@ -74,7 +78,7 @@ const fn also(key: Key, modifiers: Modifiers, action: Action) -> Binding {
 }
 
 /// All keys. Those with modifiers come first: the first that fits is taken.
-pub(super) const BINDINGS: [Binding; 32] = [
+pub(super) const BINDINGS: [Binding; 37] = [
     key(Key::Space, Action::Play, "Space", "play, pause"),
     Binding {
         key: Key::ArrowRight,
@@ -99,6 +103,11 @@ pub(super) const BINDINGS: [Binding; 32] = [
     also(Key::Num3, Modifiers::NONE, Action::Look(StandardView::Right)),
     also(Key::Num4, Modifiers::NONE, Action::Look(StandardView::Top)),
     also(Key::Num5, Modifiers::NONE, Action::Look(StandardView::Isometric)),
+    key(Key::X, Action::Section(0), "X, Y, Z", "cut across the axis, or no longer"),
+    also(Key::Y, Modifiers::NONE, Action::Section(1)),
+    also(Key::Z, Modifiers::NONE, Action::Section(2)),
+    key(Key::OpenBracket, Action::MoveSection(-1), "[, ]", "move the cut"),
+    also(Key::CloseBracket, Modifiers::NONE, Action::MoveSection(1)),
     key(Key::L, Action::Labels, "L", "labels"),
     key(Key::T, Action::Trails, "T", "trails of all points"),
     key(Key::R, Action::Reactions, "R", "arrows of joint reactions"),
@@ -155,7 +164,7 @@ mod tests {
         for binding in &BINDINGS {
             assert_eq!(press(binding.key, binding.modifiers), [binding.action], "{binding:?}");
         }
-        assert_eq!(press(Key::Z, Modifiers::NONE), []);
+        assert_eq!(press(Key::W, Modifiers::NONE), []);
     }
 
     #[test]

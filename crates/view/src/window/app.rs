@@ -95,7 +95,7 @@ impl<'a> App<'a> {
         let start = Start { t: options.t, is_playing: !options.is_paused };
         Some(Self {
             time: Time { clock: Clock::default(), last_tick: Instant::now(), start: Some(start) },
-            viewport: Viewport::new(renderer),
+            viewport: Viewport::new(renderer, options.section),
             panel: CurvePanel::new(options.size[0] >= WIDE),
             loader,
             fault: None,
@@ -167,6 +167,7 @@ impl<'a> App<'a> {
             Action::Loop => clock.is_looping = !clock.is_looping,
             Action::Fit => self.viewport.fit(),
             Action::Look(view) => self.viewport.look(view),
+            Action::Section(_) | Action::MoveSection(_) => self.viewport.cut(action),
             Action::Panel => self.panel.is_open = !self.panel.is_open,
             Action::Labels
             | Action::Trails

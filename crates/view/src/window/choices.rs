@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use bksim_scene::Scene;
 
 use super::action::Action;
+use super::cutting::Cutting;
 use crate::show::{Show, ShowOptions};
 
 /// The chosen additions to the mechanism.
@@ -22,6 +23,8 @@ pub(super) struct Choices {
     pub(super) forces: bool,
     /// Names of the markers that leave trails.
     pub(super) trails: BTreeSet<String>,
+    /// The section plane.
+    pub(super) cutting: Cutting,
 }
 
 impl Choices {
@@ -63,6 +66,7 @@ impl Choices {
             reactions,
             velocities,
             forces,
+            section: self.cutting.plane,
             dark: is_dark,
             ..ShowOptions::default()
         };

@@ -6,7 +6,7 @@ use super::action::Action;
 use super::choices::{Choices, moving};
 use super::clock::{Clock, SPEEDS};
 use super::icon::{self, Icon};
-use super::{number, style};
+use super::{cutting, number, style};
 use bksim_scene::{Scene, StandardView};
 
 /// Height of the slider of time, points.
@@ -144,6 +144,9 @@ fn tools(
         })
         .response
         .on_hover_text("front, right, top, isometric (2, 3, 4, 5)");
+        ui.menu_button("Section", |ui| cutting::menu(ui, &mut choices.cutting, actions))
+            .response
+            .on_hover_text("cut by a plane (X, Y, Z)");
     }
     ui.menu_button(RichText::new(number::speed(clock.speed())), |ui| {
         for factor in SPEEDS.into_iter().rev() {

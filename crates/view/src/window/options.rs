@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use bksim_scene::Section;
+
 /// The start of a window, and its automatic actions.
 #[derive(Clone, PartialEq, Debug)]
 pub struct WindowOptions {
@@ -9,6 +11,8 @@ pub struct WindowOptions {
     pub t: Option<f64>,
     /// Whether the motion is paused at first.
     pub is_paused: bool,
+    /// The plane that cuts a spatial mechanism at first.
+    pub section: Option<Section>,
     /// Width and height of the window, points.
     pub size: [f32; 2],
     /// Light or dark.

@@ -4,11 +4,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use bksim::sim::run::Unreplayed;
-use bksim_scene::{Extras, StandardView};
+use bksim_scene::{Extras, Section, StandardView};
 use eframe::egui_wgpu;
 use egui::{Painter, PointerButton, Rect, Response, Sense, Ui, vec2};
 
+use super::action::Action;
 use super::choices::Choices;
+use super::cutting::Cutting;
 use super::eye::Eye;
 use super::measure::Measure;
 use super::{overlay, style};
@@ -46,11 +48,11 @@ pub(super) struct Viewport {
 }
 
 impl Viewport {
-    /// A viewport without a motion.
-    pub(super) fn new(renderer: SceneRenderer) -> Self {
+    /// A viewport without a motion, which `section` will cut.
+    pub(super) fn new(renderer: SceneRenderer, section: Option<Section>) -> Self {
         Self {
             show: None,
-            choices: Choices::default(),
+            choices: Choices { cutting: Cutting::of(section), ..Choices::default() },
             eye: Eye::new(true),
             renderer: Arc::new(Mutex::new(renderer)),
             extras: Extras::default(),
@@ -66,6 +68,8 @@ impl Viewport {
         if self.show.as_ref().map(|known| known.scene().is_planar) != Some(is_planar) {
             self.eye = Eye::new(is_planar);
         }
+        self.choices.cutting.unit = show.units.of("m");
+        self.choices.cutting.measure(show.points_over_run());
         lock(&self.renderer).set_scene(Arc::clone(show.scene()), show.theme());
         (self.applied, self.extras_t) = (None, None);
         self.show = Some(show);
@@ -114,6 +118,13 @@ impl Viewport {
     pub(super) fn look(&mut self, view: StandardView) {
         self.eye.look(view);
         self.fit();
+    }
+
+    /// Does an action on the section plane; a planar mechanism has none.
+    pub(super) fn cut(&mut self, action: Action) {
+        if let Some(show) = self.show.as_mut().filter(|show| !show.scene().is_planar) {
+            self.choices.cutting.apply(action, show.points_over_run());
+        }
     }
 
     /// Shows the picture in all the space that is left; returns its rectangle.

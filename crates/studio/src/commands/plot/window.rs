@@ -50,6 +50,7 @@ pub(super) fn show(
     #[expect(clippy::cast_possible_truncation, reason = "up to 10000")]
     let size = [width as f32, height as f32];
     let options = WindowOptions {
+        section: None,
         t: None,
         is_paused: true,
         size,

@@ -27,6 +27,8 @@ pub(super) struct Motion {
     pub(super) curves: Vec<String>,
     /// The mode that is shown in place of the run.
     pub(super) mode: Option<ModeRequest>,
+    /// Whether it is to be cut by a plane.
+    pub(super) is_cut: bool,
 }
 
 impl Motion {
@@ -44,6 +46,10 @@ impl Motion {
             // Whether it is a list of units was checked before the window opened.
             let asked = shown_units(self.units.as_deref(), text, show.units.clone());
             show.units = asked.unwrap_or_default();
+            if self.is_cut && show.scene().is_planar && loaded.fault.is_none() {
+                let why = "--section is for spatial mechanisms, and this one is planar";
+                loaded.fault = Some(why.to_owned());
+            }
         }
         // The file itself is watched whatever is wrong with it.
         if !is_stdin(path) {
