@@ -4,7 +4,8 @@
 //! A bare number has no dimension of its own ([`Kind::Bare`]) and takes the one that is needed
 //! where it is added, or where the whole value is used; it is then in the units of the file.
 //! Multiplied, a written number counts as a pure number, except times a factor that changes
-//! with the motion (`100*x`), where in an SI file it may stand for a coefficient.
+//! with the motion (`100*x`), where in an SI file it may stand for a coefficient; outputs, from
+//! which nobody asks a unit, have no such coefficients.
 
 use bksim_expr::{BinaryOperator, Expr, Number, Syntax, SyntaxKind, UnitFactor};
 
@@ -240,7 +241,7 @@ impl Reader<'_> {
             }
             BinaryOperator::Multiply => {
                 // Dimensions multiply with the factors.
-                let kind = self.product_kind(a, b, Dimension::times)?;
+                let kind = self.product_kind(a, b, Dimension::times, context.scope)?;
                 let expr = self.pool.mul(a.expr, b.expr);
                 let is_angle = a.is_angle != b.is_angle;
                 let value = both.map(|(a, b)| self.constants.multiply(a, b));
@@ -251,7 +252,7 @@ impl Reader<'_> {
                     self.division_by_zero(b, right, context);
                     return None;
                 }
-                let kind = self.product_kind(a, b, Dimension::over)?;
+                let kind = self.product_kind(a, b, Dimension::over, context.scope)?;
                 let expr = self.pool.div(a.expr, b.expr);
                 let is_angle = a.is_angle && !b.is_angle;
                 let value = both.map(|(a, b)| self.constants.divide(a, b));
@@ -330,12 +331,15 @@ impl Reader<'_> {
         a: &Lowered,
         b: &Lowered,
         combine: fn(Dimension, Dimension) -> Dimension,
+        scope: Scope,
     ) -> Option<Kind> {
+        let is_coefficient =
+            |other: &Lowered| other.varies() && self.units.is_si() && scope != Scope::Output;
         let kind = match (a.kind, b.kind) {
             (Kind::Known(first), Kind::Known(second)) => Kind::Known(combine(first, second)),
             (Kind::Bare, Kind::Known(known)) | (Kind::Known(known), Kind::Bare) => {
                 let (bare, other) = if a.kind == Kind::Bare { (a, b) } else { (b, a) };
-                if bare.is_literal && !(other.varies() && self.units.is_si()) {
+                if bare.is_literal && !is_coefficient(other) {
                     let (first, second) = match a.kind {
                         Kind::Bare => (Dimension::NONE, known),
                         Kind::Known(_) => (known, Dimension::NONE),

@@ -64,6 +64,7 @@ mod plausible;
 mod points;
 mod promote;
 mod quantity;
+mod rates;
 mod reader;
 mod replay;
 mod rolling;

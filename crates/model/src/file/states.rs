@@ -8,7 +8,7 @@ use bksim_expr::Expr;
 use super::codes;
 use super::dimension::Dimension;
 use super::gather::{entries_of, sub_tables};
-use super::names::Meaning;
+use super::names::{Meaning, Names};
 use super::reader::{Fields, Reader};
 use super::sampled::names_used;
 use super::tree::{Entry, Node, Table, Value};
@@ -37,6 +37,12 @@ struct ControllerEntry<'t> {
     name: &'t str,
     span: Span,
     table: &'t Table,
+}
+
+/// The dimension of a state, and whether it is an angle.
+struct StateUnit {
+    dimension: Dimension,
+    is_angle: bool,
 }
 
 /// Keys of a state.
@@ -105,10 +111,18 @@ impl Reader<'_> {
         });
         let outputs: Vec<(ControllerEntry<'_>, &Node)> = outputs.collect();
         self.read_signals(root, (&signals, &outputs), &mut controllers);
-        for (state, fields, kind) in opened {
-            if let Some(read) = kind.and_then(|kind| self.read_state_rate(state, &fields, kind)) {
-                controllers.states.push(read);
-            }
+        for (id, (state, fields, start)) in opened.into_iter().enumerate() {
+            let Some((read, own)) =
+                start.as_ref().and_then(|_| self.read_state_rate(state, &fields))
+            else {
+                continue;
+            };
+            controllers.states.push(read);
+            // A bare start is in the file's unit of the state.
+            let Some(start) = start.filter(|start| start.kind == Kind::Bare) else { continue };
+            let start = self.adopt(&start, own.dimension, own.is_angle);
+            let is_own = |initial: &&mut Initial| initial.measure == Measure::State(StateId(id));
+            controllers.initial.iter_mut().filter(is_own).for_each(|i| i.value = start.expr);
         }
         controllers
     }
@@ -120,7 +134,7 @@ impl Reader<'_> {
         id: StateId,
         fields: &Fields<'_>,
         initial: &mut Vec<Initial>,
-    ) -> Option<Kind> {
+    ) -> Option<Lowered> {
         let help = "write for example `start = 0`";
         let node = fields.require(self, "start", help)?;
         let start = self.lowered(node, &fields.what("start"), Scope::Constant)?;
@@ -136,23 +150,23 @@ impl Reader<'_> {
             value: start.expr,
             is_guess: false,
             name: state.name.to_owned(),
-            span: start.span,
+            span: start.span.clone(),
         });
-        Some(start.kind)
+        Some(start)
     }
 
     fn read_state_rate(
         &mut self,
         state: &ControllerEntry<'_>,
         fields: &Fields<'_>,
-        kind: Kind,
-    ) -> Option<State> {
+    ) -> Option<(State, StateUnit)> {
+        let known = self.value_of(state.value_idx)?;
         let help = "write for example `rate = \"0.3 m - A.position\"`";
         let node = fields.require(self, "rate", help)?;
         let what = fields.what("rate");
         let rate = self.lowered(node, &what, Scope::Load)?;
         let second = Quantity::TIME.dimension();
-        let (rate, dimension) = match (kind, rate.kind) {
+        let (rate, dimension) = match (known.kind, rate.kind) {
             (Kind::Known(own), Kind::Bare) => {
                 (self.adopt(&rate, own.over(second), false), Some(own))
             }
@@ -178,14 +192,16 @@ impl Reader<'_> {
             (Kind::Bare, Kind::Bare) => (rate, None),
         };
         let own = dimension.unwrap_or(Dimension::NONE);
-        Some(State {
+        let is_angle = own == Dimension::NONE && (known.is_angle || rate.is_angle);
+        let state = State {
             name: state.name.to_owned(),
             rate: rate.expr,
             units: [own.times(second), own, own.over(second)]
                 .map(|dimension| dimension.to_string()),
             exponents: dimension.and_then(Dimension::whole),
             span: rate.span,
-        })
+        };
+        Some((state, StateUnit { dimension: own, is_angle }))
     }
 
     /// Lowers all signals and outputs, each after those it uses; those that use each other are named.
@@ -196,6 +212,8 @@ impl Reader<'_> {
         controllers: &mut Controllers,
     ) {
         let (mut read, mut latched) = (Vec::new(), Vec::new());
+        let mut open = self.open_states(root);
+        self.infer_states(&mut open);
         for entry in entries {
             let owner = format!("signal `{}`", entry.name);
             if entry.table.get("when").is_some() {
@@ -232,18 +250,25 @@ impl Reader<'_> {
             read.push((entry, Some(*node), (what, Scope::Output), syntax));
         }
         // Those that a signal uses come first.
-        let place = |name: &str| match self.names.plain(name) {
+        let place = |names: &Names, name: &str| match names.plain(name) {
             Some(Meaning::Value(idx)) => read.iter().position(|(entry, ..)| entry.value_idx == idx),
             _ => None,
         };
-        let used: Vec<[Vec<usize>; 2]> = read
+        let mut used: Vec<[Vec<usize>; 2]> = read
             .iter()
             .map(|(.., syntax)| match syntax {
-                Some(syntax) => names_used(syntax)
-                    .map(|names| names.into_iter().filter_map(place).collect::<Vec<_>>()),
+                Some(syntax) => names_used(syntax).map(|names| {
+                    names.into_iter().filter_map(|name| place(&self.names, name)).collect()
+                }),
                 None => [Vec::new(), Vec::new()],
             })
             .collect();
+        // Where that is possible also those from which states that they use have their units.
+        for ((.., syntax), used) in read.iter().zip(&mut used).filter(|_| !open.is_empty()) {
+            let names = syntax.as_ref().map(|syntax| names_used(syntax).concat());
+            let behind = self.names_behind(&open, &names.unwrap_or_default());
+            used[1].extend(behind.iter().filter_map(|name| place(&self.names, name)));
+        }
         let (order, circle) = ordered(&used);
         if !circle.is_empty() {
             let names: Vec<String> =
@@ -294,6 +319,7 @@ impl Reader<'_> {
             let is_output = scope == Scope::Output;
             controllers.signals.push(NamedSignal { is_output, ..named_signal(entry.name, &value) });
             self.values[entry.value_idx] = Some(value);
+            self.infer_states(&mut open);
         }
         // Conditions may use all of them.
         for (entry, fields, start) in latched {
