@@ -279,7 +279,6 @@ fn outputs_name_accelerations_and_reactions_of_results() {
     let motion = solve(&mechanism);
     let (g, l, m) = (9.81, 1.5, 2.0);
     for sample in &motion.samples {
-        // A joint whose reaction is asked for may have no coordinate.
         let [angle, rate] = ["angle", "rate"].map(|name| sample.signals[place(name).0]);
         let swing = -g / l * angle.sin();
         let sway = l * (swing * angle.cos() - rate * rate * angle.sin());
@@ -310,5 +309,109 @@ fn nothing_of_the_motion_depends_on_an_output_that_uses_accelerations() {
             fault.code.0 == "M028" && fault.message.contains("sway")
         };
         assert!(faults.iter().any(is_told), "{section}: {faults:?}");
+    }
+}
+
+#[test]
+fn written_numbers_in_outputs_are_pure_numbers() {
+    let outputs = "[outputs]\nhalf = \"A.angle/2\"\ntwice = \"2*bob.x\"\nrate = \"60*A.rate/(2*pi)\"\n\
+                   inverse = \"1/A.rate\"\nsum = \"A.angle/2 + 1\"\n";
+    let of = |units: &str| model(&format!("{units}{PENDULUM}{outputs}"));
+    for model in [of(""), of("[units]\nlength = \"mm\"\nangle = \"deg\"\n")] {
+        let units: Vec<_> = model.named_signals.iter().map(|one| one.unit.as_str()).collect();
+        assert_eq!(units, ["rad", "m", "1/s", "s", "rad"]);
+    }
+    // In loads they stay coefficients of whatever unit is needed.
+    let load = "[loads.f]\ntype = \"torque\"\non = \"bob\"\nvalue = \"-2*A.rate\"\n";
+    let faults = read(&Source::new(&format!("{PENDULUM}{load}"), "pendulum")).diagnostics;
+    assert!(faults.is_empty(), "{faults:?}");
+}
+
+#[test]
+fn a_state_with_a_bare_start_has_the_unit_of_its_rate() {
+    let with = |sections: &str| format!("{PENDULUM}{sections}");
+    // A rate in kg, through a signal that stands behind the one that uses the state.
+    let torque = "[loads.f]\ntype = \"torque\"\non = \"bob\"\nvalue = \"e\"\n";
+    let through = "[signals.a]\nvalue = \"e\"\n[signals.b]\nvalue = \"3 kg\"\n\
+                   [states.e]\nrate = \"b\"\nstart = 0\n";
+    for (sections, used) in [
+        (format!("[states.e]\nrate = \"3 kg\"\nstart = 0\n{torque}"), "\"e\""),
+        (format!("{through}{}", torque.replace("\"e\"", "\"a\"")), "\"a\""),
+    ] {
+        let text = with(&sections);
+        let faults = read(&Source::new(&text, "pendulum")).diagnostics;
+        let [fault] = faults.as_slice() else { panic!("{faults:?}") };
+        assert!(fault.message.contains("kg s"), "{}", fault.message);
+        let at = text.rfind(used).expect("the use of the state") + 1;
+        assert_eq!(fault.labels[0].span.start, at);
+    }
+    // A start in the units of the file, as with its unit.
+    let units = "[units]\nlength = \"mm\"\n";
+    let starts = ["2", "\"2 mm s\""].map(|start| {
+        let state = format!("[states.e]\nrate = \"bob.x\"\nstart = {start}\n");
+        let mechanism = derive(model(&format!("{units}{PENDULUM}{state}")));
+        let e = support::coordinate(&mechanism, "e_integral");
+        solve(&mechanism).samples[0].v[e]
+    });
+    assert_eq!(starts[0], starts[1]);
+    close("the start", starts[0], 0.002, Within { relative: 1e-15, absolute: 0.0 });
+}
+
+#[test]
+fn what_outputs_measure_leaves_the_formulation_as_it_is() {
+    let outputs = "[outputs]\npull = \"reactions.A.fy\"\nalong = \"reactions.A.fx_joint\"\n";
+    let text = |sections: &str| format!("{PENDULUM}{sections}");
+    let names = |text: &str| {
+        let mechanism = derive(model(text));
+        let system = &mechanism.system;
+        let names: Vec<String> =
+            system.coordinates().iter().map(|coordinate| coordinate.name.clone()).collect();
+        (names, system.constraints.len())
+    };
+    let plain = names(&text(""));
+    assert_eq!(plain.1, 0, "a pendulum needs no constraint");
+    assert_eq!(names(&text(outputs)), plain);
+    // A signal that nothing uses is measured, no more; a load that follows it needs the multiplier.
+    let signal = "[signals.pull]\nvalue = \"reactions.A.fy\"\n";
+    assert_eq!(names(&text(signal)), plain);
+    let load = "[loads.f]\ntype = \"torque\"\non = \"bob\"\nvalue = \"-0.01 m*pull\"\n";
+    assert!(names(&text(&format!("{signal}{load}"))).1 > 0);
+    // The outputs are the reactions that are reported.
+    let mechanism = derive(model(&text(outputs)));
+    for sample in &solve(&mechanism).samples {
+        let within = Within { relative: 1e-12, absolute: 1e-12 };
+        close("pull", sample.signals[0], sample.reactions[0][1], within);
+        close("along", sample.signals[1], sample.reactions[0][0], within);
+    }
+}
+
+#[test]
+fn outputs_name_the_efforts_of_drives() {
+    let driven = PENDULUM.replace(
+        "[initial]\nA = { angle = \"70 deg\" }\n",
+        "[drives.swing]\njoint = \"A\"\nmotion = \"0.4 rad*sin(3 rad/s*t)\"\n",
+    );
+    let outputs = "[outputs]\ntorque = \"drives.swing\"\npower = \"drives.swing*A.rate\"\n";
+    let model = model(&format!("{driven}{outputs}"));
+    let units: Vec<_> = model.named_signals.iter().map(|one| one.unit.as_str()).collect();
+    assert_eq!(units, ["N m", "W"]);
+    let (g, l, m) = (9.81, 1.5, 2.0);
+    for sample in &solve(&derive(model)).samples {
+        let [s, c] = [(3.0 * sample.t).sin(), (3.0 * sample.t).cos()];
+        let torque = m * l * (l * -3.6 * s + g * (0.4 * s).sin());
+        let within = Within { relative: 1e-9, absolute: 1e-9 };
+        close("torque", sample.signals[0], torque, within);
+        close("power", sample.signals[1], torque * 1.2 * c, within);
+    }
+    // Loads know no efforts of drives, and names are looked up.
+    for (section, word) in [
+        ("[loads.f]\ntype = \"torque\"\non = \"bob\"\nvalue = \"drives.swing\"\n", "drives"),
+        ("[outputs]\nx = \"drives.swin\"\n", "swing"),
+    ] {
+        let text = format!("{driven}{section}");
+        let faults = read(&Source::new(&text, "pendulum")).diagnostics;
+        let [fault] = faults.as_slice() else { panic!("{faults:?}") };
+        let words = format!("{} {}", fault.message, fault.help.clone().unwrap_or_default());
+        assert!(words.contains(word), "{words}");
     }
 }

@@ -69,7 +69,7 @@ fn without_coulomb(model: &Model) -> Result<(), AnalysisError> {
         matches!(load.kind, LoadKind::Friction { law: FrictionLaw::Coulomb { .. }, .. })
     };
     let measured = model.signals.iter().find_map(|signal| match signal.measure {
-        Measure::Reaction(joint, ..) => Some(&model.joints[joint.0]),
+        Measure::Reaction(joint, ..) if model.acts(signal) => Some(&model.joints[joint.0]),
         _ => None,
     });
     if let Some(joint) = measured {

@@ -15,7 +15,7 @@ use crate::balance::named_quantity;
 use crate::channels::{Channels, Input};
 use crate::error::AnalysisError;
 use crate::forces::{At, vacated, with_definitions};
-use crate::loaded::Loaded;
+use crate::loaded::{Loaded, of_forces};
 use crate::table::Column;
 
 /// Changes of the state by states and inputs of the linear equations, a column for each.
@@ -66,7 +66,7 @@ impl<'a> Outputs<'a> {
                     vector[k]
                 };
                 (with_definitions(model, free, e), of.unit())
-            } else if let Some((e, unit)) = of_controller(loaded, name) {
+            } else if let Some((e, unit)) = of_controller(loaded, name)? {
                 columns.push(Column::new(name.clone(), unit));
                 expressions.push(with_definitions(model, free, e));
                 continue;
@@ -141,17 +141,27 @@ impl<'a> Outputs<'a> {
 }
 
 /// A state, `i` or `states.i`, or a named signal, `u` or `signals.u`, as an expression with its unit.
-fn of_controller(loaded: &Loaded, name: &str) -> Option<(Expr, String)> {
+///
+/// # Errors
+/// Those that follow from reactions or efforts of drives are refused.
+fn of_controller(loaded: &Loaded, name: &str) -> Result<Option<(Expr, String)>, AnalysisError> {
     let (model, system) = (loaded.model(), loaded.system());
     let own = name.strip_prefix("states.").unwrap_or(name);
     if let Some(k) = model.states.iter().position(|state| state.name == own) {
         let value = system.kinematics.measure(model, Measure::State(StateId(k)));
-        return Some((value, model.states[k].units[1].replace(' ', "*")));
+        return Ok(Some((value, model.states[k].units[1].replace(' ', "*"))));
     }
     let own = name.strip_prefix("signals.").unwrap_or(name);
-    let signal = model.named_signals.iter().find(|signal| signal.name == own)?;
+    let Some(signal) = model.named_signals.iter().find(|signal| signal.name == own) else {
+        return Ok(None);
+    };
+    let is_force = |of: Measure| of.is_reaction() || matches!(of, Measure::Effort(_));
+    let mut forces = model.signals.iter().filter(|known| is_force(known.measure));
+    if forces.any(|force| model.pool.depends_on(signal.value, force.symbol)) {
+        return Err(of_forces(name, &signal.span));
+    }
     let value = model.pool.substitute(signal.value, &signal_values(model, &system.kinematics));
-    Some((value, signal.unit.replace(' ', "*")))
+    Ok(Some((value, signal.unit.replace(' ', "*"))))
 }
 
 /// Refuses components that are not unique, and those that an effort changes directly: torques change no forces, all

@@ -300,7 +300,7 @@ fn remembers(signal: &HeldSignal) -> AnalysisError {
 
 fn without_reactions(model: &Model) -> Result<(), AnalysisError> {
     let reaction = model.signals.iter().find_map(|signal| match signal.measure {
-        Measure::Reaction(JointId(joint), ..) => Some(&model.joints[joint]),
+        Measure::Reaction(JointId(joint), ..) if model.acts(signal) => Some(&model.joints[joint]),
         _ => None,
     });
     let Some(joint) = reaction else { return Ok(()) };
@@ -308,6 +308,13 @@ fn without_reactions(model: &Model) -> Result<(), AnalysisError> {
     let note = "equilibria, small motions and efforts are those of bodies, joints and loads alone";
     let what = format!("the reaction of joint `{}` in expressions", joint.name);
     Err(refused((what, &joint.span, "found together with the accelerations"), note, help))
+}
+
+/// The fault of a named expression that follows from reactions or efforts of drives.
+pub(crate) fn of_forces(name: &str, span: &Span) -> AnalysisError {
+    let help = "ask for the reaction itself, such as `reactions.A.fx`";
+    let note = "only single components of reactions are outputs of linear equations";
+    refused((format!("`{name}`"), span, "follows from reactions or efforts of drives"), note, help)
 }
 
 fn refused((what, span, label): (String, &Span, &str), note: &str, help: &str) -> AnalysisError {

@@ -88,8 +88,8 @@ impl Kinematics {
                 let velocity = self.measure(model, Measure::PointVelocity(body, point, axis));
                 self.second_rate(model, velocity)
             }
-            // Known once there are multipliers: see `SymbolicSystem::reaction_values`.
-            Measure::Reaction(..) => {
+            // Known once there are multipliers: see `SymbolicSystem::reaction_values` and `reaction::reported`.
+            Measure::Reaction(..) | Measure::Effort(_) => {
                 let own = model.signals.iter().find(|signal| signal.measure == measure);
                 own.map_or(pool.zero(), |signal| pool.symbol_expr(signal.symbol))
             }

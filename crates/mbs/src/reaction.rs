@@ -11,7 +11,7 @@
 //! revolute about its own axis is zero: a check that costs nothing. A cylinder transmits nothing else, so
 //! its reaction is the whole force along it.
 
-use bksim_expr::Pool;
+use bksim_expr::{Expr, Pool, SymbolId};
 
 use crate::constraint::Source;
 use crate::contact::slip_wrenches;
@@ -19,11 +19,12 @@ use crate::force::{self, Wrench};
 use crate::inertia::angular_momentum;
 use crate::joint::JointWrench;
 use crate::recursion::{self, BodyAcceleration};
+use crate::rubbing::component_axis;
 use crate::signal::signal_values;
 use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::tree::Branch;
-use bksim_model::{BodyId, JointId, JointKind, LoadKind, Model, Vector};
+use bksim_model::{BodyId, JointId, JointKind, LoadKind, Measure, Model, Signal, Vector};
 
 /// Reaction on the successor of a joint at its joint point, world axes.
 #[derive(Clone, Debug)]
@@ -109,6 +110,32 @@ pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
         }
     }
     reactions
+}
+
+/// The symbols that stand for reactions and efforts of drives in named signals, with their values from the
+/// reactions of all joints: expressions of t, q, v, a, λ.
+pub fn reported(
+    model: &Model,
+    system: &SymbolicSystem,
+    reactions: &[Reaction],
+) -> Vec<(SymbolId, Expr)> {
+    let pool = &model.pool;
+    let value = |signal: &Signal| match signal.measure {
+        Measure::Reaction(joint, frame, component) => {
+            let Reaction { force, moment, .. } = &reactions[joint.0];
+            let vector = if component < 3 { force } else { moment };
+            let at = (joint, frame);
+            let axis = component_axis(model, &system.kinematics, at, component % 3);
+            Some(pool.simplify(spatial::dot(pool, vector, &axis)))
+        }
+        Measure::Effort(drive) => {
+            let row = system.constraints.iter().find(|row| row.source == Source::Drive(drive));
+            Some(row.map_or(pool.zero(), |row| pool.symbol_expr(row.lambda)))
+        }
+        _ => None,
+    };
+    let values = model.signals.iter().filter_map(|signal| Some((signal.symbol, value(signal)?)));
+    values.collect()
 }
 
 /// The joint whose reaction the multiplier of a row is part of.

@@ -93,23 +93,39 @@ pub(crate) fn friction(
     }
 }
 
-/// The symbols that stand for reactions in expressions, and the multipliers of which they are made.
+/// An axis of the ground, or of the frame of the first point of a joint, in the axes of the ground.
+pub(crate) fn component_axis(
+    model: &Model,
+    kinematics: &Kinematics,
+    (joint, frame): (JointId, Frame),
+    axis_idx: usize,
+) -> Vector {
+    let pool = &model.pool;
+    let axis = unit(pool, axis_idx);
+    match frame {
+        Frame::World => axis,
+        Frame::Body => {
+            let sides = kinematics.sides(model, &model.joints[joint.0]);
+            sides.predecessor.rotation.apply(pool, &axis)
+        }
+    }
+}
+
+/// The symbols of reactions that act, and the multipliers of which they are made.
 pub(crate) fn measured_reactions(
     model: &Model,
     kinematics: &Kinematics,
     constraints: &[Constraint],
 ) -> Vec<(SymbolId, Expr)> {
-    let pool = &model.pool;
     let value = |signal: &Signal| {
         let Measure::Reaction(id, frame, component) = signal.measure else { return None };
+        if !model.acts(signal) {
+            return None;
+        }
         let joint = &model.joints[id.0];
         let rows = constraints.iter().filter(|row| row.source == Source::Joint(id));
         let of_joint = reaction(model, kinematics, joint, rows);
-        let axis = unit(pool, component % 3);
-        let axis = match frame {
-            Frame::World => axis,
-            Frame::Body => kinematics.sides(model, joint).predecessor.rotation.apply(pool, &axis),
-        };
+        let axis = component_axis(model, kinematics, (id, frame), component % 3);
         let vector = if component < 3 { of_joint.force } else { of_joint.moment };
         Some((signal.symbol, of_joint.component(&vector, &axis)))
     };

@@ -191,7 +191,7 @@ fn is_coupled(model: &Model, id: JointId) -> bool {
     signals.any(|signal| uses(signal.symbol))
 }
 
-/// True where friction or an expression depends on the reaction of a joint.
+/// True where friction or an expression that acts depends on the reaction of a joint.
 fn rubs(model: &Model, id: JointId) -> bool {
     let of_friction = model.loads.iter().any(|load| match load.kind {
         LoadKind::Friction { joint, law: FrictionLaw::Coulomb { .. }, .. } => joint == id,
@@ -199,5 +199,5 @@ fn rubs(model: &Model, id: JointId) -> bool {
     });
     let is_own =
         |signal: &Signal| matches!(signal.measure, Measure::Reaction(joint, ..) if joint == id);
-    of_friction || model.signals.iter().any(is_own)
+    of_friction || model.signals.iter().any(|signal| is_own(signal) && model.acts(signal))
 }

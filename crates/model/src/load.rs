@@ -112,6 +112,25 @@ pub enum LoadKind {
     },
 }
 
+impl LoadKind {
+    /// Every expression of it.
+    pub fn expressions(&self) -> Vec<Expr> {
+        match *self {
+            Self::Gravity { acceleration } => acceleration.to_vec(),
+            Self::Force { vector, .. } | Self::Torque { vector, .. } => vector.to_vec(),
+            Self::ForceBetween { value, .. } | Self::Effort { value, .. } => vec![value],
+            Self::Spring { stiffness, length: unloaded, damping, .. }
+            | Self::JointSpring { stiffness, unloaded, damping, .. } => {
+                vec![stiffness, unloaded, damping]
+            }
+            Self::Stop { min, max, restitution, .. } => {
+                [min, max, Some(restitution)].into_iter().flatten().collect()
+            }
+            Self::Friction { law, .. } => law.expressions(),
+        }
+    }
+}
+
 /// The size of dry friction.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FrictionLaw {

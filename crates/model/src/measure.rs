@@ -4,7 +4,7 @@ use bksim_expr::{Expr, SymbolId};
 
 use crate::body::FixedTurn;
 use crate::diagnostic::Span;
-use crate::ids::{BodyId, JointId, PointId, StateId};
+use crate::ids::{BodyId, DriveId, JointId, PointId, StateId};
 
 /// World axis.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -74,14 +74,18 @@ pub enum Measure {
     /// A component of the reaction of a joint on its successor, fx, fy, fz, mx, my, mz, N and N m: along the axes
     /// of the ground, or of the frame of its first point.
     Reaction(JointId, Frame, usize),
+    /// The effort of a drive, N or N m, in results.
+    Effort(DriveId),
 }
 
 impl Measure {
-    /// Whether it depends on accelerations, so that no load can use it.
+    /// Whether it depends on accelerations, or is found together with them for results alone, so that no load can
+    /// use it.
     pub fn is_acceleration(self) -> bool {
         matches!(
             self,
-            Self::JointAcceleration(..)
+            Self::Effort(_)
+                | Self::JointAcceleration(..)
                 | Self::AngularAcceleration(..)
                 | Self::PointAcceleration(..)
         )
@@ -114,7 +118,8 @@ impl Measure {
             | Self::Momentum(..)
             | Self::AngularMomentum(..)
             | Self::State(_)
-            | Self::Reaction(..) => true,
+            | Self::Reaction(..)
+            | Self::Effort(_) => true,
         }
     }
 }

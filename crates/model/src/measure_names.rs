@@ -1,6 +1,6 @@
 //! Measures by the names that expressions of a model file use, and their units.
 
-use crate::ids::{BodyId, JointId, PointId, StateId};
+use crate::ids::{BodyId, DriveId, JointId, PointId, StateId};
 use crate::joint::{MotionKind, motion_words};
 use crate::measure::{Axis, Frame, Initial, Measure};
 use crate::model::Model;
@@ -81,6 +81,9 @@ pub(crate) const ACCELERATION_WORDS: [BodyWord; 9] = {
 /// The owner of the reactions of all joints, where no body or joint has this name: `reactions.A.fx`.
 pub(crate) const REACTIONS: &str = "reactions";
 
+/// The owner of the efforts of drives, where no body or joint has this name: `drives.crank`.
+pub(crate) const DRIVES: &str = "drives";
+
 /// The components of a reaction; with `_joint` behind them in the axes of its joint.
 const REACTION_WORDS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
@@ -132,6 +135,9 @@ impl Measure {
             let motions = model.joints[joint.0].kind.motions();
             motions.get(motion_idx) == Some(&MotionKind::Rotation)
         };
+        let turned_by = |DriveId(drive): DriveId| {
+            model.drives.get(drive).is_some_and(|drive| turns(drive.joint, drive.motion_idx))
+        };
         match self {
             Self::JointPosition(joint, idx) if turns(joint, idx) => "rad",
             Self::JointVelocity(joint, idx) if turns(joint, idx) => "rad/s",
@@ -147,7 +153,8 @@ impl Measure {
             Self::Quaternion(..) | Self::DirectionCosine(..) | Self::State(_) => "",
             Self::AngularAcceleration(..) => "rad/s^2",
             Self::JointAcceleration(..) | Self::PointAcceleration(..) => "m/s^2",
-            Self::Reaction(_, _, ..3) => "N",
+            Self::Effort(drive) if turned_by(drive) => "N m",
+            Self::Reaction(_, _, ..3) | Self::Effort(_) => "N",
             Self::Reaction(..) => "N m",
             Self::Momentum(..) => "kg m/s",
             Self::AngularMomentum(..) => "kg m^2/s",

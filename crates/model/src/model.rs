@@ -22,7 +22,7 @@ use crate::joint::Joint;
 use crate::load::Load;
 use crate::measure::{Initial, Orientation, Signal};
 use crate::solve::SolveOptions;
-use crate::state::{Clock, HeldSignal, NamedSignal, State};
+use crate::state::{Clock, HeldChange, HeldSignal, NamedSignal, State};
 use crate::table::{NamedFunction, TableCall};
 
 /// A whole mechanism as its author stated it; `Model<PoolSnapshot>` is the same for all threads at once.
@@ -127,6 +127,21 @@ impl<P> Model<P> {
 }
 
 impl Model {
+    /// True where the motion follows a measure: where a load, a state or a value that is held depends on it. What
+    /// outputs alone name is measured, no more.
+    pub fn acts(&self, signal: &Signal) -> bool {
+        let of_loads = self.loads.iter().flat_map(|load| load.kind.expressions());
+        let of_states = self.states.iter().map(|state| state.rate);
+        let of_held = self.held.iter().flat_map(|held| match &held.change {
+            HeldChange::Tick { value, .. } => vec![*value],
+            HeldChange::Event { rows } => {
+                rows.iter().flat_map(|row| [row.condition, row.value]).collect()
+            }
+        });
+        let mut all = of_loads.chain(of_states).chain(of_held);
+        all.any(|expr| self.pool.depends_on(expr, signal.symbol))
+    }
+
     /// A copy that threads can share.
     pub fn snapshot(&self) -> Model<PoolSnapshot> {
         self.with_pool(self.pool.snapshot())

@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
+use bksim_expr::SymbolId;
 use bksim_log::{Field, SHORT, Topic};
 use bksim_mbs::constraint::{Constraint, Source};
-use bksim_model::ParameterId;
+use bksim_model::{Frame, Measure, Model, NamedSignal, ParameterId};
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::Uniqueness;
 use bksim_sim::run::Sample;
@@ -24,6 +25,17 @@ pub struct Channels {
     n_signals: usize,
     /// The part of the mechanism that each multiplier is a force of.
     rows: Vec<RowKind>,
+    /// The forces that each named expression depends on.
+    forces: Vec<Vec<ForceKind>>,
+}
+
+/// A force that a named expression depends on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum ForceKind {
+    /// Of a joint, with the first and the last component of its reaction that it may follow.
+    Reaction(usize, [usize; 2]),
+    /// The effort of a drive.
+    Drive(usize),
 }
 
 /// The part of the mechanism that a multiplier is a force of.
@@ -80,7 +92,8 @@ impl Channels {
         };
         let rows = mechanism.system.constraints.iter().enumerate().map(row).collect();
         let n_signals = mechanism.model.named_signals.iter().filter(|s| !s.is_output).count();
-        Self { topics: topics(mechanism), couplings, drives, n_signals, rows }
+        let forces = forces(&mechanism.model);
+        Self { topics: topics(mechanism), couplings, drives, n_signals, rows, forces }
     }
 
     /// The signals that have a value at every instant, with their names and fields: all but what a
@@ -125,6 +138,8 @@ impl Channels {
             TopicKind::Reaction(joint) => uniqueness.reactions[joint][field_idx],
             TopicKind::Couplings => uniqueness.couplings[field_idx],
             TopicKind::Drives => uniqueness.drives[field_idx],
+            TopicKind::Signals => self.is_named_unique(field_idx, uniqueness),
+            TopicKind::Outputs => self.is_named_unique(self.n_signals + field_idx, uniqueness),
             TopicKind::Multipliers => match self.rows[field_idx] {
                 RowKind::Joint(joint, [first, last]) => {
                     uniqueness.reactions[joint][first..=last].iter().all(|&is_unique| is_unique)
@@ -136,6 +151,16 @@ impl Channels {
             },
             _ => true,
         }
+    }
+
+    /// True where all forces that a named expression depends on are unique.
+    fn is_named_unique(&self, named_idx: usize, uniqueness: &Uniqueness) -> bool {
+        self.forces[named_idx].iter().all(|force| match *force {
+            ForceKind::Reaction(joint, [first, last]) => {
+                uniqueness.reactions[joint][first..=last].iter().all(|&is_unique| is_unique)
+            }
+            ForceKind::Drive(drive) => uniqueness.drives[drive],
+        })
     }
 
     /// Names of the signals that are not unique: `reactions.A.fx`.
@@ -213,6 +238,26 @@ impl TopicKind {
             _ => true,
         }
     }
+}
+
+/// The forces that each named expression depends on.
+fn forces(model: &Model) -> Vec<Vec<ForceKind>> {
+    let force = |measure: Measure| match measure {
+        Measure::Reaction(joint, Frame::World, k) => Some(ForceKind::Reaction(joint.0, [k, k])),
+        // Along the joint's axes a component has parts of all three.
+        Measure::Reaction(joint, Frame::Body, k) => {
+            Some(ForceKind::Reaction(joint.0, [k / 3 * 3, k / 3 * 3 + 2]))
+        }
+        Measure::Effort(drive) => Some(ForceKind::Drive(drive.0)),
+        _ => None,
+    };
+    let all = model.signals.iter().filter_map(|one| Some((one.symbol, force(one.measure)?)));
+    let all: Vec<(SymbolId, ForceKind)> = all.collect();
+    let used = |named: &NamedSignal| {
+        let own = all.iter().filter(|(symbol, _)| model.pool.depends_on(named.value, *symbol));
+        own.map(|(_, force)| *force).collect()
+    };
+    model.named_signals.iter().map(used).collect()
 }
 
 /// The topics in the order of the log; those of parts that the mechanism has not are left out.

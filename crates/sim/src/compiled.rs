@@ -31,7 +31,7 @@ use crate::redundancy::{
 use crate::sampled::{SampledSignals, Sampling};
 use bksim_mbs::constraint::Source;
 use bksim_mbs::coordinate::CoordinateKind;
-use bksim_mbs::reaction::reactions;
+use bksim_mbs::reaction::{reactions, reported};
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::Model;
@@ -141,13 +141,14 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let is_powered = !pool.is_zero(energy[2]);
     let power = is_powered.then(|| function(&energy[2..], &[&q, &v, &lambda, u])).transpose()?;
     let power = power.map(|power| if unrolled.is_some() { power.in_lanes(model) } else { power });
+    let all_reactions = reactions(model, system);
     let reaction_outputs: Vec<Expr> =
-        reactions(model, system).iter().flat_map(|r| [r.force, r.moment].concat()).collect();
+        all_reactions.iter().flat_map(|r| [r.force, r.moment].concat()).collect();
     // Signals as they were written: they have no modes.
     let measures = signal_values(model, &system.kinematics);
     let signals = model.named_signals.iter();
     let signals: Vec<Expr> = signals.map(|s| pool.substitute(s.value, &measures)).collect();
-    let signals = pool.substitute_all(&signals, &system.reaction_values);
+    let signals = pool.substitute_all(&signals, &reported(model, system, &all_reactions));
     Ok(CompiledSystem {
         coordinates: coordinate_quantities(model, system),
         multipliers: multiplier_quantities(model, system),

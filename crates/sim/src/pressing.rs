@@ -33,7 +33,7 @@ pub(crate) struct Bearing {
     pub(crate) components: [bool; 6],
 }
 
-/// The joints of a model whose reactions friction or expressions follow.
+/// The joints of a model whose reactions friction or expressions that act follow.
 pub(crate) fn bearings(model: &Model) -> Vec<Bearing> {
     let bearing = |load: &Load| {
         let LoadKind::Friction { joint, law: FrictionLaw::Coulomb { surface, .. }, .. } = load.kind
@@ -50,6 +50,9 @@ pub(crate) fn bearings(model: &Model) -> Vec<Bearing> {
     };
     let measured = |signal: &Signal| {
         let Measure::Reaction(joint, frame, component) = signal.measure else { return None };
+        if !model.acts(signal) {
+            return None;
+        }
         let first = component / 3 * 3;
         let takes_part = |at: usize| match frame {
             Frame::World => at == component,

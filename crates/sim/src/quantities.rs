@@ -4,11 +4,11 @@ use std::cell::OnceCell;
 
 use bksim_expr::{Expr, SymbolId};
 use bksim_mbs::constraint::Source;
-use bksim_mbs::reaction::{Reaction, reactions};
+use bksim_mbs::reaction::{Reaction, reactions, reported};
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::spatial;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{JointId, Model, ParameterId};
+use bksim_model::{JointId, Measure, Model, ParameterId};
 
 use crate::compiled::energy_outputs;
 use crate::observable::Observable;
@@ -19,6 +19,7 @@ pub(crate) struct Quantities<'m> {
     /// With modes in place of everything that switches.
     system: &'m SymbolicSystem,
     reactions: OnceCell<Vec<Reaction>>,
+    reported: OnceCell<Vec<(SymbolId, Expr)>>,
 }
 
 /// Components of a reaction, world axes.
@@ -26,7 +27,8 @@ const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
 impl<'m> Quantities<'m> {
     pub(crate) fn new(model: &'m Model, system: &'m SymbolicSystem) -> Self {
-        Self { model, system: system.integrated(), reactions: OnceCell::new() }
+        let (reactions, reported) = (OnceCell::new(), OnceCell::new());
+        Self { model, system: system.integrated(), reactions, reported }
     }
 
     /// The quantity of a name: `state.theta`, `theta_dot`, `reactions.A.fx`, `energy.total`, `rod.B.vx`,
@@ -80,7 +82,9 @@ impl<'m> Quantities<'m> {
             }
             "signals" | "outputs" => {
                 let signal = model.named_signals.iter().find(|signal| signal.name == field)?;
-                Some(pool.substitute(signal.value, &signal_values(model, &system.kinematics)))
+                let value =
+                    pool.substitute(signal.value, &signal_values(model, &system.kinematics));
+                Some(pool.substitute(value, self.reported()))
             }
             "energy" => {
                 let [kinetic, potential, power] = energy_outputs(pool, system);
@@ -102,10 +106,22 @@ impl<'m> Quantities<'m> {
         }
     }
 
+    fn reactions(&self) -> &[Reaction] {
+        self.reactions.get_or_init(|| reactions(self.model, self.system))
+    }
+
+    /// The values of the symbols that stand for reactions and efforts; none where no signal measures one.
+    fn reported(&self) -> &[(SymbolId, Expr)] {
+        let is_one = |m: Measure| m.is_reaction() || matches!(m, Measure::Effort(_));
+        if !self.model.signals.iter().any(|signal| is_one(signal.measure)) {
+            return &[];
+        }
+        self.reported.get_or_init(|| reported(self.model, self.system, self.reactions()))
+    }
+
     /// Force and moment of a joint, world axes.
     fn reaction(&self, joint: JointId) -> [Expr; 6] {
-        let all = self.reactions.get_or_init(|| reactions(self.model, self.system));
-        let Reaction { force: [fx, fy, fz], moment: [mx, my, mz], .. } = all[joint.0];
+        let Reaction { force: [fx, fy, fz], moment: [mx, my, mz], .. } = self.reactions()[joint.0];
         [fx, fy, fz, mx, my, mz]
     }
 

@@ -11,7 +11,7 @@ use super::tree::{Entry, Node, Table, Value};
 use super::units::Quantity;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
-use crate::joint::JOINT_TYPES;
+use crate::joint::{JOINT_TYPES, motion_words};
 use crate::measure::Measure;
 use crate::measure_names::BODY_WORDS;
 
@@ -50,6 +50,30 @@ impl Reader<'_> {
             let (kind, freedoms) = known.copied().unzip();
             let has_radius = table.is_some_and(|table| table.get("radius").is_some());
             self.names.add_joint(JointName { name: name.to_owned(), kind, freedoms, has_radius });
+        }
+        self.gather_drives(root);
+    }
+
+    /// Gathers the names of drives with the motions that they drive: their efforts are among the results.
+    fn gather_drives(&mut self, root: &Table) {
+        let word = |table: &Table, key: &str| match &table.get(key)?.node.value {
+            Value::Text(text) => Some(text.clone()),
+            _ => None,
+        };
+        for (name, _, table) in sub_tables(root, "drives") {
+            let freedoms = table.and_then(|table| {
+                let joint = self.names.joint(&word(table, "joint")?)?;
+                self.names.joints[joint.0].freedoms
+            });
+            let of = table.and_then(|table| word(table, "of"));
+            let motion = freedoms.and_then(|freedoms| {
+                let is_it = |&idx: &usize| match &of {
+                    Some(of) => motion_words(freedoms, idx)[0] == of,
+                    None => freedoms.len() == 1,
+                };
+                (0..freedoms.len()).find(is_it).map(|idx| freedoms[idx])
+            });
+            self.names.drives.push((name.to_owned(), motion));
         }
     }
 

@@ -11,7 +11,7 @@ use super::value::{Kind, Lowered, PURE};
 use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::joint::motion_words;
-use crate::measure_names::{BODY_WORDS, N_POINT_WORDS, REACTIONS, reaction_words};
+use crate::measure_names::{BODY_WORDS, DRIVES, N_POINT_WORDS, REACTIONS, reaction_words};
 
 impl Reader<'_> {
     /// A parameter, the time, or something of the motion.
@@ -128,6 +128,7 @@ impl Reader<'_> {
             return;
         }
         let body = self.names.body(owner);
+        let is_result = context.scope == Scope::Output;
         let (part, candidates) = if parts.len() == 1 && body.is_none() && joint.is_none() {
             let mut names = self.owned_names(|names| names.plain_names());
             names.push("pi".to_owned());
@@ -144,6 +145,8 @@ impl Reader<'_> {
                 Some(_) => (2, reaction_words().collect()),
                 None => (1, self.names.joint_names().into_iter().map(str::to_owned).collect()),
             }
+        } else if let (None, DRIVES, [_, _], true) = (body, owner, parts, is_result) {
+            (1, self.names.drives.iter().map(|(name, _)| name.clone()).collect())
         } else if let Some(body) = body {
             let points = self.names.bodies[body.0].points.clone();
             let words = BODY_WORDS.map(|(word, _)| word.to_owned());

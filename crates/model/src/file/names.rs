@@ -7,11 +7,11 @@ use bksim_expr::{Expr, Pool};
 use super::units::Quantity;
 use super::value::Lowered;
 use crate::diagnostic::Span;
-use crate::ids::{BodyId, ClockId, JointId, PointId};
+use crate::ids::{BodyId, ClockId, DriveId, JointId, PointId};
 use crate::joint::{MotionKind, motion_words};
 use crate::measure::{Measure, Signal};
 use crate::measure_names::{
-    ACCELERATION_WORDS, BODY_WORDS, N_POINT_ACCELERATIONS, N_POINT_WORDS, REACTIONS,
+    ACCELERATION_WORDS, BODY_WORDS, DRIVES, N_POINT_ACCELERATIONS, N_POINT_WORDS, REACTIONS,
 };
 
 /// The meaning of a name in an expression.
@@ -52,7 +52,8 @@ pub(super) fn quantity_of(measure: Measure) -> Quantity {
         }
         Measure::JointAcceleration(..) | Measure::PointAcceleration(..) => Quantity::ACCELERATION,
         Measure::AngularAcceleration(..) => Quantity::ANGULAR_ACCELERATION,
-        Measure::Reaction(_, _, ..3) => Quantity::FORCE,
+        // Of a translation; that of a rotation is known where the drive is: see `Names::acceleration`.
+        Measure::Reaction(_, _, ..3) | Measure::Effort(_) => Quantity::FORCE,
         Measure::Reaction(..) => Quantity::TORQUE,
         Measure::Momentum(..) => Quantity::MOMENTUM,
         Measure::AngularMomentum(..) => Quantity::ANGULAR_MOMENTUM,
@@ -109,6 +110,8 @@ pub(super) struct Names {
     /// Numbers of each body's points.
     point_ids: Vec<BTreeMap<String, PointId>>,
     joint_ids: BTreeMap<String, JointId>,
+    /// The names of the drives with the motions that they drive, in file order; `None` where that could not be read.
+    pub(super) drives: Vec<(String, Option<MotionKind>)>,
     /// Parameters, coordinates and the time.
     pub(super) plain: BTreeMap<String, (Meaning, Option<Span>)>,
     /// Quantities of the named coordinates.
@@ -206,7 +209,8 @@ impl Names {
         Some((measure, quantity_of(measure)))
     }
 
-    /// The acceleration of `body.ax`, `body.point.ay`, `joint.acceleration`, which results alone have.
+    /// The acceleration of `body.ax`, `body.point.ay`, `joint.acceleration`, or the effort of `drives.crank`, which
+    /// results alone have.
     pub(super) fn acceleration(&self, owner: &str, parts: &[&str]) -> Option<(Measure, Quantity)> {
         if let ([word], Some(joint)) = (parts, self.joint(owner)) {
             let freedoms = self.joints[joint.0].freedoms?;
@@ -219,7 +223,15 @@ impl Names {
                 is_it.then_some((Measure::JointAcceleration(joint, idx), quantity))
             });
         }
-        let body = self.body(owner)?;
+        let Some(body) = self.body(owner) else {
+            let (DRIVES, [name]) = (owner, parts) else { return None };
+            let idx = self.drives.iter().position(|(known, _)| known == name)?;
+            let quantity = match self.drives[idx].1? {
+                MotionKind::Rotation => Quantity::TORQUE,
+                MotionKind::Translation => Quantity::FORCE,
+            };
+            return Some((Measure::Effort(DriveId(idx)), quantity));
+        };
         let (point, word, n) = match parts {
             [word] => (None, word, ACCELERATION_WORDS.len()),
             [point, word] => (Some(self.point(body, point)?), word, N_POINT_ACCELERATIONS),
