@@ -14,7 +14,11 @@ pub(crate) fn eigenvalues(matrix: &DMatrix<f64>) -> Vec<Complex<f64>> {
         return Vec::new();
     }
     let found = MatRef::from_column_major_slice(matrix.as_slice(), n, n).eigenvalues();
-    let mut found = found.unwrap_or_default();
+    // What rounding leaves of a zero is none.
+    let rounding = f64::EPSILON * matrix.norm();
+    let clean = |part: f64| if part.abs() <= rounding { 0.0 } else { part };
+    let found = found.unwrap_or_default().into_iter();
+    let mut found: Vec<_> = found.map(|s| Complex::new(clean(s.re), clean(s.im))).collect();
     found.sort_by(|a, b| {
         let size = a.norm().total_cmp(&b.norm());
         size.then(a.re.total_cmp(&b.re)).then(b.im.total_cmp(&a.im))
