@@ -3,6 +3,7 @@
 use bksim_expr::TapeError;
 use bksim_model::AssemblyChoice;
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
+use bksim_model::message::short;
 
 use crate::codes;
 
@@ -106,7 +107,10 @@ pub enum AnalysisError {
         other: usize,
     },
     /// A pose that cannot be reached from the start without a jump.
-    #[error("`{name}` cannot be brought from {from} to {to} {unit}: it stops at {at} {unit}")]
+    #[error(
+        "`{name}` cannot be brought from {} to {} {unit}: it stops at {} {unit}",
+        short(*from), short(*to), short(*at)
+    )]
     NotReached {
         /// The measure.
         name: String,
