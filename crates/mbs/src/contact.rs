@@ -8,6 +8,7 @@ use crate::force::Wrench;
 use crate::joint;
 use crate::kinematics::Kinematics;
 use crate::rubbing::friction;
+use crate::sliding::Sliding;
 use bksim_model::{FrictionLaw, JointId, LoadId, LoadKind, Model, MotionKind};
 
 /// A constraint row that opens and closes.
@@ -90,6 +91,9 @@ pub(crate) fn contact_rows(
         let up = joint::effort(pool, of, motion_idx, &positions, &sides);
         let down = up.reversed(pool);
         let through = |wrench| Wrench::through_joint(model, kinematics, joint, wrench);
+        let own = Sliding { position, wrenches: through(&up), kind: of.kind.motions()[motion_idx] };
+        let sliding = Sliding::of(model, kinematics, &load.kind).unwrap_or(own);
+        let position = sliding.position;
         let mut add = |expression, source, direction, wrenches, states| {
             rows.push(ContactRow {
                 load: load_id,
@@ -99,7 +103,7 @@ pub(crate) fn contact_rows(
                 expression,
                 source,
                 direction,
-                effort: of.kind.motions()[motion_idx],
+                effort: sliding.kind,
                 wrenches,
             });
         };
@@ -128,7 +132,8 @@ pub(crate) fn contact_rows(
                     ["slip", "place"].map(|word| id(format!("'{word}{load_idx}")));
                 let expression = pool.sub(pool.symbol_expr(stuck_at), position);
                 let states = Some([slip, stuck_at]);
-                add(expression, Source::Friction(load_id), "friction", through(&up), states);
+                let wrenches = sliding.wrenches.clone();
+                add(expression, Source::Friction(load_id), "friction", wrenches, states);
             }
             _ => (),
         }

@@ -26,6 +26,7 @@ pub mod reaction;
 mod recursion;
 mod rubbing;
 pub mod signal;
+mod sliding;
 pub mod sparse;
 pub mod spatial;
 pub mod system;

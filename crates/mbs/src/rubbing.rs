@@ -6,6 +6,8 @@
 //! journal    F = μ r/√(1 + μ²) |N|           the moment of a force at the rim, N with its friction
 //! track      F = μ |N| |c′|                  the force on the parameter s of the curve c, N across c′
 //! thread     F = μ r (1 + m²) |λ|/(1 − ς sign(λ) μ m)     m = p/r the slope of the thread
+//! touch      F = μ |λ|                             λ the force along the normal of curves that touch
+//! teeth      F = μ H |λ|                           λ the force of the coupling, H its loss factor
 //! ```
 //!
 //! The moment M is about the successor's joint point, the middle of the sleeve; λ is the axial force, of which a
@@ -76,6 +78,16 @@ pub(crate) fn friction(
                 }
             };
             pool.product([mu, speed, magnitude(pool, across)])
+        }
+        Surface::Touch { .. } => {
+            let normal = rows.filter(|row| row.direction == "normal").map(|row| row.lambda);
+            let normal = normal.map(|lambda| pool.symbol_expr(lambda)).next();
+            pool.mul(mu, magnitude(pool, vec![normal.unwrap_or(pool.zero())]))
+        }
+        Surface::Teeth { coupling, loss } => {
+            let row = constraints.iter().find(|row| row.source == Source::Coupling(coupling));
+            let force = row.map_or(pool.zero(), |row| pool.symbol_expr(row.lambda));
+            pool.product([mu, loss, magnitude(pool, vec![force])])
         }
         Surface::Thread { radius } => {
             let JointKind::Screw { lead } = joint.kind else {

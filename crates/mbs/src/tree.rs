@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 use bksim_model::{
     BodyId, CoordinatePolicy, FrictionLaw, GROUND, JointId, JointKind, LoadKind, Measure, Model,
-    MotionKind, Signal, Space,
+    MotionKind, Signal, Space, Surface,
 };
 
 /// Deepest chain of relative coordinates that bksim chooses by itself: the equations of a chain of
@@ -194,6 +194,11 @@ fn is_coupled(model: &Model, id: JointId) -> bool {
 /// True where friction or an expression that acts depends on the reaction of a joint.
 fn rubs(model: &Model, id: JointId) -> bool {
     let of_friction = model.loads.iter().any(|load| match load.kind {
+        // Teeth are pressed by the force of their coupling.
+        LoadKind::Friction {
+            law: FrictionLaw::Coulomb { surface: Surface::Teeth { .. }, .. },
+            ..
+        } => false,
         LoadKind::Friction { joint, law: FrictionLaw::Coulomb { .. }, .. } => joint == id,
         _ => false,
     });

@@ -4,7 +4,7 @@ use bksim_expr::Expr;
 
 use crate::body::Anchor;
 use crate::diagnostic::Span;
-use crate::ids::{BodyId, JointId, Vector};
+use crate::ids::{BodyId, CouplingId, JointId, Vector};
 
 /// A force law.
 #[derive(Clone, Debug)]
@@ -172,6 +172,19 @@ pub enum Surface {
     },
     /// A curve along which the successor's point slides, in a slot or on a wire.
     Track,
+    /// Two curves, or a curve and a face, at the place where they touch.
+    Touch {
+        /// The lengths of the curves of predecessor and successor, m, as expressions of their parameters; zero of a
+        /// face.
+        arcs: [Expr; 2],
+    },
+    /// The teeth of two gears, or of a pinion and its rack, which slide on each other but at the pitch point.
+    Teeth {
+        /// The coupling that they keep.
+        coupling: CouplingId,
+        /// Loss factor H: friction takes μ H of the power that the teeth carry.
+        loss: Expr,
+    },
 }
 
 impl FrictionLaw {
@@ -183,7 +196,8 @@ impl FrictionLaw {
                 let size = match surface {
                     Surface::Guide { length } => length,
                     Surface::Journal { radius } | Surface::Thread { radius } => Some(radius),
-                    Surface::Track => None,
+                    Surface::Teeth { loss, .. } => Some(loss),
+                    Surface::Track | Surface::Touch { .. } => None,
                 };
                 [Some(sliding), Some(sticking), size].into_iter().flatten().collect()
             }

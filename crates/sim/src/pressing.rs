@@ -10,7 +10,9 @@ use std::collections::BTreeSet;
 
 use bksim_expr::{SymbolId, TapeError};
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{Frame, FrictionLaw, JointId, Load, LoadKind, Measure, Model, Signal, Surface};
+use bksim_model::{
+    CouplingId, Frame, FrictionLaw, JointId, Load, LoadKind, Measure, Model, Signal, Surface,
+};
 
 use crate::function::Function;
 use crate::input::{input_symbols, without_inputs};
@@ -31,6 +33,8 @@ pub(crate) struct Bearing {
     /// The components of its reaction that take part, in the order of `Uniqueness::reactions`; of a screw, whose
     /// axial force alone does, none.
     pub(crate) components: [bool; 6],
+    /// The coupling of the joint whose force takes part.
+    pub(crate) coupling: Option<CouplingId>,
 }
 
 /// The joints of a model whose reactions friction or expressions that act follow.
@@ -40,13 +44,16 @@ pub(crate) fn bearings(model: &Model) -> Vec<Bearing> {
         else {
             return None;
         };
-        let [forces, moments] = match surface {
+        let [f, m] = match surface {
             Surface::Guide { length } => [true, length.is_some()],
-            Surface::Journal { .. } | Surface::Track => [true, false],
-            Surface::Thread { .. } => [false, false],
+            Surface::Journal { .. } | Surface::Track | Surface::Touch { .. } => [true, false],
+            Surface::Thread { .. } | Surface::Teeth { .. } => [false, false],
         };
-        let [f, m] = [forces, moments];
-        Some(Bearing { joint, components: [f, f, f, m, m, m] })
+        let coupling = match surface {
+            Surface::Teeth { coupling, .. } => Some(coupling),
+            _ => None,
+        };
+        Some(Bearing { joint, components: [f, f, f, m, m, m], coupling })
     };
     let measured = |signal: &Signal| {
         let Measure::Reaction(joint, frame, component) = signal.measure else { return None };
@@ -58,7 +65,7 @@ pub(crate) fn bearings(model: &Model) -> Vec<Bearing> {
             Frame::World => at == component,
             Frame::Body => (first..first + 3).contains(&at),
         };
-        Some(Bearing { joint, components: std::array::from_fn(takes_part) })
+        Some(Bearing { joint, components: std::array::from_fn(takes_part), coupling: None })
     };
     let of_loads = model.loads.iter().filter_map(bearing);
     of_loads.chain(model.signals.iter().filter_map(measured)).collect()

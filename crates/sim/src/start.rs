@@ -269,8 +269,9 @@ pub fn start_at(
 /// A joint whose friction depends on components of its reaction that are not unique.
 fn shared_reaction(compiled: &CompiledSystem, redundancy: &Uniqueness) -> Option<JointId> {
     let is_shared = |bearing: &&Bearing| {
-        let unique = redundancy.reactions[bearing.joint.0].iter().zip(bearing.components);
-        unique.into_iter().any(|(is_unique, takes_part)| takes_part && !is_unique)
+        let mut unique = redundancy.reactions[bearing.joint.0].iter().zip(bearing.components);
+        let of_coupling = bearing.coupling.is_some_and(|id| !redundancy.couplings[id.0]);
+        of_coupling || unique.any(|(is_unique, takes_part)| takes_part && !is_unique)
     };
     compiled.bearings.iter().find(is_shared).map(|bearing| bearing.joint)
 }
@@ -286,6 +287,10 @@ fn shared_multiplier(
     let shared = rows.iter().copied().find(is_shared)?;
     match compiled.sources[shared] {
         Source::Joint(joint) => Some(joint),
+        Source::Coupling(id) => {
+            let mut bearings = compiled.bearings.iter();
+            bearings.find(|bearing| bearing.coupling == Some(id)).map(|bearing| bearing.joint)
+        }
         _ => None,
     }
 }

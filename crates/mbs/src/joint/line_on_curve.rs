@@ -43,6 +43,32 @@ pub(super) fn contact(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<Joint
     Some(JointWrench { force, moment: spatial::cross(pool, &arm, &force) })
 }
 
+/// A face on a curve, world axes.
+pub(crate) struct Face {
+    /// Unit tangent of the curve at the place of contact.
+    pub(crate) tangent: Vector,
+    /// Unit vector along the face.
+    pub(crate) along: Vector,
+    /// From the successor's point to the place, m.
+    pub(crate) arm: Vector,
+}
+
+impl Face {
+    /// That of a joint of this kind; `None` of others.
+    pub(crate) fn of(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<Self> {
+        let (JointKind::LineOnCurve { .. }, Some(on_curve)) = (joint.kind, &sides.on_curve) else {
+            return None;
+        };
+        let length = pool.sqrt(spatial::dot(pool, &on_curve.tangent, &on_curve.tangent));
+        let unit = spatial::scale(pool, pool.div(pool.one(), length), &on_curve.tangent);
+        Some(Self {
+            tangent: sides.predecessor.rotation.apply(pool, &unit),
+            along: sides.successor.rotation.apply(pool, &joint.axis),
+            arm: spatial::sub(pool, &place(pool, sides), &sides.p_world_successor),
+        })
+    }
+}
+
 /// The place of contact, world axes.
 fn place(pool: &Pool, sides: &Sides) -> Vector {
     let offset = sides.on_curve.as_ref().map_or(spatial::zero(pool), |place| place.offset);

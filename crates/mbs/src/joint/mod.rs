@@ -34,6 +34,8 @@ mod turns;
 mod universal;
 mod weld;
 
+pub(crate) use line_on_curve::Face;
+
 use bksim_expr::{Expr, Pool};
 
 use crate::pose::Pose;

@@ -205,6 +205,19 @@ impl Kinematics {
         Some(OnCurve { offset: path.map(here), tangent: by_parameter(&path).map(here), arc })
     }
 
+    /// Lengths along the curves of a joint, as expressions of their parameters, at the place where it is.
+    pub(crate) fn lengths_along(&self, model: &Model, id: JointId, arcs: [Expr; 2]) -> [Expr; 2] {
+        let pool = &model.pool;
+        let kind = &model.joints[id.0].kind;
+        let curves = [kind.curve(), kind.second_curve()];
+        let here = |number: usize| {
+            let curve = &model.curves[curves[number]?.0];
+            let at = self.coordinates.get(self.first_of_joint.get(&id)? + number)?.q;
+            Some(pool.substitute(arcs[number], &[(curve.parameter, pool.symbol_expr(at))]))
+        };
+        [0, 1].map(|number| here(number).unwrap_or(pool.zero()))
+    }
+
     /// The coordinates whose value or velocity occurs in some expressions, ascending.
     pub fn coordinates_in(&self, pool: &Pool, roots: &[Expr]) -> Vec<usize> {
         let symbols = roots.iter().flat_map(|&e| pool.symbols_of(e));

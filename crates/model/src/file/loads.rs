@@ -3,6 +3,7 @@
 use bksim_expr::Expr;
 
 use super::codes;
+use super::friction::Connections;
 use super::names::quantities;
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Table, Value};
@@ -24,7 +25,23 @@ pub(super) const LOADS: [(&str, &[&str]); 8] = [
     ("damper", &["type", "between", "joint", "of", "damping"]),
     ("torsion", &["type", "joint", "of", "stiffness", "angle", "damping"]),
     ("stop", &["type", "joint", "of", "min", "max", "restitution"]),
-    ("friction", &["type", "joint", "of", "force", "torque", "mu", "static", "radius", "length"]),
+    (
+        "friction",
+        &[
+            "type",
+            "joint",
+            "of",
+            "force",
+            "torque",
+            "mu",
+            "static",
+            "radius",
+            "length",
+            "coupling",
+            "pressure_angle",
+            "loss",
+        ],
+    ),
 ];
 
 /// Keys of a drive; `between` is answered with the joint that it needs.
@@ -32,17 +49,22 @@ pub(super) const DRIVE_KEYS: [&str; 3] = ["joint", "motion", "of"];
 
 impl Reader<'_> {
     /// Reads all loads, in file order.
-    pub(super) fn read_loads(&mut self, root: &Table) -> Vec<Load> {
+    pub(super) fn read_loads(&mut self, root: &Table, connections: &Connections<'_>) -> Vec<Load> {
         let mut loads = Vec::new();
         for (name, span, table) in self.own_tables(root, "load") {
             self.usable_name(name, &span, "load");
-            loads.extend(self.read_load(name, table, span));
+            loads.extend(self.read_load((name, span), table, connections));
         }
         self.read_joint_limits(root, &mut loads);
         loads
     }
 
-    fn read_load(&mut self, name: &str, table: &Table, span: Span) -> Option<Load> {
+    fn read_load(
+        &mut self,
+        (name, span): (&str, Span),
+        table: &Table,
+        connections: &Connections<'_>,
+    ) -> Option<Load> {
         let owner = format!("load `{name}`");
         let (word, fields) = Fields::of_type(self, table, owner, span, &LOADS)?;
         let kind = match word {
@@ -58,10 +80,19 @@ impl Reader<'_> {
             "torque" => self.read_torque(&fields)?,
             "torsion" => self.read_torsion(&fields)?,
             "stop" => self.read_stop(&fields)?,
-            "friction" => self.read_friction(&fields)?,
+            "friction" => self.read_friction(&fields, connections)?,
             _ => self.read_spring(word, &fields)?,
         };
-        let keys = ["value", "vector", "acceleration", "stiffness", "damping", "force", "joint"];
+        let keys = [
+            "value",
+            "vector",
+            "acceleration",
+            "stiffness",
+            "damping",
+            "force",
+            "joint",
+            "coupling",
+        ];
         Some(Load { name: name.to_owned(), kind, span: fields.location(&keys) })
     }
 

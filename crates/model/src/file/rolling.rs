@@ -78,24 +78,47 @@ impl Reader<'_> {
     ) -> Option<[Expr; 2]> {
         let mut arcs = [self.pool.zero(); 2];
         for (place, id) in curves.into_iter().enumerate() {
-            let curve = self.curve(id)?;
-            let Some(length) = arc(&self.pool, curve, together[place]) else {
-                let message = format!(
-                    "the length along curve `{}`, on which {} rolls, is not known",
-                    curve.name, fields.owner
-                );
-                let key = fields.location(&["rolling"]);
-                self.report(
-                    Diagnostic::error(codes::NO_CURVE, message)
-                        .at(key, "without slip")
-                        .note("curves roll whose formula is a line, a circle, or smooth and closed over its `range`, with numbers for all sizes but those of circles")
-                        .help("write numbers in the formula and the whole period in `range`, or remove `rolling`: the curves then slide"),
-                );
+            let from = together[place];
+            let Some(length) = arc(&self.pool, self.curve(id)?, from) else {
+                let help = "write numbers in the formula and the whole period in `range`, or remove `rolling`: the curves then slide";
+                self.without_length(fields, id, ("rolls", "rolling", "without slip"), help);
                 return None;
             };
             arcs[place] = length;
         }
         Some(arcs)
+    }
+
+    /// The length along a curve from the parameter zero, on which the owner of `fields` rubs.
+    pub(super) fn length_along(&mut self, fields: &Fields<'_>, id: CurveId) -> Option<Expr> {
+        let from = self.pool.zero();
+        let length = arc(&self.pool, self.curve(id)?, from);
+        if length.is_none() {
+            let help = "write numbers in the formula and the whole period in `range`, or remove the friction";
+            self.without_length(fields, id, ("rubs", "mu", "slides along it"), help);
+        }
+        length
+    }
+
+    /// The fault of a curve whose length has no formula.
+    fn without_length(
+        &mut self,
+        fields: &Fields<'_>,
+        id: CurveId,
+        (what, key, label): (&str, &str, &str),
+        help: &str,
+    ) {
+        let Some(curve) = self.curve(id) else { return };
+        let (name, owner) = (&curve.name, &fields.owner);
+        let message =
+            format!("the length along curve `{name}`, on which {owner} {what}, is not known");
+        let note = "lengths are known of curves whose formula is a line, a circle, or smooth and closed over its `range`, with numbers for all sizes but those of circles";
+        self.report(
+            Diagnostic::error(codes::NO_CURVE, message)
+                .at(fields.location(&[key]), label)
+                .note(note)
+                .help(help),
+        );
     }
 }
 

@@ -1,6 +1,7 @@
 //! The way through a file, section by section, and the keys at its top.
 
 use super::bodies::BodyFacts;
+use super::friction::Connections;
 use super::reader::{Fields, Reader};
 use super::tree::{Entry, Table, Value};
 use super::units::{self, FileUnits, find_unit};
@@ -89,7 +90,8 @@ impl Reader<'_> {
         let couplings = self.read_couplings(root);
         controllers.signals.append(&mut self.belt_signals);
         controllers.signals.sort_by_key(|signal| signal.is_output);
-        let loads = self.read_loads(root);
+        let connections = Connections { joints: &joints, couplings: &couplings };
+        let loads = self.read_loads(root, &connections);
         let drives = self.read_drives(root);
         let (mut initial, orientations, assembly) = self.read_initial(root);
         initial.extend(controllers.initial);

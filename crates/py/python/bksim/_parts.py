@@ -152,11 +152,13 @@ class Stop(Load):
 class Friction(Load):
     """Dry friction of a joint: a ``force`` where it slides, a ``torque`` where it turns, or a coefficient
     ``mu``, which follows the reaction of the joint: with the ``length`` of a sleeve whose ends bear, or the
-    ``radius`` of a pin or thread."""
+    ``radius`` of a pin or thread. Of teeth ``coupling`` names the gear or rack, with ``pressure_angle`` or the
+    ``loss`` factor."""
 
     type: ClassVar[str] = "friction"
 
-    joint: str
+    joint: str | None = None
+    coupling: str | None = None
     of: str | None = None
     force: Value | None = None
     torque: Value | None = None
@@ -164,6 +166,8 @@ class Friction(Load):
     static: Value | None = None
     length: Value | None = None
     radius: Value | None = None
+    pressure_angle: Value | None = None
+    loss: Value | None = None
 
 
 @dataclass(kw_only=True, slots=True)
