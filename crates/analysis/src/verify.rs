@@ -14,6 +14,7 @@
 use std::f64::consts::TAU;
 
 use bksim_mbs::coordinate::{Coordinate, Owner};
+use bksim_mbs::joint::rotation;
 use bksim_model::{Axis, CoordinatePolicy, Formulation, Measure, Method, Model, Outputs, Space};
 use bksim_sim::run::Sample;
 use bksim_sim::{Mechanism, Motion};
@@ -299,8 +300,16 @@ fn state_in(
     let kinematics = &own.system.kinematics;
     let axes = [Axis::X, Axis::Y, Axis::Z];
     let n_slides = if model.space == Space::Planar { 2 } else { 3 };
+    // The turning of a body in a joint of the tree is that of the joint's frames.
+    let joint_of = |mechanism: &Mechanism, c: &Coordinate| match c.owner {
+        Owner::Quaternion(body, _) => mechanism.system.tree.joint_of(body),
+        _ => None,
+    };
     let value = |c: &Coordinate| {
-        if let Some(same) = own.system.coordinates().iter().find(|own| own.owner == c.owner) {
+        let joint = joint_of(other, c);
+        let is_same =
+            |own_one: &&Coordinate| own_one.owner == c.owner && joint_of(own, own_one) == joint;
+        if let Some(same) = own.system.coordinates().iter().find(is_same) {
             return model.pool.symbol_expr(same.q);
         }
         match c.owner {
@@ -312,9 +321,14 @@ fn state_in(
                 kinematics.measure(model, Measure::BodyAngle(body))
             }
             Owner::Body(body, k) => kinematics.measure(model, Measure::CardanAngle(body, k - 3)),
-            Owner::Quaternion(body, part) => {
-                kinematics.measure(model, Measure::Quaternion(body, part))
-            }
+            Owner::Quaternion(body, part) => match joint {
+                None => kinematics.measure(model, Measure::Quaternion(body, part)),
+                Some(joint) => {
+                    let joint = &model.joints[joint.0];
+                    let turned = rotation(&model.pool, joint, &kinematics.sides(model, joint));
+                    turned.quaternion(&model.pool).0[part]
+                }
+            },
             Owner::State(_) => model.pool.zero(),
         }
     };
