@@ -105,21 +105,21 @@ fn at_parameter<E: Equations>(
     parameter: &DVector<f64>,
 ) -> DVector<f64> {
     let n = from.z.len() - 1;
-    // Where a cubic through both ends has this value.
-    let cubic = |c: f64| {
+    // Where a cubic through both ends has this value, in the unknown `i`.
+    let cubic = |c: f64, i: usize| {
         let (c2, c3) = (c * c, c * c * c);
-        &from.z * (2.0 * c3 - 3.0 * c2 + 1.0)
-            + &from.tangent * (length * (c3 - 2.0 * c2 + c))
-            + &to.z * (3.0 * c2 - 2.0 * c3)
-            + &to.tangent * (length * (c3 - c2))
+        from.z[i] * (2.0 * c3 - 3.0 * c2 + 1.0)
+            + from.tangent[i] * (length * (c3 - 2.0 * c2 + c))
+            + to.z[i] * (3.0 * c2 - 2.0 * c3)
+            + to.tangent[i] * (length * (c3 - c2))
     };
     let (mut a, mut b) = (0.0, 1.0);
     let rises = to.z[n] >= from.z[n];
     for _ in 0..40 {
         let c = 0.5 * (a + b);
-        if (cubic(c)[n] < value) == rises { a = c } else { b = c }
+        if (cubic(c, n) < value) == rises { a = c } else { b = c }
     }
-    let guess = cubic(0.5 * (a + b));
+    let guess = DVector::from_fn(n + 1, |i, _| cubic(0.5 * (a + b), i));
     let mut z = guess.clone();
     z[n] = value;
     let kept = curve.correct(&mut z, parameter);

@@ -324,10 +324,14 @@ impl Found {
         let mut known = std::collections::HashSet::new();
         let keep: Vec<bool> =
             table.columns.iter().map(|column| known.insert(column.name.clone())).collect();
-        let kept = |k: &usize| keep[*k];
-        table.columns = (0..keep.len()).filter(kept).map(|k| table.columns[k].clone()).collect();
-        for row in &mut table.rows {
-            *row = (0..keep.len()).filter(kept).map(|k| row[k]).collect();
+        if keep.contains(&false) {
+            let kept = |k: &usize| keep[*k];
+            let columns = (0..keep.len()).filter(kept).map(|k| table.columns[k].clone());
+            table.columns = columns.collect();
+            for row in &mut table.rows {
+                let mut keep = keep.iter();
+                row.retain(|_| keep.next().is_some_and(|keep| *keep));
+            }
         }
         let stopped = end.map(|s| request.prescribed(s));
         Kinematics { table, limits, stopped, changes }

@@ -434,6 +434,11 @@ impl Number {
 
     /// The greatest number of which both are integer multiples; `None` where one is a float.
     pub(crate) fn gcd(&self, other: &Self) -> Option<Self> {
+        // In lowest terms, gcd(p/q, r/s) = gcd(p, r) / lcm(q, s).
+        if let (Some((p, q)), Some((r, s))) = (self.short_parts(), other.short_parts()) {
+            let multiple = i128::from(q / common_divisor(q, s)) * i128::from(s);
+            return Some(Self::of_wide_parts(i128::from(p.gcd(&r)), multiple));
+        }
         let (mut a, mut b) = (self.magnitude(), other.magnitude());
         while !b.is_zero() {
             let quotient = a.over(&b).floor()?;

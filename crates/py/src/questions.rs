@@ -68,7 +68,7 @@ pub(crate) fn kinematics_of(
         let prescribed =
             questions::kinematics::prescribed(&model, &drive, [rate, acceleration], through)?;
         let prescribed = prescribed.ok_or(AnalysisError::NDrives { n_free: 1, n_driven: 0 })?;
-        Ok(questions::kinematics::told_range(name, &kinematics(model, &prescribed)?))
+        Ok(questions::kinematics::told_range(name, kinematics(model, &prescribed)?, true))
     })
 }
 

@@ -317,7 +317,6 @@ impl ConstraintsAt<'_> {
 
     /// Adds the rows of G, nc × nq.
     pub(crate) fn add_jacobian_rows_to(&self, rows: &mut SparseRows) {
-        // They stand row by row in a system that was derived.
         rows.push_rows(self.shape.nc, entries(self.shape, self.jacobian));
     }
 
@@ -337,7 +336,7 @@ impl ConstraintsAt<'_> {
     }
 }
 
-/// The entries of G: row, coordinate, value.
+/// The entries of G, row by row: row, coordinate, value.
 fn entries<'a>(
     shape: &'a Shape,
     values: &'a [f64],
@@ -346,5 +345,7 @@ fn entries<'a>(
 }
 
 fn jacobian_rows(shape: &Shape, values: &[f64]) -> SparseRows {
-    SparseRows::from_entries(shape.nc, shape.nq, entries(shape, values))
+    let mut rows = SparseRows::new(shape.nq);
+    rows.push_rows(shape.nc, entries(shape, values));
+    rows
 }

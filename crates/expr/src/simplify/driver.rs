@@ -143,8 +143,10 @@ impl<'p> Driver<'p> {
             return known;
         }
         let mut result = e;
+        // Whose forms no longer compete: they have lost against the result, or are it.
+        let mut seen: Vec<Poly> = Vec::new();
         for _ in 0..MAX_ROUNDS {
-            let next = self.round(result);
+            let next = self.round(result, &mut seen);
             if next == result {
                 break;
             }
@@ -155,8 +157,8 @@ impl<'p> Driver<'p> {
         result
     }
 
-    /// Tries every form once.
-    fn round(&mut self, e: Expr) -> Expr {
+    /// Tries every form once, but those of the polynomials that were seen before.
+    fn round(&mut self, e: Expr, seen: &mut Vec<Poly>) -> Expr {
         let pool = self.model.pool;
         let is_chain = matches!(pool.node(e).op, Op::Add | Op::Mul | Op::Pow);
         // A polynomial would drop the zero in 0·(1/0), which has no value.
@@ -164,7 +166,6 @@ impl<'p> Driver<'p> {
             return e;
         }
         let mut best = Best::of(&self.model, e);
-        let mut seen: Vec<Poly> = Vec::new();
         for reading in readings(pool, e) {
             let Some(poly) = self.read(e, reading) else { continue };
             if !reading.is_fourier

@@ -15,9 +15,16 @@ const MAX_TRIED_ANGLES: usize = 8;
 /// Terms above which no products are sought.
 const MAX_PAIRED_TERMS: usize = 160;
 
-/// Considers the forms of a Fourier form with halved angles and with products.
+/// Considers the forms of a Fourier form with halved angles and with products; the Fourier form itself has been
+/// considered.
 pub(super) fn consider_trigonometric(model: &CostModel, fourier: &Poly, best: &mut Best) {
-    best.consider_factored(model, &paired(model, fourier));
+    let products = paired(model, fourier);
+    if products != *fourier {
+        best.consider_factored(model, &products);
+    }
+    if doubled_angles(model.pool, fourier).is_empty() {
+        return;
+    }
     if fourier.len() > MAX_TRIED_TERMS {
         let halved = halved_where_shorter(model, fourier);
         best.consider_factored(model, &halved);

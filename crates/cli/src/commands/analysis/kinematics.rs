@@ -69,7 +69,7 @@ pub fn run(
             render::warning(&format!("the range goes no further than {values} (SI): a dead point"));
         }
         warnings.extend(of_model.and_then(|model| passed_over(&model, &args.drive, &found)));
-        told_range(&name, &found)
+        told_range(&name, found, as_json)
     };
     Asked::drawn(&source, &warnings, (file, picture), answer, as_json)
 }
@@ -123,20 +123,24 @@ pub fn prescribed(
     Ok((!drives.is_empty()).then_some(Prescribed::Drives { drives, through }))
 }
 
-/// The answer about a model of this name: over a range.
-pub fn told_range(name: &str, found: &Kinematics) -> Answer {
+/// The answer about a model of this name: over a range. The object of `--json` repeats the whole table, and stays
+/// empty unless it is asked for.
+pub fn told_range(name: &str, found: Kinematics, as_json: bool) -> Answer {
     let n = found.table.rows.len();
     let mut text = format!("{name}: {n} positions with their rates");
     if !found.limits.is_empty() {
         let rows = found.limits.iter().map(extreme_row).collect();
         text.extend([format!("\n\n{}", lines(&["limit position", "", "value", "where"], rows))]);
     }
-    let json = json!({
-        "table": table_json(&found.table),
-        "limits": found.limits.iter().map(extreme_json).collect::<Vec<_>>(),
-        "stopped": found.stopped,
-    });
-    Answer { command: COMMAND, json, text, table: found.table.clone() }
+    let told = || {
+        json!({
+            "table": table_json(&found.table),
+            "limits": found.limits.iter().map(extreme_json).collect::<Vec<_>>(),
+            "stopped": found.stopped,
+        })
+    };
+    let json = if as_json { told() } else { json!({}) };
+    Answer { command: COMMAND, json, text, table: found.table }
 }
 
 /// The answer about a model of this name: the ways in which it closes.
