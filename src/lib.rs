@@ -52,6 +52,7 @@ mod explain;
 pub mod modal;
 pub mod options;
 pub mod overlay;
+pub mod panels;
 pub mod section;
 pub mod sweep_codes;
 pub mod translation;

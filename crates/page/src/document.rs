@@ -36,6 +36,8 @@ pub(crate) struct Content<'a> {
     pub equations: &'a Equations,
     /// The numbers of the run: headings and HTML.
     pub tables: &'a [(String, String)],
+    /// Pictures of all assemblies as HTML; empty where nobody asked for them.
+    pub assemblies: &'a str,
     /// Remarks on parts that are left out.
     pub remarks: &'a [String],
 }
@@ -49,6 +51,7 @@ pub(crate) fn write(content: &Content<'_>, data: &str) -> String {
         header(content),
         STAGE.to_owned(),
         section("report", "Report", &headed(content.tables)),
+        section("assemblies", "Assemblies", content.assemblies),
         section("equations", "Equations", &headed(&content.equations.formulas)),
         section("model", "The model", &model(content)),
         section("certificate", "The run", &certificate::html(content.playback)),

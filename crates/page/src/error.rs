@@ -14,7 +14,7 @@ pub enum PageError {
     /// The motion is not that of the mechanism.
     #[error(transparent)]
     Unreplayed(#[from] Unreplayed),
-    /// A curve that the mechanism has not.
+    /// A curve that the mechanism has not, or assemblies that were not found.
     #[error(transparent)]
     Curves(#[from] AnalysisError),
     /// The poses cannot be compiled.

@@ -6,12 +6,13 @@
 //!           ├─ poses    the tape from q and v to the poses of the bodies
 //!           ├─ scene    shapes on bodies, and their paint in both themes
 //!           ├─ curves   every channel at even times and at both sides of jumps
-//!           └─ report, equations, certificate, model_text: HTML
+//!           └─ report, assemblies, equations, certificate, model_text: HTML
 //! document: all of it with the script of `web/`, which draws any instant from the polynomials
 //! ```
 //!
 //! The page loads nothing: its policy forbids the network, and allows no script but its own.
 
+mod assemblies;
 mod budget;
 mod certificate;
 mod curves;
@@ -41,6 +42,8 @@ pub struct Options {
     pub title: Option<String>,
     /// Curves laid over the mechanism, as [`bksim::overlay::overlays`] reads them.
     pub curves: Vec<String>,
+    /// Pictures of all ways in which the start closes.
+    pub has_assemblies: bool,
     /// Units of curves and of the report; SI unless given.
     pub units: ShownUnits,
     /// Sizes of the parts.
@@ -83,6 +86,10 @@ pub fn page(playback: &mut Playback, options: &Options) -> Result<Page, PageErro
     let equations = equations::sections(playback.mechanism(), options.budget.equations);
 
     let tables = report::html(playback, &options.units);
+    let assemblies = match options.has_assemblies {
+        true => assemblies::html(playback.mechanism())?,
+        false => String::new(),
+    };
 
     let mut remarks: Vec<String> = motion.thinning.iter().map(Thinning::words).collect();
     remarks.extend(curves.remark());
@@ -102,6 +109,7 @@ pub fn page(playback: &mut Playback, options: &Options) -> Result<Page, PageErro
         playback,
         equations: &equations,
         tables: &tables,
+        assemblies: &assemblies,
         remarks: &remarks,
     };
     let html = document::write(&content, &serde_json::to_string(&data)?);

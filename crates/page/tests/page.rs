@@ -100,6 +100,35 @@ fn curves_tell_where_they_are_one_of_many_solutions() {
 }
 
 #[test]
+fn assemblies_stand_beside_each_other_in_the_colours_of_both_themes() {
+    if is_without_bundle() {
+        return;
+    }
+    let mut playback = played(include_str!("../../../examples/four-bar/model.toml"));
+    let plain = page(&mut playback, &Options::default()).expect("a page").html;
+    assert!(!plain.contains("id=\"assemblies\""));
+    let options = Options { has_assemblies: true, ..Options::default() };
+    let html = page(&mut playback, &options).expect("a page").html;
+    let (_, section) = html.split_once("id=\"assemblies\"").expect("a section");
+    let (section, _) = section.split_once("</section>").expect("its end");
+    assert!(section.contains("<p>2 assemblies, all there are</p>"), "{section}");
+    let model = playback.mechanism().model.snapshot().to_model();
+    let found = bksim::analysis::assemblies(model).expect("assemblies");
+    let sheets: Vec<&str> = section.split("<div class=\"sheet").skip(1).collect();
+    assert_eq!(sheets.len(), 2);
+    for sheet in &sheets {
+        for assembly in &found.assemblies {
+            let title = format!("{}  {}", assembly.number, assembly.name);
+            let first_words = &title[..title.len().min(20)];
+            assert!(sheet.contains(first_words), "{first_words}");
+        }
+    }
+    let background =
+        |sheet: &str| sheet.split_once("fill=\"").map(|(_, rest)| rest[..7].to_owned());
+    assert_ne!(background(sheets[0]), background(sheets[1]));
+}
+
+#[test]
 fn a_page_has_remarks_on_parts_that_do_not_fit() {
     if is_without_bundle() {
         return;

@@ -2,10 +2,12 @@
 
 use bksim::analysis::{
     About, Actuators, AnalysisError, Channels, LimitsRequest, Motion, MotorCurve, Watch,
-    assemblies, balanced, bode, compliances, curves, doctor, inverse, kinematics, letters, limits,
-    linearize, modes, singular_poses, statics, statics_over, verify, workspaces,
+    assembly_panels, balanced, bode, compliances, curves, doctor, inverse, kinematics, letters,
+    limits, linearize, modes, singular_poses, statics, statics_over, verify, workspaces,
 };
 use bksim::model::Model;
+use bksim::panels::Sheet;
+use bksim_scene::Theme;
 use bksim_studio::questions::{self, Answer};
 use numpy::PyArray2;
 use numpy::ndarray::Array2;
@@ -115,12 +117,16 @@ pub(crate) fn workspaces_of(
     })
 }
 
-/// The ways in which the start closes.
+/// The ways in which the start closes, and a picture of them as SVG.
 #[pyfunction]
-pub(crate) fn assemblies_of(py: Python<'_>, engine: Py<Engine>) -> PyResult<Told<'_>> {
-    ask(py, engine.get(), |name, model| {
-        Ok(questions::kinematics::told_assemblies(name, &assemblies(model)?))
-    })
+pub(crate) fn assemblies_of(py: Python<'_>, engine: Py<Engine>) -> PyResult<(Told<'_>, String)> {
+    let mut svg = String::new();
+    let told = ask(py, engine.get(), |name, model| {
+        let (found, panels) = assembly_panels(model)?;
+        svg = Sheet::of(&panels, Theme::LIGHT).moving(name);
+        Ok(questions::kinematics::told_assemblies(name, &found))
+    })?;
+    Ok((told, svg))
 }
 
 /// Equilibria: all, over a parameter, or the start balanced by parameters.

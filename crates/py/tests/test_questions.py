@@ -54,7 +54,12 @@ def test_positions_over_a_range(examples: Path) -> None:
 def test_limits_and_assemblies(examples: Path) -> None:
     m = bksim.load(examples / "four-bar" / "model.toml")
     assert m.limits().facts["branches"]
-    assert len(m.assemblies().facts["assemblies"]) == 2
+    found = m.assemblies()
+    assert len(found.facts["assemblies"]) == 2 and found.all_proved
+    # Both are beside each other in one picture, which notebooks show above the table.
+    svg = found.picture().svg
+    assert all(assembly["name"][:16] in svg for assembly in found.facts["assemblies"])
+    assert found._repr_html_().startswith(svg) and "<table>" in found._repr_html_()
 
 
 def test_equilibria_over_a_parameter_and_balanced() -> None:

@@ -26,6 +26,9 @@ pub struct Page {
     /// Lay the path of this point, `coupler.P`, over the mechanism: the same as --curve; may be repeated.
     #[arg(long, value_name = "POINT")]
     pub path: Vec<String>,
+    /// Show all ways in which the start closes as small pictures beside each other.
+    #[arg(long)]
+    pub assemblies: bool,
     /// A mode in place of the run.
     #[command(flatten)]
     pub mode: ModeArgs,

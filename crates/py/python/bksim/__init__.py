@@ -63,7 +63,7 @@ from ._parts import (
     Torque,
     Torsion,
 )
-from ._questions import Answer, LinearSystem, Modes, Response
+from ._questions import Answer, Assemblies, LinearSystem, Modes, Response
 from ._report import Report
 from ._show import Animation, Picture, Plot
 from ._samples import Samples
@@ -76,6 +76,7 @@ from ._values import Inputs, Parameters
 __all__ = [
     "Animation",
     "Answer",
+    "Assemblies",
     "AssemblyError",
     "Body",
     "Check",

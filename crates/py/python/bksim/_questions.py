@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _bksim
 from ._checked import names, real
 from ._html import table
+from ._show import Picture
 
 Values: TypeAlias = str | tuple[float, float, int]
 """A range as text, ``"0:360 deg:361"``, or as the first value, the last and their number, in SI."""
@@ -51,6 +52,26 @@ class Answer(Mapping[str, NDArray[np.float64]]):
         most = 20
         rows = [[f"{value:g}" for value in row] for row in self._values.T[:most]]
         return table(list(self), rows)
+
+
+class Assemblies(Answer):
+    """The ways in which a start closes, a row for each; a notebook shows them as small pictures."""
+
+    def __init__(self, told: _bksim._Told, svg: str) -> None:
+        super().__init__(told)
+        self._picture = Picture(svg)
+
+    @property
+    def all_proved(self) -> bool:
+        """Whether it is proved that there are no others."""
+        return self.facts["proof"] is not None
+
+    def picture(self) -> Picture:
+        """All of them beside each other."""
+        return self._picture
+
+    def _repr_html_(self) -> str:
+        return self._picture.svg + super()._repr_html_()
 
 
 class LinearSystem(Answer):
@@ -189,9 +210,17 @@ class Questions:
         """Where points of a mechanism with two free motions or more can be brought."""
         return Answer(_bksim.workspaces_of(self._engine(), names("points", points)))
 
-    def assemblies(self) -> Answer:
-        """The ways in which the start closes."""
-        return Answer(_bksim.assemblies_of(self._engine()))
+    def assemblies(self) -> Assemblies:
+        """The ways in which the start closes.
+
+        >>> import bksim
+        >>> found = bksim.example("four-bar").assemblies()
+        >>> len(found["number"]), found.all_proved
+        (2, True)
+
+        A notebook shows each as a small picture; ``found.picture().save("ways.svg")`` writes them.
+        """
+        return Assemblies(*_bksim.assemblies_of(self._engine()))
 
     def static(
         self,

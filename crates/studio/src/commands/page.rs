@@ -52,6 +52,7 @@ pub(crate) fn run(args: &Page, as_json: bool, nesting: usize) -> Result<Status, 
     let options = Options {
         title: args.title.clone(),
         curves: [args.curve.clone(), args.path.clone()].concat(),
+        has_assemblies: args.assemblies,
         units,
         ..Options::default()
     };
