@@ -184,14 +184,16 @@ impl Svg<'_> {
         for entry in &layout.legend {
             let y = top + entry.row as f64 * crate::legend::ROW_HEIGHT;
             let x = left + entry.x;
-            let stroke = self.stroke(&curves[entry.curve]);
-            let _ = writeln!(
-                self.out,
-                "<path class=\"key\" d=\"M{} {y}h{}\" {stroke}/>",
-                px(x),
-                px(SAMPLE),
-                y = px(y)
-            );
+            let curve = &curves[entry.curve];
+            let stroke = self.stroke(curve);
+            let key = match curve.mark {
+                Mark::Line => format!("M{} {}h{}", px(x), px(y), px(SAMPLE)),
+                Mark::Dots => {
+                    let dot = |part: f64| format!("M{} {}h0", px(x + part * SAMPLE), px(y));
+                    [0.1, 0.5, 0.9].map(dot).concat()
+                }
+            };
+            let _ = writeln!(self.out, "<path class=\"key\" d=\"{key}\" {stroke}/>");
             self.text(&entry.text, &font, [left + entry.text_x(), y + 0.35 * TEXT_SIZE]);
         }
     }

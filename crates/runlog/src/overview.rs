@@ -76,6 +76,11 @@ pub fn word(unit: &str) -> Option<&'static str> {
     WORDS.iter().find(|(known, _)| *known == unit).map(|(_, word)| *word)
 }
 
+/// The SI units that have a usual word.
+pub fn usual_units() -> impl Iterator<Item = &'static str> {
+    WORDS.iter().map(|(unit, _)| *unit)
+}
+
 /// Outputs, coordinates and rates, currents, energies, and efforts of drives or sizes of reactions, among channels with
 /// their units; of each at most so many, and how many were left out.
 pub fn overview(channels: &[(String, String)], most: usize) -> (Vec<Group>, usize) {

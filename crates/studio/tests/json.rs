@@ -148,7 +148,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "sweep four-bar.toml --set b=0.27:0.3:4 --set a=0.1,0.1001 --t-end 0.1 -o four.parquet",
         "plot four.parquet",
         "plot parallelogram.mcap",
-        "plot five-link.mcap parallelogram.mcap energy.work --x energy.total -o energy.svg",
+        "plot five-link.mcap parallelogram.mcap energy.work state.ti1 --x energy.total -o energy.svg",
         "plot parallelogram.mcap state.nothing",
         "export parallelogram.mcap energy -o joules.csv --in kJ",
         "report parallelogram.mcap",

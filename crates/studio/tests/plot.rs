@@ -46,12 +46,26 @@ fn curves(svg: &str) -> Vec<Vec<[f64; 2]>> {
         let path = node.children().find(|child| child.has_tag_name("path")).expect("a path");
         let data = path.attribute("d").expect("data");
         let points = data.split(['M', 'L']).skip(1).map(|point| {
-            let mut numbers = point.split(' ').map(|number| number.parse().expect("a number"));
+            // A dot is a line of no length.
+            let mut numbers = point
+                .trim_end_matches("h0")
+                .split(' ')
+                .map(|number| number.parse().expect("a number"));
             [numbers.next().expect("x"), numbers.next().expect("y")]
         });
         points.collect()
     };
     curves.map(points).collect()
+}
+
+/// How far a point is from a piece of a line.
+fn distance([x, y]: [f64; 2], ends: &[[f64; 2]]) -> f64 {
+    let [[a, b], [c, d]] = [ends[0], ends[1]];
+    let (along, across) = (c - a, d - b);
+    let length = along * along + across * across;
+    let part = if length > 0.0 { ((x - a) * along + (y - b) * across) / length } else { 0.0 };
+    let part = part.clamp(0.0, 1.0);
+    (x - a - part * along).hypot(y - b - part * across)
 }
 
 #[test]
@@ -120,7 +134,9 @@ fn runs_lie_over_each_other_and_over_other_channels() {
     let object = json(&place, "plot slider-crank.mcap strong.mcap state.theta1 -o both.svg");
     assert_eq!(object["panels"][0]["curves"].as_array().map(Vec::len), Some(2));
     let svg = fs::read_to_string(place.path().join("both.svg")).expect("a picture");
-    assert!(svg.contains(">slider-crank</text>") && svg.contains(">strong</text>"));
+    // What differs is in the legend.
+    assert!(svg.contains(">slider-crank, q1 = 55 N m</text>"), "{svg}");
+    assert!(svg.contains(">strong, q1 = 70 N m</text>"));
     // The path of the rod's middle has one scale; phases of two units make two panels.
     let object =
         json(&place, "plot slider-crank.mcap state.y2 state.y2_dot --x state.x2 -o path.svg");
@@ -130,6 +146,74 @@ fn runs_lie_over_each_other_and_over_other_channels() {
     );
     let svg = fs::read_to_string(place.path().join("path.svg")).expect("a picture");
     assert!(svg.contains(">x2 (m)</text>") && svg.contains(">y2 (m)</text>"));
+}
+
+#[test]
+fn measured_values_are_points_on_the_curve_of_the_run() {
+    let place = Scratch::new();
+    place.write("ball.toml", BALL);
+    run(&place, "solve ball.toml --t-end 1");
+    // 5 m − 5 m/s² t², as someone measures it: milliseconds, millimetres and decimal commas.
+    let row = |k: i32| format!("{};{:.1};\n", 100 * k, 5000.0 - 50.0 * f64::from(k * k));
+    let rows: String = (0..=9).map(row).collect();
+    let rows = rows.replace('.', ",");
+    place.write("camera.csv", format!("# seen\nTime [ms];S.position [mm];speed [m/s]\n{rows}"));
+    let object = json(&place, "plot ball.mcap camera.csv S.position -o both.svg");
+    let curves = object["panels"][0]["curves"].as_array().expect("curves").clone();
+    assert_eq!((curves.len(), object["panels"].as_array().map(Vec::len)), (2, Some(1)));
+    assert_eq!((&curves[1]["log"], &curves[1]["unit"]), (&"camera.csv".into(), &curves[0]["unit"]));
+    let [smallest, largest] = ["smallest", "largest"].map(|key| curves[1][key].as_f64());
+    assert!((smallest.expect("a number") - 0.95).abs() < 1e-12 && largest == Some(5.0));
+
+    // Every point lies on the line, to a part of a pixel.
+    let svg = fs::read_to_string(place.path().join("both.svg")).expect("a picture");
+    assert!(svg.contains(">camera</text>") && svg.contains(">ball</text>"));
+    let drawn = self::curves(&svg);
+    let (line, points) = (&drawn[0], &drawn[1]);
+    assert!(points.len() >= 10, "{} points", points.len());
+    for [x, y] in points {
+        let nearest = line.windows(2).map(|ends| distance([*x, *y], ends));
+        let nearest = nearest.fold(f64::INFINITY, f64::min);
+        assert!(nearest < 0.5, "{nearest} px from the line at {x}, {y}");
+    }
+    // A table by itself has its own units.
+    let object = json(&place, "plot camera.csv S.position --in mm");
+    assert_eq!(object["panels"][0]["curves"][0]["largest"], 5000.0);
+}
+
+#[test]
+fn what_one_of_several_files_has_not_is_said() {
+    let place = solved("spring-pendulum", "--t-end 0.1");
+    place.write("phi.csv", "t,phi\n0,0.1\n0.05,0.11\n");
+    place.write("untimed.csv", "phi\n0.1\n0.2\n");
+    place.write("words.csv", "t,phi\n0,high\n");
+    place.write("length.csv", "t,phi [mm]\n0,1\n");
+    place.write("bare.csv", "0,1\n1,2\n");
+    let cases = [
+        ("phi.csv energy.total", 2, "`phi.csv` has no `energy.total`"),
+        ("phi.csv energy.total", 2, "it has state.phi"),
+        ("untimed.csv phi", 2, "has no column `t`"),
+        ("untimed.csv phi", 2, "--x phi"),
+        ("words.csv phi", 1, "`high` in line 2"),
+        ("length.csv phi", 1, "in mm, which is rad elsewhere"),
+        ("bare.csv phi", 1, "has no headings"),
+        (
+            "phi.csv state.phi_dot --x energy.total",
+            2,
+            "`phi.csv` has no `energy.total` to draw over",
+        ),
+    ];
+    for (arguments, status, words) in cases {
+        let (found, message) = refused(&place, &format!("plot spring-pendulum.mcap {arguments}"));
+        assert!(found == status && message.contains(words), "{arguments}: {found} {message}");
+    }
+    // One of several channels: the others are drawn.
+    let told = place.run("plot spring-pendulum.mcap phi.csv state.phi energy.total -o a.svg");
+    assert!(told.status.success());
+    let message = text(&told.stderr);
+    assert!(message.contains("`phi.csv` has no `energy.total`, and no curve of it"), "{message}");
+    let object = json(&place, "plot spring-pendulum.mcap phi.csv state.phi energy.total");
+    assert_eq!(object["runs"][1]["missing"], serde_json::json!(["energy.total"]));
 }
 
 #[test]

@@ -15,7 +15,7 @@ use super::view::seconds;
 pub struct Plot {
     /// Logs or models, which are solved first, and channels of them: `state.A_angle`, a whole topic `energy`, a
     /// pattern `reactions.*.fx`, or what the model can name, as `rod.B.x`; with a unit as `A.angle:deg`. An overview if
-    /// there are no channels. Or the table of a sweep and outputs of it: curves, contours or points by what varies.
+    /// there are no channels. Tables of measured values (CSV) are drawn as points beside them. Or the table of a sweep and outputs of it: curves, contours or points by what varies.
     #[arg(required = true, value_name = "LOG|MODEL|CHANNEL")]
     pub what: Vec<String>,
     /// How models are read, and in which units curves are drawn.
@@ -65,12 +65,12 @@ pub struct Plot {
 }
 
 impl Plot {
-    /// The logs and models among the words: the first, which was meant to be one, and those that are there.
+    /// The logs, models and tables among the words: the first, which was meant to be one, and those that are there.
     pub fn files(&self) -> Vec<PathBuf> {
         let is_file = |text: &&String| {
             let path = Path::new(text.as_str());
             let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
-            is_log(path) || ["toml", "dxf", "dwg"].iter().any(|known| ending == *known)
+            is_log(path) || ["toml", "dxf", "dwg", "csv"].iter().any(|known| ending == *known)
         };
         let rest = self.what.iter().skip(1).filter(is_file);
         self.what.iter().take(1).chain(rest).map(PathBuf::from).collect()
@@ -103,7 +103,8 @@ Examples:
   bksim plot run.mcap --path coupler.P --units mm -o path.png
   bksim plot run.mcap state.A_angle_dot --x state.A_angle -o phase.pdf
   bksim plot sweep.parquet 'max(energy.total)' -o sweep.svg
-  bksim plot coarse.mcap fine.mcap energy.total --from 1 --to 2";
+  bksim plot coarse.mcap fine.mcap energy.total --from 1 --to 2
+  bksim plot model.toml measured.csv A.angle:deg -o beside.svg";
 
 fn size(text: &str) -> Result<(f64, f64), String> {
     let side = |text: &str| text.parse::<u16>().ok().map(f64::from);

@@ -3,14 +3,16 @@
 mod choose;
 mod compose;
 mod curves;
+mod player;
 mod swept;
+mod table;
 mod units;
 mod window;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use bksim::log::{LogError, Selection};
+use bksim::log::{Header, LogError, Selection};
 use bksim::model::file::ShownUnits;
 use bksim_plot::{Figure, Format, PlotError, Screen, Size, Theme};
 use serde_json::{Value, json};
@@ -28,6 +30,7 @@ use bksim_cli::source::shown::shown_units;
 use choose::{Plan, Quantity};
 use compose::{Drawing, Plotted};
 use curves::{CurveRequest, Run};
+use table::{Table, is_csv};
 use units::{Units, name_and_unit};
 
 /// Columns where there is no terminal.
@@ -37,7 +40,8 @@ const PANEL_HEIGHT: u16 = 18;
 
 pub(crate) fn run(args: &Plot, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let (paths, asked) = (args.files(), args.channels());
-    let patterns: Vec<String> = asked.iter().map(|asked| name_and_unit(asked).0.into()).collect();
+    let mut patterns: Vec<String> =
+        asked.iter().map(|asked| name_and_unit(asked).0.into()).collect();
     let x_name = args.x.as_deref().map(|x| name_and_unit(x).0);
     args.output.as_deref().map_or(Ok(()), |path| format(path).map(drop))?;
     if swept::is_table(&paths[0]) {
@@ -51,9 +55,17 @@ pub(crate) fn run(args: &Plot, as_json: bool, nesting: usize) -> Result<Status, 
             "--from is the earlier",
         ));
     }
-    // The logs, of which those of models are made first.
+    // The tables, and the logs, of which those of models are made first.
+    let tables: Vec<Table> = paths
+        .iter()
+        .filter(|path| is_csv(path))
+        .map(|path| Table::read(path))
+        .collect::<Result<_, _>>()?;
+    if patterns.is_empty() && args.path.is_empty() {
+        patterns = shown_by(&tables, x_name);
+    }
     let mut logs = Vec::new();
-    for path in &paths {
+    for path in paths.iter().filter(|path| !is_csv(path)) {
         let of = RunArgs { input: path.clone(), reading: reading_of(args, path) };
         let log = RunFile::open(&of, nesting, as_json)?;
         if let Some(status) = log.interrupted() {
@@ -61,14 +73,24 @@ pub(crate) fn run(args: &Plot, as_json: bool, nesting: usize) -> Result<Status, 
         }
         logs.push(log);
     }
-    let mut runs = Vec::new();
     let mut named = patterns.clone();
     named.extend(x_name.map(str::to_owned));
     named.extend(args.path.iter().flat_map(|point| coordinates(point)));
-    for (path, log) in paths.iter().zip(&logs) {
+    let mut runs = Vec::new();
+    for (path, log) in paths.iter().filter(|path| !is_csv(path)).zip(&logs) {
         let mut run = Run::open(path, &log.log()).map_err(|e| bad_log(path, &e))?;
         run.measure(&named)?;
         runs.push(run);
+    }
+    let is_over_time = args.x.is_none() && args.path.is_empty();
+    for table in tables {
+        let path = table.path().to_owned();
+        if is_over_time && !table.has_times() {
+            return Err(no_times(&table));
+        }
+        let headers: Vec<&Header> = runs.iter().map(|run: &Run| &run.header).collect();
+        let contents = table.beside(&headers)?;
+        runs.push(Run::of_table(&path, contents));
     }
     let model_name = runs[0].header.model_name.clone();
     let picture = args.output.as_deref().map(|path| {
@@ -77,7 +99,7 @@ pub(crate) fn run(args: &Plot, as_json: bool, nesting: usize) -> Result<Status, 
     });
     let picture = picture.transpose()?;
     let headers: Vec<_> = runs.iter().map(|run| &run.header).collect();
-    let first = &paths[0];
+    let first = &runs[0].path.clone();
     let text = &headers[0].model_text;
     let stated = shown_units(args.reading.shown(first), text, ShownUnits::of_model(text))?;
     let with_x: Vec<String> = asked.iter().chain(&args.x).cloned().collect();
@@ -89,14 +111,15 @@ pub(crate) fn run(args: &Plot, as_json: bool, nesting: usize) -> Result<Status, 
     } else {
         Plan::default()
     };
-    let x = x_name.map(|name| abscissa("--x", name, &runs[0], &units)).transpose()?;
+    let x = x_name.map(|name| abscissa("--x", name, &runs, &units)).transpose()?;
+    let missing = missing(&runs, &plan, x.as_ref())?;
 
     // The curves, then the paths of points.
     let mut plotted = curves_of(args, &mut runs, (&plan, x.as_ref()), (span, &units))?;
     let mut ways = Vec::new();
     for point in &args.path {
         let [x_name, y_name] = coordinates(point);
-        let x = abscissa("--path", &x_name, &runs[0], &units)?;
+        let x = abscissa("--path", &x_name, &runs, &units)?;
         let headers: Vec<_> = runs.iter().map(|run| &run.header).collect();
         let plan = Plan::named(&headers, &[y_name], &units).map_err(|e| bad_log(first, &e))?;
         let way = curves_of(args, &mut runs, (&plan, Some(&x)), (span, &units))?;
@@ -109,7 +132,7 @@ pub(crate) fn run(args: &Plot, as_json: bool, nesting: usize) -> Result<Status, 
         return Err(Failure::Input { path: first.clone(), what, help });
     }
     if !as_json {
-        warn(&runs);
+        warn(&runs, &missing);
     }
     if args.window {
         window::show(args, (screenshot.as_ref(), &model_name), &plotted)?;
@@ -120,7 +143,7 @@ pub(crate) fn run(args: &Plot, as_json: bool, nesting: usize) -> Result<Status, 
     }
     if as_json {
         let format = picture.map(|(_, format)| format);
-        output::json("plot", report(args, format, &runs, &plotted))?;
+        output::json("plot", report(args, format, (&runs, &missing), &plotted))?;
     } else if let Some(path) = &args.screenshot {
         output::report(&format!("wrote {}: {}", path.display(), plotted.summary()))?;
     } else if args.window {
@@ -159,7 +182,7 @@ fn curves_of(
         drawn.push(curves.map_err(|e| bad_log(&run.path, &e))?);
     }
     let x_unit = x.map_or_else(|| units.of("", "s"), |x| x.shown.clone());
-    let drawing = Drawing { runs, plan, x, x_unit, drawn: &drawn };
+    let drawing = Drawing { runs, plan, x, x_unit, units, drawn: &drawn };
     Ok(drawing.plotted(args.title.as_deref(), args.log_y))
 }
 
@@ -211,8 +234,10 @@ fn put(output: &OutputFile, bytes: &[u8]) -> Result<(), Failure> {
 }
 
 /// The channel of the abscissa, which is one.
-fn abscissa(option: &str, name: &str, run: &Run, units: &Units) -> Result<Quantity, Failure> {
-    let selection = Selection::new(&run.header, [name]).map_err(|e| bad_log(&run.path, &e))?;
+fn abscissa(option: &str, name: &str, runs: &[Run], units: &Units) -> Result<Quantity, Failure> {
+    let selections = runs.iter().map(|run| Selection::new(&run.header, [name]));
+    let selection = selections.reduce(|found, next| found.or(next));
+    let selection = selection.expect("a run at least").map_err(|e| bad_log(&runs[0].path, &e))?;
     match selection.columns() {
         [column] => Ok(Quantity::channel(column, true, units)),
         columns => Err(Failure::usage(
@@ -237,9 +262,70 @@ fn drawn_as(args: &Plot, format: Format, figure: &Figure) -> Result<Vec<u8>, Fai
     })
 }
 
-fn warn(runs: &[Run]) {
+/// The columns of tables that are drawn where nothing is named, each once.
+fn shown_by(tables: &[Table], x_name: Option<&str>) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for name in tables.iter().flat_map(Table::names) {
+        if Some(name) != x_name && !names.iter().any(|known| known == name) {
+            names.push(name.to_owned());
+        }
+    }
+    names
+}
+
+fn no_times(table: &Table) -> Failure {
+    let message = format!("`{}` has no column `t`", table.path().display());
+    let first = table.names().next().unwrap_or("A.angle");
+    Failure::usage(message, &format!("draw it over one of its columns: `--x {first}`"))
+}
+
+/// By run the named quantities that it has not.
+///
+/// # Errors
+/// A run that has none of all, or not the abscissa.
+fn missing<'p>(
+    runs: &[Run],
+    plan: &'p Plan,
+    x: Option<&Quantity>,
+) -> Result<Vec<Vec<&'p str>>, Failure> {
+    let mut all = Vec::new();
     for run in runs {
+        let of_run = |what: String| {
+            let names = Selection::all(&run.header);
+            let names: Vec<&str> = names.columns().iter().map(|c| c.name.as_str()).collect();
+            let path = run.path.display();
+            let help = match run.is_table() {
+                true => format!("it has {}", names.join(", ")),
+                false => format!("`bksim info {path}` lists the channels"),
+            };
+            Failure::usage(format!("`{path}` has {what}"), &help)
+        };
+        if let Some(x) = x.filter(|x| !run.has(x)) {
+            return Err(of_run(format!("no `{}` to draw over", x.name)));
+        }
+        let lacks = |quantity: &&Quantity| !run.has(quantity);
+        let (n, n_lacking) = (plan.quantities().count(), plan.quantities().filter(lacks).count());
+        if n > 0 && n_lacking == n {
+            let names: Vec<String> =
+                plan.quantities().map(|quantity| format!("`{}`", quantity.name)).collect();
+            return Err(of_run(match names.as_slice() {
+                [one] => format!("no {one}"),
+                many => format!("none of {}", many.join(", ")),
+            }));
+        }
+        let named = plan.quantities().filter(|quantity| quantity.is_named && lacks(quantity));
+        all.push(named.map(|quantity| quantity.name.as_str()).collect());
+    }
+    Ok(all)
+}
+
+fn warn(runs: &[Run], missing: &[Vec<&str>]) {
+    for (run, missing) in runs.iter().zip(missing) {
         let path = run.path.display();
+        if !missing.is_empty() {
+            let names: Vec<String> = missing.iter().map(|name| format!("`{name}`")).collect();
+            render::warning(&format!("`{path}` has no {}, and no curve of it", names.join(", ")));
+        }
         if !run.is_complete {
             render::warning(&format!("`{path}` was cut off before its run ended"));
         }
@@ -249,9 +335,15 @@ fn warn(runs: &[Run]) {
     }
 }
 
-fn report(args: &Plot, format: Option<Format>, runs: &[Run], plotted: &Plotted) -> Value {
-    let logs = runs.iter().map(|run| {
+fn report(
+    args: &Plot,
+    format: Option<Format>,
+    (runs, missing): (&[Run], &[Vec<&str>]),
+    plotted: &Plotted,
+) -> Value {
+    let logs = runs.iter().zip(missing).map(|(run, missing)| {
         json!({
+            "missing": missing,
             "log": run.path.display().to_string(),
             "model": run.header.model_name,
             "complete": run.is_complete,

@@ -2,11 +2,13 @@
 
 use bksim::model::file::ShownUnit;
 use bksim::overview::word;
+use bksim_cli::output::number;
 use bksim_plot::{Axis, Curve, Figure, Mark, Panel, Point, Scale};
 use serde_json::{Value, json};
 
 use super::choose::{PanelPlan, Plan, Quantity};
 use super::curves::{Drawn, Run};
+use super::units::Units;
 
 /// The logs that were read.
 pub(super) struct Drawing<'a> {
@@ -15,6 +17,8 @@ pub(super) struct Drawing<'a> {
     pub(super) x: Option<&'a Quantity>,
     /// The unit of the abscissa.
     pub(super) x_unit: ShownUnit,
+    /// The units that parameters are told in.
+    pub(super) units: &'a Units,
     /// For each run, a curve for each quantity of the plan.
     pub(super) drawn: &'a [Vec<Option<Drawn>>],
 }
@@ -41,6 +45,8 @@ struct CurveReport {
     is_unique: bool,
 }
 
+/// Values of a table that are drawn as points; more of them are a line.
+const MAX_POINTS: u64 = 400;
 /// Curves this much smaller than the largest are zero but for rounding.
 const ROUNDING: f64 = 1e-13;
 
@@ -108,7 +114,8 @@ impl Drawing<'_> {
         let is_one = curves.len() == 1;
         let mut drawn_curves = Vec::new();
         let mut told = Vec::new();
-        for (number, found) in curves.iter().enumerate() {
+        let has_points = self.runs.iter().any(Run::is_table);
+        for (place, found) in curves.iter().enumerate() {
             for (run, quantity, drawn) in found {
                 let short = self.short(quantity);
                 let name = match (self.runs.len(), is_one) {
@@ -116,18 +123,22 @@ impl Drawing<'_> {
                     (_, true) => self.run_name(*run),
                     (_, false) => format!("{short}, {}", self.run_name(*run)),
                 };
-                // Colours tell runs apart, where there are several, and dashes quantities.
+                // Colours tell runs apart, where there are several, and dashes quantities; the points of tables have
+                // no dashes, but the colour of the curve that they are compared with.
                 let (color, dash) = match self.runs.len() {
-                    1 => (number, number / 6),
-                    _ => (*run, number),
+                    1 => (place, place / 6),
+                    _ if has_points && !is_one => (place, *run),
+                    _ => (*run, place),
                 };
+                let is_points = self.runs[*run].is_table() && drawn.n_values <= MAX_POINTS;
+                let mark = if is_points { Mark::Dots } else { Mark::Line };
                 // Rounding is no result.
                 let floor = self.runs[*run].floor(&quantity.unit);
                 let is_rounding = |y: f64| y.abs() <= floor;
                 let x_of = |x| self.x_unit.of_si(x);
                 let y_of = |y| quantity.shown.of_si(if is_rounding(y) { 0.0 } else { y });
                 let points = drawn.points.iter().map(|&[x, y]| [x_of(x), y_of(y)]).collect();
-                let curve = Curve { name, points, color, dash, mark: Mark::Line };
+                let curve = Curve { name, points, color, dash, mark };
                 drawn_curves.extend(self.by_uniqueness(curve, *run, quantity));
                 told.push(CurveReport {
                     channel: quantity.name.clone(),
@@ -199,14 +210,58 @@ impl Drawing<'_> {
         if is_double { quantity.name.clone() } else { own.to_owned() }
     }
 
-    /// The name of the file without its ending, or with its directory where two have one name.
+    /// The name of the file without its ending, or with its directory where two have one name; then the parameters
+    /// that differ from one run of the same model to the other: `strong, q1 = 70 N*m`.
     fn run_name(&self, run: usize) -> String {
         let stem = |run: &Run| run.path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
         let own = stem(&self.runs[run]);
         let is_double =
             self.runs.iter().enumerate().any(|(other, of)| other != run && stem(of) == own);
         let path = || self.runs[run].path.display().to_string();
-        own.filter(|_| !is_double).unwrap_or_else(path)
+        let name = own.filter(|_| !is_double).unwrap_or_else(path);
+        let values = self.differing(run).into_iter().map(|(name, quantity)| {
+            // A value that was set has the unit of the one in its place.
+            let units = self.runs.iter().filter_map(|run| run.header.parameters.get(name));
+            let mut units = std::iter::once(quantity).chain(units).map(|other| other.unit.as_str());
+            let unit = units.find(|unit| !unit.is_empty()).unwrap_or_default();
+            let shown = self.units.of(name, unit);
+            let value = self.shortest(name, quantity.value, |value| shown.of_si(value));
+            let text = format!("{name} = {value} {}", shown.unit);
+            text.trim_end().to_owned()
+        });
+        std::iter::once(name).chain(values).collect::<Vec<_>>().join(", ")
+    }
+
+    /// A value of a parameter in four digits, or in as many as tell it apart from those of the other runs.
+    fn shortest(&self, name: &str, value: f64, shown: impl Fn(f64) -> f64) -> String {
+        let short = |value: f64| {
+            let value = shown(value);
+            format!("{value:.3e}").parse::<f64>().unwrap_or(value)
+        };
+        let others = self.runs.iter().filter_map(|run| run.header.parameters.get(name));
+        let mut others = others.map(|other| other.value).filter(|other| *other != value);
+        if others.any(|other| short(other) == short(value)) {
+            return number(shown(value));
+        }
+        number(short(value))
+    }
+
+    /// The parameters of a run with other values in other runs of its model; none where more differ than a legend holds.
+    fn differing(&self, run: usize) -> Vec<(&str, &bksim::log::Quantity)> {
+        const MOST: usize = 3;
+        let own = &self.runs[run].header;
+        let alike = self.runs.iter().map(|run| &run.header);
+        let alike: Vec<_> = alike
+            .filter(|of| of.model_name == own.model_name && !of.parameters.is_empty())
+            .collect();
+        let differs = |(name, quantity): &(&String, &bksim::log::Quantity)| {
+            alike
+                .iter()
+                .any(|of| of.parameters.get(*name).is_some_and(|o| o.value != quantity.value))
+        };
+        let found: Vec<_> = own.parameters.iter().filter(differs).collect();
+        let found = if found.len() > MOST { Vec::new() } else { found };
+        found.into_iter().map(|(name, quantity)| (name.as_str(), quantity)).collect()
     }
 }
 

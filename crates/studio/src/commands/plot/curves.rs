@@ -15,13 +15,15 @@ use bksim::measured::Measured;
 use bksim::overview::floor;
 use bksim::playback::RunLog;
 use bksim::record::{Channels, INPUTS, Signal};
-use bksim::sim::run::{Replay, Sample, Segment};
+use bksim::sim::run::{Replay, Sample};
 use bksim_plot::{Envelope, Point, Trace};
 
 use bksim_cli::exit::Failure;
 use bksim_cli::source::logged::measured;
 
 use super::choose::Quantity;
+use super::player::Player;
+use super::table::Rows;
 
 /// Instants at which the motion is computed: a few more than a picture has pixels.
 const N_OVER_TIME: usize = 1200;
@@ -29,15 +31,12 @@ const N_OVER_TIME: usize = 1200;
 const N_ZOOMED: usize = 6_000;
 /// The same for a curve in the plane, which may go round often.
 const N_IN_PLANE: usize = 6000;
-/// A coordinate that differs by more between two segments jumps, relative to its size.
-const JUMP: f64 = 1e-6;
 
-/// A log to draw.
+/// A log or a table to draw.
 pub(super) struct Run {
     /// The file that was named.
     pub(super) path: PathBuf,
-    /// The log.
-    file: PathBuf,
+    contents: Contents,
     pub(super) header: Header,
     /// Whether its end was read; known after [`Run::curves`].
     pub(super) is_complete: bool,
@@ -49,6 +48,14 @@ pub(super) struct Run {
     measured: Option<Measured>,
     /// By unit the largest size of all its channels; known after [`Run::curves`].
     largest: BTreeMap<String, f64>,
+}
+
+/// Where samples come from.
+enum Contents {
+    /// A log.
+    Log(PathBuf),
+    /// Rows of a table, without a motion between them.
+    Table(Rows),
 }
 
 /// Values of a quantity along a run.
@@ -91,16 +98,37 @@ fn open(path: &Path) -> Result<LogReader<BufReader<File>>, LogError> {
 impl Run {
     pub(super) fn open(path: &Path, file: &Path) -> Result<Self, LogError> {
         let header = open(file)?.header().clone();
-        Ok(Self {
+        Ok(Self::of(path, header, Contents::Log(file.to_owned())))
+    }
+
+    /// A table as a run that has nothing but samples.
+    pub(super) fn of_table(path: &Path, (header, rows): (Header, Rows)) -> Self {
+        Self::of(path, header, Contents::Table(rows))
+    }
+
+    fn of(path: &Path, header: Header, contents: Contents) -> Self {
+        Self {
             path: path.to_owned(),
-            file: file.to_owned(),
+            contents,
             header,
             is_complete: false,
             coarse_because: None,
             not_unique: Vec::new(),
             measured: None,
             largest: BTreeMap::new(),
-        })
+        }
+    }
+
+    /// True of a table.
+    pub(super) fn is_table(&self) -> bool {
+        matches!(self.contents, Contents::Table(_))
+    }
+
+    /// True where it has all channels of a quantity.
+    pub(super) fn has(&self, quantity: &Quantity) -> bool {
+        let all = Selection::all(&self.header);
+        let is_there = |name: &String| all.columns().iter().any(|column| column.name == *name);
+        quantity.channels.iter().all(is_there)
     }
 
     /// The size below which values of this unit are nothing but rounding.
@@ -113,21 +141,43 @@ impl Run {
     /// # Errors
     /// As [`measured`].
     pub(super) fn measure(&mut self, names: &[String]) -> Result<(), Failure> {
-        self.measured = measured(&self.file, &self.header, names, "drawn")?;
+        let Contents::Log(file) = &self.contents else { return Ok(()) };
+        self.measured = measured(file, &self.header, names, "drawn")?;
         if self.measured.is_some() {
-            let log = self.samples().map_err(|e| super::bad_log(&self.path, &e))?;
+            let log = self.samples(file).map_err(|e| super::bad_log(&self.path, &e))?;
             self.header = log.header().clone();
         }
         Ok(())
     }
 
     /// The log from its beginning, with the quantities that are computed from it.
-    fn samples(&self) -> Result<LogReader<BufReader<File>>, LogError> {
-        let log = open(&self.file)?;
+    fn samples(&self, file: &Path) -> Result<LogReader<BufReader<File>>, LogError> {
+        let log = open(file)?;
         Ok(match &self.measured {
             Some(measured) => log.making(measured.making()),
             None => log,
         })
+    }
+
+    /// Hands the samples of one time after the other to `put`. True where the end was read, and from when on which
+    /// channels are not unique.
+    fn each_row(
+        &self,
+        selection: &Selection,
+        put: &mut dyn FnMut(f64, &[Option<f64>]),
+    ) -> Result<(bool, Vec<NotUnique>), LogError> {
+        let file = match &self.contents {
+            Contents::Log(file) => file,
+            Contents::Table(table) => {
+                table.each(selection, put);
+                return Ok((true, Vec::new()));
+            }
+        };
+        let exported = rows(self.samples(file)?, selection, |t, cells| {
+            put(t, cells);
+            Ok(())
+        })?;
+        Ok((exported.end.is_some(), exported.not_unique))
     }
 
     /// The curves of the quantities, in their order; none for one that the run does not have.
@@ -165,10 +215,7 @@ impl Run {
     fn sampled(&mut self, wish: &CurveRequest<'_>) -> Result<Sampled, LogError> {
         // A pen for each quantity that this log has.
         let all = Selection::all(&self.header);
-        let has = |quantity: &Quantity| {
-            let is_there = |name: &String| all.columns().iter().any(|column| column.name == *name);
-            quantity.channels.iter().all(is_there)
-        };
+        let has = |quantity: &Quantity| self.has(quantity);
         let mut pens: Vec<_> = wish
             .quantities
             .iter()
@@ -202,9 +249,9 @@ impl Run {
 
         // One pass over the samples.
         let mut span: Option<[f64; 2]> = None;
-        let exported = rows(self.samples()?, &selection, |t, cells| {
+        let (is_complete, not_unique) = self.each_row(&selection, &mut |t, cells| {
             if t < wish.span[0] || t > wish.span[1] {
-                return Ok(());
+                return;
             }
             span.get_or_insert([t, t])[1] = t;
             for (column, cell) in selection.columns().iter().zip(cells) {
@@ -217,23 +264,23 @@ impl Run {
                 None => Some(t),
                 Some(places) => size(places.iter().map(|&place| cells[place])),
             };
-            let Some(x) = x else { return Ok(()) };
+            let Some(x) = x else { return };
             for (pen, places) in pens.iter_mut().zip(&places) {
                 let Some(pen) = pen else { continue };
                 if let Some(y) = size(places.iter().map(|&place| cells[place])) {
                     pen.push([x, y]);
                 }
             }
-            Ok(())
         })?;
-        self.is_complete = exported.end.is_some();
+        self.is_complete = is_complete;
         self.largest = largest;
-        self.not_unique = exported.not_unique;
+        self.not_unique = not_unique;
         Ok(Sampled { pens, span })
     }
 
     /// Replaces curves of few samples by the motion between them; the text is why it cannot.
     fn computed(&self, wish: &CurveRequest<'_>, sampled: &mut Sampled) -> Result<(), String> {
+        let Contents::Log(file) = &self.contents else { return Ok(()) };
         let Some([first, last]) = sampled.span.filter(|[first, last]| first != last) else {
             return Ok(());
         };
@@ -287,10 +334,8 @@ impl Run {
         let replay = Replay::new(&mechanism.compiled, &mechanism.parameters);
         let n_state = 2 * mechanism.compiled.nq();
         let states = [vec![0.0; n_state], vec![0.0; n_state]];
-        let span = [first, last];
-        let mut player = Player { replay, draw, span, n_instants, next: 0, last: None, states };
-        let mut reader =
-            open(&self.file).map_err(|e| e.to_string())?.only(&bksim::log::Request::MOTION);
+        let mut player = Player::new((replay, states), [first, last], n_instants, draw);
+        let mut reader = open(file).map_err(|e| e.to_string())?.only(&bksim::log::Request::MOTION);
         while let Some(record) = reader.next_record().map_err(|e| e.to_string())? {
             if let Record::Segment(segment) = record {
                 player.play(segment)?;
@@ -376,91 +421,5 @@ impl Pen {
         };
         let Self { n_values, range, is_dense, .. } = self;
         Drawn { points, n_values, range, is_dense }
-    }
-}
-
-/// Computes samples at evenly spaced instants, from segments as they come.
-struct Player<'a, F> {
-    replay: Replay<'a>,
-    draw: F,
-    /// From where to where.
-    span: [f64; 2],
-    /// In how many parts the instants cut it.
-    n_instants: usize,
-    /// Number of the next instant.
-    next: usize,
-    /// The segment before, if there is one.
-    last: Option<Segment>,
-    /// States at the boundary of two segments.
-    states: [Vec<f64>; 2],
-}
-
-impl<F: FnMut(&Sample)> Player<'_, F> {
-    fn instant(&self, idx: usize) -> f64 {
-        let part = idx as f64 / self.n_instants as f64;
-        self.span[0] + part * (self.span[1] - self.span[0])
-    }
-
-    /// Whether `t` lies in the span, whichever way that goes.
-    fn is_inside(&self, t: f64) -> bool {
-        (t - self.span[0]) * (self.span[1] - t) >= 0.0
-    }
-
-    fn play(&mut self, segment: &bksim::log::Segment) -> Result<(), String> {
-        let bksim::log::Segment { t, t_end, values, modes, dependent } = segment;
-        let own = Segment {
-            t0: *t,
-            t1: *t_end,
-            values: values.clone(),
-            modes: modes.clone(),
-            dependent: dependent.iter().map(|&row| row as usize).collect(),
-        };
-        if let Some(last) = self.last.take()
-            && self.is_inside(own.t0)
-            && self.jumps(&last, &own)
-        {
-            self.draw_at(&last, last.t1)?;
-            self.draw_at(&own, own.t0)?;
-        }
-        let forward = (self.span[1] - self.span[0]).signum();
-        while self.next <= self.n_instants && (self.instant(self.next) - own.t1) * forward < 0.0 {
-            let t = self.instant(self.next);
-            // What lies before the first segment has no value.
-            if own.contains(t) {
-                self.draw_at(&own, t)?;
-            }
-            self.next += 1;
-        }
-        self.last = Some(own);
-        Ok(())
-    }
-
-    /// The end of the last segment belongs to no other.
-    fn finish(&mut self) -> Result<(), String> {
-        let Some(last) = self.last.take() else { return Ok(()) };
-        let forward = (self.span[1] - self.span[0]).signum();
-        let end = if (self.span[1] - last.t1) * forward < 0.0 { self.span[1] } else { last.t1 };
-        if self.is_inside(end) && last.contains(end) { self.draw_at(&last, end) } else { Ok(()) }
-    }
-
-    fn jumps(&mut self, last: &Segment, own: &Segment) -> bool {
-        if last.modes != own.modes || last.dependent != own.dependent || last.t1 != own.t0 {
-            return true;
-        }
-        let n = self.states[0].len();
-        let is_whole = |segment: &Segment| n > 0 && segment.values.len().is_multiple_of(n);
-        if !is_whole(last) || !is_whole(own) {
-            return false;
-        }
-        let [before, after] = &mut self.states;
-        last.at(last.t1, before);
-        own.at(own.t0, after);
-        before.iter().zip(after).any(|(a, b)| (*a - *b).abs() > JUMP * a.abs().max(1.0))
-    }
-
-    fn draw_at(&mut self, segment: &Segment, t: f64) -> Result<(), String> {
-        let sample = self.replay.at(segment, t).map_err(|e| e.to_string())?;
-        (self.draw)(sample);
-        Ok(())
     }
 }
