@@ -55,14 +55,14 @@ def main():
         integration.verboseMode = 0
         integration.newton.useModifiedNewton = True
         if request["n"] > 10:
-            settings.linearSolverType = exudyn.LinearSolverType.EigenSparse
+            settings.linearSolver.solverType = exudyn.LinearSolverType.EigenSparse
         settings.solution.file.write = False
         settings.solution.sensors.writePeriod = request["t_end"]
         began = time.process_time()
         system.SolveDynamic(settings)
         seconds = time.process_time() - began
         tip = system.GetSensorStoredData(sensor)[-1, 1:4]
-        runs.append({"size": h, "seconds": seconds, "tip": tip.tolist()})
+        runs.append({"size": h, "seconds": seconds, "measured": tip.tolist()})
         evaluation = seconds / integration.numberOfSteps
     write({"runs": runs, "ready_s": ready, "evaluation_s": evaluation})
 

@@ -57,7 +57,7 @@ def main():
         q = pin.normalize(model, found.y[: model.nq, -1].copy())
         pin.forwardKinematics(model, data, q)
         tip = data.oMi[last].act(end)
-        runs.append({"size": tolerance, "seconds": seconds, "tip": tip.tolist()})
+        runs.append({"size": tolerance, "seconds": seconds, "measured": tip.tolist()})
     n_calls = max(20, 20000 // request["n"])
     q, v = pin.randomConfiguration(model), numpy.linspace(-1, 1, model.nv)
     began = time.process_time()

@@ -33,3 +33,18 @@ def samples(runs, prepare, work):
         result = work(state)
         times.append(time.process_time() - start)
     return times, result
+
+
+def race(request, build, run, measured, evaluate, n_calls):
+    """Runs a machine at all sizes, step sizes in s or tolerances: what is measured at the end, CPU seconds of each run,
+    until it is built, and of an evaluation; that of a step where `evaluate` is None."""
+    runs, ready, evaluation = [], 0.0, 0.0
+    for size in request["sizes"]:
+        (ready,), machine = samples(1, lambda: None, lambda _, size=size: build(request, size))
+        (seconds,), steps = samples(1, lambda: machine, lambda machine, size=size: run(machine, request, size))
+        runs.append({"size": size, "seconds": seconds, "measured": [float(x) for x in measured(machine)]})
+        evaluation = seconds / steps if steps else 0.0
+    if evaluate is not None:
+        times, _ = samples(3, lambda: machine, lambda machine: [evaluate(machine) for _ in range(n_calls)])
+        evaluation = min(times) / n_calls
+    write({"runs": runs, "ready_s": ready, "evaluation_s": evaluation})

@@ -25,12 +25,14 @@ mod context;
 mod diagram;
 mod drift;
 mod error;
+mod machines;
 mod mechanisms;
 mod models;
 mod peers;
 mod precision;
 mod python;
 mod questions;
+mod race;
 mod report;
 mod scale;
 mod spatial;
@@ -81,7 +83,7 @@ enum Command {
     Spatial(Options),
     /// Tables and assemblies of linkages, model file to answer.
     Questions(MechanismsArgs),
-    /// Chains of spherical joints against Pinocchio, MuJoCo and Exudyn.
+    /// Chains of spherical joints, an arm and a six-legged platform against Pinocchio, MuJoCo and Exudyn.
     Balls(Options),
     /// Energy and constraints over long runs, and through singular poses.
     Drift(DriftArgs),
@@ -217,7 +219,9 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
             )
         }
         Command::Balls(options) => {
-            run_all(&["balls"], |_, context| balls::measure(context), options)
+            let suites: [(&str, fn(&Context) -> Result<Report, BenchError>); 2] =
+                [("balls", balls::measure), ("machines", machines::measure)];
+            run_all(&suites, |(_, suite), context| suite(context), options)
         }
         Command::Drift(args) => {
             let all = <drift::DriftSuite as clap::ValueEnum>::value_variants();

@@ -18,7 +18,7 @@ const N_STATES: usize = 8;
 /// Calls of the peer in one sample.
 const N_CALLS: usize = 2000;
 /// The arm whose equations the literature counts.
-const PUMA: &str = include_str!("../../../tests/fixtures/puma-560.toml");
+pub(crate) const PUMA: &str = include_str!("../../../tests/fixtures/puma-560.toml");
 
 /// Numbers between −1 and 1, the same in each run: a linear congruence.
 struct Random(u64);
@@ -118,7 +118,7 @@ impl Functions {
 }
 
 /// The bodies as the peer takes them, in the order of the coordinates.
-fn description(mechanism: &Mechanism) -> (Vec<Value>, [f64; 3]) {
+pub(crate) fn description(mechanism: &Mechanism) -> (Vec<Value>, [f64; 3]) {
     let model = &mechanism.model;
     let value = |e: Expr| value(model, &mechanism.parameters, e);
     let three = |v: &Vector| v.map(value);

@@ -59,6 +59,12 @@ fn mechanisms_scale_and_drift_run_without_peers() -> Result<(), Box<dyn std::err
         let error = number(&suites, "balls", &format!("/{row}/runs/3/error"));
         assert!(error < 1e-6, "{row}: {error:e} m\n{text}");
     }
+    for row in
+        ["PUMA 560, bksim, relative", "six legs, bksim, relative", "six legs, bksim, absolute"]
+    {
+        let error = number(&suites, "machines", &format!("/{row}/runs/3/error"));
+        assert!(error < 1e-8, "{row}: {error:e}\n{text}");
+    }
 
     let (suites, text) = quick("spatial")?;
     for case in ["PUMA 560", "chain of 3", "tree of 3"] {
