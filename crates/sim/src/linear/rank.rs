@@ -263,9 +263,21 @@ impl Basis {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::linear::rows::tests::jacobian_of_example;
+
+    /// The least that is left of a row without those before it, squared, of independent rows scaled to unit
+    /// length.
+    pub(crate) fn weakest_rest(rows: &SparseRows) -> f64 {
+        let norms = rows.norms();
+        let mut basis = Basis::new(rows.n_columns);
+        for (row_idx, norm) in norms.into_iter().enumerate() {
+            let row: Vec<_> = rows.row(row_idx).iter().map(|&(i, g)| (i, g / norm)).collect();
+            basis.add(row_idx, &row, ROUNDING.rest).expect("independent");
+        }
+        basis.diagonal.into_iter().fold(f64::INFINITY, f64::min)
+    }
 
     fn check(jacobian: &SparseRows, what: &str) -> Dependence {
         let found = sparse_dependent_rows(jacobian, ROUNDING);

@@ -167,10 +167,20 @@ impl Block {
         axes: &[usize],
         acts: &dyn Fn(Effort) -> bool,
     ) -> Equilibrium {
-        let triple = |first: usize| triple(values, first);
-        let (center, length) = extent(self.parts.iter().map(|part| triple(part.first)));
+        let (_, size) = extent(self.parts.iter().map(|part| triple(values, part.first)));
+        let length = if size > 0.0 { size } else { 1.0 };
+        let unknowns = self.unknowns((values, length), axes, acts);
+        let combinations = vanishing_combinations(&self.columns((values, length), &unknowns));
+        Equilibrium { unknowns, combinations, length }
+    }
 
-        // The unknowns: reactions, then efforts.
+    /// The unknowns: reactions, then efforts, then couplings.
+    fn unknowns(
+        &self,
+        (values, length): (&[f64], f64),
+        axes: &[usize],
+        acts: &dyn Fn(Effort) -> bool,
+    ) -> Vec<Unknown> {
         let mut unknowns: Vec<Unknown> = Vec::new();
         for (part_idx, part) in self.parts.iter().enumerate() {
             let unknown = |wrench| Unknown::Through { part_idx, effort: None, wrench };
@@ -183,38 +193,65 @@ impl Block {
             unknowns.push(Unknown::Through { part_idx, effort: Some(of), wrench });
         }
         unknowns.extend((0..self.couplings.len()).map(Unknown::Of));
+        unknowns
+    }
 
-        // Columns of W as rows: the wrench about the centre, on the successor and reversed on the
-        // predecessor.
-        let coupled = self.couplings.iter().flat_map(|c| &c.wrenches).filter_map(|(body, _)| *body);
-        let n_bodies =
-            self.parts.iter().flat_map(|part| part.bodies).flatten().chain(coupled).max();
-        let mut columns = SparseRows::new(6 * n_bodies.map_or(0, |last| last + 1));
-        for unknown in &unknowns {
-            let arm = |p: [f64; 3]| std::array::from_fn(|i| (p[i] - center[i]) / length);
+    /// The wrenches of the unknowns on the bodies, a row for each: on the successor, and reversed on the
+    /// predecessor.
+    ///
+    /// On each body they are about the middle of its own joints, moments over its own size: about one middle of
+    /// all, the joints of one body among many would differ by little, and no row would be far from the others.
+    fn columns(&self, (values, length): (&[f64], f64), unknowns: &[Unknown]) -> SparseRows {
+        let extents = self.extents(values);
+        let on_body = |body: Option<usize>, wrench: Wrench, at: [f64; 3]| {
+            let (center, size) = extents[body?];
+            let own = if size > PART * length { size } else { length };
+            let [fx, fy, fz, moment @ ..] = wrench;
+            let [mx, my, mz] = moment.map(|m| m * length / own);
+            let arm = std::array::from_fn(|i| (at[i] - center[i]) / own);
+            Some((body?, about_center([fx, fy, fz, mx, my, mz], arm)))
+        };
+        let mut columns = SparseRows::new(6 * extents.len());
+        for unknown in unknowns {
             let mut on: Vec<(usize, Wrench)> = Vec::new();
             match *unknown {
                 Unknown::Through { part_idx, wrench, .. } => {
                     let part = &self.parts[part_idx];
-                    let about = about_center(wrench, arm(triple(part.first)));
-                    let both = part.bodies.iter().zip([-1.0, 1.0]);
+                    let at = triple(values, part.first);
+                    let both = part.bodies.into_iter().zip([-1.0, 1.0]);
                     on.extend(
-                        both.filter_map(|(body, sign)| Some(((*body)?, about.map(|w| sign * w)))),
+                        both.filter_map(|(body, sign)| on_body(body, wrench.map(|w| sign * w), at)),
                     );
                 }
                 Unknown::Of(coupling_idx) => {
                     for &(body, first) in &self.couplings[coupling_idx].wrenches {
-                        let [at, force, moment] = [0, 3, 6].map(|offset| triple(first + offset));
+                        let [at, force, moment] =
+                            [0, 3, 6].map(|offset| triple(values, first + offset));
                         let [[fx, fy, fz], [mx, my, mz]] = [force, moment.map(|m| m / length)];
-                        let about = about_center([fx, fy, fz, mx, my, mz], arm(at));
-                        on.extend(body.map(|body| (body, about)));
+                        on.extend(on_body(body, [fx, fy, fz, mx, my, mz], at));
                     }
                 }
             }
             columns.push(summed(on));
         }
-        let combinations = vanishing_combinations(&columns);
-        Equilibrium { unknowns, combinations, length }
+        columns
+    }
+
+    /// Of each body the middle of the points at which wrenches act on it, and how far they lie from it.
+    fn extents(&self, values: &[f64]) -> Vec<([f64; 3], f64)> {
+        let of_part = |part: &JointPart| part.bodies.map(|body| (body, part.first));
+        let joints = self.parts.iter().flat_map(of_part);
+        let couplings =
+            self.couplings.iter().flat_map(|coupling| coupling.wrenches.iter().copied());
+        let mut points: Vec<Vec<[f64; 3]>> = Vec::new();
+        for (body, first) in joints.chain(couplings) {
+            let Some(body) = body else { continue };
+            if points.len() <= body {
+                points.resize(body + 1, Vec::new());
+            }
+            points[body].push(triple(values, first));
+        }
+        points.iter().map(|points| extent(points.iter().copied())).collect()
     }
 
     /// The reactions and efforts of a combination of the unknowns.
@@ -272,17 +309,16 @@ fn summed(on: Vec<(usize, Wrench)>) -> Vec<(usize, f64)> {
     sums.into_iter().filter(|(_, part)| *part != 0.0).collect()
 }
 
-/// The middle of some points and how far they lie from it; a metre where they are one point.
+/// The middle of some points, and how far the farthest of them lies from it.
 fn extent(points: impl Iterator<Item = [f64; 3]> + Clone) -> ([f64; 3], f64) {
     let (mut sum, mut n) = ([0.0; 3], 0.0);
     for point in points.clone() {
         sum = std::array::from_fn(|i| sum[i] + point[i]);
         n += 1.0;
     }
-    let center = sum.map(|part| part / n);
+    let center = sum.map(|part| part / f64::max(n, 1.0));
     let far = |p: [f64; 3]| (0..3).map(|i| (p[i] - center[i]).powi(2)).sum::<f64>().sqrt();
-    let length = points.map(far).fold(0.0, f64::max);
-    (center, if length > 0.0 { length } else { 1.0 })
+    (center, points.map(far).fold(0.0, f64::max))
 }
 
 fn effort(kind: MotionKind, axis: [f64; 3]) -> Wrench {
@@ -352,4 +388,48 @@ fn complement(free: &[Wrench], units: &[Wrench]) -> Vec<Wrench> {
         basis.push(normed(&largest));
     }
     basis.split_off(n_free)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linear::rank::tests::weakest_rest;
+
+    /// `n` square windows in a plane, `n + 1` uprights on the ground and `n` beams on top, and the numbers of their
+    /// pins.
+    fn windows(n: usize) -> (Block, Vec<f64>) {
+        let (mut block, mut values) = (Block::default(), Vec::new());
+        let mut pin = |bodies: [Option<usize>; 2], at: [f64; 2]| {
+            let motions = Some(vec![MotionKind::Rotation]);
+            let first = values.len();
+            let joint = JointId(block.parts.len());
+            block.parts.push(JointPart { joint, bodies, motions, first });
+            values.extend([at[0], at[1], 0.0]);
+            values.extend([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+            values.extend([0.0, 0.0, 1.0, 0.0]);
+        };
+        for i in 0..=n {
+            pin([None, Some(i)], [i as f64, 0.0]);
+        }
+        for i in 0..n {
+            let beam = Some(n + 1 + i);
+            pin([Some(i), beam], [i as f64, 1.0]);
+            pin([beam, Some(i + 1)], [i as f64 + 1.0, 1.0]);
+        }
+        (block, values)
+    }
+
+    #[test]
+    fn pins_of_a_row_of_windows_are_as_far_from_each_other_however_long_it_is() {
+        const PLANE: [usize; 3] = [0, 1, 5];
+        let rest = |n: usize| {
+            let (block, values) = windows(n);
+            let at = (&values[..], 0.5 * n as f64);
+            let unknowns = block.unknowns(at, &PLANE, &|_| false);
+            assert_eq!(unknowns.len(), 2 * (3 * n + 1));
+            weakest_rest(&block.columns(at, &unknowns))
+        };
+        let [short, long] = [rest(10), rest(400)];
+        assert!(long > 0.9 * short && short > 0.05, "{short:e}, then {long:e}");
+    }
 }
