@@ -31,6 +31,15 @@ pub(crate) enum Singular {
     Multiplier,
 }
 
+/// Entries one after the other in `values`, which one column updates by entries of its own that are one after the other,
+/// too: where a matrix is full, a whole column.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    /// Counted from the end of the column that updates them.
+    target: usize,
+    length: usize,
+}
+
 /// Factors of `[M Gᵀ; G 0]`, without the rows of G that are left out.
 #[derive(Clone, Debug)]
 pub(crate) struct Elimination {
@@ -42,8 +51,9 @@ pub(crate) struct Elimination {
     starts: Vec<usize>,
     /// Positions of these entries, ascending in each column.
     rows: Vec<usize>,
-    /// Index in `values` that each update changes, in the order of the updates.
-    targets: Vec<usize>,
+    /// The entries below the diagonal that updates change, in the order of the updates.
+    runs: Vec<Run>,
+    n_updates: usize,
     /// Index in `values` of each value of M, then of G.
     slots: Vec<usize>,
     /// The diagonal, the entries below it, and one number for the rows that are left out.
@@ -105,11 +115,19 @@ impl Elimination {
             node_of_row[row].map_or(waste, |node| index(position[node], position[i]))
         });
         let slots = of_mass.chain(of_jacobian).collect();
-        let mut targets = Vec::new();
+        let (mut runs, mut n_updates): (Vec<Run>, usize) = (Vec::new(), 0);
         for k in 0..n {
             let column = &rows[starts[k]..starts[k + 1]];
+            let end = n + starts[k + 1];
             for (a, &j) in column.iter().enumerate() {
-                targets.extend(column[a..].iter().map(|&i| index(i, j)));
+                n_updates += column.len() - a;
+                let first = runs.len();
+                for target in column[a + 1..].iter().map(|&i| index(i, j) - end) {
+                    match runs[first..].last_mut() {
+                        Some(run) if run.target + run.length == target => run.length += 1,
+                        _ => runs.push(Run { target, length: 1 }),
+                    }
+                }
             }
         }
         Self {
@@ -121,7 +139,8 @@ impl Elimination {
             nodes,
             starts,
             rows,
-            targets,
+            runs,
+            n_updates,
             slots,
         }
     }
@@ -149,11 +168,16 @@ impl Elimination {
         for k in 0..n {
             let pivot = self.checked_pivot(k)?;
             let (from, to) = (n + self.starts[k], n + self.starts[k + 1]);
+            let (known, later) = self.values.split_at_mut(to);
             for j in from..to {
-                let factor = self.values[j] / pivot;
-                for i in j..to {
-                    let update = factor * self.values[i];
-                    self.values[self.targets[next]] -= update;
+                let factor = known[j] / pivot;
+                known[self.rows[j - n]] -= factor * known[j];
+                let mut i = j + 1;
+                while i < to {
+                    let Run { target, length } = self.runs[next];
+                    let changed = later[target..target + length].iter_mut();
+                    changed.zip(&known[i..i + length]).for_each(|(x, by)| *x -= factor * by);
+                    i += length;
                     next += 1;
                 }
             }
@@ -184,7 +208,7 @@ impl Elimination {
 
     /// Number of multiplications and subtractions of the elimination.
     pub(crate) fn n_updates(&self) -> usize {
-        self.targets.len()
+        self.n_updates
     }
 
     /// The elimination and the solution for one right side, carried out with expressions: the
@@ -208,9 +232,15 @@ impl Elimination {
             let (from, to) = (n + self.starts[k], n + self.starts[k + 1]);
             for j in from..to {
                 let factor = pool.mul(values[j], inverse);
-                for i in j..to {
-                    let target = self.targets[next];
+                let mut update = |target: usize, i: usize| {
                     values[target] = pool.sub(values[target], pool.mul(factor, values[i]));
+                };
+                update(self.rows[j - n], j);
+                let mut i = j + 1;
+                while i < to {
+                    let Run { target, length } = self.runs[next];
+                    (0..length).for_each(|offset| update(to + target + offset, i + offset));
+                    i += length;
                     next += 1;
                 }
             }
@@ -434,6 +464,18 @@ mod tests {
     }
 
     #[test]
+    fn a_full_matrix_is_updated_by_whole_columns() {
+        const N: usize = 30;
+        let mass = (0..N).flat_map(|i| (0..=i).map(move |j| (i, j))).collect();
+        let plan = Elimination::new(&Shape { nq: N, nc: 0, mass, jacobian: Vec::new() }, &[]);
+        // Of the column k below the diagonal all but the last entry change a column of their own.
+        let n_columns: usize = (0..N).map(|k| (N - 1 - k).saturating_sub(1)).sum();
+        assert_eq!(plan.runs.len(), n_columns);
+        let n_entries: usize = plan.runs.iter().map(|run| run.length).sum();
+        assert_eq!(plan.n_updates, n_entries + N * (N - 1) / 2);
+    }
+
+    #[test]
     fn the_fill_of_a_chain_grows_with_its_length() {
         let chain = |n: usize| {
             let mut shape = Shape { nq: 3 * n, nc: 2 * n, ..Shape::default() };
@@ -448,7 +490,7 @@ mod tests {
                 }
             }
             let active: Vec<usize> = (0..2 * n).collect();
-            Elimination::new(&shape, &active).targets.len()
+            Elimination::new(&shape, &active).n_updates()
         };
         let (short, long) = (chain(100), chain(200));
         assert!(long < 2 * short + short / 10, "{short} updates, then {long}");
