@@ -1,4 +1,5 @@
-//! Growth with size: a chain of N links in absolute coordinates and an N-four-bar, N = 10 … 10 000.
+//! Growth with size: a chain of N links in absolute coordinates and an N-four-bar, N = 10 … 10 000, and what it takes
+//! until they move, up to 40 000 links.
 //!
 //! Every size runs in a process of its own, which prints its times and its peak memory. The
 //! exponent p between two sizes is that of time ~ Nᵖ. In addition, the four-bar of 100 windows over
@@ -53,8 +54,8 @@ impl Size {
         format!("{:?} of {}", self.family, self.n)
     }
 
-    fn model(self) -> Result<Model, BenchError> {
-        let mut model = models::model(&self.text(), &self.name())?;
+    fn model(self, text: &str) -> Result<Model, BenchError> {
+        let mut model = models::model(text, &self.name())?;
         let solve = &mut model.solve;
         (solve.rtol, solve.atol, solve.t_end) = (self.rtol, self.rtol, self.t_end);
         solve.every = Some(self.t_end);
@@ -70,11 +71,14 @@ fn refused(size: Size, message: String) -> BenchError {
 #[expect(clippy::print_stdout, reason = "the output is read by the parent process")]
 pub(crate) fn measure(size: Size) -> Result<(), BenchError> {
     let stop = |error: bksim::Rejected| refused(size, error.to_string());
+    let text = size.text();
     let mut times = vec![cpu_time()];
-    let mechanism = Mechanism::derive(size.model()?, Vec::new()).map_err(stop)?;
+    let model = size.model(&text)?;
+    times.push(cpu_time());
+    let mechanism = Mechanism::derive(model, Vec::new()).map_err(stop)?;
     let simulation = mechanism.simulation().map_err(stop)?;
     times.push(cpu_time());
-    let start = mechanism.start().map_err(stop)?;
+    let start = simulation.start().map_err(stop)?;
     times.push(cpu_time());
     let mut first = f64::NAN;
     let mut observe = |sample: &bksim::sim::run::Sample| {
@@ -89,7 +93,7 @@ pub(crate) fn measure(size: Size) -> Result<(), BenchError> {
     println!(
         "{}",
         json!({
-            "n": size.n, "derive_s": spans[0], "start_s": spans[1], "run_s": spans[2],
+            "n": size.n, "read_s": spans[0], "derive_s": spans[1], "start_s": spans[2], "run_s": spans[3],
             "n_step": summary.stats.n_step, "peak_kib": peak_memory(),
             "energy": summary.energy.worst_error / summary.energy.scale, "first": first,
         })
@@ -109,6 +113,9 @@ pub(crate) fn run(context: &Context) -> Report {
     let mut report = Report::new("scale", "Growth with size");
     for family in Family::value_variants() {
         grow(*family, context, &mut report);
+    }
+    for family in Family::value_variants() {
+        get_ready(*family, context, &mut report);
     }
     compare(context, &mut report);
     report
@@ -172,6 +179,52 @@ fn grow(family: Family, context: &Context, report: &mut Report) {
         Check::at_most(format!("{family:?}: exponent of the time per step"), worst_time, 1.1),
         Check::at_most(format!("{family:?}: exponent of the memory"), worst_memory, 1.05),
         Check::at_least(format!("{family:?}: largest size that ran"), largest as f64, last as f64),
+    ]);
+}
+
+/// Measures what one family takes from its text to the first steps of its motion at all sizes, until one takes too long.
+fn get_ready(family: Family, context: &Context, report: &mut Report) {
+    let sizes: &[usize] = match (context.effort.is_quick, family) {
+        (true, _) => &[10, 20],
+        (false, Family::Chain) => &[1000, 3000, 10_000, 40_000],
+        (false, Family::FourBar) => &[1000, 3000, 10_000],
+    };
+    let title = format!("{family:?}, ready");
+    let head = ["read", "derive", "start", "together", "exponent", "memory"];
+    let mut table = Table::new([title.as_str()].into_iter().chain(head));
+    let mut before: Option<(usize, f64)> = None;
+    let (mut worst, mut per_link) = (f64::NAN, f64::NAN);
+    for &n in sizes {
+        let found = match child(Size { family, n, t_end: 1e-4, rtol: 1e-6 }, context) {
+            Ok(found) => found,
+            Err(reason) => {
+                report.notes.push(format!("{family:?} of {n}: {reason}"));
+                break;
+            }
+        };
+        let number = |name: &str| found[name].as_f64().unwrap_or(f64::NAN);
+        let times = ["read_s", "derive_s", "start_s"].map(number);
+        let together: f64 = times.iter().sum();
+        let exponent = before.map_or(f64::NAN, |(size, time)| {
+            (together / time).ln() / (n as f64 / size as f64).ln()
+        });
+        worst = worst.max(exponent);
+        before = Some((n, together));
+        let n_bodies = match family {
+            Family::Chain => n,
+            Family::FourBar => 2 * n + 1,
+        };
+        per_link = 1.024 * number("peak_kib") / n_bodies as f64;
+        let mut row = vec![n.to_string()];
+        row.extend(times.map(seconds));
+        row.extend([seconds(together), ratio(exponent), format!("{per_link:.1} kB/body")]);
+        table.push(row);
+        report.numbers.insert(format!("{family:?} {n}, ready"), found);
+    }
+    report.tables.push(table);
+    report.checks.extend([
+        Check::at_most(format!("{family:?}: exponent of the time until it moves"), worst, 1.05),
+        Check::at_most(format!("{family:?}: memory of a body, kB, at the largest"), per_link, 30.0),
     ]);
 }
 
