@@ -86,9 +86,10 @@ pub fn page(playback: &mut Playback, options: &Options) -> Result<Page, PageErro
     let equations = equations::sections(playback.mechanism(), options.budget.equations);
 
     let tables = report::html(playback, &options.units);
-    let assemblies = match options.has_assemblies {
-        true => assemblies::html(playback.mechanism())?,
-        false => String::new(),
+    let assemblies = if options.has_assemblies {
+        assemblies::html(playback.mechanism())?
+    } else {
+        String::new()
     };
 
     let mut remarks: Vec<String> = motion.thinning.iter().map(Thinning::words).collect();

@@ -76,22 +76,7 @@ pub(crate) fn run(args: &Plot, as_json: bool, nesting: usize) -> Result<Status, 
     let mut named = patterns.clone();
     named.extend(x_name.map(str::to_owned));
     named.extend(args.path.iter().flat_map(|point| coordinates(point)));
-    let mut runs = Vec::new();
-    for (path, log) in paths.iter().filter(|path| !is_csv(path)).zip(&logs) {
-        let mut run = Run::open(path, &log.log()).map_err(|e| bad_log(path, &e))?;
-        run.measure(&named)?;
-        runs.push(run);
-    }
-    let is_over_time = args.x.is_none() && args.path.is_empty();
-    for table in tables {
-        let path = table.path().to_owned();
-        if is_over_time && !table.has_times() {
-            return Err(no_times(&table));
-        }
-        let headers: Vec<&Header> = runs.iter().map(|run: &Run| &run.header).collect();
-        let contents = table.beside(&headers)?;
-        runs.push(Run::of_table(&path, contents));
-    }
+    let mut runs = opened(args, (&paths, &logs), tables, &named)?;
     let model_name = runs[0].header.model_name.clone();
     let picture = args.output.as_deref().map(|path| {
         let may_replace = args.force || is_of_model(path, &model_name);
@@ -155,6 +140,32 @@ pub(crate) fn run(args: &Plot, as_json: bool, nesting: usize) -> Result<Status, 
         output::styled(&format!("{}{left_out}", text_of(&plotted.figure)))?;
     }
     Ok(Status::Done)
+}
+
+/// The logs as runs, with the quantities of these names, then the tables.
+fn opened(
+    args: &Plot,
+    (paths, logs): (&[PathBuf], &[RunFile]),
+    tables: Vec<Table>,
+    named: &[String],
+) -> Result<Vec<Run>, Failure> {
+    let mut runs = Vec::new();
+    for (path, log) in paths.iter().filter(|path| !is_csv(path)).zip(logs) {
+        let mut run = Run::open(path, &log.log()).map_err(|e| bad_log(path, &e))?;
+        run.measure(named)?;
+        runs.push(run);
+    }
+    let is_over_time = args.x.is_none() && args.path.is_empty();
+    for table in tables {
+        let path = table.path().to_owned();
+        if is_over_time && !table.has_times() {
+            return Err(no_times(&table));
+        }
+        let headers: Vec<&Header> = runs.iter().map(|run: &Run| &run.header).collect();
+        let contents = table.beside(&headers)?;
+        runs.push(Run::of_table(&path, contents));
+    }
+    Ok(runs)
 }
 
 /// The picture in characters, as wide as the terminal.
@@ -236,7 +247,7 @@ fn put(output: &OutputFile, bytes: &[u8]) -> Result<(), Failure> {
 /// The channel of the abscissa, which is one.
 fn abscissa(option: &str, name: &str, runs: &[Run], units: &Units) -> Result<Quantity, Failure> {
     let selections = runs.iter().map(|run| Selection::new(&run.header, [name]));
-    let selection = selections.reduce(|found, next| found.or(next));
+    let selection = selections.reduce(Result::or);
     let selection = selection.expect("a run at least").map_err(|e| bad_log(&runs[0].path, &e))?;
     match selection.columns() {
         [column] => Ok(Quantity::channel(column, true, units)),
@@ -294,9 +305,10 @@ fn missing<'p>(
             let names = Selection::all(&run.header);
             let names: Vec<&str> = names.columns().iter().map(|c| c.name.as_str()).collect();
             let path = run.path.display();
-            let help = match run.is_table() {
-                true => format!("it has {}", names.join(", ")),
-                false => format!("`bksim info {path}` lists the channels"),
+            let help = if run.is_table() {
+                format!("it has {}", names.join(", "))
+            } else {
+                format!("`bksim info {path}` lists the channels")
             };
             Failure::usage(format!("`{path}` has {what}"), &help)
         };
