@@ -7,9 +7,9 @@ import { positionOf } from './poses.js';
 const SLACK = 1e-6;
 /** Corners within this part of the largest height count as on the plane. */
 const ON_PLANE = 1e-9;
-/** Distance of the lines of a hatching, radii of a pin; lines over a face at most. */
-const SPACING = 1.1;
-const MOST_LINES = 200;
+/** Distance of the lines of a hatching, radii of a pin; lines over a face, fewest and most. */
+const SPACING = 0.7;
+const LINES = [4, 200];
 /** Sides of a faceted rod, and rows of facets to either end. */
 const SIDES = 32;
 const ROWS = 8;
@@ -243,7 +243,8 @@ function hatching(rings, { u, v, pin }, body) {
   const heights = flat.flat().map(([, y]) => y);
   const [low, high] = heights.reduce(([a, b], y) => [Math.min(a, y), Math.max(b, y)], [Infinity, -Infinity]);
   const usual = SPACING * [1, 1.5, 0.75][Math.floor(body / 2) % 3] * pin;
-  const spacing = usual * Math.max(1, Math.ceil((high - low) / usual / MOST_LINES));
+  const [fewest, most] = LINES.map((lines) => Math.log2((high - low) / usual / lines));
+  const spacing = usual * 2 ** Math.max(Math.ceil(most), Math.min(0, Math.max(-3, Math.floor(fewest))));
   if (!(spacing > 0 && Number.isFinite(high - low))) return [];
   const crossings = [];
   for (const ring of flat) {

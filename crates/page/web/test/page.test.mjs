@@ -182,6 +182,48 @@ test('a spatial mechanism turns by dragging, and moves with Shift', () => {
   });
 });
 
+test('a spatial mechanism is cut across an axis, by the list and by keys', async () => {
+  await opened(first.file, {}, async (page) => assert.ok(await page.locator('#section').isHidden()));
+  const spatial = plan.pages.find(({ name }) => name === 'governor');
+  await opened(spatial.file, {}, async (page) => {
+    // How much is drawn on the left and on the right of the middle of the picture.
+    const drawn = () =>
+      page.evaluate(() => {
+        const { width, height } = document.getElementById('picture');
+        const { data } = document.getElementById('picture').getContext('2d').getImageData(0, 0, width, height);
+        const halves = [0, 0];
+        for (let at = 0; at < data.length; at += 4) {
+          const isDrawn = [0, 1, 2].some((i) => Math.abs(data[at + i] - data[i]) > 40);
+          // The scale bar stands in the lower left corner.
+          if (isDrawn && at / 4 < 0.9 * width * height) halves[(at / 4) % width < 0.5 * width ? 0 : 1] += 1;
+        }
+        return halves;
+      });
+    await page.selectOption('#look', 'front');
+    await settled(page);
+    const [before, whole] = [await picture(page), await drawn()];
+    assert.ok(whole[0] > 500 && whole[1] > 500, `${whole} pixels`);
+    // Seen from the front a little from the right, the right half is nearer.
+    await page.evaluate(() => globalThis.bksim.camera.turn(1e-3, 0));
+    await page.selectOption('#cut', '0');
+    await settled(page);
+    const [left, right] = await drawn();
+    assert.ok(left > 0.5 * whole[0] && right < 0.1 * whole[1], `${left} and ${right} pixels of ${whole}`);
+    const bytes = await page.locator('.picture').screenshot();
+    fs.writeFileSync(path.join(plan.screenshots, 'governor-cut.png'), bytes);
+    const cut = await picture(page);
+    await page.locator('#picture').focus();
+    await page.keyboard.press(']');
+    await settled(page);
+    assert.notEqual(await picture(page), cut);
+    await page.keyboard.press('x');
+    await page.selectOption('#look', 'front');
+    await settled(page);
+    assert.equal(await picture(page), before);
+    assert.ok(await page.locator('#cut-at').isHidden());
+  });
+});
+
 test('what is rounding on the scale of its curve is shown as zero', () => {
   // The slider of the press begins where positions are counted from, but for rounding.
   const { file } = plan.pages.find(({ name }) => name === 'press');

@@ -3,9 +3,9 @@
 use crate::geometry::{Plane, Point, direction, dot, left};
 
 /// Distance of the lines of a hatching, radii of a pin.
-const SPACING: f64 = 1.1;
-/// Lines over an area at most: they are further apart where there would be more.
-const MOST_LINES: f64 = 200.0;
+const SPACING: f64 = 0.7;
+/// Lines over an area, fewest and most: they are closer or further apart where there would be fewer or more.
+const LINES: [f64; 2] = [4.0, 200.0];
 
 /// Direction and distance of the lines of a hatching.
 #[derive(Clone, Copy, Debug)]
@@ -43,7 +43,9 @@ pub(super) fn hatching(
     let (low, high) = heights().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| {
         (low.min(height), high.max(height))
     });
-    let spacing = spacing * ((high - low) / spacing / MOST_LINES).ceil().max(1.0);
+    // By a power of two, so that it changes seldom while the area moves.
+    let [fewest, most] = LINES.map(|lines| ((high - low) / spacing / lines).log2());
+    let spacing = spacing * most.ceil().max(fewest.floor().clamp(-3.0, 0.0)).exp2();
     if !((high - low).is_finite() && spacing > 0.0 && spacing.is_finite()) {
         return Vec::new();
     }
