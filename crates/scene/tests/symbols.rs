@@ -157,3 +157,34 @@ fn a_sign_on_a_rod_is_painted_over_all_of_it() {
     let depths = scene.depths(&[1.0, 0.0, 3.0], &[], &[[0.0; 3]; 3]);
     assert_eq!(depths, [1.0, 1.1, 3.1]);
 }
+
+#[test]
+fn a_slide_in_space_lies_along_its_axis_in_both_bodies_and_its_guide_reaches_as_far_as_it_goes() {
+    for kind in ["prismatic", "cylindrical"] {
+        // The guide's point is turned against its body, that of the block is not.
+        let scene = scene(&format!(
+            r#"
+            space = "spatial"
+            [bodies]
+            arm = {{ mass = 1, inertia = [0.1, 0.1, 0.1], points = {{ A = {{ at = [0.2, 0, 0], rpy = [0, 0, "90 deg"] }} }} }}
+            block = {{ mass = 1, inertia = [0.1, 0.1, 0.1] }}
+            [joints]
+            turn = {{ type = "revolute", between = ["ground", "arm"] }}
+            slide = {{ type = "{kind}", between = ["arm.A", "block"], axis = [1, 0, 0] }}
+            [initial]
+            slide = {{ position = 0.3 }}
+            "#
+        ));
+        let reach = |body: usize, axis: usize| {
+            let own = scene.shapes.iter().filter(|shape| shape.body == body);
+            let drawn = own.filter(|shape| matches!(shape.role, Role::Body(_)));
+            let points: Vec<[f64; 3]> = drawn.flat_map(|shape| shape.form.reach()).collect();
+            extent(&points, axis)
+        };
+        // Along x of the point, which is y of the arm.
+        let [low, high] = reach(1, 1);
+        assert!(low < 0.0 && high > 0.3 + scene.pin, "{kind}: from {low} to {high}");
+        let [x, y, z] = [0, 1, 2].map(|axis| reach(2, axis)).map(|[low, high]| high - low);
+        assert!(x > 1.4 * y && (y - z).abs() < 1e-12, "{kind}: {x} by {y} by {z}");
+    }
+}

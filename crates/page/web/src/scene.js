@@ -1,8 +1,10 @@
 // The drawing: shapes on bodies, springs, dampers and links, trails, arrows and names.
 
 import { quantityText } from './arrows.js';
+import { sortSolids } from './depth.js';
 import { positionOf, velocityOf } from './poses.js';
 import { cutShapes, half, height, pieces } from './section.js';
+import { edgesOf, normalOf } from './solids.js';
 
 // The direction to the light in the view: right, up, towards the eye.
 const LIGHT = [-0.35, 0.55, 0.758];
@@ -18,31 +20,6 @@ function shaded({ fill, stroke }, shade) {
   if (!stroke) return fill;
   const part = 0.6 * shade;
   return fill.map((x, i) => (i < 3 ? (1 - part) * x + part * stroke.color[i] : x));
-}
-
-/** Faces whose normals are further apart than this (cosine) meet in an edge that is drawn from all sides. */
-const SHARP = 0.9;
-
-/** The edges of a solid: each with its corners, the faces on either side, and whether it is drawn from all sides. */
-function edgesOf({ lines: [line], faces }) {
-  const corner = (i) => line.slice(3 * i, 3 * i + 3);
-  const normals = faces.map((face) => normalOf(face.map(corner)));
-  const open = new Map();
-  const edges = [];
-  faces.forEach((face, number) => {
-    face.forEach((from, i) => {
-      const to = face[(i + 1) % face.length];
-      const other = open.get(`${to},${from}`);
-      if (other === undefined) {
-        open.set(`${from},${to}`, number);
-        return;
-      }
-      open.delete(`${to},${from}`);
-      const cosine = normals[number].reduce((sum, part, k) => sum + part * normals[other][k], 0);
-      edges.push({ corners: [from, to], faces: [other, number], isSharp: cosine < SHARP });
-    });
-  });
-  return edges;
 }
 
 export class Drawing {
@@ -96,7 +73,7 @@ export class Drawing {
   /** Functions that draw shapes and spans from back to front: in the scene's order, in space by depth. */
   ordered(numbers, theme) {
     const { planar, spans, pin } = this.scene;
-    const shapes = this.half ? cutShapes(this.scene.shapes, this.half, numbers, edgesOf) : this.scene.shapes;
+    const shapes = this.half ? cutShapes(this.scene.shapes, this.half, numbers) : this.scene.shapes;
     const near = (body, x, y, z) => this.camera.project(positionOf(numbers, body, x, y, z))[2];
     const depthOf = (shape) => {
       const line = shape.lines[0] ?? [];
@@ -108,8 +85,9 @@ export class Drawing {
     };
     // Signs lie in front of their own middle, and of the whole rod or solid that they are on.
     const own = new Map(planar ? [] : shapes.map((shape) => [shape, depthOf(shape)]));
-    // Cut faces lie in front of all that is left.
     const isFace = ({ kind }) => kind === 'section';
+    if (!planar) this.sortSolids(own, numbers);
+    // Cut faces lie in front of all that is left.
     const behind = [...own].filter(([shape]) => !shape.front && !isFace(shape)).map(([, depth]) => depth);
     const ends = this.half ? spans.flatMap(({ ends: pair }) => pair.map((at) => near(at.body, ...at.position))) : [];
     const face = [...behind, ...ends].reduce((most, depth) => Math.max(most, depth), -Infinity) + pin;
@@ -134,6 +112,22 @@ export class Drawing {
     ];
     if (!planar) layers.sort(([a], [b]) => a - b);
     return layers.map(([, draw]) => draw);
+  }
+
+  /** Raises the depths of shapes above those of the shapes that they hide; signs and cut faces come later. */
+  sortSolids(own, numbers) {
+    const placed = [...own.keys()].filter(({ front, kind }) => !front && kind !== 'section').map((shape) => {
+      const { frame = shape.body, lines, radius, kind, faces } = shape;
+      const points = [];
+      for (const line of lines) {
+        for (let i = 0; i + 2 < line.length; i += 3) points.push(positionOf(numbers, frame, ...line.slice(i, i + 3)));
+      }
+      const isSolid = kind === 'solid';
+      const normals = isSolid ? faces.map((face) => normalOf(face.map((corner) => points[corner]))) : [];
+      return { shape, depth: own.get(shape), points, radius, normals, isSolid };
+    });
+    sortSolids(placed, this.camera.rows, this.scene.pin);
+    for (const { shape, depth } of placed) own.set(shape, depth);
   }
 
   /** Fills and strokes the current path. */
@@ -452,20 +446,6 @@ export function lengthText(metres) {
   if (metres >= 1) return `${Number(metres.toPrecision(3))} m`;
   if (metres >= 0.01) return `${Number((metres * 100).toPrecision(3))} cm`;
   return `${Number((metres * 1000).toPrecision(3))} mm`;
-}
-
-/** Unit normal of a plane ring; zero where it has no area. */
-function normalOf([origin, ...rest]) {
-  const sum = [0, 0, 0];
-  for (let i = 0; i + 1 < rest.length; i += 1) {
-    const [a, b] = [rest[i], rest[i + 1]].map((p) => p.map((x, axis) => x - origin[axis]));
-    for (let axis = 0; axis < 3; axis += 1) {
-      const [j, k] = [(axis + 1) % 3, (axis + 2) % 3];
-      sum[axis] += a[j] * b[k] - a[k] * b[j];
-    }
-  }
-  const length = Math.hypot(...sum) || 1;
-  return sum.map((x) => x / length);
 }
 
 /** Outermost points of the scene in the world at one instant. */

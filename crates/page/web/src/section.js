@@ -2,6 +2,7 @@
 // renderers, whose sources say why: crates/scene/src/section.rs.
 
 import { positionOf } from './poses.js';
+import { edgesOf } from './solids.js';
 
 /** Height of the kept half above the plane, radii of a pin: rounding errors leave out nothing that lies in it. */
 const SLACK = 1e-6;
@@ -200,7 +201,7 @@ function cutSolid(plane, { corners, faces, edges }) {
 }
 
 /** A rod or ball as a solid whose corners lie on it. */
-function faceted([from, to], radius, edgesOf) {
+function faceted([from, to], radius) {
   const isBall = Math.hypot(...sub(to, from)) === 0;
   const axis = isBall ? [0, 0, 1] : unit(sub(to, from));
   const u = across(axis);
@@ -276,7 +277,7 @@ function placed(line, body, numbers) {
 }
 
 /** The shapes that are left of a shape, in the world. */
-function cutShape(shape, plane, numbers, edgesOf) {
+function cutShape(shape, plane, numbers) {
   const lines = shape.lines.map((line) => placed(line, shape.body, numbers));
   // In the frame of the ground, which is the world.
   const left = (kind, points, more) => ({ ...shape, frame: 0, kind, lines: points.map((line) => line.flat()), ...more });
@@ -297,7 +298,7 @@ function cutShape(shape, plane, numbers, edgesOf) {
     case 'rod': {
       const heights = all.map((p) => height(plane, p));
       if (Math.max(...heights) <= -shape.radius) return [shape];
-      return Math.min(...heights) < shape.radius ? solid(faceted(all, shape.radius, edgesOf)) : [];
+      return Math.min(...heights) < shape.radius ? solid(faceted(all, shape.radius)) : [];
     }
     case 'solid':
       return solid({ corners: all, faces: shape.faces, edges: shape.edges });
@@ -324,6 +325,6 @@ function cutShape(shape, plane, numbers, edgesOf) {
 }
 
 /** The shapes that are left in a half of space. */
-export function cutShapes(shapes, plane, numbers, edgesOf) {
-  return shapes.flatMap((shape) => cutShape(shape, plane, numbers, edgesOf));
+export function cutShapes(shapes, plane, numbers) {
+  return shapes.flatMap((shape) => cutShape(shape, plane, numbers));
 }

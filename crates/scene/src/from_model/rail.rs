@@ -1,6 +1,6 @@
-//! [`Rail`]: the straight path of a prismatic joint or of a pin in a slot.
+//! [`Rail`]: the straight path of a prismatic joint, of a cylindrical one on a body that moves, or of a pin in a slot.
 
-use bksim_model::{Joint, JointKind, Space};
+use bksim_model::{GROUND, Joint, JointKind, Space};
 
 use super::numbers::{Numbers, range};
 use super::sizes::SymbolSizes;
@@ -52,13 +52,14 @@ fn rail(
 ) -> Option<Rail> {
     let angle = match joint.kind {
         JointKind::Prismatic { angle } => Some(numbers.value(angle)),
+        // A shaft in a bearing of the ground has the sign of a bearing alone.
+        JointKind::Cylindrical if joint.predecessor.body != GROUND => Some(0.0),
         JointKind::PinInSlot => None,
         _ => return None,
     };
     // The guide, on the first body; at first with room for a pin alone.
     let from = numbers.attached(joint.predecessor);
-    let along = unit3(numbers.axis(joint, from.body)).unwrap_or([1.0, 0.0, 0.0]);
-    let across = across3(along, [0.0, 0.0, 1.0]);
+    let [[along, across], second] = axes(numbers, joint, angle.unwrap_or(0.0));
     let travel = numbers.travel(joint_idx, 0.6 * sizes.length);
     let pin = SLOT * sizes.pin;
     let mut rail = Rail {
@@ -68,12 +69,9 @@ fn rail(
         extent: [[-pin, pin]; 2],
         slider: None,
     };
-    if let Some(angle) = angle {
-        // The slider's frame is turned by the angle about z: its axes see the rail turned back.
-        let [cos, sin] = direction(-angle);
-        let turned = |[x, y, z]: [f64; 3]| [cos * x - sin * y, sin * x + cos * y, z];
+    if angle.is_some() {
         let at = numbers.attached(joint.successor);
-        let plane = Plane { origin: at.position, u: turned(along), v: turned(across) };
+        let plane = Plane { origin: at.position, u: second[0], v: second[1] };
         rail.slider = Some(Slider { body: at.body, plane });
 
         // Room for its outline; in space without one, for a box as wide as the points on its sides.
@@ -90,6 +88,19 @@ fn rail(
         });
     }
     Some(rail)
+}
+
+/// Unit vectors along a slide and across it, in the frame of the body with the guide and in that of the other one.
+fn axes(numbers: &Numbers, joint: &Joint, angle: f64) -> [[[f64; 3]; 2]; 2] {
+    let along = unit3(numbers.vector(&joint.axis)).unwrap_or([1.0, 0.0, 0.0]);
+    let axes = [along, across3(along, [0.0, 0.0, 1.0])];
+    // The slider's frame is turned by the angle about z: its axes see the rail turned back.
+    let [cos, sin] = direction(-angle);
+    let turned = |[x, y, z]: [f64; 3]| [cos * x - sin * y, sin * x + cos * y, z];
+    [
+        axes.map(|axis| numbers.on_anchor(joint.predecessor, axis)),
+        axes.map(|axis| numbers.on_anchor(joint.successor, turned(axis))),
+    ]
 }
 
 impl Rail {
