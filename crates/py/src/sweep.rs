@@ -105,6 +105,11 @@ impl Study {
         (cases.start, cases.end)
     }
 
+    /// The values of a case, as texts by name.
+    fn settings(&self, case: u64) -> Vec<(String, String)> {
+        self.study.settings(case)
+    }
+
     /// Values per axis of a grid; none of samples.
     #[getter]
     fn shape(&self) -> Option<Vec<u64>> {

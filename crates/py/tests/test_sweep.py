@@ -63,6 +63,24 @@ def test_a_row_is_what_solve_gives_to_the_last_bit(crank: bksim.Model) -> None:
     assert torque.unit("q1") == torque.unit("max(reactions.A.mz)") == "N*m"
 
 
+def test_a_case_is_solved_again_with_its_values(crank: bksim.Model, tmp_path: Path) -> None:
+    crank.parameters["m2"] = 1.5
+    swept = bksim.sweep(
+        crank, {"l1": "80 cm:120 cm:3", "A.rate": [1.0, 2.0]}, outputs=OUTPUTS[:3], t_end=0.2
+    )
+    # What is set later changes nothing of it, and it can be sent.
+    crank.parameters["m2"] = 9.0
+    for case in range(len(swept)):
+        sol = pickle.loads(pickle.dumps(swept)).solve(case)
+        assert sol.t[-1] == 0.2
+        assert sol["state.x3"][-1] == swept["final(state.x3)"][case]
+        assert sol["reactions.A.fy"].min() == swept["min(reactions.A.fy)"][case]
+    swept.solve(4, t_end=0.1).save(tmp_path / "case-4.mcap")
+    assert bksim.open(tmp_path / "case-4.mcap").t[-1] == 0.1
+    with pytest.raises(IndexError, match="0 to 5"):
+        swept.solve(6)
+
+
 def test_what_is_set_on_the_model_holds_in_its_sweeps(crank: bksim.Model) -> None:
     axes = {"l1": [0.9, 1.0]}
     before = bksim.sweep(crank, axes, outputs=OUTPUTS, t_end=0.1)

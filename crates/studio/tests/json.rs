@@ -142,7 +142,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "solve five-link.toml --t-end 0.5",
         "solve contacts.toml --t-end 1",
         "solve five-link.toml --t-end 0",
-        "sweep four-bar.toml --set b=0.01,0.3 --t-end 0.1",
+        "sweep four-bar.toml --set b=0.01,0.3 --t-end 0.1 --log-cases all",
         "sweep four-bar.toml --set b=1:2:0",
         "export parallelogram.mcap energy -o energy.csv",
         "sweep four-bar.toml --set b=0.27:0.3:4 --set a=0.1,0.1001 --t-end 0.1 -o four.parquet",

@@ -209,3 +209,56 @@ fn a_name_that_ends_in_csv_is_a_table_of_text_with_the_same_rows() {
     assert_eq!(place.run(command).status.code(), Some(4));
     assert_eq!(place.run("sweep model.toml --set b=0.3,0.35 -o s.xlsx").status.code(), Some(2));
 }
+
+#[test]
+fn chosen_cases_are_logged_as_solve_logs_them() {
+    let place = place(PENDULUM);
+    let sweep = |chosen: &str, more: &[&str]| {
+        let mut bksim = place.bksim();
+        bksim.args(["sweep", "swing.toml", "--set", "l=0.5:2:4", "--set", "m=-1,1"]);
+        bksim.args(["--set", "phi=0.5:0.5:1", "--keep", "max(energy.kinetic)", "-o", "t.parquet"]);
+        bksim.args(["--log-cases", chosen]).args(more).output().expect("bksim runs")
+    };
+    let logs = |folder: &str| {
+        let files = fs::read_dir(place.path().join(folder)).expect("a folder");
+        let names =
+            files.map(|file| file.expect("a file").file_name().to_string_lossy().into_owned());
+        let mut logs: Vec<String> = names.filter(|name| name.ends_with(".mcap")).collect();
+        logs.sort();
+        logs
+    };
+
+    // By comparison: masses of -1 kg are refused, and long pendulums fall deeper.
+    for (chosen, folder, expected) in [
+        ("3,5-6", "numbers", &["t-3.mcap", "t-5.mcap"][..]),
+        ("largest max(energy.kinetic)", "largest", &["t-7.mcap"]),
+        ("max(energy.kinetic) > 1 mJ and l < 1200 mm", "where", &["t-1.mcap", "t-3.mcap"]),
+        ("failed", "failed", &[]),
+    ] {
+        let swept = sweep(chosen, &["--logs", folder]);
+        assert_eq!(swept.status.code(), Some(0), "{chosen}: {}", text(&swept.stderr));
+        assert_eq!(logs(folder), expected, "{chosen}");
+    }
+    // Each is the log of a single run with these values.
+    let solved = place.run("solve swing.toml --set l=1 --set m=1 --set phi=0.5 -o one.mcap");
+    assert!(solved.status.success(), "{}", text(&solved.stderr));
+    let table = |log: &str| place.run(&format!("export {log}")).stdout;
+    assert!(!table("one.mcap").is_empty());
+    assert!(table("one.mcap") == table("where/t-3.mcap"));
+    // Again: one's own logs are replaced, and a file of somebody else is not.
+    let again = sweep("3", &["--logs", "where"]);
+    assert_eq!(again.status.code(), Some(0), "{}", text(&again.stderr));
+    place.write("where/t-3.mcap", "mine");
+    assert_eq!(sweep("3", &["--logs", "where"]).status.code(), Some(4));
+
+    for (chosen, word) in [
+        ("8", "numbers 0 to 7"),
+        ("l > 1 kg", "`l` is in m"),
+        ("ll > 1", "did you mean `l`?"),
+        ("deepest", "write numbers of cases"),
+    ] {
+        let swept = sweep(chosen, &[]);
+        assert_eq!(swept.status.code(), Some(2), "{chosen}: {}", text(&swept.stderr));
+        assert!(text(&swept.stderr).contains(word), "{chosen}: {}", text(&swept.stderr));
+    }
+}

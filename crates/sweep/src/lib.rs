@@ -40,6 +40,7 @@
 mod axis;
 mod case;
 mod cases;
+mod chosen;
 mod csv;
 mod error;
 mod influence;
@@ -58,6 +59,7 @@ mod table;
 pub use axis::{Axis, Spacing, Values};
 pub use bksim::sweep_codes as codes;
 pub use cases::axes_of_table;
+pub use chosen::{Chosen, Comparison, NoCases};
 pub use error::SweepError;
 pub use influence::Influence;
 pub use input::si_unit;

@@ -20,6 +20,7 @@ use crate::parquet::{entry, survey};
 use crate::row::Row;
 use crate::run::Monitor;
 use crate::study::Study;
+use crate::table::is_csv;
 
 /// A policy for parts of a sweep that are there already.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -290,11 +291,6 @@ impl<'a> Parts<'a> {
         fs::rename(&written, &self.table).map_err(SweepError::file(&self.table))?;
         self.remove()
     }
-}
-
-/// True for a table that is to be text.
-fn is_csv(table: &Path) -> bool {
-    table.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
 }
 
 /// Whether a file is one that parts are written to.

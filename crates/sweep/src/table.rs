@@ -8,6 +8,7 @@ use ::parquet::errors::ParquetError;
 use ::parquet::file::reader::{FileReader, SerializedFileReader};
 use ::parquet::record::{Field, Row};
 
+use crate::csv::to_csv;
 use crate::parquet::Column;
 
 /// The numbers of a sweep.
@@ -73,4 +74,54 @@ fn number(row: &Row, idx: usize) -> f64 {
         Some((_, Field::Double(value))) => *value,
         _ => f64::NAN,
     }
+}
+
+/// The rows of a table, of whichever format, as far as they are numbers.
+pub(crate) struct Rows {
+    pub(crate) cases: Vec<u64>,
+    /// Whether the run of each case reached its end.
+    pub(crate) is_done: Vec<bool>,
+    /// Inputs and outputs by case, SI; NaN where there is no number.
+    pub(crate) columns: Vec<(String, Vec<f64>)>,
+}
+
+/// The rows of a table that a sweep has written.
+///
+/// # Errors
+/// Those of the file, and of files that are no table of a sweep.
+pub(crate) fn rows(path: &Path) -> Result<Rows, ParquetError> {
+    let not_ours = || ParquetError::General("it is no table of `bksim sweep`".to_owned());
+    let (names, cells) = cells(path)?;
+    let status = names.iter().position(|name| name == "status").ok_or_else(not_ours)?;
+    let columns = names[1..status].iter().cloned().map(|name| (name, Vec::new()));
+    let mut rows = Rows { cases: Vec::new(), is_done: Vec::new(), columns: columns.collect() };
+    for row in cells {
+        rows.cases.push(row[0].parse().map_err(|_| not_ours())?);
+        rows.is_done.push(row[status] == "done");
+        for ((_, values), cell) in rows.columns.iter_mut().zip(&row[1..]) {
+            values.push(cell.parse().unwrap_or(f64::NAN));
+        }
+    }
+    Ok(rows)
+}
+
+/// Headings, and the cells of every row as text; numbers in the fewest digits that tell them.
+fn cells(path: &Path) -> Result<(Vec<String>, Vec<Vec<String>>), ParquetError> {
+    let mut text = Vec::new();
+    if is_csv(path) {
+        text = std::fs::read(path)?;
+    } else {
+        to_csv(&File::open(path)?, &mut text)?;
+    }
+    let failed = |error: csv::Error| ParquetError::from(std::io::Error::from(error));
+    let mut reader = csv::Reader::from_reader(text.as_slice());
+    let own = |record: &csv::StringRecord| record.iter().map(str::to_owned).collect::<Vec<_>>();
+    let names = own(reader.headers().map_err(failed)?);
+    let rows = reader.records().map(|record| record.map(|record| own(&record)).map_err(failed));
+    Ok((names, rows.collect::<Result<_, _>>()?))
+}
+
+/// Whether a table is text, by the ending of its name.
+pub(crate) fn is_csv(table: &Path) -> bool {
+    table.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
 }

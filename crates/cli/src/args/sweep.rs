@@ -33,6 +33,14 @@ pub struct Sweep {
     /// The table; NAME.parquet in the working directory unless given.
     #[arg(short, long, value_name = "FILE", alias = "output")]
     pub out: Option<PathBuf>,
+    /// Log the runs of these cases, as `solve` does: `3,7,10-12`, `all`, `failed`, `largest COLUMN`, `smallest
+    /// COLUMN`, or comparisons, "max(reactions.B.fx) > 2 kN and l1 < 0.9 m". The logs stand beside the table:
+    /// TABLE-3.mcap.
+    #[arg(long, value_name = "WHICH")]
+    pub log_cases: Option<String>,
+    /// The folder of these logs, in place of the table's.
+    #[arg(long, value_name = "FOLDER", requires = "log_cases")]
+    pub logs: Option<PathBuf>,
     /// Independent samples in place of a grid.
     #[arg(long, value_name = "N", conflicts_with_all = ["lhs", "sobol"])]
     pub random: Option<u64>,

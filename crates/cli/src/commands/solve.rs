@@ -32,7 +32,8 @@ pub use self::recorded::RunFile;
 pub(super) use self::report::not_unique;
 use self::report::{Report, Times};
 use self::resume::FirstPart;
-use crate::args::{self, Solve, Tuning};
+use crate::args::analysis::ComplianceArgs;
+use crate::args::{self, ModelArgs, Solve, Tuning};
 use crate::exit::{Failure, Status, without_number};
 use crate::origin::is_of_model;
 use crate::output;
@@ -83,6 +84,29 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
         output::report(&report.text())?;
     }
     Ok(status)
+}
+
+/// Solves a model into a log as `bksim solve` does, and prints nothing: what is said of the run stands in the log.
+///
+/// # Errors
+/// Those of the model and the file; a run that stops early leaves its log, and says so in the status.
+pub fn solve_into_log(
+    model: ModelArgs,
+    (output, force): (&Path, bool),
+    tuning: &Tuning,
+    nesting: usize,
+) -> Result<Status, Failure> {
+    let args = Solve {
+        model,
+        output: Some(output.to_owned()),
+        force,
+        resume: false,
+        compliance: ComplianceArgs::default(),
+        tuning: tuning.clone(),
+        sensitivity: Vec::new(),
+        channels: args::Channels::All,
+    };
+    solved(&args, nesting, true, &mut Times::default()).map(|(.., status)| status)
 }
 
 /// Solves a model into its log; warnings and faults are printed, unless they go into JSON.

@@ -15,7 +15,7 @@ from . import _bksim
 from ._cluster import parts_done
 from ._checked import names, path, real, whole
 from ._progress import DELAY_S, _bars
-from ._swept import About, Failure, InFile, InMemory, Sweep
+from ._swept import About, Again, Failure, InFile, InMemory, Sweep
 from ._words import Design, Formulation, Method
 
 if TYPE_CHECKING:
@@ -108,13 +108,14 @@ def sweep(
     )
     study = _bksim.Study.prepare(asked)
     about = About.of(study, asked["outputs"])
+    again = Again(model.copy(), asked)
     sent = None if executor is None else (executor, asked, max(jobs, 1))
     with _told(about.n_cases, progress) as notify:
         if out is None:
-            return _in_memory(study, about, jobs, sent, notify)
+            return _in_memory(study, about, again, jobs, sent, notify)
         existing = "replace" if overwrite else "resume" if resume else "refuse"
         file = path(out, [".parquet"], "sweeps are written as Parquet")
-        return _in_file(study, about, file, existing, jobs, sent, notify)
+        return _in_file(study, about, again, file, existing, jobs, sent, notify)
 
 
 _Sent: TypeAlias = "tuple[Any, _bksim._Swept, int] | None"
@@ -122,7 +123,12 @@ _Sent: TypeAlias = "tuple[Any, _bksim._Swept, int] | None"
 
 
 def _in_memory(
-    study: _bksim.Study, about: About, jobs: int, sent: _Sent, notify: Notify | None
+    study: _bksim.Study,
+    about: About,
+    again: Again,
+    jobs: int,
+    sent: _Sent,
+    notify: Notify | None,
 ) -> Sweep:
     blocks: dict[int, _bksim._Block] = {}
     stopped: BaseException | None = None
@@ -139,7 +145,8 @@ def _in_memory(
                 _tell(notify, n_kept)
         except KeyboardInterrupt as interrupt:
             stopped = interrupt
-    result = Sweep(about, InMemory(about, [blocks[part] for part in sorted(blocks)]))
+    rows = InMemory(about, [blocks[part] for part in sorted(blocks)])
+    result = Sweep(about, rows, again)
     if stopped is None:
         return result
     words = f"interrupted: {len(result)} of {about.n_cases} cases are in the result of this exception"
@@ -149,13 +156,14 @@ def _in_memory(
 def _in_file(
     study: _bksim.Study,
     about: About,
+    again: Again,
     path: Path,
     existing: str,
     jobs: int,
     sent: _Sent,
     notify: Notify | None,
 ) -> Sweep:
-    result = Sweep(about, InFile(about, path))
+    result = Sweep(about, InFile(about, path), again)
     if existing == "resume" and study.is_whole(path):
         return result
     has_parts = path.with_name(f"{path.name}.parts").exists()

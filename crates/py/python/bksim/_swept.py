@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,6 +20,9 @@ from ._text import small_table
 if TYPE_CHECKING:
     import pandas
     import pyarrow
+
+    from ._model import Model
+    from ._solution import Solution
 
 Array = NDArray[Any]
 
@@ -190,6 +194,26 @@ class InFile:
             return rows
 
 
+OPTIONS = ("t_end", "rtol", "atol", "step", "every", "method", "formulation")
+"""Options of a sweep that its runs have."""
+
+
+@dataclass(frozen=True)
+class Again:
+    """What a case is solved with once more: the model as it was swept, and what was asked."""
+
+    model: Model
+    asked: Any
+
+    def solve(self, case: int, options: dict[str, Any]) -> Solution:
+        model = self.model.copy()
+        for name, value in _bksim.Study.prepare(self.asked).settings(case):
+            model._numbers.pop(name, None)
+            model._overrides[name] = value
+        kept = {name: self.asked[name] for name in OPTIONS}
+        return model.solve(**{**kept, **options})
+
+
 class Sweep:
     """The rows of a sweep: columns by name, each with a value per case.
 
@@ -204,9 +228,10 @@ class Sweep:
     only the cases that were done are there: see ``s["case"]``.
     """
 
-    def __init__(self, about: About, rows: Rows) -> None:
+    def __init__(self, about: About, rows: Rows, again: Again) -> None:
         self._about = about
         self._rows = rows
+        self._again = again
 
     @property
     def path(self) -> Path | None:
@@ -278,6 +303,24 @@ class Sweep:
         out = np.full(self._about.n_cases, np.nan)
         out[self["case"]] = values
         return out.reshape(self.shape)
+
+    def solve(self, case: int, **options: Any) -> Solution:
+        """The solution of a case, solved again with its values and the options of the sweep;
+        ``options`` are those of :meth:`Model.solve`, in place of them. ``s.solve(7).save("case-7.mcap")``
+        logs it.
+
+        >>> import bksim
+        >>> m = bksim.example("slider-crank")
+        >>> s = bksim.sweep(m, {"l1": [0.9, 1.0]}, outputs=["final(state.theta1)"], t_end=0.1)
+        >>> bool(s.solve(1)["state.theta1"][-1] == s["final(state.theta1)"][1])
+        True
+
+        Raises IndexError for a case that the sweep does not have, and what :meth:`Model.solve` raises.
+        """
+        case = operator.index(case)
+        if not 0 <= case < self._about.n_cases:
+            raise IndexError(f"there is no case {case}: they have the numbers 0 to {self._about.n_cases - 1}")
+        return self._again.solve(case, options)
 
     def to_pandas(self) -> pandas.DataFrame:
         """A table with a row per case; units are in ``attrs["units"]``."""

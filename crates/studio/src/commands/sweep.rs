@@ -1,5 +1,7 @@
 //! `bksim sweep`: from a model and its axes to one table.
 
+mod logs;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -9,6 +11,7 @@ use bksim_sweep::{
 };
 use serde_json::{Value, json};
 
+use self::logs::CaseLog;
 use bksim_cli::args::ModelArgs;
 use bksim_cli::args::sweep::Sweep;
 use bksim_cli::commands::solve::{changes, named_after};
@@ -24,6 +27,7 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     let begun = Instant::now();
     // Take the values that vary apart from those that do not, and read the model with the latter.
     let Settings { axes, fixed, fault } = Settings::of(&args.set);
+    let chosen = logs::chosen(args)?;
     let model = args.model.clone();
     let model = ModelArgs { model, set: fixed, drawing: args.drawing.clone() };
     let loaded = load(&model, nesting)?;
@@ -54,7 +58,7 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     // Derive and compile once.
     let mut request = Request::new(&source.text, &loaded.model.name, plan);
     request.limits.nesting = nesting;
-    request.fixed = model.set;
+    request.fixed.clone_from(&model.set);
     request.outputs.clone_from(&args.keep);
     request.changes = changes(&args.tuning, loaded.model.solve.t_start)?;
     let study = Study::prepare(request).map_err(|rejected| source.rejected(rejected.0))?;
@@ -71,9 +75,18 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     let written = solved(&study, &path, args, &stop);
     let report = written.map_err(|error| failure(source, error))?;
 
+    // The logs of cases that are asked for.
+    let logs = match &chosen {
+        Some(chosen) if !report.is_stopped => {
+            let what = (chosen, model.set.as_slice());
+            logs::write_logs(args, (&study, &path), what, (&stop, nesting))?
+        }
+        _ => Vec::new(),
+    };
+
     // Tell how it went.
     let status = match stop.status() {
-        Some(status) if report.is_stopped => status,
+        Some(status) if report.is_stopped || chosen.is_some() => status,
         _ if report.n_done == 0 => Status::Rejected,
         _ => Status::Done,
     };
@@ -81,6 +94,7 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
         study: &study,
         path: &path,
         report: &report,
+        logs: &logs,
         seconds: begun.elapsed().as_secs_f64(),
     };
     if as_json {
@@ -207,12 +221,13 @@ struct SweepReport<'a> {
     study: &'a Study,
     path: &'a Path,
     report: &'a Report,
+    logs: &'a [CaseLog],
     seconds: f64,
 }
 
 impl SweepReport<'_> {
     fn text(&self) -> String {
-        let Self { study, path, report, seconds } = self;
+        let Self { study, path, report, logs, seconds } = self;
         let varied = study.plan().axes().iter().map(|axis| axis.name.as_str());
         let varied: Vec<&str> = varied.collect();
         let design = match study.plan().design() {
@@ -247,11 +262,12 @@ impl SweepReport<'_> {
         if !report.is_stopped {
             lines.push(format!("  table        {}", path.display()));
         }
+        lines.extend(logs::lines(logs));
         lines.join("\n")
     }
 
     fn describe(&self, status: Status) -> Value {
-        let Self { study, path, report, seconds } = self;
+        let Self { study, path, report, logs, seconds } = self;
         let column =
             |column: &bksim_sweep::Column| json!({ "name": column.name, "unit": column.unit });
         let columns =
@@ -277,6 +293,7 @@ impl SweepReport<'_> {
             "inputs": columns(study.input_columns()),
             "outputs": columns(study.output_columns()),
             "faults": faults.collect::<Vec<_>>(),
+            "logs": logs::described(logs),
             "seconds": seconds,
         })
     }
