@@ -141,6 +141,14 @@ fn other_files_are_overwritten_only_by_force() {
     assert_eq!(listed(&scratch, "B")[0].2["body1"], Value::Null);
     let out = fs::read_to_string(scratch.path().join("out.dxf")).expect("the other file");
     assert!(out.contains("body1=rod"));
+    // An earlier edit of the same drawing is replaced; one that somebody has changed since is not.
+    done(&scratch.run("cad joint set press.dxf B body1=disk -o out.dxf"));
+    let out = fs::read_to_string(scratch.path().join("out.dxf")).expect("the other file");
+    assert!(out.contains("body1=disk") && !out.contains("body1=rod"));
+    scratch.write("out.dxf", out.replace("body1=disk", "body1=rod"));
+    assert!(
+        refused(&scratch, "cad joint set press.dxf B body1=disk -o out.dxf").contains("--force")
+    );
     // Nothing is left beside them.
     assert_eq!(fs::read_dir(scratch.path()).expect("the directory").count(), 2);
 }

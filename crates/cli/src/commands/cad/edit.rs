@@ -1,6 +1,5 @@
 //! `bksim cad body|joint|load|drive add|set|remove`: changes of what is attached to a drawing.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use bksim::cad::drawing::Handle;
@@ -9,10 +8,12 @@ use bksim::cad::patch::apply;
 use bksim::model::diagnostic::Diagnostic;
 use serde_json::json;
 
+use super::written::exists;
 use crate::args::edit::{self as args, Change};
 use crate::exit::{Failure, Status};
+use crate::origin::{is_of_model, stamped};
 use crate::output;
-use crate::output_file::put;
+use crate::output_file::{is_same_file, put};
 use crate::render;
 use crate::source::{Text, read_bytes, read_sheet};
 
@@ -40,7 +41,13 @@ pub(super) fn run(subject: Subject, change: &Change, as_json: bool) -> Result<St
 
     // What was written must read; what it then says may still be at fault, and is told.
     let written = read_sheet(&output, patched.bytes.clone(), &named.reading)?;
-    put(&output, &patched.bytes)?;
+    // A copy is known again by its mark; in a drawing that is edited in its place nothing else changes.
+    let bytes = if named.output.is_none() || is_same_file(&output, path) {
+        patched.bytes
+    } else {
+        stamped(&output, patched.bytes, &drawing_name(path))
+    };
+    put(&output, &bytes)?;
     let after = Text::new(output.clone(), written.text);
     let new: Vec<Diagnostic> =
         written.diagnostics.into_iter().filter(|it| is_new(it, &sheet.diagnostics)).collect();
@@ -88,7 +95,8 @@ fn is_new(fault: &Diagnostic, before: &[Diagnostic]) -> bool {
     !before.iter().any(|it| it.code == fault.code && it.message == fault.message)
 }
 
-/// The file that will be written; one that exists and was not read only with `--force`.
+/// The file that will be written. One that exists and was not read is replaced if an earlier edit of this drawing has
+/// made it, anything else only with `--force`.
 fn output_path(named: &args::Named) -> Result<PathBuf, Failure> {
     let Some(output) = &named.output else { return Ok(named.drawing.clone()) };
     let kind = |path: &Path| path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
@@ -96,11 +104,15 @@ fn output_path(named: &args::Named) -> Result<PathBuf, Failure> {
         let message = format!("`{}` is another kind of file than the drawing", output.display());
         return Err(Failure::usage(message, "an edited drawing keeps its format"));
     }
-    let same = |path: &Path| fs::canonicalize(path).ok();
-    let is_input = same(output).is_some() && same(output) == same(&named.drawing);
-    if output.exists() && !is_input && !named.force {
-        let help = Some("add --force to overwrite it".to_owned());
-        return Err(Failure::file(output, "exists already; nothing was written".into(), help));
+    let name = drawing_name(&named.drawing);
+    let is_own = || is_same_file(output, &named.drawing) || is_of_model(output, &name);
+    if output.exists() && !named.force && !is_own() {
+        return Err(exists(output));
     }
     Ok(output.clone())
+}
+
+/// The name by which copies of a drawing know it.
+fn drawing_name(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
