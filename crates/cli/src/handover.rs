@@ -14,12 +14,21 @@ use crate::exit::Failure;
 /// Name of the program, without the ending that the system gives to programs.
 const PROGRAM: &str = "bksim-studio";
 
+/// Variables of a desktop, one of which is set where there is one.
+const DESKTOP: [&str; 3] = ["XDG_RUNTIME_DIR", "WAYLAND_DISPLAY", "DISPLAY"];
+/// Leaves the layer of Mesa that chooses among graphics cards by displays aside.
+const NO_DISPLAYS: (&str, &str) = ("NODEVICE_SELECT", "1");
+
 /// Starts the program of the studio with these arguments, the first of which is the name of this one,
 /// and gives its exit status.
 pub(crate) fn run(command: StudioCommand<'_>, arguments: &[OsString]) -> Result<u8, Failure> {
     let program = path().map_err(|error| unavailable(command, &error))?;
     let mut studio = Command::new(program);
     studio.args(arguments.iter().skip(1));
+    // Where there is no desktop, a layer of Mesa that asks for its displays complains on stderr.
+    if DESKTOP.iter().all(|name| env::var_os(name).is_none()) {
+        studio.env(NO_DISPLAYS.0, NO_DISPLAYS.1);
+    }
     finish(studio).map_err(|error| unavailable(command, &error))
 }
 

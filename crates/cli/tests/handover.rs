@@ -120,3 +120,21 @@ fn a_studio_that_cannot_be_started_is_a_fault() {
     assert!(said.contains("`bksim-studio`, which cannot be started: "), "{said}");
     assert!(!said.contains("os error"), "{said}");
 }
+
+#[test]
+fn without_a_desktop_no_layer_of_mesa_asks_for_one() {
+    let place = alone();
+    add_studio(&place, "echo \"${NODEVICE_SELECT-unset}\"\n");
+    let said = |variables: &[&str]| {
+        let mut command = bksim(&place, "render model.toml -o a.png");
+        for name in ["XDG_RUNTIME_DIR", "WAYLAND_DISPLAY", "DISPLAY", "NODEVICE_SELECT"] {
+            command.env_remove(name);
+        }
+        variables.iter().for_each(|name| _ = command.env(name, "/tmp"));
+        text(&command.output().expect("bksim starts").stdout)
+    };
+    assert_eq!(said(&[]), "1\n");
+    for desktop in ["XDG_RUNTIME_DIR", "WAYLAND_DISPLAY", "DISPLAY"] {
+        assert_eq!(said(&[desktop]), "unset\n", "{desktop}");
+    }
+}
