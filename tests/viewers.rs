@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use bksim::Mechanism;
 use bksim::dae::Control;
 use bksim::log::{Level, Log, LogReader, Outcome};
+use bksim::model::{Joint, JointKind};
 use bksim::record::Recorder;
 use bksim::sim::run::{Observer, Sample, Segment};
 use bksim::sim::sensitivity::StateSensitivity;
@@ -75,6 +76,17 @@ fn moving(mechanism: &Mechanism) -> Vec<&str> {
     mechanism.model.bodies.iter().skip(1).map(|body| body.name.as_str()).collect()
 }
 
+/// The frames that move: those of bodies, then those of massless links that keep their length.
+fn frames(mechanism: &Mechanism) -> Vec<&str> {
+    let Mechanism { model, .. } = mechanism;
+    let is_link = |joint: &&Joint| match joint.kind {
+        JointKind::Link { length } => !model.pool.depends_on(length, model.time),
+        _ => false,
+    };
+    let links = model.joints.iter().filter(is_link).map(|joint| joint.name.as_str());
+    moving(mechanism).into_iter().chain(links).collect()
+}
+
 fn n_samples(log: &Log) -> usize {
     log.series(log.header.topic_id("/state").expect("a state")).t.len()
 }
@@ -92,7 +104,7 @@ fn an_independent_reader_finds_frames_scene_joints_and_lines() {
             assert_eq!(found["messages"][topic], n_samples, "{name}: {topic}");
         }
         assert_eq!(found["roots"], serde_json::json!(["ground"]), "{name}");
-        assert_eq!(found["frames"], serde_json::json!(moving(mechanism)), "{name}");
+        assert_eq!(found["frames"], serde_json::json!(frames(mechanism)), "{name}");
         assert_eq!(found["scene_times"], serde_json::json!([0]), "{name}");
 
         // Geometry is told once, on the frames of bodies, for ever, a body at a time.
@@ -206,7 +218,7 @@ fn rerun_loads_transforms_outlines_lines_and_own_channels() {
     let paths: Vec<PathBuf> = logs.iter().map(|(.., path)| path.clone()).collect();
     for ((name, (mechanism, log, _)), found) in names.iter().zip(&logs).zip(judged("rerun", &paths))
     {
-        let (n_samples, frames) = (n_samples(log), moving(mechanism));
+        let (n_samples, frames) = (n_samples(log), frames(mechanism));
         assert_eq!(found["/tf"]["Transform3D"], n_samples * frames.len(), "{name}");
         for frame in &frames {
             let points = &found[format!("/outlines/{frame}")]["Points3D"];

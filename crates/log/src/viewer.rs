@@ -35,6 +35,8 @@ pub struct Stage {
     pub frames: Vec<String>,
     /// The entities that are fixed to frames.
     pub entities: Vec<Entity>,
+    /// Entities fixed to frames that are among the outlines alone, since spans show them elsewhere.
+    pub rods: Vec<Entity>,
     /// Whether something is drawn anew for every sample.
     pub has_spans: bool,
     /// The joints.
@@ -147,7 +149,7 @@ impl<W: Write> LogWriter<W> {
         // Messages, none of which may be too large for a reader.
         let start = self.timestamp(self.t_start());
         let scenes = scene::updates(&stage.entities, start)?;
-        let outlines = scene::outlines(&stage.entities, start);
+        let outlines = scene::outlines(stage.entities.iter().chain(&stage.rods), start);
         for cloud in &outlines {
             check_size("an outline", cloud.data.len())?;
         }

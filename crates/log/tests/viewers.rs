@@ -19,6 +19,7 @@ fn stage() -> Stage {
         root: "ground".into(),
         frames: vec!["crank".into()],
         entities: vec![Entity { id, frame, areas: vec![area], lines: vec![line] }],
+        rods: Vec::new(),
         has_spans: true,
         joints: vec![Joint { name: "A_angle".into(), unit: "rad".into() }],
     }

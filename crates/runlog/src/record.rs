@@ -7,6 +7,7 @@
 
 mod contents;
 mod recorder;
+mod rods;
 mod sensitivities;
 mod shown;
 mod stage;

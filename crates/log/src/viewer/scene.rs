@@ -102,10 +102,13 @@ fn color([r, g, b, a]: [f64; 4]) -> Color {
 }
 
 /// The lines of each frame that has some as points, in the order in which the frames appear.
-pub(super) fn outlines(entities: &[Entity], now: Timestamp) -> Vec<PointCloud> {
+pub(super) fn outlines<'e>(
+    entities: impl Iterator<Item = &'e Entity>,
+    now: Timestamp,
+) -> Vec<PointCloud> {
     let mut frames: Vec<(&str, Vec<&Line>)> = Vec::new();
     let mut indices = std::collections::BTreeMap::new();
-    for entity in entities.iter().filter(|entity| !entity.lines.is_empty()) {
+    for entity in entities.filter(|entity| !entity.lines.is_empty()) {
         let frame = entity.frame.as_str();
         let frame_idx = *indices.entry(frame).or_insert_with(|| {
             frames.push((frame, Vec::new()));

@@ -9,6 +9,7 @@ use bksim_mbs::coordinate::{CoordinateKind, Owner};
 use bksim_scene::{Scene, Span};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 
+use super::rods::{self, Rod};
 use super::stage;
 use crate::channels::TopicKind;
 use bksim_sim::Mechanism;
@@ -26,6 +27,8 @@ pub(super) struct Shown {
     viewers: Viewers,
     poses: PoseRunner,
     scene: Scene,
+    /// Massless links, whose frames follow those of the bodies.
+    rods: Vec<Rod>,
     root: String,
     /// For each coordinate the index of its drive, if it has one.
     drives: Vec<Option<usize>>,
@@ -51,7 +54,8 @@ impl Shown {
             return Ok(None);
         };
         let scene = Scene::of(&mechanism.model, &mechanism.parameters);
-        let stage = stage(mechanism, &scene);
+        let rods = rods::rods(mechanism, &scene);
+        let stage = stage(mechanism, &scene, &rods);
         let viewers = match writer.add_viewers(&stage) {
             Ok(viewers) => viewers,
             Err(LogError::TooLarge { .. }) => return Ok(None),
@@ -63,6 +67,7 @@ impl Shown {
             drives: drives(mechanism),
             n_joints: stage.joints.len(),
             scene,
+            rods,
             root: stage.root,
             state: Vec::new(),
             accelerations: Vec::new(),
@@ -94,10 +99,16 @@ impl Shown {
         self.poses.at(q, v, &mut self.at);
         let Self { moment, at, .. } = self;
         // The ground is the root itself.
-        moment.frames.resize(at.len().saturating_sub(1), Placement::default());
+        let n_bodies = at.len().saturating_sub(1);
+        moment.frames.resize(n_bodies + self.rods.len(), Placement::default());
         for (placement, pose) in moment.frames.iter_mut().zip(&at[1..]) {
             let rotation = quaternion(&pose.r_world_from_body, placement.rotation);
             *placement = Placement { translation: pose.origin, rotation };
+        }
+        for (placement, rod) in moment.frames[n_bodies..].iter_mut().zip(&self.rods) {
+            let ends = self.scene.spans[rod.span_idx].ends;
+            let ends = ends.map(|end| at[end.body].place(end.position));
+            *placement = rods::placement(ends, placement);
         }
         moment.joints.clear();
         let drives = self.drives.iter().take(self.n_joints).enumerate();
@@ -115,7 +126,7 @@ impl Shown {
 }
 
 /// The frames, joints and shapes of a mechanism.
-fn stage(mechanism: &Mechanism, scene: &Scene) -> Stage {
+fn stage(mechanism: &Mechanism, scene: &Scene, rods: &[Rod]) -> Stage {
     let mut frames = mechanism.model.bodies.iter().map(|body| body.name.clone());
     let root = frames.next().unwrap_or_default();
     let joint = |coordinate: &bksim_mbs::coordinate::Coordinate| Joint {
@@ -123,10 +134,12 @@ fn stage(mechanism: &Mechanism, scene: &Scene) -> Stage {
         unit: coordinate.kind.unit().into(),
     };
     let coordinates = mechanism.system.coordinates().iter();
+    let rods: Vec<Entity> = rods.iter().map(|rod| rods::entity(rod, scene)).collect();
     Stage {
         root,
-        frames: frames.collect(),
+        frames: frames.chain(rods.iter().map(|rod| rod.frame.clone())).collect(),
         entities: stage::entities(scene),
+        rods,
         has_spans: !scene.spans.is_empty(),
         joints: coordinates.filter(|c| c.kind != CoordinateKind::Integral).map(joint).collect(),
     }
