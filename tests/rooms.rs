@@ -226,6 +226,35 @@ fn the_list_of_rooms_has_every_module_of_its_crates() {
     }
 }
 
+/// The modules of the Python package, each with those that it imports, for types alone or not.
+fn python_imports() -> BTreeMap<String, BTreeSet<String>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/py/python/bksim");
+    let mut imports = BTreeMap::new();
+    for entry in fs::read_dir(folder).expect("the Python package") {
+        let path = entry.expect("a readable entry").path();
+        if path.extension().is_none_or(|ending| ending != "py") {
+            continue;
+        }
+        let text = read(&path);
+        let lines = text.lines().filter_map(|line| line.trim_start().strip_prefix("from ."));
+        let used = lines.flat_map(|line| match line.strip_prefix(" import ") {
+            Some(names) => names.split(',').map(|name| name.trim().to_owned()).collect::<Vec<_>>(),
+            None => line.split_whitespace().take(1).map(str::to_owned).collect(),
+        });
+        let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
+        imports.insert(name, used.collect());
+    }
+    imports
+}
+
+#[test]
+fn no_modules_of_python_import_each_other_in_a_circle() {
+    let imports = python_imports();
+    assert!(imports["_solution"].contains("_samples"), "{imports:?}");
+    let circles = circles(imports);
+    assert!(circles.is_empty(), "modules of Python in a circle, or that use one: {circles:#?}");
+}
+
 #[test]
 fn a_circle_is_seen() {
     let uses = |of: &[(&str, &[&str])]| -> BTreeMap<String, BTreeSet<String>> {

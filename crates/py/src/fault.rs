@@ -1,7 +1,7 @@
 //! Errors and panics as Python's exceptions, and the one way to do work: without the interpreter
 //! lock, and with panics caught.
 //!
-//! The classes are those of `bksim._errors`, which makes the exceptions, too: here are the kinds.
+//! The classes are those of `bksim._errors` and `bksim._ended`, which makes the exceptions: here are the kinds.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -100,18 +100,18 @@ impl From<PyErr> for Fault {
     }
 }
 
-/// An exception of `bksim._errors`.
+/// An exception of `bksim._errors` or `bksim._ended`.
 fn made(py: Python<'_>, kind: &str, message: &str, diagnostics: &str) -> PyErr {
     exception(py, "made", (kind, message, diagnostics))
 }
 
-/// The exception that a function of `bksim._errors` makes of its arguments.
+/// The exception that a function of `bksim._ended` makes of its arguments.
 fn exception<'py, A>(py: Python<'py>, maker: &str, arguments: A) -> PyErr
 where
     A: pyo3::call::PyCallArgs<'py>,
 {
     let made = py
-        .import("bksim._errors")
+        .import("bksim._ended")
         .and_then(|errors| errors.getattr(maker))
         .and_then(|make| make.call1(arguments));
     made.map_or_else(|error| error, PyErr::from_value)

@@ -9,6 +9,7 @@ True
 
 from . import expr
 from ._bksim import __version__, explain
+from ._ended import LimitError, SolverError
 from ._equations import Equations
 from ._errors import (
     AssemblyError,
@@ -16,10 +17,8 @@ from ._errors import (
     Error,
     InternalError,
     Label,
-    LimitError,
     LogError,
     ModelError,
-    SolverError,
     WorthWarning,
 )
 from ._facts import Check, Start

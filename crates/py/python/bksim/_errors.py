@@ -1,13 +1,10 @@
-"""What can go wrong, as exceptions; the compiled part makes its own here, by :func:`made`."""
+"""What can go wrong, as exceptions; those that hold a result are in ``_ended``."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from ._solution import Solution
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -91,36 +88,6 @@ class AssemblyError(Error):
         self.diagnostics = diagnostics
 
 
-class SolverError(Error):
-    """The integrator could not go on.
-
-    :attr:`t` is the last instant, s; :attr:`reason` says why; :attr:`result` is the solution up to
-    there, if one was asked for.
-    """
-
-    def __init__(
-        self,
-        message: str,
-        t: float,
-        reason: str,
-        result: Solution | None,
-        diagnostics: tuple[Diagnostic, ...] = (),
-    ) -> None:
-        super().__init__(message)
-        self.t = t
-        self.reason = reason
-        self.result = result
-        self.diagnostics = diagnostics
-
-
-class LimitError(Error):
-    """More was asked for than there may be; :attr:`result` is what there is, if a run has begun."""
-
-    def __init__(self, message: str, result: Solution | None = None) -> None:
-        super().__init__(message)
-        self.result = result
-
-
 class LogError(Error):
     """A log cannot be read, or not be played."""
 
@@ -147,24 +114,3 @@ def diagnostics_of(text: str) -> tuple[Diagnostic, ...]:
         )
 
     return tuple(one(body) for body in json.loads(text))
-
-
-def made(kind: str, message: str, diagnostics: str) -> Error:
-    """The exception of a kind that the compiled part names."""
-    if kind == "model":
-        return ModelError(message, diagnostics_of(diagnostics))
-    if kind == "assembly":
-        return AssemblyError(message, diagnostics_of(diagnostics))
-    if kind == "limit":
-        return LimitError(message)
-    if kind == "log":
-        return LogError(message)
-    if kind == "drawing":
-        return Error(message)
-    return InternalError(message)
-
-
-def stopped(t: float, message: str, diagnostics: str) -> SolverError:
-    """The exception of a motion that cannot go on."""
-    faults = diagnostics_of(diagnostics)
-    return SolverError(message, t, faults[0].message, None, faults)

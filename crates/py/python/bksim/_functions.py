@@ -64,6 +64,9 @@ class Functions:
             if array.ndim not in (1, 2) or array.shape[-1] != n:
                 raise ValueError(f"a state of shape {array.shape} where ({n},) or (batch, {n}) is needed")
         times = np.asarray(t, dtype=np.float64)
+        if times.ndim == 0 and all(array.ndim == 1 for array in arrays):
+            # One state, as most calls have it: to broadcast it costs more than to evaluate it.
+            return False, times.reshape(1), [array.reshape(1, -1) for array in arrays]
         is_batch = times.ndim > 0 or any(array.ndim == 2 for array in arrays)
         sizes = [len(array) for array in arrays if array.ndim == 2] + list(times.shape[:1])
         # As arrays broadcast: one stands for all.

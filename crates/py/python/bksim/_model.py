@@ -15,7 +15,8 @@ from ._checked import names, real, whole
 from ._document import Document
 from ._equations import Equations
 from ._events import Event, found
-from ._errors import Diagnostic, LimitError, ModelError, SolverError, WorthWarning, diagnostics_of
+from ._ended import LimitError, SolverError
+from ._errors import Diagnostic, ModelError, WorthWarning, diagnostics_of
 from ._functions import Functions
 from ._named import unknown
 from ._assigned import Value

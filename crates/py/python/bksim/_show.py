@@ -15,7 +15,6 @@ from ._checked import path as checked_path
 
 if TYPE_CHECKING:
     from ._samples import Samples
-    from ._solution import Solution
 
 INSTANTS = 1201
 """Instants at which curves are drawn where the motion between samples is known."""
@@ -51,14 +50,14 @@ class Plot:
     @classmethod
     def of(
         cls,
-        solution: Solution,
+        solution: Samples,
+        samples: Samples,
         names: Sequence[str],
         x: str | None,
-        title: str | None,
+        title: str,
         dark: bool,
     ) -> Plot:
-        """Curves of a solution; see ``Solution.plot``."""
-        samples = _dense(solution)
+        """Curves of a solution, drawn through ``samples`` of its motion; see ``Solution.plot``."""
         across = samples.t if x is None else samples[x]
         shown: list[tuple[str, str, list[tuple[str, Any, Any]]]] = []
         for what, unit, quantities in _named(solution, names) if names else _overview(solution):
@@ -72,7 +71,7 @@ class Plot:
                 curves.append((name, along, parts[0] if len(parts) == 1 else np.hypot.reduce(parts)))
             shown.append((curves[0][0] if len(curves) == 1 else what, unit, curves))
         axis = ("Time", "s") if x is None else (x, solution.unit(x))
-        return cls(title or solution._engine.name, shown, axis, dark)
+        return cls(title, shown, axis, dark)
 
     def _drawn(self, format: str) -> bytes:
         return _bksim.figure(self.title, self.panels, self.x, format, self.dark)
@@ -90,18 +89,11 @@ class Plot:
         return f"<bksim.Plot {self.title!r}: {n} curves in {len(self.panels)} panels>"
 
 
-def _dense(solution: Solution) -> Samples:
-    if solution._run.span() is None or len(solution) >= INSTANTS:
-        return solution
-    first, last = solution.span
-    return solution(np.linspace(first, last, INSTANTS))
-
-
 _Panels: TypeAlias = "list[tuple[str, str, list[tuple[str, list[str]]]]]"
 """What is shown, its unit, and of each curve its name and the quantities that it is the size of."""
 
 
-def _named(solution: Solution, names: Sequence[str]) -> _Panels:
+def _named(solution: Samples, names: Sequence[str]) -> _Panels:
     """Those of one unit together."""
     panels: dict[str, list[tuple[str, list[str]]]] = {}
     for name in names:
@@ -109,7 +101,7 @@ def _named(solution: Solution, names: Sequence[str]) -> _Panels:
     return [(_bksim.unit_word(unit), unit, quantities) for unit, quantities in panels.items()]
 
 
-def _overview(solution: Solution) -> _Panels:
+def _overview(solution: Samples) -> _Panels:
     """What ``bksim plot`` shows."""
     panels = _bksim.overview([(name, solution.unit(name)) for name in solution.names])
     # The names of one panel are of one topic.

@@ -23,7 +23,7 @@ from ._named import Array, Named, resolved, unknown
 from ._progress import Progress
 from ._report import Report
 from ._samples import Samples
-from ._show import Animation, Picture, Plot
+from ._show import INSTANTS, Animation, Picture, Plot
 
 
 def open(path: str | os.PathLike[str]) -> Solution:
@@ -267,7 +267,10 @@ class Solution(Samples):
     ) -> Plot:
         """Curves of quantities over time, or over ``x``; those of one unit share a panel. Without
         names: coordinates, rates, energies, and efforts of drives or sizes of reactions."""
-        return Plot.of(self, names, x, title, dark)
+        samples: Samples = self
+        if self._run.span() is not None and len(self) < INSTANTS:
+            samples = self(np.linspace(*self.span, INSTANTS))
+        return Plot.of(self, samples, names, x, title or self._engine.name, dark)
 
     def picture(self, t: float | None = None, *, dark: bool = False) -> Picture:
         """The mechanism at an instant, the middle of the motion unless given."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
-from typing import TYPE_CHECKING, Any, TypeAlias
+from pathlib import Path
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +17,28 @@ from ._errors import ModelError
 from ._assigned import Value
 from ._sampled import Sampled
 
-if TYPE_CHECKING:
-    from ._model import Model
-
 NO_VALUE = frozenset({"M020", "M021", "M022", "M024", "M030", "M031", "M032", "M033"})
 """Faults of a text that no other values could mend: it cannot be read, or its unit is another one."""
 
 Law: TypeAlias = "Callable[[float, NDArray[np.float64], NDArray[np.float64]], float]"
 """The value of an input, SI, at t, q and v."""
+
+
+class Owner(Protocol):
+    """A model, as far as its values go."""
+
+    _overrides: dict[str, str]
+    _numbers: dict[str, float]
+    _inputs: dict[str, Law | Sampled]
+
+    @property
+    def parameters(self) -> Parameters: ...
+
+    def _engine(self) -> _bksim.Engine: ...
+
+    def _readable(self) -> _bksim.Engine: ...
+
+    def _text(self) -> tuple[str, Path, str]: ...
 
 
 class Parameters(MutableMapping[str, float]):
@@ -35,7 +50,7 @@ class Parameters(MutableMapping[str, float]):
     file of millimetres, it is one of millimetres.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Owner) -> None:
         self._model = model
 
     def _values(self) -> dict[str, tuple[float, str]]:
@@ -154,7 +169,7 @@ class Inputs(MutableMapping[str, "Law | Sampled"]):
     (True, (501,))
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Owner) -> None:
         self._model = model
 
     def __getitem__(self, name: str) -> Law | Sampled:
