@@ -18,6 +18,7 @@ pub mod progress;
 mod quiet;
 pub mod render;
 pub mod source;
+mod typed;
 #[cfg(unix)]
 mod unfinished;
 mod visible;
@@ -121,8 +122,10 @@ pub fn run_with(arguments: &[OsString], studio: Studio<'_>) -> u8 {
         Err(error) => {
             // Help and version are results; anything else is a fault of the command line.
             let status = if error.use_stderr() { Status::Usage } else { Status::Done };
-            if status == Status::Usage && wants_json {
-                render::failure(&wrong_command_line(&error), "", true);
+            let advice = typed::advice(&error, arguments);
+            if status == Status::Usage && (wants_json || advice.is_some()) {
+                let failure = advice.unwrap_or_else(|| wrong_command_line(&error));
+                render::failure(&failure, "", wants_json);
             } else {
                 // Nobody reads the help: nothing is wrong.
                 let _ = error.print();

@@ -4,8 +4,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::suggest;
 
 use crate::excerpt::plain;
+use crate::folder::models_in;
 use crate::text::Text;
 
 /// Why there is no model.
@@ -48,7 +50,8 @@ pub enum InputError {
 impl InputError {
     pub(crate) fn reading(path: &Path, error: &io::Error) -> Self {
         let what = format!("cannot be read: {}", plain_words(error));
-        Self::File { path: path.to_owned(), what, help: None }
+        let help = (error.kind() == io::ErrorKind::NotFound).then(|| instead(path)).flatten();
+        Self::File { path: path.to_owned(), what, help }
     }
 }
 
@@ -58,6 +61,25 @@ impl Text {
         let diagnostics = self.distinct(diagnostics);
         InputError::Model { source_text: Box::new(self.clone()), diagnostics }
     }
+}
+
+/// What to write in place of a file that is not there: what its folder has.
+fn instead(path: &Path) -> Option<String> {
+    let parent = path.parent()?;
+    let folder = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
+    if !folder.is_dir() {
+        return Some(format!("there is no folder `{}`", folder.display()));
+    }
+    let there = models_in(folder);
+    let paths = there.iter().map(|name| parent.join(name).display().to_string());
+    let paths: Vec<String> = paths.collect();
+    let stem = |name: &str| Path::new(name).with_extension("");
+    let same = paths.iter().find(|known| stem(known) == stem(&path.display().to_string()));
+    if let Some(same) = same {
+        return Some(format!("did you mean `{same}`?"));
+    }
+    let paths: Vec<&str> = paths.iter().map(String::as_str).collect();
+    (!paths.is_empty()).then(|| suggest(&path.display().to_string(), &paths))
 }
 
 /// The system's words without the number that follows them.

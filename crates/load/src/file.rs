@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use crate::error::InputError;
+use crate::folder::models_in;
 
 /// Larger model files are refused: a mechanism of ten thousand bodies takes a tenth of this.
 const LARGEST_MODEL_BYTES: u64 = 64 * 1024 * 1024;
@@ -20,7 +21,11 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, InputError> {
     }
     let metadata = fs::metadata(path).map_err(|e| InputError::reading(path, &e))?;
     if metadata.is_dir() {
-        let help = Some(format!("name a file in it: `{}`", path.join("model.toml").display()));
+        let help = match models_in(path).first() {
+            Some(first) => format!("name a file in it: `{}`", path.join(first).display()),
+            None => "there is no model and no drawing in it; `bksim new NAME` writes a model".to_owned(),
+        };
+        let help = Some(help);
         let what = "is a directory, not a model file".to_owned();
         return Err(InputError::File { path: path.to_owned(), what, help });
     }

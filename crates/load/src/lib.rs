@@ -30,6 +30,7 @@ mod drawing;
 mod error;
 mod excerpt;
 mod file;
+mod folder;
 mod load;
 mod parts;
 mod request;

@@ -35,6 +35,12 @@ pub(crate) fn run(args: &New, as_json: bool) -> Result<Status, Failure> {
         let help = Some("choose another name, or add --force to overwrite it".to_owned());
         return Err(Failure::file(path, "exists already".to_owned(), help));
     }
+    let folder = paths[0].parent().filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+        let there = folder.display();
+        let what = format!("cannot be written: there is no directory `{there}`");
+        return Err(Failure::file(&paths[0], what, Some(format!("make it with `mkdir -p {there}`"))));
+    }
     for (path, (_, bytes)) in paths.iter().zip(&files) {
         put(path, bytes)?;
     }
@@ -42,7 +48,10 @@ pub(crate) fn run(args: &New, as_json: bool) -> Result<Status, Failure> {
     if as_json {
         output::json("new", json!({ "output": written[0], "files": written }))?;
     } else {
-        let first = &written[0];
+        let first = match written[0].as_str() {
+            name if name.contains(char::is_whitespace) => format!("\"{name}\""),
+            name => name.to_owned(),
+        };
         output::report(&format!("wrote {}\nnext:  bksim solve {first}", written.join(", ")))?;
     }
     Ok(Status::Done)

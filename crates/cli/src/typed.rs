@@ -1,0 +1,74 @@
+//! What people type who do not know the command line yet, and what to type instead.
+
+use std::ffi::OsString;
+use std::path::Path;
+
+use bksim::model::file::WrittenUnit;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+
+use crate::exit::Failure;
+
+/// Endings of the files that commands read and write.
+const ENDINGS: [&str; 14] = [
+    "toml", "dxf", "dwg", "mcap", "csv", "parquet", "svg", "png", "pdf", "gif", "mp4", "html", "json",
+    "md",
+];
+
+/// The way out of a command line that the parser refuses, where it is one of those that people often write.
+pub(crate) fn advice(error: &clap::Error, arguments: &[OsString]) -> Option<Failure> {
+    let word = |kind| match error.get(kind) {
+        Some(ContextValue::String(word)) => Some(word.as_str()),
+        _ => None,
+    };
+    match error.kind() {
+        ErrorKind::InvalidSubcommand => file_alone(word(ContextKind::InvalidSubcommand)?),
+        ErrorKind::UnknownArgument => {
+            let word = word(ContextKind::InvalidArg)?;
+            unit_alone(word, arguments).or_else(|| file_too_many(word))
+        }
+        _ => None,
+    }
+}
+
+/// `bksim first.toml`: a file where a command must stand.
+fn file_alone(word: &str) -> Option<Failure> {
+    let ending = ending(word)?;
+    let name = quoted(word);
+    let help = match ending.as_str() {
+        "mcap" => format!("`bksim view {name}` shows a log, `bksim info {name}` says what is in it"),
+        "toml" | "dxf" | "dwg" => {
+            format!("`bksim solve {name}` solves a model, `bksim view {name}` shows it moving")
+        }
+        _ => "`bksim --help` lists the commands".to_owned(),
+    };
+    Some(Failure::usage(format!("`{word}` is a file, and the first word is a command"), &help))
+}
+
+/// `--set a=5 kg`: a unit apart from its number.
+fn unit_alone(word: &str, arguments: &[OsString]) -> Option<Failure> {
+    WrittenUnit::parse(word).filter(|_| !word.starts_with('-'))?;
+    let at = arguments.iter().position(|argument| argument == word)?;
+    let before = arguments.get(at.checked_sub(1)?)?.to_str()?;
+    before.ends_with(|c: char| c.is_ascii_digit() || c == '.').then(|| {
+        let help = format!("put them into quotes: \"{before} {word}\"");
+        Failure::usage(format!("the unit `{word}` stands apart from its number"), &help)
+    })
+}
+
+/// `bksim solve first.toml out.mcap`: a file to be written without `-o`.
+fn file_too_many(word: &str) -> Option<Failure> {
+    ending(word)?;
+    let help = format!("a file that is written comes after `-o`: `-o {}`", quoted(word));
+    Some(Failure::usage(format!("`{word}` is one file too many"), &help))
+}
+
+/// The ending of a file's name, if it is a known one.
+fn ending(word: &str) -> Option<String> {
+    let ending = Path::new(word).extension()?.to_str()?.to_ascii_lowercase();
+    ENDINGS.contains(&ending.as_str()).then_some(ending)
+}
+
+/// A name as a shell takes it.
+fn quoted(word: &str) -> String {
+    if word.contains(char::is_whitespace) { format!("\"{word}\"") } else { word.to_owned() }
+}
