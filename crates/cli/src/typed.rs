@@ -10,8 +10,8 @@ use crate::exit::Failure;
 
 /// Endings of the files that commands read and write.
 const ENDINGS: [&str; 14] = [
-    "toml", "dxf", "dwg", "mcap", "csv", "parquet", "svg", "png", "pdf", "gif", "mp4", "html", "json",
-    "md",
+    "toml", "dxf", "dwg", "mcap", "csv", "parquet", "svg", "png", "pdf", "gif", "mp4", "html",
+    "json", "md",
 ];
 
 /// The way out of a command line that the parser refuses, where it is one of those that people often write.
@@ -35,7 +35,9 @@ fn file_alone(word: &str) -> Option<Failure> {
     let ending = ending(word)?;
     let name = quoted(word);
     let help = match ending.as_str() {
-        "mcap" => format!("`bksim view {name}` shows a log, `bksim info {name}` says what is in it"),
+        "mcap" => {
+            format!("`bksim view {name}` shows a log, `bksim info {name}` says what is in it")
+        }
         "toml" | "dxf" | "dwg" => {
             format!("`bksim solve {name}` solves a model, `bksim view {name}` shows it moving")
         }

@@ -23,7 +23,9 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, InputError> {
     if metadata.is_dir() {
         let help = match models_in(path).first() {
             Some(first) => format!("name a file in it: `{}`", path.join(first).display()),
-            None => "there is no model and no drawing in it; `bksim new NAME` writes a model".to_owned(),
+            None => {
+                "there is no model and no drawing in it; `bksim new NAME` writes a model".to_owned()
+            }
         };
         let help = Some(help);
         let what = "is a directory, not a model file".to_owned();

@@ -107,7 +107,7 @@ impl Study {
 
     /// The values of a case, as texts by name.
     fn settings(&self, case: u64) -> Vec<(String, String)> {
-        self.study.settings(case)
+        self.study.overrides(case)
     }
 
     /// Values per axis of a grid; none of samples.

@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 
 use crate::axis::Axis;
 use crate::codes;
-use crate::input::{Input, inputs, overrides};
+use crate::input::{Input, Quantity, inputs, overrides};
 use crate::output::{Output, Outputs};
 use crate::parquet::{Column, Layout, entry};
 use crate::plan::Plan;
@@ -151,6 +151,15 @@ impl Study {
         let mut numbers = vec![0.0; axes.len()];
         self.request.plan.case(case, &mut numbers);
         axes.iter().zip(numbers).map(|(axis, n)| (axis.name.clone(), axis.text(n))).collect()
+    }
+
+    /// The values of a case as a reader of the model takes them: initial values by their path, `initial.A.rate`.
+    pub fn overrides(&self, case: u64) -> Vec<(String, String)> {
+        let path = |(input, (name, value)): (&Input, (String, String))| match input.quantity {
+            Quantity::Parameter => (name, value),
+            Quantity::Initial(_) => (format!("initial.{name}"), value),
+        };
+        self.inputs.iter().zip(self.settings(case)).map(path).collect()
     }
 
     /// The plan in words.

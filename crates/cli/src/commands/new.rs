@@ -39,7 +39,11 @@ pub(crate) fn run(args: &New, as_json: bool) -> Result<Status, Failure> {
     if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
         let there = folder.display();
         let what = format!("cannot be written: there is no directory `{there}`");
-        return Err(Failure::file(&paths[0], what, Some(format!("make it with `mkdir -p {there}`"))));
+        return Err(Failure::file(
+            &paths[0],
+            what,
+            Some(format!("make it with `mkdir -p {there}`")),
+        ));
     }
     for (path, (_, bytes)) in paths.iter().zip(&files) {
         put(path, bytes)?;

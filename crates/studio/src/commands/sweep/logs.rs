@@ -57,7 +57,7 @@ pub(super) fn write_logs(
             break;
         }
         let path = folder.join(format!("{stem}-{case}.mcap"));
-        let set = [fixed, &study.settings(case)].concat();
+        let set = [fixed, &study.overrides(case)].concat();
         let model = ModelArgs { model: args.model.clone(), set, drawing: args.drawing.clone() };
         let output = match solve_into_log(model, (&path, args.force), &args.tuning, nesting) {
             Ok(Status::Interrupted | Status::Terminated) => break,
