@@ -24,7 +24,7 @@ use crate::eigenvalues::eigenvalues;
 use crate::equilibrium::Equilibrium;
 use crate::error::AnalysisError;
 use crate::forces::{At, Forces, ForcesAt};
-use crate::linear_outputs::{Changes, Outputs};
+use crate::linear_outputs::{Changes, Outputs, beside};
 use crate::loaded::Loaded;
 use crate::reduced::{Reduced, pseudo_inverse};
 use crate::table::{Column, Table};
@@ -127,26 +127,20 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         .copy_from(&(&reduced.slopes * &solved[2]));
 
     // Changes of the state by y, ẏ and u.
-    let joined = |parts: [&DMatrix<f64>; 3]| {
-        let columns: Vec<_> = parts.iter().flat_map(|part| part.column_iter()).collect();
-        if columns.is_empty() {
-            DMatrix::zeros(parts[0].nrows(), 0)
-        } else {
-            DMatrix::from_columns(&columns)
-        }
-    };
     let nothing = |n_columns: usize| DMatrix::zeros(n, n_columns);
     let multipliers = pseudo_inverse(&at.jacobian.transpose());
     let multiplier = |k: usize| &multipliers * (&right[k] - &at.mass * &solved[k]);
     let changes = Changes {
-        q: joined([&reduced.basis, &nothing(n_free), &nothing(inputs.len())]),
-        v: joined([&shift, &reduced.basis, &nothing(inputs.len())]),
-        a: joined([&solved[0], &solved[1], &solved[2]]),
-        lambda: joined([&multiplier(0), &multiplier(1), &multiplier(2)]),
+        q: beside([&reduced.basis, &nothing(n_free), &nothing(inputs.len())]),
+        v: beside([&shift, &reduced.basis, &nothing(inputs.len())]),
+        a: beside([&solved[0], &solved[1], &solved[2]]),
+        lambda: beside([&multiplier(0), &multiplier(1), &multiplier(2)]),
     };
     let state = At { t: loaded.t, q: &q, v: &v, a: &a, lambda: &lambda, p: &p };
     let outputs = Outputs::of(&loaded, channels, &inputs, &free)?;
-    let (matrix_c, matrix_d) = outputs.matrices(&loaded, state, &changes, 2 * n_free, &inputs)?;
+    let numbers = (loaded.parameters.as_slice(), loaded.kept.as_slice());
+    let (matrix_c, matrix_d) =
+        outputs.slopes(&loaded)?.matrices(numbers, state, &changes, 2 * n_free, &inputs);
     let outputs = outputs.columns;
     let (kept, states) = kept_states(&loaded, &reduced);
     let matrix_a = matrix_a.select_rows(&kept).select_columns(&kept);

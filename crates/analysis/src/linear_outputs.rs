@@ -4,14 +4,16 @@
 //! z = z(t, q, v, a, λ, p)      δz = z_q δq + z_v δv + z_a δa + z_λ δλ + z_p δp
 //! ```
 
+use std::collections::HashSet;
+
 use bksim_expr::{Expr, SymbolId, Tape};
 use bksim_mbs::reaction::reactions;
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::spatial;
-use bksim_model::{Measure, ParameterId, ReactionComponent, StateId};
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::{Measure, Model, ParameterId, ReactionComponent, StateId};
 use nalgebra::{DMatrix, RowDVector};
 
-use crate::balance::named_quantity;
 use crate::channels::{Channels, Input};
 use crate::error::AnalysisError;
 use crate::forces::{At, vacated, with_definitions};
@@ -30,7 +32,9 @@ pub(crate) struct Changes {
 /// Outputs as expressions.
 pub(crate) struct Outputs<'a> {
     pub(crate) columns: Vec<Column>,
-    expressions: Vec<Expr>,
+    pub(crate) expressions: Vec<Expr>,
+    /// Symbols that these depend on.
+    used: Vec<SymbolId>,
     free: &'a [ParameterId],
 }
 
@@ -71,25 +75,32 @@ impl<'a> Outputs<'a> {
                 expressions.push(with_definitions(model, free, e));
                 continue;
             } else {
-                let quantity = named_quantity(loaded, name)?;
-                let unit = Measure::named(model, name).map_or("", |measure| measure.unit(model));
-                (quantity.value, unit)
+                let unknown = || AnalysisError::UnknownMeasure { name: name.clone() };
+                let measure = Measure::named(model, name).ok_or_else(unknown)?;
+                (system.kinematics.measure(model, measure), measure.unit(model))
             };
             columns.push(Column::new(name.clone(), unit));
             expressions.push(e);
         }
-        Ok(Self { columns, expressions, free })
+        let used = expressions.iter().flat_map(|&e| pool.symbols_of(e)).collect();
+        Ok(Self { columns, expressions, used, free })
     }
 
-    /// C and D about a state, of as many states as `n_states`.
-    pub(crate) fn matrices(
-        &self,
-        loaded: &Loaded,
-        At { t, q, v, a, lambda, p }: At<'_>,
-        changes: &Changes,
-        n_states: usize,
-        inputs: &[Input],
-    ) -> Result<(DMatrix<f64>, DMatrix<f64>), AnalysisError> {
+    /// The symbol of one of the free parameters.
+    pub(crate) fn symbol(&self, model: &Model, idx: usize) -> SymbolId {
+        model.parameters[self.free[idx].0].symbol
+    }
+
+    /// True where one of them follows accelerations or multipliers.
+    pub(crate) fn follows_forces(&self, system: &SymbolicSystem) -> bool {
+        let symbols: HashSet<SymbolId> = (system.coordinates().iter().map(|c| c.a))
+            .chain(system.constraints.iter().map(|c| c.lambda))
+            .collect();
+        self.used.iter().any(|symbol| symbols.contains(symbol))
+    }
+
+    /// Their slopes as functions of numbers.
+    pub(crate) fn slopes(&self, loaded: &Loaded) -> Result<OutputSlopes, AnalysisError> {
         let (model, system) = (loaded.model(), loaded.system());
         let pool = &model.pool;
         let coordinates = system.coordinates();
@@ -108,21 +119,48 @@ impl<'a> Outputs<'a> {
         let symbols = vacated(pool, system.parameters(model), self.free);
         let tape =
             Tape::compile(pool, &slopes, &[&[model.time], &arguments[..]].concat(), &symbols)?;
-        let mut of_all_rows = vec![0.0; system.constraints.len()];
-        loaded.kept.iter().zip(lambda).for_each(|(&row, &value)| of_all_rows[row] = value);
+        Ok(OutputSlopes {
+            tape,
+            n_outputs: self.expressions.len(),
+            n_arguments: arguments.len(),
+            n_rows: system.constraints.len(),
+        })
+    }
+}
+
+/// Slopes of outputs, compiled.
+pub(crate) struct OutputSlopes {
+    tape: Tape,
+    n_outputs: usize,
+    n_arguments: usize,
+    /// Of all constraints.
+    n_rows: usize,
+}
+
+impl OutputSlopes {
+    /// C and D about a state with the multipliers of `rows`, of as many states as `n_states`.
+    pub(crate) fn matrices(
+        &self,
+        (parameters, rows): (&[f64], &[usize]),
+        At { t, q, v, a, lambda, p }: At<'_>,
+        changes: &Changes,
+        n_states: usize,
+        inputs: &[Input],
+    ) -> (DMatrix<f64>, DMatrix<f64>) {
+        let mut of_all_rows = vec![0.0; self.n_rows];
+        rows.iter().zip(lambda).for_each(|(&row, &value)| of_all_rows[row] = value);
         let numbers = [&[t], q, v, a, &of_all_rows, p].concat();
-        let mut values = vec![0.0; slopes.len()];
-        tape.evaluate(&mut tape.workspace(&loaded.parameters), &numbers, &mut values);
+        let mut values = vec![0.0; self.n_outputs * self.n_arguments];
+        self.tape.evaluate(&mut self.tape.workspace(parameters), &numbers, &mut values);
 
         let (n, n_inputs) = (q.len(), inputs.len());
-        let mut c = DMatrix::zeros(self.expressions.len(), n_states);
-        let mut d = DMatrix::zeros(self.expressions.len(), n_inputs);
-        for (k, slopes) in values.chunks(arguments.len().max(1)).enumerate() {
+        let mut c = DMatrix::zeros(self.n_outputs, n_states);
+        let mut d = DMatrix::zeros(self.n_outputs, n_inputs);
+        for (k, slopes) in values.chunks(self.n_arguments.max(1)).enumerate() {
             let row =
                 |from: usize, len: usize| RowDVector::from_row_slice(&slopes[from..from + len]);
-            let by_row = |&kept: &usize| slopes[3 * n + kept];
-            let by_lambda =
-                RowDVector::from_iterator(loaded.kept.len(), loaded.kept.iter().map(by_row));
+            let by_row = |&row: &usize| slopes[3 * n + row];
+            let by_lambda = RowDVector::from_iterator(rows.len(), rows.iter().map(by_row));
             let whole = row(0, n) * &changes.q
                 + row(n, n) * &changes.v
                 + row(2 * n, n) * &changes.a
@@ -132,11 +170,21 @@ impl<'a> Outputs<'a> {
             // Parameters that it depends on directly.
             for (j, input) in inputs.iter().enumerate() {
                 if let Input::Parameter(idx) = input {
-                    d[(k, j)] += slopes[3 * n + of_all_rows.len() + idx];
+                    d[(k, j)] += slopes[3 * n + self.n_rows + idx];
                 }
             }
         }
-        Ok((c, d))
+        (c, d)
+    }
+}
+
+/// Matrices side by side.
+pub(crate) fn beside(parts: [&DMatrix<f64>; 3]) -> DMatrix<f64> {
+    let columns: Vec<_> = parts.iter().flat_map(|part| part.column_iter()).collect();
+    if columns.is_empty() {
+        DMatrix::zeros(parts[0].nrows(), 0)
+    } else {
+        DMatrix::from_columns(&columns)
     }
 }
 

@@ -197,7 +197,7 @@ pub(crate) struct Linearize {
     /// A measure whose deviation and rate are states, in place of a coordinate; one for each free motion.
     #[arg(long, value_name = "NAME")]
     pub(crate) state: Vec<String>,
-    /// Tell A and B in letters, too, with a certificate; of small mechanisms at rest, by coordinates.
+    /// Tell the matrices in letters, too, with a certificate; of small mechanisms at rest, by coordinates.
     #[arg(long, conflicts_with_all = ["state", "at"])]
     pub(crate) letters: bool,
     #[command(flatten)]

@@ -44,13 +44,13 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     Asked::told(&source, &warnings, content, (command, json, text), as_json)
 }
 
-/// Adds A and B in letters to an answer; `None` of a mechanism that is too large.
+/// Adds the matrices in letters to an answer; `None` of a mechanism that is too large.
 pub fn add_letters(answer: &mut Answer, written: Option<&Letters>) {
     answer.json["letters"] = written.map_or(Value::Null, letters_json);
     answer.text.extend([letters_text(written)]);
 }
 
-/// A and B in letters, entry by entry where one is not zero.
+/// The matrices in letters, entry by entry where one is not zero.
 fn letters_text(written: Option<&Letters>) -> String {
     let Some(found) = written else {
         return "\n\n  too large for letters: more than four free motions, or four dependent coordinates".to_owned();
@@ -60,6 +60,12 @@ fn letters_text(written: Option<&Letters>) -> String {
         let names = found.states.iter().map(|state| &state.name).chain(&found.inputs);
         for (name, entry) in names.zip(a.iter().chain(b)).filter(|(_, entry)| *entry != "0") {
             text.extend([format!("\n  d/dt {} by {name}: {entry}", state.name)]);
+        }
+    }
+    for (output, (c, d)) in found.outputs.iter().zip(found.c.iter().zip(&found.d)) {
+        let names = found.states.iter().map(|state| &state.name).chain(&found.inputs);
+        for (name, entry) in names.zip(c.iter().chain(d)).filter(|(_, entry)| *entry != "0") {
+            text.extend([format!("\n  {} by {name}: {entry}", output.name)]);
         }
     }
     for (letter, value) in &found.pose {
@@ -76,6 +82,8 @@ fn letters_json(found: &Letters) -> Value {
     json!({
         "A": found.a,
         "B": found.b,
+        "C": found.c,
+        "D": found.d,
         "pose": Value::Object(pose.collect()),
         "certificate": { "points": found.n_points, "largest_difference": found.largest_difference },
     })
