@@ -1,9 +1,9 @@
 //! Questions besides motion in time: a function for each, whose answer is that of the command of its name.
 
 use bksim::analysis::{
-    About, Actuators, AnalysisError, Channels, LimitsRequest, Motion, MotorCurve, Watch,
-    assembly_panels, balanced, bode, compliances, curves, doctor, inverse, kinematics, letters,
-    limits, linearize, modes, singular_poses, statics, statics_over, verify, workspaces,
+    About, Actuators, AnalysisError, Channels, LimitsRequest, Motion, MotorCurve, assembly_panels,
+    balanced, bode, compliances, curves, doctor, inverse, kinematics, letters, limits, linearize,
+    modes, singular_poses, statics, statics_over, workspaces,
 };
 use bksim::model::Model;
 use bksim::panels::Sheet;
@@ -214,11 +214,13 @@ type Curve = (String, Vec<f64>, Vec<f64>);
 /// Names of actuators, limits of efforts, curves of motors, joints that yield.
 type Acting = (Vec<String>, Pairs, Vec<Curve>, Pairs);
 
-/// A motion: a formula, or times and values with a spline through them.
+/// A motion: a formula, times and values with a spline through them, or the times of a run with value, rate and
+/// acceleration at each.
 #[derive(FromPyObject)]
 pub(crate) enum Prescription {
     Formula(String),
     Table(Vec<f64>, Vec<f64>),
+    Samples(Vec<f64>, Vec<[f64; 3]>),
 }
 
 /// The efforts, reactions and powers that a motion needs.
@@ -241,11 +243,18 @@ pub(crate) fn inverse_of(
         let curves = curve.iter().map(read).collect::<Result<_, _>>()?;
         let limits = questions::inverse::limits(&limit)?;
         let actuators = Actuators { named, limits, curves };
-        let times = questions::inverse::times(&model, times.as_deref())?;
+        let is_asked = times.is_some();
+        let mut times = questions::inverse::times(&model, times.as_deref())?;
         let read = |(measure, motion): &(String, Prescription)| match motion {
             Prescription::Formula(text) => Motion::formula(&model, measure, text),
             Prescription::Table(t, x) => Motion::spline(&model, measure, t, x, smoothing),
+            Prescription::Samples(t, x) => Motion::samples(&model, measure, t.clone(), x.clone()),
         };
+        for (_, motion) in motion.iter().filter(|_| !is_asked) {
+            if let Prescription::Samples(known, _) = motion {
+                questions::inverse::keep_within(&mut times, known);
+            }
+        }
         let motions: Vec<Motion> = motion.iter().map(read).collect::<Result<_, _>>()?;
         Ok(questions::inverse::told(name, &inverse(model, &motions, &times, &actuators)?))
     })
@@ -268,15 +277,23 @@ pub(crate) fn doctor_of(
     })
 }
 
-/// The run beside one in another way.
+/// Names of the rate and of the acceleration of a position.
+#[pyfunction]
+pub(crate) fn rate_names(name: &str) -> [String; 2] {
+    questions::inverse::rate_names(name)
+}
+
+/// The run beside one in another way, each of which takes at most so many seconds.
 #[pyfunction]
 pub(crate) fn verify_of(
     py: Python<'_>,
     engine: Py<Engine>,
     t_end: Option<f64>,
+    patience: f64,
 ) -> PyResult<Told<'_>> {
     ask(py, engine.get(), move |name, mut model| {
         model.solve.t_end = t_end.unwrap_or(model.solve.t_end);
-        Ok(questions::verify::told(name, &verify(model, Watch::NONE)?))
+        let found = questions::verify::within(model, patience, &|_, _| ())?;
+        Ok(questions::verify::told(name, &found))
     })
 }

@@ -35,6 +35,10 @@ def pendulum() -> bksim.Model:
     return bksim.loads(PENDULUM)
 
 
+def swinging() -> bksim.Model:
+    return bksim.loads(PENDULUM.replace("damping = 0.2", "") + "[initial]\nA.angle = 0.5\n")
+
+
 # About the pin.
 INERTIA = 0.1 + 2 * 0.4**2
 STIFFNESS = 3 + 2 * 9.81 * 0.4
@@ -118,6 +122,29 @@ def test_freedoms_and_a_run_verified() -> None:
     assert m.doctor().facts["count"] == {"counted": 1, "mobility": 1, "redundant": 0}
     verified = m.verify(t_end=1.0)
     assert verified.facts["within"] and "A.angle" in verified
+    # Without patience a run ends where it is.
+    assert swinging().verify(t_end=1e5, patience=0.2)["t"][-1] < 1e5
+
+
+def test_a_run_needs_no_other_efforts_than_its_own(tmp_path: Path) -> None:
+    m = swinging()
+    run = m.solve(t_end=1.0, every=1e-3, rtol=1e-10, atol=1e-11)
+    run.save(tmp_path / "run.mcap")
+    for known in (run, bksim.open(tmp_path / "run.mcap")):
+        efforts = m.inverse({"A.angle": known}, times="0:1 s:11")
+        assert np.allclose(efforts["A.effort"], 0, atol=1e-6)
+    # Times are those of the run.
+    assert m.inverse({"A.angle": run})["t"][-1] == pytest.approx(1.0)
+
+
+def test_a_door_is_in_balance_wherever_it_is() -> None:
+    m = bksim.loads(
+        "[bodies.door]\nmass = 20\ninertia = 3\n[joints.hinge]\ntype = \"revolute\"\n"
+        "between = [\"ground\", \"door\"]\n"
+    )
+    (only,) = m.static().facts["equilibria"]
+    assert only["family"] == {"dimension": 1, "moves": ["hinge.angle"]}
+    assert pendulum().static().facts["equilibria"][0]["family"] is None
 
 
 def test_an_unknown_name_is_told() -> None:

@@ -47,6 +47,7 @@ __all__ = [
     "overview",
     "page",
     "picture",
+    "rate_names",
     "render",
     "report",
     "save_log",
@@ -436,7 +437,7 @@ def bode_of(
 ) -> _Told: ...
 def inverse_of(
     engine: Engine,
-    motion: list[tuple[str, str | tuple[list[float], list[float]]]],
+    motion: list[tuple[str, str | tuple[list[float], list[float]] | tuple[list[float], list[list[float]]]]],
     smoothing: float,
     times: str | None,
     acting: tuple[
@@ -447,4 +448,5 @@ def inverse_of(
     ],
 ) -> _Told: ...
 def doctor_of(engine: Engine, drive: str | None) -> _Told: ...
-def verify_of(engine: Engine, t_end: float | None) -> _Told: ...
+def rate_names(name: str) -> tuple[str, str]: ...
+def verify_of(engine: Engine, t_end: float | None, patience: float) -> _Told: ...

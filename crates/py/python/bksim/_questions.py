@@ -13,6 +13,7 @@ from . import _bksim
 from ._checked import names, real
 from ._html import table
 from ._show import Picture
+from ._solution import Solution
 
 Values: TypeAlias = str | tuple[float, float, int]
 """A range as text, ``"0:360 deg:361"``, or as the first value, the last and their number, in SI."""
@@ -259,7 +260,7 @@ class Questions:
         """The equations, linear about the equilibrium nearest to the start, or about the start (``at="start"``).
 
         An input is a parameter of loads or a joint that an effort works on, an output a measure. With ``letters``,
-        ``facts["letters"]`` has A and B in letters with a certificate, of small mechanisms at rest.
+        ``facts["letters"]`` has A, B, C and D in letters with a certificate, of small mechanisms at rest.
         """
         channels = (names("input", input), names("output", output), names("state", state))
         return LinearSystem(_bksim.linearize_of(self._engine(), at, channels, letters))
@@ -283,7 +284,7 @@ class Questions:
 
     def inverse(
         self,
-        motion: Mapping[str, str | tuple[ArrayLike, ArrayLike]] | None = None,
+        motion: Mapping[str, str | tuple[ArrayLike, ArrayLike] | Solution] | None = None,
         *,
         times: Values | None = None,
         smoothing: float = 0.0,
@@ -295,7 +296,9 @@ class Questions:
         """The efforts, reactions and powers that a motion needs.
 
         A motion is a formula of t, ``{"A.angle": "0.4 + 6*t"}``, or times and values, through which a natural
-        cubic spline goes, the smoother the larger ``smoothing`` is. ``actuator`` names the joints that have an effort,
+        cubic spline goes, the smoother the larger ``smoothing`` is, or a solution (a run, or a log that ``bksim.open``
+        has opened), whose samples of value, rate and acceleration are joined. States of controllers and signals with a
+        clock follow the motion. ``actuator`` names the joints that have an effort,
         ``limit={"A": "12 N m"}`` their largest ones; ``curve={"A": (speeds, efforts)}`` is the curve of a motor.
         """
 
@@ -303,10 +306,14 @@ class Questions:
             first, second = (np.asarray(part, dtype=np.float64).tolist() for part in value)
             return (first, second)
 
-        def written(value: str | tuple[ArrayLike, ArrayLike]) -> str | tuple[list[float], list[float]]:
-            return value if isinstance(value, str) else listed(value)
+        def written(
+            name: str, value: str | tuple[ArrayLike, ArrayLike] | Solution
+        ) -> str | tuple[list[float], list[float]] | tuple[list[float], list[list[float]]]:
+            if isinstance(value, str):
+                return value
+            return _samples(name, value) if isinstance(value, Solution) else listed(value)
 
-        motions = [(name, written(value)) for name, value in (motion or {}).items()]
+        motions = [(name, written(name, value)) for name, value in (motion or {}).items()]
         asked = None if times is None else _range(times)
         smooth = real("smoothing", smoothing) or 0.0
         curves = [(name, *listed(value)) for name, value in (curve or {}).items()]
@@ -320,14 +327,23 @@ class Questions:
         """
         return Answer(_bksim.doctor_of(self._engine(), drive))
 
-    def verify(self, t_end: float | None = None) -> Answer:
+    def verify(self, t_end: float | None = None, *, patience: float = 60.0) -> Answer:
         """The run beside the same motion in other coordinates by another method: the table has the differences of
-        all channels, ``facts["within"]`` says whether all keep to the tolerances."""
-        return Answer(_bksim.verify_of(self._engine(), real("t_end", t_end)))
+        all channels, ``facts["within"]`` says whether all keep to the tolerances. Each of the runs takes at most
+        ``patience`` seconds; what they have reached then is compared."""
+        longest = real("patience", patience) or 0.0
+        return Answer(_bksim.verify_of(self._engine(), real("t_end", t_end), longest))
 
 
 def _written(values: Mapping[str, str] | None) -> list[tuple[str, str]]:
     return [(str(name), str(value)) for name, value in (values or {}).items()]
+
+
+def _samples(name: str, run: Solution) -> tuple[list[float], list[list[float]]]:
+    """Times of a run, with value, rate and acceleration at each; of two samples at one time the later."""
+    rows = np.stack([run[known] for known in (name, *_bksim.rate_names(name))], axis=1)
+    later = np.append(np.diff(run.t) != 0.0, True)
+    return run.t[later].tolist(), rows[later].tolist()
 
 
 def _range(values: Values) -> str:

@@ -51,7 +51,7 @@ pub fn run(
     let mut times = times(&model, args.times.as_deref()).map_err(&failed)?;
     // A log has times of its own.
     for logged in motions.iter().filter_map(|given| given.times.filter(|_| args.times.is_none())) {
-        (times.from, times.to) = (times.from.max(logged[0]), times.to.min(logged[1]));
+        keep_within(&mut times, &logged);
     }
     let motions: Vec<Motion> = motions.into_iter().map(|given| given.motion).collect();
     let actuators = Actuators {
@@ -107,6 +107,13 @@ pub fn times(model: &Model, times: Option<&str>) -> Result<Range, AnalysisError>
     match times {
         Some(times) => Range::parse(times, "s"),
         None => Ok(Range { from: model.solve.t_start, to: model.solve.t_end, n: N_TIMES }),
+    }
+}
+
+/// Leaves out times before the first and after the last of those that are known.
+pub fn keep_within(times: &mut Range, known: &[f64]) {
+    if let (Some(first), Some(last)) = (known.first(), known.last()) {
+        (times.from, times.to) = (times.from.max(*first), times.to.min(*last));
     }
 }
 
@@ -275,7 +282,7 @@ fn read_pairs(path: &Path, what: &str) -> Result<(Vec<f64>, Vec<f64>), Failure> 
 }
 
 /// Names of the rate and of the acceleration of a position: `A.rate`, `slider.velocity`, `rod.P.vx`.
-fn rate_names(name: &str) -> [String; 2] {
+pub fn rate_names(name: &str) -> [String; 2] {
     let (stem, word) = name.rsplit_once('.').unwrap_or(("", name));
     let words = |a: String, b: String| [format!("{stem}.{a}"), format!("{stem}.{b}")];
     if let Some(number) = word.strip_prefix("angle") {

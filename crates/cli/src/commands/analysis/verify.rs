@@ -29,16 +29,33 @@ fn watched(model: Model, patience: f64) -> Result<Verified, AnalysisError> {
     let (t_start, t_end) = (model.solve.t_start, model.solve.t_end);
     let bar: RefCell<(&str, Progress)> =
         RefCell::new(("", Progress::of("verifying", t_start, t_end)));
-    let begun = Cell::new(Instant::now());
-    let reached = |name: &'static str, t: f64| {
+    within(model, patience, &|name, t| {
         let mut bar = bar.borrow_mut();
         if bar.0 != name || t == t_start {
             *bar = (name, Progress::of(name, t_start, t_end));
-            begun.set(Instant::now());
         }
         bar.1.reached(t);
+    })
+}
+
+/// Verifies with runs each of which ends after so many seconds; `reached` is told the name of a run and its time, s.
+///
+/// # Errors
+/// As [`verify`].
+pub fn within(
+    model: Model,
+    patience: f64,
+    reached: &dyn Fn(&'static str, f64),
+) -> Result<Verified, AnalysisError> {
+    let t_start = model.solve.t_start;
+    let begun = Cell::new(("", Instant::now()));
+    let reached = |name: &'static str, t: f64| {
+        if begun.get().0 != name || t == t_start {
+            begun.set((name, Instant::now()));
+        }
+        reached(name, t);
     };
-    let stop = || begun.get().elapsed().as_secs_f64() > patience;
+    let stop = || begun.get().1.elapsed().as_secs_f64() > patience;
     verify(model, Watch { reached: &reached, stop: &stop })
 }
 
