@@ -8,7 +8,7 @@ use support::coordinate;
 
 use bksim::Mechanism;
 use bksim::model::diagnostic::Diagnostic;
-use bksim::sim::fault::diagnose_guesses;
+use bksim::sim::fault::{diagnose_guesses, diagnose_turns};
 use bksim::sim::start::Start;
 
 /// A four-bar of these lengths, with what follows its joints.
@@ -351,4 +351,34 @@ fn a_crank_with_a_gear_and_a_screw_starts_at_its_stated_rate() {
             assert!((rate - expected).abs() < 1e-14, "{name}: {rate} is not {expected}");
         }
     }
+
+#[test]
+fn angles_of_cut_joints_in_space_are_stated_within_half_a_turn_and_loads_by_them_are_warned_of() {
+    // The linkage that the page of the warning shows.
+    let page = include_str!("../docs/diagnostics/S025.md");
+    let (_, block) = page.split_once("```toml linkage.toml\n").expect("a model");
+    let (text, _) = block.split_once("```").expect("its end");
+    let stated = |angle: &str| {
+        let guess = r#"pivot = { guess = { angle = "-90 deg" } }"#;
+        assert!(text.contains(guess));
+        text.replace(guess, &format!("pivot = {{ angle = \"{angle}\" }}"))
+    };
+    let (mechanism, _) = start(&stated("-90 deg")).expect("a start");
+    let warnings = |mechanism: &Mechanism| diagnose_turns(&mechanism.model, &mechanism.system);
+    let found = warnings(&mechanism);
+    let [warning] = &found[..] else { panic!("{found:#?}") };
+    assert_eq!(warning.code.0, "S025");
+    assert_eq!(warning.message, "load `return` goes by `pivot.angle`, which jumps at ±180 deg");
+    for (angle, within) in [("270 deg", "-90"), ("-450 deg", "-90"), ("990 deg", "-90")] {
+        let fault = start(&stated(angle)).expect_err("beyond half a turn");
+        assert_eq!(fault.code.0, "S002", "{fault:#?}");
+        let help = format!("write `angle = \"{within} deg\"`, which is the same position");
+        assert_eq!(fault.help.as_deref(), Some(help.as_str()));
+    }
+    // A coordinate counts its turns.
+    let (mechanism, found) = start(&stated("270 deg").replace("cut = true", "")).expect("a start");
+    assert!(warnings(&mechanism).is_empty());
+    let coordinates = mechanism.system.coordinates();
+    let pivot = coordinates.iter().position(|c| c.name == "pivot_angle").expect("a coordinate");
+    assert!((found.q[pivot] - 0.75 * TAU).abs() < 1e-12);
 }

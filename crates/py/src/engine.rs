@@ -14,7 +14,7 @@ use bksim::model::file::{Limits, Recording};
 use bksim::options::{JITS, choice};
 use bksim::record::Channels;
 use bksim::sim::compiled::CompiledSystem;
-use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
+use bksim::sim::fault::{diagnose_guesses, diagnose_mobility, diagnose_turns};
 use bksim::sim::input::find_inputs;
 use bksim::sim::mobility::mobility;
 use bksim::sim::observable::{Observable, Observables};
@@ -304,6 +304,7 @@ impl Engine {
 
             warnings.extend(diagnose_guesses(&mechanism.model, &mechanism.system, start));
             warnings.extend(diagnose_mobility(&mechanism.model, &found));
+            warnings.extend(diagnose_turns(&mechanism.model, &mechanism.system));
             let mut body = describe::parts(&mechanism, &found);
             body["diagnostics"] = json_all(self.source(), &warnings);
             Ok(body.to_string())

@@ -72,6 +72,18 @@ def test_a_film_is_that_of_the_command(sol: bksim.Solution, tmp_path: Path) -> N
     assert (tmp_path / "picture.svg").read_text() == sol.picture(0.2).svg
 
 
+def test_a_section_leaves_out_what_lies_beyond_it(tmp_path: Path) -> None:
+    sol = bksim.example("differential").solve(t_end=0.1)
+    seen = []
+    for section in (None, "x < 0 mm", "x > 9 m"):
+        sol.render(tmp_path / "seen.svg", view="isometric", labels=True, section=section)
+        seen.append((tmp_path / "seen.svg").read_text())
+    assert all(name in seen[0] for name in ("left.wheel", "right.wheel"))
+    assert "left.wheel" in seen[1]
+    assert "right.wheel" not in seen[1]
+    assert "wheel" not in seen[2]
+
+
 @pytest.mark.parametrize(
     ("name", "options", "match"),
     [
@@ -88,6 +100,8 @@ def test_a_film_is_that_of_the_command(sol: bksim.Solution, tmp_path: Path) -> N
         ("seen.svg", {"density": 1e9}, "`density`"),
         ("seen.svg", {"ghosts": 1000}, "`ghosts`"),
         ("seen.svg", {"view": (10.0, 20.0)}, "planar"),
+        ("seen.svg", {"section": "x = 0"}, "`section` is for spatial"),
+        ("seen.svg", {"section": "x = 1 s"}, "x = 20 mm"),
         ("seen.svg", {"trails": "nowhere"}, "nowhere"),
         ("seen.svg", {"arrows": "moments"}, "moments"),
         ("seen.svg", {"background": "pink"}, "#fff8e7"),

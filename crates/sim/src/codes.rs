@@ -21,6 +21,7 @@ bksim_model::codes! {
     CENTRE_DISTANCE = "S022", "wheels that do not fit their centres";
     SHARED_REACTION = "S023", "friction by a reaction that is not unique";
     BELT_WAY = "S024", "a belt without a way around its wheels";
+    ANGLE_JUMPS = "S025", "an angle that jumps at half a turn";
     DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
     NO_VALUE = "R002", "an expression leaves its domain";
     STEP_TOO_SMALL = "R003", "the step size became too small";

@@ -12,6 +12,7 @@ mod start;
 mod switch;
 mod table;
 mod values;
+mod within_turn;
 mod words;
 mod worth;
 
@@ -19,5 +20,6 @@ pub use guesses::diagnose_guesses;
 pub use pace::diagnose_slowness;
 pub use run::diagnose_run;
 pub use start::{diagnose_mobility, diagnose_start};
+pub use within_turn::diagnose_turns;
 pub use words::unit_of;
 pub use worth::{another_assembly, diagnose_worth};

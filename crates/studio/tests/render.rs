@@ -74,6 +74,8 @@ fn what_makes_no_sense_is_refused_and_leaves_no_file() {
         ("model.toml -o out.gif --at 0", 2, "for pictures"),
         ("model.toml -o out.png --trail nothing", 2, "is called `nothing`"),
         ("model.toml -o out.png --view 10,20", 2, "planar"),
+        ("model.toml -o out.png --section x=0", 2, "--section is for spatial mechanisms"),
+        ("model.toml -o out.png --section x=1s", 2, "such as `x = 20 mm`"),
         ("model.toml -o out.png --size 5", 2, "1280x720"),
         ("model.toml -o out.png --background purple", 2, "transparent"),
         ("missing.mcap -o out.png", 4, "no such file"),

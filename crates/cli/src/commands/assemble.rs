@@ -3,7 +3,7 @@
 use bksim::Mechanism;
 use bksim::describe;
 use bksim::mbs::quantity::Quantity;
-use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
+use bksim::sim::fault::{diagnose_guesses, diagnose_mobility, diagnose_turns};
 use bksim::sim::mobility::mobility;
 use bksim::sim::start::{Moved, Start};
 
@@ -21,6 +21,7 @@ pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Sta
     let mut warnings = loaded.warnings;
     warnings.extend(diagnose_guesses(&mechanism.model, &mechanism.system, &start));
     warnings.extend(diagnose_mobility(&mechanism.model, &found));
+    warnings.extend(diagnose_turns(&mechanism.model, &mechanism.system));
     if as_json {
         let mut body = describe::start(&mechanism, &start);
         body["diagnostics"] = render::json_all(&loaded.source, &warnings);

@@ -4,7 +4,7 @@ use bksim::Mechanism;
 use bksim::describe::{self, coordinate_policy, joint_names};
 use bksim::mbs::particle::particles;
 use bksim::model::{CoordinatePolicy, Model, Space};
-use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
+use bksim::sim::fault::{diagnose_guesses, diagnose_mobility, diagnose_turns};
 use bksim::sim::mobility::{Mobility, freedoms_of_body, mobility, taken};
 
 use crate::args::ModelArgs;
@@ -21,6 +21,7 @@ pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Sta
     let mut warnings = loaded.warnings;
     warnings.extend(diagnose_guesses(&mechanism.model, &mechanism.system, &start));
     warnings.extend(diagnose_mobility(&mechanism.model, &found));
+    warnings.extend(diagnose_turns(&mechanism.model, &mechanism.system));
 
     if as_json {
         let mut body = describe::parts(&mechanism, &found);

@@ -17,7 +17,7 @@ use bksim::log::{self, Level, LogError};
 use bksim::model::diagnostic::Diagnostic;
 use bksim::options::{BadOption, SolveChanges, described, in_words};
 use bksim::record::{Contents, Recorder, compliance_option, set_option};
-use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
+use bksim::sim::fault::{diagnose_guesses, diagnose_mobility, diagnose_turns};
 use bksim::sim::mobility::{Mobility, mobility};
 use bksim::sim::redundancy::UniquenessChange;
 use bksim::sim::run::{
@@ -187,6 +187,7 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
     let mut warnings = loaded.warnings;
     warnings.extend(diagnose_guesses(&mechanism.model, &mechanism.system, &start));
     warnings.extend(diagnose_mobility(&mechanism.model, &found));
+    warnings.extend(diagnose_turns(&mechanism.model, &mechanism.system));
     times.assemble = clock.lap();
     Ok(Prepared {
         source,

@@ -253,6 +253,17 @@ pub fn positions(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
     positions
 }
 
+/// Whether the angles among [`positions`] are read within ±180°, and jump there.
+pub fn angles_are_within_turn(pool: &Pool, joint: &Joint, sides: &Sides) -> bool {
+    let motions = motions(pool, joint);
+    // A screw counts its turns by its travel.
+    if matches!(motions.as_slice(), [Motion { pitch: Some(_), .. }]) {
+        return false;
+    }
+    let relative = rotation(pool, joint, sides);
+    turns::are_within_turn(pool, &relative, &turns::axes(&motions))
+}
+
 /// The angles of turns about x, y and z in sequence that make up `rotation`, the second within ±90°.
 pub fn cardan_angles(pool: &Pool, rotation: &Rotation) -> Vec<Expr> {
     turns::angles(pool, rotation, &spatial::axes(pool))

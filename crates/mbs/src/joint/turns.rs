@@ -49,6 +49,16 @@ pub(super) fn angles(pool: &Pool, rotation: &Rotation, axes: &[Vector]) -> Vec<E
     }
 }
 
+/// Whether the angles of turns about these axes are read within ±180° from `rotation`, so that they jump there: all but
+/// the angle of a rotation that is a turn about the one axis by form.
+pub(super) fn are_within_turn(pool: &Pool, rotation: &Rotation, axes: &[Vector]) -> bool {
+    match axes {
+        [] => false,
+        [axis] => rotation.angle_about(pool, axis).is_none(),
+        _ => true,
+    }
+}
+
 /// The axis of each rotation of a joint as the turns before it have turned it, predecessor's frame, with
 /// the index of its motion.
 pub(super) fn turned_axes(pool: &Pool, joint: &Joint, positions: &[Expr]) -> Vec<(usize, Vector)> {

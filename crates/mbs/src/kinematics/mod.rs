@@ -279,6 +279,15 @@ impl Kinematics {
         own
     }
 
+    /// Whether a position of a joint is an angle that is no coordinate and is read within ±180°: it jumps there.
+    pub fn is_within_turn(&self, model: &Model, joint: JointId, motion_idx: usize) -> bool {
+        let own = |c: &Coordinate| matches!(c.owner, Owner::Joint(id, idx) if (id, idx) == (joint, motion_idx));
+        let of = &model.joints[joint.0];
+        of.kind.motions().get(motion_idx) == Some(&MotionKind::Rotation)
+            && !self.coordinates.iter().any(own)
+            && joint::angles_are_within_turn(&model.pool, of, &self.sides(model, of))
+    }
+
     /// True where a joint has coordinates of its own.
     pub fn has_coordinates(&self, joint: JointId) -> bool {
         self.first_of_joint.contains_key(&joint)

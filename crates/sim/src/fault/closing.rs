@@ -1,14 +1,15 @@
 //! Faults of positions: loops that do not close, drives out of reach, stated values that exclude
 //! each other.
 
-use super::pole;
 use super::reach::{Short, Span, in_words, reach_of_others, shortest_loop, spans, unit, value};
 use super::words::{
     anchor_name, bodies_of, drive_position, drive_value, name, position_of, unit_of,
 };
+use super::{pole, within_turn};
 use crate::codes;
 use crate::mobility::loop_through;
 use crate::start::{Conflict, Gap};
+use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Code, Diagnostic};
 use bksim_model::message::{listed, short};
 use bksim_model::{Drive, JointId, JointKind, Measure, Model};
@@ -259,8 +260,13 @@ pub(super) fn reach_note(model: &Model, drive: &Drive, t: f64) -> Option<String>
 }
 
 /// Stated positions that exclude each other, with the part of the loop that does not reach.
-pub(super) fn stated_positions(model: &Model, conflicts: &[Conflict]) -> Diagnostic {
-    if let Some(fault) = pole::stated(model, conflicts) {
+pub(super) fn stated_positions(
+    model: &Model,
+    system: &SymbolicSystem,
+    conflicts: &[Conflict],
+) -> Diagnostic {
+    let special = within_turn::stated(model, system, conflicts);
+    if let Some(fault) = special.or_else(|| pole::stated(model, conflicts)) {
         return fault;
     }
     let fault = conflict(model, conflicts, codes::STATED_POSITIONS, "positions");

@@ -33,7 +33,9 @@ pub fn diagnose_start(
         }
         StartError::CannotClose { gaps, .. } => closing::cannot_close(model, gaps),
         StartError::DrivesOutOfReach { drives } => closing::drives_out_of_reach(model, drives),
-        StartError::StatedPositions { conflicts } => closing::stated_positions(model, conflicts),
+        StartError::StatedPositions { conflicts } => {
+            closing::stated_positions(model, system, conflicts)
+        }
         StartError::StatedVelocities { conflicts } => {
             closing::conflict(model, conflicts, codes::STATED_VELOCITIES, "rates")
         }
