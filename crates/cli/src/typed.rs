@@ -60,7 +60,7 @@ fn unit_alone(word: &str, arguments: &[OsString]) -> Option<Failure> {
 /// `bksim solve first.toml out.mcap`: a file to be written without `-o`.
 fn file_too_many(word: &str) -> Option<Failure> {
     ending(word)?;
-    let help = format!("a file that is written comes after `-o`: `-o {}`", quoted(word));
+    let help = format!("a file to write comes after `-o`: `-o {}`", quoted(word));
     Some(Failure::usage(format!("`{word}` is one file too many"), &help))
 }
 

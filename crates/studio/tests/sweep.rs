@@ -216,7 +216,14 @@ fn chosen_cases_are_logged_as_solve_logs_them() {
     let sweep = |chosen: &str, more: &[&str]| {
         let mut bksim = place.bksim();
         bksim.args(["sweep", "swing.toml", "--set", "l=0.5:2:4", "--set", "m=-1,1"]);
-        bksim.args(["--set", "phi=0.5,0.6", "--keep", "max(energy.kinetic)", "-o", "t.parquet"]);
+        bksim.args([
+            "--set",
+            "phi=0.5,0.6 rad",
+            "--keep",
+            "max(energy.kinetic)",
+            "-o",
+            "t.parquet",
+        ]);
         bksim.args(["--log-cases", chosen]).args(more).output().expect("bksim runs")
     };
     let logs = |folder: &str| {
@@ -240,8 +247,9 @@ fn chosen_cases_are_logged_as_solve_logs_them() {
         assert_eq!(logs(folder), expected, "{chosen}");
     }
     // Each is the log of a single run with these values.
-    let solved =
-        place.run("solve swing.toml --set l=1 --set m=1 --set initial.phi=0.6 -o one.mcap");
+    let mut bksim = place.bksim();
+    bksim.args(["solve", "swing.toml", "--set", "l=1", "--set", "m=1", "-o", "one.mcap"]);
+    let solved = bksim.args(["--set", "initial.phi=0.6 rad"]).output().expect("bksim runs");
     assert!(solved.status.success(), "{}", text(&solved.stderr));
     let table = |log: &str| place.run(&format!("export {log}")).stdout;
     assert!(!table("one.mcap").is_empty());
@@ -255,7 +263,7 @@ fn chosen_cases_are_logged_as_solve_logs_them() {
     for (chosen, word) in [
         ("16", "numbers 0 to 15"),
         ("l > 1 kg", "`l` is in m"),
-        ("ll > 1", "did you mean `l`?"),
+        ("ll > 1", "no column `ll`: one of `l`"),
         ("deepest", "write numbers of cases"),
     ] {
         let swept = sweep(chosen, &[]);

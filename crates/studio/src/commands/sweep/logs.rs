@@ -75,7 +75,7 @@ pub(super) fn write_logs(
 pub(super) fn lines(logs: &[CaseLog]) -> Vec<String> {
     let written = |log: &CaseLog| match &log.output {
         Some(path) => format!("  case {:<8}{}", log.case, path.display()),
-        None => format!("  case {:<8}no log: there is no start", log.case),
+        None => format!("  case {:<8}no log: its values or its start are refused", log.case),
     };
     logs.iter().map(written).collect()
 }
