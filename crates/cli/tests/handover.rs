@@ -130,7 +130,7 @@ fn without_a_desktop_no_layer_of_mesa_asks_for_one() {
         for name in ["XDG_RUNTIME_DIR", "WAYLAND_DISPLAY", "DISPLAY", "NODEVICE_SELECT"] {
             command.env_remove(name);
         }
-        variables.iter().for_each(|name| _ = command.env(name, "/tmp"));
+        command.envs(variables.iter().map(|name| (name, "/tmp")));
         text(&command.output().expect("bksim starts").stdout)
     };
     assert_eq!(said(&[]), "1\n");

@@ -8,7 +8,7 @@ pub(crate) fn models_in(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
     let is_model = |name: &String| {
-        let ending = Path::new(name).extension().map(|ending| ending.to_ascii_lowercase());
+        let ending = Path::new(name).extension().map(std::ffi::OsStr::to_ascii_lowercase);
         ending.is_some_and(|ending| ["toml", "dxf", "dwg"].iter().any(|known| ending == *known))
     };
     let mut names: Vec<String> = names.filter(is_model).collect();

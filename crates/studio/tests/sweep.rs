@@ -4,6 +4,7 @@
 mod common;
 
 use std::fs;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use common::{CRATE, Scratch, text};
@@ -228,9 +229,10 @@ fn chosen_cases_are_logged_as_solve_logs_them() {
     };
     let logs = |folder: &str| {
         let files = fs::read_dir(place.path().join(folder)).expect("a folder");
-        let names =
-            files.map(|file| file.expect("a file").file_name().to_string_lossy().into_owned());
-        let mut logs: Vec<String> = names.filter(|name| name.ends_with(".mcap")).collect();
+        let paths = files.map(|file| file.expect("a file").path());
+        let is_log = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "mcap");
+        let name = |path: PathBuf| path.file_name().expect("a name").display().to_string();
+        let mut logs: Vec<String> = paths.filter(is_log).map(name).collect();
         logs.sort();
         logs
     };

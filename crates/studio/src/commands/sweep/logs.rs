@@ -43,7 +43,7 @@ pub(super) fn write_logs(
             let help = "the table is written; see `bksim sweep --help` on choosing cases";
             Failure::usage(format!("`--log-cases`: {what}"), help)
         }
-        error => Failure::file(table, format!("cannot be read: {error}"), None),
+        NoCases::Table(error) => Failure::file(table, format!("cannot be read: {error}"), None),
     })?;
     let folder = args.logs.clone().or_else(|| table.parent().map(Path::to_owned));
     let folder = folder.unwrap_or_default();
