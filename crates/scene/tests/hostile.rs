@@ -35,7 +35,7 @@ fn drawn(scene: &Scene, poses: &[Pose]) -> String {
             hollow(theme.force, [1e300; 3], [1e300; 3]),
         ],
         ghosts: vec![poses.to_vec(), Vec::new()],
-        legend: Vec::new(),
+        ..Extras::default()
     };
     let camera = Camera::planar([400.0, 300.0]).fitted(points(scene), 0.1);
     let text = svg(&picture(scene, poses, &extras, &camera, theme));
