@@ -278,6 +278,11 @@ struct Flight {
 
 impl Flight {
     /// Lift, rate and no acceleration that would have to be stated, at an instant in it.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "instants of a flight are behind its beginning"
+    )]
     fn at(&self, t: f64) -> [f64; 3] {
         let step = ((t - self.off) / STEP).floor();
         let [s, v] = PushrodTrain::flown(self.states[step as usize], t - self.off - STEP * step);

@@ -219,7 +219,7 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
             )
         }
         Command::Balls(options) => {
-            let suites: [(&str, fn(&Context) -> Result<Report, BenchError>); 2] =
+            let suites: [(&str, Measure); 2] =
                 [("balls", balls::measure), ("machines", machines::measure)];
             run_all(&suites, |(_, suite), context| suite(context), options)
         }
@@ -231,6 +231,9 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
         Command::Measure(size) => scale::measure(*size),
     }
 }
+
+/// A suite as a function of its surroundings.
+type Measure = fn(&Context) -> Result<Report, BenchError>;
 
 /// Runs suites one after the other, prints each report and writes all of them.
 #[expect(clippy::print_stdout, reason = "the tables are the result")]

@@ -27,11 +27,12 @@ impl Placed {
     fn of(shape: &Shape, pose: &Pose) -> Self {
         let place = |points: &[[f64; 3]]| points.iter().map(|&p| pose.place(p)).collect::<Vec<_>>();
         let (points, radius, is_solid) = match &shape.form {
-            Form::Region(rings) => (place(&rings.concat()), 0.0, false),
+            Form::Region(rings) | Form::Section { rings, .. } => {
+                (place(&rings.concat()), 0.0, false)
+            }
             Form::Line { points, .. } => (place(points), 0.0, false),
             Form::Rod { ends, radius } => (place(ends), *radius, false),
             Form::Solid(solid) => (place(&solid.corners), 0.0, true),
-            Form::Section { rings, .. } => (place(&rings.concat()), 0.0, false),
         };
         let normals = match &shape.form {
             Form::Solid(solid) => solid.normals().map(|n| pose.turn(n)).collect(),

@@ -121,7 +121,7 @@ impl Form {
     /// Points whose hull encloses it, in the frame of its body, m.
     pub fn reach(&self) -> Vec<[f64; 3]> {
         match self {
-            Self::Region(rings) => rings.concat(),
+            Self::Region(rings) | Self::Section { rings, .. } => rings.concat(),
             Self::Line { points, .. } => points.clone(),
             Self::Rod { ends, radius } => {
                 let sides = [-1.0, 1.0].map(|sign| sign * radius);
@@ -132,7 +132,6 @@ impl Form {
                 ends.iter().flat_map(box_of).collect()
             }
             Self::Solid(solid) => solid.corners.clone(),
-            Self::Section { rings, .. } => rings.concat(),
         }
     }
 }

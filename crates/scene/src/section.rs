@@ -139,6 +139,7 @@ impl Scene {
     /// The part of the mechanism in a half of space, with its bodies at these poses. Solids, areas and lines are
     /// cut; signs are left out whose middle is. Where the plane faces `eye`, a unit vector, solids have
     /// [cut faces](Form::Section). Springs and other spans become lines of the ground.
+    #[must_use]
     pub fn cut(&self, half: &HalfSpace, poses: &[Pose], eye: [f64; 3]) -> Self {
         let has_faces = dot3(half.normal, eye) > 0.0;
         let mut shapes = Vec::new();

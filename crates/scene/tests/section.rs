@@ -50,7 +50,7 @@ fn filled(rings: &[Vec<[f64; 3]>], n: [f64; 3]) -> f64 {
             dot(n, cross(a, b)).atan2(dot(a, b))
         };
         let turns: f64 = ring.iter().zip(ring.iter().cycle().skip(1)).map(angle).sum();
-        (turns / TAU).round() as i64 % 2 != 0
+        (turns / TAU).round().rem_euclid(2.0) > 0.5
     };
     let sign = |k: usize| {
         let others = rings.iter().enumerate().filter(|(other, _)| *other != k);

@@ -48,7 +48,7 @@ impl Cutter {
     /// Whether corners are left out; and whether some are further below the plane than `slack`, m.
     pub(super) fn sides(&self, slack: f64) -> [bool; 2] {
         let is_any = |is: &dyn Fn(f64) -> bool| self.heights.iter().any(|&height| is(height));
-        [is_any(&|height| !(height <= 0.0)), is_any(&|height| height < -slack)]
+        [is_any(&|height| height > 0.0 || height.is_nan()), is_any(&|height| height < -slack)]
     }
 
     /// Whether a corner that was given is kept.
@@ -104,9 +104,9 @@ impl Cutter {
                 is_used[chain] = true;
                 let corners = chains[chain].iter().copied();
                 if is_backwards {
-                    ring.extend(corners.rev())
+                    ring.extend(corners.rev());
                 } else {
-                    ring.extend(corners)
+                    ring.extend(corners);
                 }
                 let end = End { chain, is_tail: !is_backwards };
                 let next = joined[chain][usize::from(end.is_tail)];

@@ -27,7 +27,7 @@ pub fn diagnose_turns(model: &Model, system: &SymbolicSystem) -> Vec<Diagnostic>
     }
     let warning = |((joint, motion_idx), users): ((JointId, usize), Vec<String>)| {
         let of = &model.joints[joint.0];
-        let [word, ..] = motion_words(&of.kind.motions(), motion_idx);
+        let [word, ..] = motion_words(of.kind.motions(), motion_idx);
         let name = format!("{}.{word}", of.name);
         let verb = if users.len() == 1 { "goes" } else { "go" };
         let message = format!("{} {verb} by `{name}`, which jumps at ±180 deg", users.join(", "));
@@ -82,7 +82,7 @@ pub(super) fn stated(
     let initial = &model.initial[conflict.initial_idx];
     let Measure::JointPosition(joint, motion_idx) = initial.measure else { return None };
     let joint = &model.joints[joint.0];
-    let [word, ..] = motion_words(&joint.kind.motions(), motion_idx);
+    let [word, ..] = motion_words(joint.kind.motions(), motion_idx);
     let turns = (conflict.stated / TAU).round();
     let [stated, within] =
         [conflict.stated, conflict.stated - TAU * turns].map(|x| short(x.to_degrees()));
