@@ -351,6 +351,7 @@ fn a_crank_with_a_gear_and_a_screw_starts_at_its_stated_rate() {
             assert!((rate - expected).abs() < 1e-14, "{name}: {rate} is not {expected}");
         }
     }
+}
 
 #[test]
 fn angles_of_cut_joints_in_space_are_stated_within_half_a_turn_and_loads_by_them_are_warned_of() {

@@ -12,6 +12,7 @@
 
 use bksim_mbs::coordinate::CoordinateKind;
 use bksim_model::{Model, ParameterId};
+use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 
 use crate::balance::Balance;
@@ -188,8 +189,8 @@ fn equilibrated(slopes: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 fn is_singular(slopes: &DMatrix<f64>) -> bool {
-    let values = equilibrated(slopes).singular_values();
-    values.min() <= NO_SLOPE * values.max()
+    // Slopes that are not finite determine nothing.
+    Svd::values(&equilibrated(slopes)).is_none_or(|values| values.min() <= NO_SLOPE * values.max())
 }
 
 impl Unknowns {

@@ -10,6 +10,7 @@
 //! mechanism, radians and longest links, forces in parts of what joints and loads bear.
 
 use bksim_mbs::coordinate::Owner;
+use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 
 use crate::balance::Balance;
@@ -84,8 +85,7 @@ impl Balance<'_> {
         if steps.is_empty() {
             return None;
         }
-        let svd = DMatrix::from_columns(&steps).svd(true, false);
-        let (u, values) = (svd.u?, svd.singular_values);
+        let Svd { u, singular_values: values, .. } = Svd::new(&DMatrix::from_columns(&steps))?;
         let is_tangent = |&k: &usize| values[k] > 0.1 * values.max();
         let tangents: Vec<usize> = (0..values.len()).filter(is_tangent).collect();
         let tangents: Vec<DVector<f64>> = (tangents.into_iter())
@@ -279,8 +279,7 @@ fn null_space_of(slopes: &DMatrix<f64>) -> DMatrix<f64> {
     let n = slopes.ncols();
     let mut square = DMatrix::zeros(n.max(slopes.nrows()), n);
     square.rows_mut(0, slopes.nrows()).copy_from(slopes);
-    let svd = square.svd(false, true);
-    let Some(v_t) = svd.v_t else { return DMatrix::zeros(n, 0) };
+    let Some(svd) = Svd::new(&square) else { return DMatrix::zeros(n, 0) };
     let free: Vec<usize> = (0..n).filter(|&k| svd.singular_values[k] <= FREE).collect();
-    DMatrix::from_fn(n, free.len(), |i, k| v_t[(free[k], i)])
+    DMatrix::from_fn(n, free.len(), |i, k| svd.v_t[(free[k], i)])
 }

@@ -389,8 +389,7 @@ fn arrows_and_trails_and_names_are_drawn() {
                 is_hollow: false,
             }],
             has_labels: true,
-            ghosts: Vec::new(),
-            legend: Vec::new(),
+            ..Extras::default()
         };
         check(name, &draw(scene.clone(), &[Pose::default(); 3], &extras, &camera(), theme));
     }

@@ -56,9 +56,10 @@ impl Closing<'_> {
         q: &[f64],
         guess: &[f64],
     ) -> (Vec<f64>, f64) {
+        let at_guess = self.rows(stated, t, q, guess);
         let at = evaluator.constraints(t, q);
-        let mut rows = Equations { values: at.rate_of(guess), gradients: at.jacobian_rows() };
-        self.append_rows(&mut rows, stated, t, q, guess);
+        let rows = Equations { values: at.rate_of(guess), gradients: at.jacobian_rows() };
+        let rows = rows.with(&at_guess);
         let step = shortest_solution(&rows.gradients, &rows.values);
         let done = rows.gradients.times(&step);
         let left: Vec<f64> =

@@ -27,7 +27,7 @@ pub(super) struct Walk<'a> {
     wish_weight: f64,
     /// Σ r².
     cost: f64,
-    /// The lower triangle of JᵀJ, and Jᵀr.
+    /// JᵀJ and Jᵀr.
     normal: DMatrix<f64>,
     slope: DVector<f64>,
     damping: f64,
@@ -129,7 +129,7 @@ impl<'a> Walk<'a> {
             };
             for (i, a) in entries.iter().filter_map(entry) {
                 self.slope[i] += a * value;
-                for (j, b) in entries.iter().filter_map(entry).filter(|(j, _)| *j <= i) {
+                for (j, b) in entries.iter().filter_map(entry) {
                     self.normal[(i, j)] += a * b;
                 }
             }
