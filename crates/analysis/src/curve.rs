@@ -151,9 +151,6 @@ impl<E: Equations> Curve<E> {
         let (mut a, mut fa, mut b, mut fb) = (0.0, at_from, ds, at_to);
         let mut best = from.clone();
         let mut last_side = 0;
-        let mut last = f64::NAN;
-        let rounding = 4.0 * f64::EPSILON * (1.0 + ds.abs());
-        let next_to_none = 1e-9 * fa.abs().max(fb.abs());
         // Regula falsi, Illinois; bisection where that stalls.
         for iteration in 0..100 {
             let secant = (a * fb - b * fa) / (fb - fa);
@@ -163,12 +160,9 @@ impl<E: Equations> Curve<E> {
             self.correct(&mut z, &from.tangent)?;
             best = self.point(z, &from.tangent)?;
             let fc = f(self, &best);
-            // The ends need not meet where the place no longer moves.
-            let is_still = (c - last).abs() <= rounding && fc.abs() <= next_to_none;
-            if fc == 0.0 || is_still || (b - a).abs() <= rounding {
+            if fc == 0.0 || (b - a).abs() <= 4.0 * f64::EPSILON * (1.0 + ds.abs()) {
                 break;
             }
-            last = c;
             if (fc > 0.0) == (fa > 0.0) {
                 (a, fa) = (c, fc);
                 if last_side == 1 {

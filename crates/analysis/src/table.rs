@@ -86,7 +86,10 @@ mod tests {
         for x in edges.into_iter().chain(others).chain(any) {
             let mut written = String::new();
             push_number(&mut written, x);
-            assert_eq!(written, format!("{x}"));
+            // Of two shortest texts as near as each other either will do.
+            let known = format!("{x}");
+            let is_as_good = written.len() == known.len() && written.parse() == Ok(x);
+            assert!(written == known || is_as_good, "{written} is not {known}");
         }
     }
 }

@@ -5,7 +5,7 @@
 //! share the load. Over one base pitch p_b = π m cos α the mean of the loss is the part μ H of the power:
 //!
 //! ```text
-//! H = π (1/z₁ ± 1/z₂) (1 − ε₁ − ε₂ + ε₁² + ε₂²)            + of outer teeth, − in a ring, 1/z₂ = 0 of a rack
+//! H = π/2 (1/z₁ ± 1/z₂) Σ (ε² + (1 − ε) |1 − ε|)         + of outer teeth, − in a ring, 1/z₂ = 0 of a rack
 //! ε = (√((z/2 + 1)² − (z/2 cos α)²) − z/2 sin α)/(π cos α)   way beyond the pitch point, over p_b, to the tip circle
 //! ε = (z/2 sin α − √((z/2 − 1)² − (z/2 cos α)²))/(π cos α)   to that of a ring
 //! ε = 1/(π sin α cos α)                                      to the tips of a rack
@@ -13,7 +13,8 @@
 //!
 //! of teeth with an addendum of one module, and no way beyond the point where the line of action leaves the base circle
 //! of the other wheel, z/2 tan α of it from the pitch point. Source: G. Niemann and H. Winter, *Maschinenelemente* II
-//! (tooth loss factor H_V); ISO/TR 14179-2. It holds for one or two pairs of teeth in touch, ε₁ + ε₂ in 1 … 2.
+//! (tooth loss factor H_V, the sum being 2 (1 − ε₁ − ε₂ + ε₁² + ε₂²) where no ε exceeds one); ISO/TR 14179-2. It holds
+//! for one or two pairs of teeth in touch, ε₁ + ε₂ in 1 … 2.
 
 use bksim_expr::{Expr, Function, Pool};
 
@@ -169,8 +170,12 @@ fn loss_factor(pool: &Pool, teeth: Expr, mate: Mate, alpha: Expr) -> Expr {
         }
     };
     let other = shorter(other, to_base(teeth));
-    let squares = pool.add(pool.powi(own, 2), pool.powi(other, 2));
-    let mean = pool.add(pool.sub(one, pool.add(own, other)), squares);
+    let signed_square = |part: Expr| {
+        let rest = pool.sub(one, part);
+        pool.mul(rest, of(Function::Abs, &[rest]))
+    };
+    let parts = [own, other].map(|part| pool.add(pool.powi(part, 2), signed_square(part)));
+    let mean = half(pool.add(parts[0], parts[1]));
     pool.product([pool.pi(), slide, mean])
 }
 
