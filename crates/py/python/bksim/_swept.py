@@ -312,7 +312,7 @@ class Sweep:
         >>> import bksim
         >>> m = bksim.example("slider-crank")
         >>> s = bksim.sweep(m, {"l1": [0.9, 1.0]}, outputs=["final(state.theta1)"], t_end=0.1)
-        >>> bool(s.solve(1)["state.theta1"][-1] == s["final(state.theta1)"][1])
+        >>> bool(abs(s.solve(1)["state.theta1"][-1] - s["final(state.theta1)"][1]) < 1e-9)
         True
 
         Raises IndexError for a case that the sweep does not have, and what :meth:`Model.solve` raises.
