@@ -74,7 +74,7 @@ pub struct NoSignal {
     pub signal: usize,
 }
 
-/// [`SampledSignals`] at one set of parameters, with their buffers.
+/// Sampled signals at one set of parameters, with their buffers.
 #[derive(Clone, Debug)]
 pub struct Sampling<'a> {
     signals: &'a SampledSignals,
