@@ -13,7 +13,8 @@ fn within(absolute: f64) -> Within {
     Within { relative: 0.0, absolute }
 }
 
-/// The loss factor of outer teeth of 20°, Niemann and Winter, where no way is cut short; below zero of a ring.
+/// The loss factor of teeth of 20° on `w` others, below zero of a ring: the mean of the sliding over one base pitch,
+/// pair by pair, each with an equal share of the load.
 fn loss(z: f64, w: f64) -> f64 {
     let (sin, cos) = 20f64.to_radians().sin_cos();
     let tip = |z: f64, add: f64| {
@@ -22,7 +23,22 @@ fn loss(z: f64, w: f64) -> f64 {
     };
     let reach = z / 2.0 * sin / (PI * cos);
     let [own, other] = [tip(z, 1.0), tip(w.abs(), w.signum()).min(reach)];
-    PI * (1.0 / z + 1.0 / w) * (1.0 - own - other + own * own + other * other)
+    PI * (1.0 / z + 1.0 / w) * 2.0 * mean_sliding(own, other)
+}
+
+/// ∫ |s| over the base pitch from where a pair comes into touch, `other` before the pitch point, up to `own` beyond it:
+/// the sum of trapezia between the places where a pair comes, goes or passes the pitch point is exact.
+fn mean_sliding(own: f64, other: f64) -> f64 {
+    let mut borders = vec![0.0, 1.0, other % 1.0, (own + other) % 1.0];
+    borders.sort_by(f64::total_cmp);
+    let mean = |first: f64| {
+        let pairs = (0..3).map(|k| first - other + f64::from(k)).filter(|&s| s < own);
+        let pairs: Vec<f64> = pairs.map(f64::abs).collect();
+        pairs.iter().sum::<f64>() / pairs.len() as f64
+    };
+    let parts =
+        borders.windows(2).map(|ends| (ends[1] - ends[0]) * mean(f64::midpoint(ends[0], ends[1])));
+    parts.sum()
 }
 
 /// The effort of the only drive of a model at its end.
@@ -125,7 +141,7 @@ fn a_rack_has_the_loss_of_an_endless_wheel() {
     let (sin, cos) = 20f64.to_radians().sin_cos();
     let own = ((11.0_f64.powi(2) - (10.0 * cos).powi(2)).sqrt() - 10.0 * sin) / (PI * cos);
     let other = (1.0 / (PI * sin * cos)).min(10.0 * sin / (PI * cos));
-    let h = PI / 20.0 * (1.0 - own - other + own * own + other * other);
+    let h = PI / 20.0 * 2.0 * mean_sliding(own, other);
     let expected = (1.0 - 0.04 * h) / (1.0 + 0.04 * h);
     close("efficiency", 300.0 * 0.02 / effort(text), expected, within(1e-9));
 }

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! of teeth with an addendum of one module, and no way beyond the point where the line of action leaves the base circle
-//! of the other wheel, z/2 tan α of it from the pitch point. Source: G. Niemann and H. Winter, *Maschinenelemente* II
+//! of the other wheel, z/2 sin α modules from the pitch point. Source: G. Niemann and H. Winter, *Maschinenelemente* II
 //! (tooth loss factor H_V, the sum being 2 (1 − ε₁ − ε₂ + ε₁² + ε₂²) where no ε exceeds one); ISO/TR 14179-2. It holds
 //! for one or two pairs of teeth in touch, ε₁ + ε₂ in 1 … 2.
 
