@@ -29,7 +29,7 @@ fn loss(z: f64, w: f64) -> f64 {
 /// ∫ |s| over the base pitch from where a pair comes into touch, `other` before the pitch point, up to `own` beyond it:
 /// the sum of trapezia between the places where a pair comes, goes or passes the pitch point is exact.
 fn mean_sliding(own: f64, other: f64) -> f64 {
-    let mut borders = vec![0.0, 1.0, other % 1.0, (own + other) % 1.0];
+    let mut borders = [0.0, 1.0, other % 1.0, (own + other) % 1.0];
     borders.sort_by(f64::total_cmp);
     let mean = |first: f64| {
         let pairs = (0..3).map(|k| first - other + f64::from(k)).filter(|&s| s < own);
