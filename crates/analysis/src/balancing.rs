@@ -152,7 +152,7 @@ fn free_motions(loaded: &Loaded) -> Result<DMatrix<f64>, AnalysisError> {
     Ok(moving_null_space(loaded, &at.jacobian))
 }
 
-/// What `jacobian` leaves free of the coordinates that move, in units of the mechanism.
+/// Directions of the coordinates that move which `jacobian` leaves free, in columns, in units of the mechanism.
 fn moving_null_space(loaded: &Loaded, jacobian: &DMatrix<f64>) -> DMatrix<f64> {
     let states = loaded.state_coordinates();
     let moving: Vec<usize> = (0..jacobian.ncols()).filter(|i| !states.contains(i)).collect();

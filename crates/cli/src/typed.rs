@@ -1,4 +1,4 @@
-//! What people type who do not know the command line yet, and what to type instead.
+//! Words of those who do not know the command line yet, and the commands that they mean.
 
 use std::ffi::OsString;
 use std::path::Path;

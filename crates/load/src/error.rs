@@ -63,7 +63,7 @@ impl Text {
     }
 }
 
-/// What to write in place of a file that is not there: what its folder has.
+/// Help for a file that is not there: the names that its folder has.
 fn instead(path: &Path) -> Option<String> {
     let parent = path.parent()?;
     let folder = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };

@@ -1,4 +1,4 @@
-//! What a folder has, for whoever named a file that is not there.
+//! Names in a folder, for whoever named a file that is not there.
 
 use std::fs;
 use std::path::Path;

@@ -39,7 +39,7 @@ pub enum Actor {
 pub struct Power {
     /// The part.
     pub actor: Actor,
-    /// What it gives to the bodies, W, of t, q, v and λ, without that of its potential.
+    /// Power that it gives to the bodies, W, of t, q, v and λ, without that of its potential.
     pub power: Expr,
     /// Its potential, J; zero of a part without one.
     pub potential: Expr,

@@ -79,7 +79,7 @@ pub enum Measure {
 }
 
 impl Measure {
-    /// Whether it depends on accelerations, or is found together with them for results alone, so that no load can
+    /// True where it depends on accelerations, or is found together with them for results alone, so that no load can
     /// use it.
     pub fn is_acceleration(self) -> bool {
         matches!(

@@ -102,7 +102,7 @@ pub enum Role {
 }
 
 impl Role {
-    /// Whether it is a curve laid over the mechanism.
+    /// True of a curve laid over the mechanism.
     pub fn is_curve(self) -> bool {
         matches!(self, Self::Curve(_) | Self::FaintCurve(_))
     }

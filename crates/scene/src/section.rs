@@ -240,7 +240,7 @@ fn cut_region(rings: &[Vec<[f64; 3]>], half: &HalfSpace) -> Vec<Vec<[f64; 3]>> {
     area.rings.iter().map(ring).collect()
 }
 
-/// What is left of a solid, and its cut face, if that is seen.
+/// The part of a solid that is left, and its cut face, if that is seen.
 fn cut_solid(solid: &Solid, half: &HalfSpace, hatched: Option<Hatching>) -> Vec<Form> {
     match cut(solid, half) {
         Cut::Whole => vec![Form::Solid(solid.clone())],

@@ -25,7 +25,7 @@ enum Deed {
     Type(String),
 }
 
-/// What a page says to do, in its order.
+/// The deeds that a page asks for, in its order.
 fn deeds(page: &str) -> Vec<Deed> {
     let mut deeds = Vec::new();
     for (idx, part) in page.split("```").enumerate() {

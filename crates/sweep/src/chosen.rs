@@ -29,7 +29,7 @@ pub enum Chosen {
     Where(Vec<Comparison>),
     /// The one with the largest or the smallest number in a column.
     Extreme {
-        /// Whether it is the largest.
+        /// True of the largest, false of the smallest.
         is_largest: bool,
         /// The column.
         column: String,

@@ -79,7 +79,7 @@ fn number(row: &Row, idx: usize) -> f64 {
 /// The rows of a table, of whichever format, as far as they are numbers.
 pub(crate) struct Rows {
     pub(crate) cases: Vec<u64>,
-    /// Whether the run of each case reached its end.
+    /// True of each case whose run reached its end.
     pub(crate) is_done: Vec<bool>,
     /// Inputs and outputs by case, SI; NaN where there is no number.
     pub(crate) columns: Vec<(String, Vec<f64>)>,
@@ -121,7 +121,7 @@ fn cells(path: &Path) -> Result<(Vec<String>, Vec<Vec<String>>), ParquetError> {
     Ok((names, rows.collect::<Result<_, _>>()?))
 }
 
-/// Whether a table is text, by the ending of its name.
+/// True of a table that is text, by the ending of its name.
 pub(crate) fn is_csv(table: &Path) -> bool {
     table.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
 }

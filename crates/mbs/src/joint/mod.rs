@@ -253,7 +253,7 @@ pub fn positions(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
     positions
 }
 
-/// Whether the angles among [`positions`] are read within ±180°, and jump there.
+/// True where the angles among [`positions`] are read within ±180°, and jump there.
 pub fn angles_are_within_turn(pool: &Pool, joint: &Joint, sides: &Sides) -> bool {
     let motions = motions(pool, joint);
     // A screw counts its turns by its travel.

@@ -49,7 +49,7 @@ pub(super) fn angles(pool: &Pool, rotation: &Rotation, axes: &[Vector]) -> Vec<E
     }
 }
 
-/// Whether the angles of turns about these axes are read within ±180° from `rotation`, so that they jump there: all but
+/// True where the angles of turns about these axes are read within ±180° from `rotation`, so that they jump there: all but
 /// the angle of a rotation that is a turn about the one axis by form.
 pub(super) fn are_within_turn(pool: &Pool, rotation: &Rotation, axes: &[Vector]) -> bool {
     match axes {

@@ -279,7 +279,7 @@ impl Kinematics {
         own
     }
 
-    /// Whether a position of a joint is an angle that is no coordinate and is read within ±180°: it jumps there.
+    /// True where a position of a joint is an angle that is no coordinate and is read within ±180°: it jumps there.
     pub fn is_within_turn(&self, model: &Model, joint: JointId, motion_idx: usize) -> bool {
         let own = |c: &Coordinate| matches!(c.owner, Owner::Joint(id, idx) if (id, idx) == (joint, motion_idx));
         let of = &model.joints[joint.0];

@@ -27,7 +27,7 @@ use crate::diagnostic::Diagnostic;
 use crate::ids::CouplingId;
 use crate::load::{FrictionLaw, LoadKind, Surface};
 
-/// What the smaller wheel meshes with.
+/// The mate of the smaller wheel.
 #[derive(Clone, Copy)]
 enum Mate {
     /// A wheel with this number of teeth outside.

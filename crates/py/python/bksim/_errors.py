@@ -1,4 +1,4 @@
-"""What can go wrong, as exceptions; those that hold a result are in ``_ended``."""
+"""Faults as exceptions; those that hold a result are in ``_ended``."""
 
 from __future__ import annotations
 

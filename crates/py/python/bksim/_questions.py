@@ -64,7 +64,7 @@ class Assemblies(Answer):
 
     @property
     def all_proved(self) -> bool:
-        """Whether it is proved that there are no others."""
+        """True where it is proved that there are no others."""
         return self.facts["proof"] is not None
 
     def picture(self) -> Picture:

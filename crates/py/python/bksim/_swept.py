@@ -200,7 +200,7 @@ OPTIONS = ("t_end", "rtol", "atol", "step", "every", "method", "formulation")
 
 @dataclass(frozen=True)
 class Again:
-    """What a case is solved with once more: the model as it was swept, and what was asked."""
+    """The model as it was swept, and the request, to solve a case once more."""
 
     model: Model
     asked: Any

@@ -61,7 +61,7 @@ pub(super) fn placement([from, to]: [[f64; 3]; 2], previous: &Placement) -> Plac
 mod tests {
     use super::*;
 
-    /// What a quaternion makes of x.
+    /// The axis x turned by a quaternion.
     fn turned([x, y, z, w]: [f64; 4]) -> [f64; 3] {
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w), 2.0 * (x * z - y * w)]
     }

@@ -45,13 +45,13 @@ impl Cutter {
         Self { normal: half.normal, corners, heights, crossings: HashMap::new() }
     }
 
-    /// Whether corners are left out; and whether some are further below the plane than `slack`, m.
+    /// True where corners are left out; and where some are further below the plane than `slack`, m.
     pub(super) fn sides(&self, slack: f64) -> [bool; 2] {
         let is_any = |is: &dyn Fn(f64) -> bool| self.heights.iter().any(|&height| is(height));
         [is_any(&|height| height > 0.0 || height.is_nan()), is_any(&|height| height < -slack)]
     }
 
-    /// Whether a corner that was given is kept.
+    /// True of a corner that was given and is kept.
     pub(super) fn is_kept(&self, corner: usize) -> bool {
         self.heights[corner] <= 0.0
     }

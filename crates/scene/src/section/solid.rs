@@ -7,7 +7,7 @@ use super::area::Cutter;
 use crate::solid::normal;
 use crate::{Edge, Solid};
 
-/// What is left of a solid.
+/// The part of a solid that is left.
 pub(super) enum Cut {
     /// All of it.
     Whole,

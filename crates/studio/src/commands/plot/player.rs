@@ -37,7 +37,7 @@ impl<'a, F: FnMut(&Sample)> Player<'a, F> {
         self.span[0] + part * (self.span[1] - self.span[0])
     }
 
-    /// Whether `t` lies in the span, whichever way that goes.
+    /// True where `t` lies in the span, whichever way that goes.
     fn is_inside(&self, t: f64) -> bool {
         (t - self.span[0]) * (self.span[1] - t) >= 0.0
     }

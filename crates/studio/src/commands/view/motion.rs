@@ -27,7 +27,7 @@ pub(super) struct Motion {
     pub(super) curves: Vec<String>,
     /// The mode that is shown in place of the run.
     pub(super) mode: Option<ModeRequest>,
-    /// Whether it is to be cut by a plane.
+    /// True where it is to be cut by a plane.
     pub(super) is_cut: bool,
 }
 

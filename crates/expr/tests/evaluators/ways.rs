@@ -1,0 +1,120 @@
+//! All ways to evaluate a tape, held against the interpreter.
+
+use bksim_expr::{Jit, QuadRunner, Runner, Tape};
+
+/// Values of all outputs at each point, by one evaluator at one set of parameters.
+type Evaluator = fn(&Tape, &[f64], &[Vec<f64>]) -> Vec<Vec<f64>>;
+
+const EVALUATORS: &[(&str, Evaluator)] = &[
+    ("batch", in_one_batch),
+    ("batches of three", in_batches_of_three),
+    ("runner", by_runner),
+    ("four points, interpreted", |tape, parameters, points| {
+        in_fours(tape, Jit::Off, parameters, points)
+    }),
+    ("four points", |tape, parameters, points| in_fours(tape, Jit::On, parameters, points)),
+    #[cfg(feature = "jit")]
+    ("jit", by_machine_code),
+];
+
+pub(crate) fn interpreted(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut workspace = tape.workspace(parameters);
+    let mut evaluate = |point: &Vec<f64>| {
+        let mut out = vec![0.0; tape.n_outputs()];
+        tape.evaluate(&mut workspace, point, &mut out);
+        out
+    };
+    points.iter().map(&mut evaluate).collect()
+}
+
+/// Machine code from the first evaluation where there is any.
+pub(crate) fn by_runner(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let runner = Runner::new(tape.clone(), Jit::On);
+    let mut workspace = tape.workspace(parameters);
+    let mut evaluate = |point: &Vec<f64>| {
+        let mut out = vec![0.0; tape.n_outputs()];
+        runner.evaluate(&mut workspace, point, &mut out);
+        out
+    };
+    points.iter().map(&mut evaluate).collect()
+}
+
+#[cfg(feature = "jit")]
+fn by_machine_code(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let code = tape.machine_code().expect("short enough");
+    let mut workspace = tape.workspace(parameters);
+    let mut evaluate = |point: &Vec<f64>| {
+        let mut out = vec![0.0; tape.n_outputs()];
+        code.evaluate(&mut workspace, point, &mut out);
+        out
+    };
+    points.iter().map(&mut evaluate).collect()
+}
+
+/// Four points at once, the last of them repeated where there are fewer.
+fn in_fours(tape: &Tape, jit: Jit, parameters: &[f64], points: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let runner = QuadRunner::new(tape.clone(), jit);
+    let mut workspace = runner.workspace(parameters);
+    let mut results = Vec::new();
+    for points in points.chunks(4) {
+        let point = |lane: usize| &points[lane.min(points.len() - 1)];
+        let inputs: Vec<[f64; 4]> =
+            (0..tape.n_inputs()).map(|input| [0, 1, 2, 3].map(|lane| point(lane)[input])).collect();
+        let mut out = vec![[0.0; 4]; tape.n_outputs()];
+        runner.evaluate(&mut workspace, &inputs, &mut out);
+        results
+            .extend((0..points.len()).map(|lane| out.iter().map(|output| output[lane]).collect()));
+    }
+    results
+}
+
+pub(crate) fn in_one_batch(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    in_batches(tape, parameters, points, points.len().max(1))
+}
+
+fn in_batches_of_three(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    in_batches(tape, parameters, points, 3)
+}
+
+fn in_batches(tape: &Tape, parameters: &[f64], points: &[Vec<f64>], n: usize) -> Vec<Vec<f64>> {
+    let mut batch = tape.batch(parameters);
+    let mut results = Vec::new();
+    for points in points.chunks(n) {
+        let inputs: Vec<f64> = (0..tape.n_inputs())
+            .flat_map(|input| points.iter().map(move |point| point[input]))
+            .collect();
+        let mut out = vec![0.0; points.len() * tape.n_outputs()];
+        batch.evaluate(points.len(), &inputs, &mut out);
+        results.extend((0..points.len()).map(|point| -> Vec<f64> {
+            out.iter().skip(point).step_by(points.len()).copied().collect()
+        }));
+    }
+    results
+}
+
+pub(crate) fn is_same(a: f64, b: f64) -> bool {
+    a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())
+}
+
+/// All evaluators give the interpreter's values.
+pub(crate) fn check_agreement(
+    tape: &Tape,
+    parameters: &[f64],
+    points: &[Vec<f64>],
+) -> Vec<Vec<f64>> {
+    let expected = interpreted(tape, parameters, points);
+    for (name, evaluate) in EVALUATORS {
+        let found = evaluate(tape, parameters, points);
+        assert_eq!(found.len(), expected.len(), "{name}: number of points");
+        for (point, (found, expected)) in points.iter().zip(found.iter().zip(&expected)) {
+            assert_eq!(found.len(), expected.len(), "{name}: number of outputs");
+            for (output, (found, expected)) in found.iter().zip(expected).enumerate() {
+                assert!(
+                    is_same(*found, *expected),
+                    "{name}: output {output} at {point:?} is {found:?}, not {expected:?}"
+                );
+            }
+        }
+    }
+    expected
+}
