@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use bksim_model::Model;
 use bksim_model::file::{Source, read};
-use bksim_scene::{Arrow, Camera, Extras, Scene, Theme, picture, svg};
+use bksim_scene::{Arrow, Camera, CutSide, Extras, Scene, Section, Theme, picture, svg};
 use bksim_sim::pose::Pose;
 
 const SLIDER: &str = include_str!("../../../tests/fixtures/oblique-slider.toml");
@@ -35,6 +35,7 @@ fn drawn(scene: &Scene, poses: &[Pose]) -> String {
             hollow(theme.force, [1e300; 3], [1e300; 3]),
         ],
         ghosts: vec![poses.to_vec(), Vec::new()],
+        section: Section::new([1.0, 0.3, 0.2], [0.0; 3], CutSide::Nearer),
         ..Extras::default()
     };
     let camera = Camera::planar([400.0, 300.0]).fitted(points(scene), 0.1);
@@ -53,9 +54,13 @@ fn no_value_of_a_length_makes_a_scene_panic_or_hold_what_is_no_number() {
         assert!(scene.pin > 0.0 && scene.pin.is_finite(), "pin {} at l = {l}", scene.pin);
         assert!(points(&scene).iter().flatten().all(|x| x.is_finite()), "at l = {l}");
         let wild = Pose { origin: [f64::NAN, 1e300, -1e300], ..Pose::default() };
-        drawn(&scene, &[Pose::default(); 4]);
-        drawn(&scene, &[wild; 4]);
-        drawn(&scene, &[]);
+        // In space, it is cut by a plane.
+        let spatial = Scene { is_planar: false, ..scene.clone() };
+        for scene in [scene, spatial] {
+            drawn(&scene, &[Pose::default(); 4]);
+            drawn(&scene, &[wild; 4]);
+            drawn(&scene, &[]);
+        }
     }
 }
 
