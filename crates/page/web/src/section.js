@@ -10,7 +10,7 @@ const SLACK = 1e-6;
 const ON_PLANE = 1e-9;
 /** Distance of the lines of a hatching, radii of a pin; lines over a face, fewest and most. */
 const SPACING = 0.7;
-const LINES = [4, 200];
+const LINES = [4, 60];
 /** Sides of a faceted rod, and rows of facets to either end. */
 const SIDES = 32;
 const ROWS = 8;

@@ -307,7 +307,8 @@ class Sweep:
     def solve(self, case: int, **options: Any) -> Solution:
         """The solution of a case, solved again with its values and the options of the sweep;
         ``options`` are those of :meth:`Model.solve`, in place of them. ``s.solve(7).save("case-7.mcap")``
-        logs it.
+        logs it. With other samples than those that the sweep needed, ``auto`` may take another
+        method: the numbers agree within the tolerances.
 
         >>> import bksim
         >>> m = bksim.example("slider-crank")

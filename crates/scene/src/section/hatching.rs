@@ -5,7 +5,7 @@ use crate::geometry::{Plane, Point, direction, dot, left};
 /// Distance of the lines of a hatching, radii of a pin.
 const SPACING: f64 = 0.7;
 /// Lines over an area, fewest and most: they are closer or further apart where there would be fewer or more.
-const LINES: [f64; 2] = [4.0, 200.0];
+const LINES: [f64; 2] = [4.0, 60.0];
 
 /// Direction and distance of the lines of a hatching.
 #[derive(Clone, Copy, Debug)]

@@ -64,7 +64,9 @@ impl Plane {
         if !(size.is_finite() && size > 0.0) || points().flatten().any(|x| !x.is_finite()) {
             return None;
         }
-        let middle = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
+        // In the plane, as the middle of their box need not be.
+        let n = points().count() as f64;
+        let middle = points().fold([0.0; 3], |sum, p| std::array::from_fn(|i| sum[i] + p[i] / n));
 
         // Newell's normal, of the ring with the largest area.
         let normals = rings.iter().map(|ring| normal(ring, middle));
@@ -142,6 +144,20 @@ mod tests {
         // On edge.
         let upright = square(1.0, [0.0; 3]).iter().map(|&[x, y, _]| [0.3, x, y]).collect();
         close(area(&[upright]), 4.0);
+    }
+
+    #[test]
+    fn triangles_lie_in_the_plane_of_their_area_however_it_is_turned() {
+        let place = |[x, y]: [f64; 2]| [x, y, 0.7 * x - 0.4 * y + 2.0];
+        let ring = [[0.0, 0.0], [3.0, 0.0], [0.0, 1.0]].map(place).to_vec();
+        let corners = triangles(&[ring]).into_iter().flatten();
+        let mut n = 0;
+        for p in corners {
+            n += 1;
+            let [_, _, height] = place([p[0], p[1]]);
+            assert!((p[2] - height).abs() < 1e-5, "{p:?} is not at {height}");
+        }
+        assert_eq!(n, 3);
     }
 
     #[test]
