@@ -2,6 +2,7 @@
 
 mod support;
 
+use bksim::mbs::tree::Tree;
 use bksim::model::{CoordinatePolicy, Model};
 use bksim::sim::mobility::mobility;
 use bksim::{Mechanism, Motion};
@@ -213,5 +214,35 @@ fn a_plane_four_bar_in_space_is_overconstrained_by_three_and_moves_as_in_the_pla
         let energy =
             (a.energy.kinetic + a.energy.potential) - (b.energy.kinetic + b.energy.potential);
         assert!(energy.abs() < 1e-9, "energies differ by {energy:.1e} J at t = {}", a.t);
+    }
+}
+
+/// `n` rods in a row that hang in space, on `joint`.
+fn hanging(n: usize, joint: &str) -> String {
+    let mut text = "space = \"spatial\"\n".to_owned();
+    let mut before = "ground".to_owned();
+    for i in 1..=n {
+        text += &format!("[bodies.b{i}]\nmass = 1\ninertia = [0.09, 0.01, 0.09]\n");
+        text += "points = { A = [0, 0.5, 0], B = [0, -0.5, 0] }\n";
+        text += &format!("[joints.j{i}]\nbetween = [\"{before}\", \"b{i}.A\"]\n{joint}\n");
+        before = format!("b{i}.B");
+    }
+    text
+}
+
+#[test]
+fn balls_in_a_row_take_coordinates_of_bodies_before_hinges_do() {
+    let (relative, absolute) = (CoordinatePolicy::Relative, CoordinatePolicy::Absolute);
+    let (ball, hinge) = ("type = \"spherical\"", "type = \"revolute\"\naxis = [1, 0, 0]");
+    let rows = [
+        (1, ball, relative),
+        (3, ball, relative),
+        (4, ball, absolute),
+        (60, hinge, relative),
+        (400, hinge, absolute),
+    ];
+    for (n, joint, expected) in rows {
+        let chosen = Tree::of(&model(&hanging(n, joint))).policy;
+        assert_eq!(chosen, expected, "{n} on {joint}");
     }
 }

@@ -3,16 +3,14 @@
 //! A joint connects a body to its parent, or the body moves freely against the ground; every joint that is
 //! not in the tree becomes constraint equations.
 
+mod choice;
+
 use std::collections::VecDeque;
 
 use bksim_model::{
     BodyId, CoordinatePolicy, FrictionLaw, GROUND, JointId, JointKind, LoadKind, Measure, Model,
     MotionKind, Signal, Space, Surface,
 };
-
-/// Deepest chain of relative coordinates that bksim chooses by itself: the equations of a chain of
-/// N relative angles grow as N³, those of absolute coordinates as N.
-const DEEPEST_RELATIVE_CHAIN: usize = 10;
 
 /// The connection of a body to the tree.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -47,7 +45,7 @@ impl Tree {
         match model.coordinates {
             CoordinatePolicy::Auto => {
                 let relative = Self::with_policy(model, CoordinatePolicy::Relative);
-                if relative.depth() <= DEEPEST_RELATIVE_CHAIN {
+                if choice::is_short(model, &relative) {
                     relative
                 } else {
                     Self::with_policy(model, CoordinatePolicy::Absolute)
@@ -72,8 +70,8 @@ impl Tree {
         let mut counted = coupled.clone();
         count_turns(model, &mut counted);
         let tree = Self::keeping(model, policy, &counted);
-        let is_deep = tree.depth() > DEEPEST_RELATIVE_CHAIN && counted != coupled;
-        if policy == CoordinatePolicy::Absolute && is_deep {
+        let is_long = counted != coupled && !choice::is_short(model, &tree);
+        if policy == CoordinatePolicy::Absolute && is_long {
             return Self::keeping(model, policy, &coupled);
         }
         tree
