@@ -81,7 +81,10 @@ fn area(rings: &[Vec<[f64; 3]>], color: Color) -> Option<Area> {
         }
         path.end(true);
     }
-    let mut buffers: VertexBuffers<[f64; 3], u32> = VertexBuffers::new();
+    // Large mechanisms keep thousands of them: not with the room that the library makes for a drawing.
+    let n_corners = rings.iter().map(Vec::len).sum();
+    let mut buffers: VertexBuffers<[f64; 3], u32> =
+        VertexBuffers::with_capacity(n_corners, 3 * n_corners);
     let place = |vertex: FillVertex<'_>| plane.place(vertex.position());
     let options = FillOptions::default().with_fill_rule(FillRule::EvenOdd);
     // An outline that is no area to the tessellator keeps its edges.
