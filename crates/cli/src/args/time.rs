@@ -7,7 +7,8 @@ pub(super) fn time(text: &str) -> Result<f64, String> {
     // A bare number is taken as it is; whoever uses it knows its range.
     let bare = text.trim().parse::<f64>().ok();
     bare.or_else(|| quantity(text, "s").ok()).ok_or_else(|| {
-        "expected a time, in seconds or with its unit, such as 2, `2 s` or `500 ms`".to_owned()
+        let point = if text.contains(',') { "; decimals have a point" } else { "" };
+        format!("expected a time, in seconds or with its unit, such as 2, `2 s` or `500 ms`{point}")
     })
 }
 
@@ -27,6 +28,7 @@ mod tests {
         ] {
             assert_eq!(time(text), Ok(expected), "{text}");
         }
+        assert!(time("0,5 s").expect_err("a comma").ends_with("decimals have a point"));
         for text in ["2 m", "s", "", "2 s s", "2 parsecs", "1..2"] {
             assert!(time(text).is_err(), "{text}");
         }

@@ -3,6 +3,8 @@
 use bksim_expr::{ParseError, ParseErrorKind};
 
 use super::codes;
+use super::marks::{is_typographic, with_points};
+use super::quantity::syntax_of;
 use super::reader::Reader;
 use super::tree::Quoted;
 use super::units::UNITS;
@@ -137,6 +139,7 @@ fn character(found: char) -> &'static str {
         '÷' => "write `/`",
         '[' | ']' | '{' | '}' => "parentheses are round: `(`, `)`",
         ';' => "arguments are divided by commas",
+        found if is_typographic(found) => "remove it: the quotes around the value are enough",
         _ => "use + - * / ^ ( ), numbers, units, names, functions; a point in decimals",
     }
 }
@@ -162,6 +165,12 @@ impl Reader<'_> {
             [one] => Some(format!("write {one}")),
             many => Some(format!("one of {}", many.join(", "))),
         }
+    }
+
+    /// A text with points in its decimals, where these make it an expression.
+    fn decimals(&self, text: &str) -> Option<String> {
+        let is_own = |name: &str| self.is_own_name(name);
+        with_points(text).filter(|text| syntax_of(text, self.nesting, &is_own).is_ok())
     }
 
     /// Reports why a text is no expression.
@@ -209,10 +218,12 @@ impl Reader<'_> {
                     .help(format!("write {expected} at the end"))
             }
             ParseErrorKind::UnexpectedToken { found, expected } => {
-                let help = match *expected {
-                    "an operator" => after_operand(found),
-                    _ if WORDS.iter().any(|(known, _)| known == found) => after_operand(found),
-                    _ => format!("write {expected} before it, or remove it"),
+                let decimals = self.decimals(quoted.text).filter(|_| found == ",");
+                let is_word = WORDS.iter().any(|(known, _)| known == found);
+                let help = match decimals {
+                    Some(text) => format!("write \"{text}\""),
+                    None if *expected == "an operator" || is_word => after_operand(found),
+                    None => format!("write {expected} before it, or remove it"),
                 };
                 fault(format!("found `{}` where {expected} must stand", cut(found)))
                     .at(location, "not expected here")

@@ -52,6 +52,7 @@ mod laws;
 mod loads;
 mod lookup;
 mod lower;
+mod marks;
 mod misplaced;
 mod misread;
 mod monotone;

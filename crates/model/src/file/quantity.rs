@@ -192,7 +192,7 @@ impl Reader<'_> {
     }
 
     /// True of a name that the model gives, which no unit is then.
-    fn is_own_name(&self, name: &str) -> bool {
+    pub(super) fn is_own_name(&self, name: &str) -> bool {
         let is_local = self.local.as_ref().is_some_and(|(local, _)| local == name);
         is_local || self.names.plain(name).is_some()
     }

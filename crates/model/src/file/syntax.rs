@@ -3,6 +3,7 @@
 use toml::de::{DeTable, DeValue, Error};
 
 use super::codes;
+use super::marks::{decimal_comma, typographic_quotes};
 use super::tree::Table;
 use crate::diagnostic::{Diagnostic, Span};
 
@@ -46,7 +47,16 @@ pub(super) fn parse(text: &str, nesting: usize, faults: &mut Vec<Diagnostic>) ->
     let (duplicates, broken): (Vec<_>, Vec<_>) =
         errors.into_iter().partition(|error| error.message().contains("duplicate key"));
     if let Some(first) = broken.into_iter().min_by_key(|error| start(text, error)) {
-        faults.push(explain_syntax(text, &first));
+        let quotes = typographic_quotes(text);
+        let line = line_of(text, start(text, &first));
+        // Only such quotes in the line of the fault explain it.
+        let explains =
+            |fault: &Diagnostic| fault.labels.iter().any(|label| line.contains(&label.span.start));
+        if quotes.iter().any(explains) {
+            faults.extend(quotes);
+        } else {
+            faults.push(decimal_comma(text, line).unwrap_or_else(|| explain_syntax(text, &first)));
+        }
         return None;
     }
     report_duplicates(text, &duplicates, faults);
@@ -81,7 +91,7 @@ fn too_deep(text: &str, limit: usize) -> Option<usize> {
 }
 
 /// Length of the text, comment or single character that `tail` starts with.
-fn token_length(tail: &str) -> usize {
+pub(super) fn token_length(tail: &str) -> usize {
     let to = |pattern: &str, from: usize| tail[from..].find(pattern).map(|at| from + at);
     let line = || to("\n", 0).unwrap_or(tail.len());
     if tail.starts_with("\"\"\"") || tail.starts_with("'''") {
