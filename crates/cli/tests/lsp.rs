@@ -123,11 +123,22 @@ points = { A = [0, 0], tip = ["l1", 0] }
 [joints.pivot]
 type = "revolute"
 between = ["ground", "arm.A"]
+coordinate = "phi"
+
+[clocks.tick]
+every = "1 ms"
+
+[signals.held]
+value = "2*(phi_dot)"
+clock = "tick"
 
 [loads.pull]
 type = "force"
 on = "arm.tip"
 vector = ["-3 N/m*(arm.tip.x - l1)", 0]
+
+[outputs]
+force = "reactions.pivot.fx"
 "#;
 
 #[test]
@@ -167,7 +178,9 @@ fn names_have_values_meanings_and_equations() {
     assert!(joint.starts_with("joint `pivot`") && joint.contains("= 0"), "{joint}");
     // The moment of inertia about the pin: 0.1 + 1·0.125², of l1 as a symbol.
     let body = hover("arm.A", 1);
-    assert!(body.starts_with("body `arm`") && body.contains("pivot_angle_ddot"), "{body}");
+    assert!(body.starts_with("body `arm`") && body.contains("phi_ddot"), "{body}");
+    assert_eq!(hover("phi_dot)", 1), "rate of coordinate `phi` of joint `pivot`, in rad/s");
+    assert_eq!(hover("reactions.pivot.fx", 17), "`reactions.pivot.fx`, force in N");
     let key = hover("between", 2);
     assert!(key.starts_with("`between`: "), "{key}");
     client.end();
@@ -202,6 +215,26 @@ fn a_name_is_found_completed_and_renamed() {
     assert!(has(&names, "k") && has(&names, "hypot") && has(&names, "t"), "{names:?}");
     let parts = labels(ARM, "arm.tip.x", 4);
     assert!(has(&parts, "tip") && has(&parts, "vx"), "{parts:?}");
+    let names = labels(ARM, "reactions.pivot", 0);
+    assert!(has(&names, "phi") && has(&names, "phi_dot") && has(&names, "reactions"), "{names:?}");
+    assert_eq!(labels(ARM, "reactions.pivot", 10), ["pivot"]);
+    let components = labels(ARM, "reactions.pivot.fx", 16);
+    assert!(has(&components, "mz") && has(&components, "fx_joint"), "{components:?}");
+    assert_eq!(labels(ARM, "\"tick\"", 1), ["tick"]);
+
+    // Also while another line is faulty that no other follows from.
+    let faulty = ARM.replace("\"tick\"", "\"tock\"").replace("arm.tip.x -", "arm. -");
+    client.open(&faulty);
+    let params = client.at(&faulty, "arm. -", 4);
+    let parts = client.ask("textDocument/completion", params).to_string();
+    assert!(parts.contains("\"tip\""), "{parts}");
+    client.open(ARM);
+
+    // A coordinate: where it is named, in the signal, and with its rate.
+    let mut params = client.at(ARM, "phi_dot", 1);
+    params["newName"] = "theta".into();
+    let edits = client.ask("textDocument/rename", params);
+    assert_eq!(edits["changes"][&client.uri].as_array().map(Vec::len), Some(2), "{edits}");
 
     let mut params = client.at(ARM, "l1/2", 0);
     params["newName"] = "length_1".into();

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::document::Document;
 use super::faults::judge;
-use super::names::defined;
+use super::names::{COORDINATES, defined};
 use crate::commands::schema::meaning;
 
 /// Kinds of completions, as the protocol numbers them.
@@ -18,24 +18,25 @@ const PROPERTY: u32 = 10;
 const VALUE: u32 = 12;
 
 /// The words after the name of a body, a point or a joint.
-const MEASURES: [&str; 16] = [
-    "angle",
-    "rate",
-    "position",
-    "velocity",
-    "angle1",
-    "angle2",
-    "angle3",
-    "position1",
-    "position2",
-    "position3",
-    "x",
-    "y",
-    "z",
-    "vx",
-    "vy",
-    "vz",
+#[rustfmt::skip]
+const MEASURES: [&str; 28] = [
+    "angle", "rate", "position", "velocity", "angle1", "angle2", "angle3", "position1", "position2", "position3",
+    "x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az", "wx", "wy", "wz", "px", "py", "pz", "lx", "ly", "lz",
 ];
+
+/// The words after the name of a joint in `reactions`.
+const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
+
+/// Owners of quantities that are no bodies and no joints.
+const OWNERS: [(&str, &str); 3] = [
+    ("reactions", "reactions of joints"),
+    ("drives", "efforts of drives"),
+    ("mechanism", "all bodies together"),
+];
+
+/// Keys whose texts name something of one section.
+const REFERENCES: [(&str, &str); 3] =
+    [("clock", "clocks"), ("joint", "joints"), ("carrier", "bodies")];
 
 fn item(label: &str, kind: u32, detail: &str) -> Value {
     json!({ "label": label, "kind": kind, "detail": detail })
@@ -78,6 +79,10 @@ pub(super) fn at(document: &Document, byte: usize, nesting: usize) -> Value {
     {
         return forms.iter().filter_map(|form| Some(item(form.word?, VALUE, "type"))).collect();
     }
+    if let Some((_, section)) = REFERENCES.iter().find(|(of, _)| *of == key) {
+        let all = defined(&document.text).into_iter().filter(|known| known.section == *section);
+        return all.map(|known| item(&known.name, VARIABLE, section)).collect();
+    }
     names(document, (&place.word, byte), nesting)
 }
 
@@ -101,12 +106,30 @@ fn names(
     let all = defined(&document.text);
     let Some((owner, _)) = written.rsplit_once('.') else {
         let plain = all.iter().map(|known| item(&known.name, VARIABLE, &known.section));
+        let coordinates = all.iter().filter(|known| known.section == COORDINATES);
+        let rates = coordinates.map(|c| item(&format!("{}_dot", c.name), VARIABLE, "rate"));
+        let owners = OWNERS.into_iter().map(|(name, detail)| item(name, MODULE, detail));
         let functions = function_names().map(|name| item(name, FUNCTION, "function"));
-        return plain.chain(functions).chain([item("t", VARIABLE, "time")]).collect();
+        let names = plain.chain(rates).chain(owners).chain(functions);
+        return names.chain([item("t", VARIABLE, "time")]).collect();
     };
-    // A text that is being written is no model: the faulty line is left out.
-    let model = judge(document, nesting).model.or_else(|| without_line(document, byte, nesting));
-    let Some(model) = model else { return json!([]) };
+    // What belongs to all bodies, joints or drives.
+    let of_section = |section: &str| -> Value {
+        let all = all.iter().filter(|known| known.section == section);
+        all.map(|known| item(&known.name, VARIABLE, section)).collect()
+    };
+    match owner.split_once('.') {
+        None if owner == "reactions" => return of_section("joints"),
+        None if owner == "drives" => return of_section("drives"),
+        Some(("reactions", _)) => {
+            let ends = ["", "_joint"].into_iter();
+            let words = ends.flat_map(|end| COMPONENTS.map(|word| format!("{word}{end}")));
+            let unit = |word: &str| if word.starts_with('f') { "N" } else { "N m" };
+            return words.map(|word| item(&word, PROPERTY, unit(&word))).collect();
+        }
+        _ => (),
+    }
+    let Some(model) = readable(document, byte, nesting) else { return json!([]) };
     let mut found = Vec::new();
     if let Some(body) = model.bodies.iter().find(|body| body.name == owner) {
         found.extend(body.points.iter().map(|point| item(&point.name, VARIABLE, "point")));
@@ -118,11 +141,25 @@ fn names(
     found.into()
 }
 
-/// The model without the line around a byte.
-fn without_line(document: &Document, byte: usize, nesting: usize) -> Option<Model> {
-    let text = &document.text;
-    let start = text[..byte].rfind('\n').map_or(0, |at| at + 1);
-    let end = text[byte..].find('\n').map_or(text.len(), |at| byte + at);
-    let text = format!("{}{}", &text[..start], &text[end..]);
-    judge(&Document { path: document.path.clone(), text }, nesting).model
+/// The model. A text that is being written is none: then that of the text without the line around a byte, and
+/// without lines that are faulty.
+fn readable(document: &Document, byte: usize, nesting: usize) -> Option<Model> {
+    /// Faults that come to light one after the other.
+    const MOST: usize = 8;
+    let mut tried = document.clone();
+    let mut faulty = vec![byte];
+    let mut judged = judge(&tried, nesting);
+    for _ in 0..MOST {
+        if judged.model.is_some() {
+            break;
+        }
+        for at in faulty {
+            let start = tried.text[..at].rfind('\n').map_or(0, |at| at + 1);
+            let end = tried.text[at..].find('\n').map_or(tried.text.len(), |end| at + end);
+            tried.text.replace_range(start..end, &" ".repeat(end - start));
+        }
+        judged = judge(&tried, nesting);
+        faulty = judged.places(&tried);
+    }
+    judged.model
 }

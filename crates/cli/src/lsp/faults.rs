@@ -18,6 +18,16 @@ pub(super) struct Judged {
     faults: Vec<Diagnostic>,
 }
 
+impl Judged {
+    /// The bytes of the text where its errors are.
+    pub(super) fn places(&self, document: &Document) -> Vec<usize> {
+        let Some(source) = &self.source else { return Vec::new() };
+        let located = self.faults.iter().filter(|fault| fault.is_error()).map(|f| source.locate(f));
+        let here = located.filter(|located| located.path == document.path);
+        here.filter_map(|located| Some(located.fault.labels.first()?.span.start)).collect()
+    }
+}
+
 /// Reads the text of a document, its parts from the folder of its file.
 pub(super) fn judge(document: &Document, nesting: usize) -> Judged {
     let name = document.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -2,8 +2,8 @@
 
 use bksim::Mechanism;
 use bksim::mbs::coordinate::Owner;
-use bksim::model::Model;
 use bksim::model::file::WrittenUnit;
+use bksim::model::{Joint, JointId, Measure, Model, ReactionComponent};
 use serde_json::{Value, json};
 
 use super::document::Document;
@@ -36,8 +36,9 @@ pub(super) fn at(document: &Document, byte: usize, nesting: usize) -> Option<Val
     } else {
         let model = judge(document, nesting).model?;
         let whole = [before.join("."), name.to_owned()].join(".");
-        let measure = bksim::model::Measure::named(&model, &whole)?;
-        format!("`{whole}`{}", in_unit(measure.unit(&model)))
+        let measure = Measure::named(&model, &whole).map(|measure| measure.unit(&model));
+        let reaction = || Some(ReactionComponent::named(&model, &whole)?.unit());
+        format!("`{whole}`{}", in_unit(measure.or_else(reaction)?))
     };
     Some(shown(&words, range(&part)))
 }
@@ -59,8 +60,12 @@ fn in_unit(unit: &str) -> String {
 
 fn of_name(document: &Document, name: &str, nesting: usize) -> Option<String> {
     let known = defined(&document.text).into_iter().find(|known| known.name == name);
-    if let Some(model) = judge(document, nesting).model
-        && let Some(parameter) = model.parameters.iter().find(|known| known.name == name)
+    let model = judge(document, nesting).model;
+    if let Some(words) = model.as_ref().and_then(|model| of_coordinate(model, name)) {
+        return Some(words);
+    }
+    if let Some(parameter) =
+        model.iter().flat_map(|model| &model.parameters).find(|known| known.name == name)
     {
         let unit =
             if parameter.unit.is_empty() { String::new() } else { format!(" {}", parameter.unit) };
@@ -82,6 +87,28 @@ fn of_name(document: &Document, name: &str, nesting: usize) -> Option<String> {
         words.push_str(&equations(&mechanism, &known.section, name));
     }
     Some(words)
+}
+
+/// A coordinate that a joint names, or its rate.
+fn of_coordinate(model: &Model, name: &str) -> Option<String> {
+    let (stem, is_rate) = match name.strip_suffix("_dot") {
+        Some(stem) => (stem, true),
+        None => (name, false),
+    };
+    let names = |joint: &Joint| joint.coordinate_names.iter().position(|known| known == stem);
+    let joints = model.joints.iter().enumerate();
+    let (joint, idx) =
+        joints.map(|(k, joint)| (k, names(joint))).find_map(|(k, i)| Some((k, i?)))?;
+    let measure = match is_rate {
+        true => Measure::JointVelocity(JointId(joint), idx),
+        false => Measure::JointPosition(JointId(joint), idx),
+    };
+    let unit = measure.unit(model);
+    let (kind, unit) = match is_rate {
+        true => ("rate of coordinate", format!(", in {unit}")),
+        false => ("coordinate", in_unit(unit)),
+    };
+    Some(format!("{kind} `{stem}` of joint `{}`{unit}", model.joints[joint].name))
 }
 
 /// The Lagrange equations of the coordinates of a body or a joint.

@@ -29,10 +29,13 @@ const WORDS: [&str; 14] = [
     "law",
 ];
 
+/// The section of names that joints give to their coordinates.
+pub(super) const COORDINATES: &str = "coordinates";
+
 /// A name that the author gave, with the place where he did.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Defined {
-    /// Its section: `joints`, `parameters`.
+    /// Its section, `joints` or `parameters`, or [`COORDINATES`].
     pub(super) section: String,
     pub(super) name: String,
     pub(super) span: Range<usize>,
@@ -63,6 +66,14 @@ pub(super) fn defined(text: &str) -> Vec<Defined> {
             continue;
         }
         let Some((key, _)) = line.split_once('=') else { continue };
+        if section.first().is_some_and(|of| of == "joints") {
+            let named = coordinates(line).into_iter();
+            found.extend(named.map(|at| Defined {
+                section: COORDINATES.to_owned(),
+                name: line[at.clone()].to_owned(),
+                span: start + at.start..start + at.end,
+            }));
+        }
         let name = key.trim();
         let is_name = !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_');
         // `rod = { … }` below `[bodies]` names a body, too.
@@ -72,6 +83,30 @@ pub(super) fn defined(text: &str) -> Vec<Defined> {
             let from = start + key.len() - key.trim_start().len();
             let span = from..from + name.len();
             found.push(Defined { section: of.clone(), name: name.to_owned(), span });
+        }
+    }
+    found
+}
+
+/// The names after `coordinate =` in a line, one or several in brackets.
+fn coordinates(line: &str) -> Vec<Range<usize>> {
+    const KEY: &str = "coordinate";
+    let mut found = Vec::new();
+    let Some(at) = line.find(KEY) else { return found };
+    let rest = &line[at + KEY.len()..];
+    let Some(value) = rest.trim_start().strip_prefix('=') else { return found };
+    let value_at = line.len() - value.len();
+    let is_list = value.trim_start().starts_with('[');
+    let end = if is_list { value.find(']') } else { None };
+    let end = end.map_or(line.len(), |end| value_at + end);
+    let mut from = value_at;
+    while let Some(open) = line.get(from..end).and_then(|rest| rest.find('"')) {
+        let first = from + open + 1;
+        let Some(length) = line[first..].find('"') else { break };
+        found.push(first..first + length);
+        from = first + length + 1;
+        if !is_list {
+            break;
         }
     }
     found
@@ -107,9 +142,20 @@ pub(super) fn definition(document: &Document, byte: usize) -> Option<Range<usize
     let name = text.get(part)?;
     match before.as_slice() {
         [body] => point(text, body, name),
-        [] => defined(text).into_iter().find(|known| known.name == name).map(|known| known.span),
+        [] => {
+            let all = defined(text);
+            let name = owner_of_rate(&all, name);
+            all.into_iter().find(|known| known.name == name).map(|known| known.span)
+        }
         _ => None,
     }
+}
+
+/// The coordinate whose rate a name is, `phi` of `phi_dot`; other names as they are.
+fn owner_of_rate<'n>(all: &[Defined], name: &'n str) -> &'n str {
+    let is_known = |name: &str| all.iter().any(|known| known.name == name);
+    let stem = name.strip_suffix("_dot").filter(|stem| !is_known(name) && is_known(stem));
+    stem.unwrap_or(name)
 }
 
 /// The places where a name stands: its definition, headers, keys of `[initial]`, and texts.
@@ -174,8 +220,8 @@ pub(super) fn rename(document: &Document, byte: usize, new: &str) -> Result<Valu
     let text = &document.text;
     let place = document.place(byte);
     let (before, part) = document.part(&place.word, byte);
-    let name = text.get(part).unwrap_or_default();
     let all = defined(text);
+    let name = owner_of_rate(&all, text.get(part).unwrap_or_default());
     if !before.is_empty() && !all.iter().any(|known| known.span.contains(&byte))
         || !all.iter().any(|known| known.name == name)
     {
