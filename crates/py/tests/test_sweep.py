@@ -81,6 +81,20 @@ def test_a_case_is_solved_again_with_its_values(crank: bksim.Model, tmp_path: Pa
         swept.solve(6)
 
 
+@pytest.mark.parametrize("every", [0.01, 0.001])
+@pytest.mark.parametrize("outputs", [["final(state.theta1)"], ["final(state.theta1)", "theta1@0.07"], None])
+def test_a_case_solved_again_is_its_row_whatever_is_kept(
+    crank: bksim.Model, every: float, outputs: list[str] | None
+) -> None:
+    # At this tolerance the explicit method follows from how many samples there are.
+    swept = bksim.sweep(
+        crank, {"l1": [0.9, 1.0]}, outputs=outputs, t_end=0.1, rtol=1e-9, every=every
+    )
+    for case in range(len(swept)):
+        sol = swept.solve(case)
+        assert sol["state.theta1"][-1] == swept["final(state.theta1)"][case]
+
+
 def test_what_is_set_on_the_model_holds_in_its_sweeps(crank: bksim.Model) -> None:
     axes = {"l1": [0.9, 1.0]}
     before = bksim.sweep(crank, axes, outputs=OUTPUTS, t_end=0.1)

@@ -60,7 +60,8 @@ fn measure(text: &str, n: usize, method: Method) {
     let equations = Arc::new(equations);
     let equations = LazyMotionEquations::new(Box::new(move || equations));
     let (compiled, equations, start) = (&compiled, &equations, &begin);
-    let problem = Problem { compiled, equations, start, parameters: &parameters, options };
+    let outputs = &options.outputs;
+    let problem = Problem { compiled, equations, start, parameters: &parameters, options, outputs };
     let summary = run(problem, observer, &|| false);
     clock.lap("run");
     let summary = summary.unwrap_or_else(|failure| {

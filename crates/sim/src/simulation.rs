@@ -71,6 +71,8 @@ pub struct Simulation {
     /// Initial values that replace those of the model, by their index there, SI.
     initial: Vec<(usize, f64)>,
     options: SolveOptions,
+    /// Output times in place of those of the options.
+    samples: Option<Outputs>,
 }
 
 /// Everything that does not depend on values: common to all copies of a simulation.
@@ -146,6 +148,7 @@ impl Simulation {
             parameters: parameters.clone(),
             initial: Vec::new(),
             options: model.solve.clone(),
+            samples: None,
         })
     }
 
@@ -187,9 +190,10 @@ impl Simulation {
         self.options.clone_from(options);
     }
 
-    /// Takes other output times.
-    pub(crate) fn set_outputs(&mut self, outputs: Outputs) {
-        self.options.outputs = outputs;
+    /// Takes samples at other times than those of the options, or at those again. Methods are chosen as without, so
+    /// that the motion is the same to the last bit.
+    pub fn set_samples(&mut self, samples: Option<Outputs>) {
+        self.samples = samples;
     }
 
     /// Gives the inputs of the model their values by `law`.
@@ -288,8 +292,9 @@ impl Simulation {
 
     /// Everything that the motion from `start` follows from.
     pub fn problem<'a>(&'a self, start: &'a Start) -> Problem<'a> {
-        let Self { compiled, equations, parameters, options, .. } = self;
-        Problem { compiled, equations, start, parameters, options }
+        let Self { compiled, equations, parameters, options, samples, .. } = self;
+        let outputs = samples.as_ref().unwrap_or(&options.outputs);
+        Problem { compiled, equations, start, parameters, options, outputs }
     }
 
     /// Runs from `start` and hands every sample to `observer`, which may stop the run; `stop` is

@@ -14,8 +14,8 @@ use std::sync::Arc;
 use self_cell::self_cell;
 
 use bksim_dae::Checkpoint;
-use bksim_model::Outputs;
 use bksim_model::diagnostic::{Diagnostic, Rejected};
+use bksim_model::{Outputs, SolveOptions};
 
 use crate::input::InputError;
 use crate::modes::Modes;
@@ -147,7 +147,8 @@ impl Simulation {
 
     fn without_outputs(&self) -> Self {
         let mut simulation = self.clone();
-        simulation.set_outputs(Outputs::Times(Vec::new()));
+        let outputs = Outputs::Times(Vec::new());
+        simulation.set_options(&SolveOptions { outputs, ..simulation.options().clone() });
         simulation
     }
 }

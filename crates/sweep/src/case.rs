@@ -8,7 +8,7 @@ use bksim::{Mechanism, Rejected, Simulation};
 use crate::input::{Quantity, overrides};
 use crate::output::Reducer;
 use crate::row::{Ending, Row};
-use crate::sampling::sample_for;
+use crate::sampling::samples_for;
 use crate::study::Study;
 
 /// Runs cases one after the other with buffers of its own.
@@ -73,6 +73,7 @@ impl<'a> Worker<'a> {
             self.shared.clone()
         };
         simulation.set_initial(&self.stated);
+        simulation.set_samples(samples_for(&self.study.outputs, simulation.options()));
         simulation
     }
 
@@ -98,7 +99,6 @@ impl<'a> Worker<'a> {
         options.clone_from(&study.solve);
         let is_known = recording.replay(varied, recorded, parameters, options);
         study.request.changes.apply(options);
-        sample_for(&study.outputs, options);
         is_known
     }
 
@@ -108,7 +108,6 @@ impl<'a> Worker<'a> {
         let overrides = overrides(&request.plan, &self.study.inputs, &self.numbers);
         let mut model = request.read(&overrides).map_err(Rejected)?;
         request.changes.apply(&mut model.solve);
-        sample_for(&self.study.outputs, &mut model.solve);
         Mechanism::derive(model, Vec::new())?.simulation()
     }
 

@@ -6,21 +6,21 @@ use bksim::model::{Outputs as Instants, SolveOptions};
 use crate::codes;
 use crate::output::{Outputs, Take};
 
-/// Changes `options` so that a run has the samples that its outputs need, and no others where times
-/// of the outputs are all that is needed.
-pub(crate) fn sample_for(outputs: &Outputs, options: &mut SolveOptions) {
+/// The samples that the outputs of a run need, and no others where times of the outputs are all that is needed; none
+/// where they are those of the options.
+pub(crate) fn samples_for(outputs: &Outputs, options: &SolveOptions) -> Option<Instants> {
     let takes = || outputs.takes().map(|(take, _)| take);
     let mut times: Vec<f64> =
         takes().filter_map(|take| if let Take::At(t) = take { Some(t) } else { None }).collect();
     let needs_all = takes().any(|take| !matches!(take, Take::At(_) | Take::Final));
     match &options.outputs {
         _ if !needs_all => (),
-        _ if times.is_empty() => return,
+        _ if times.is_empty() => return None,
         Instants::Even => times.extend(even_times(options)),
         Instants::Times(stated) => times.extend(stated),
-        Instants::Steps => return,
+        Instants::Steps => return None,
     }
-    options.outputs = Instants::Times(times);
+    Some(Instants::Times(times))
 }
 
 /// Refuses times of outputs that no run has.

@@ -19,7 +19,7 @@ use crate::output::{Output, Outputs};
 use crate::parquet::{Column, Layout, entry};
 use crate::plan::Plan;
 use crate::request::Request;
-use crate::sampling::{check_times, sample_for};
+use crate::sampling::check_times;
 
 /// A sweep ready to run: equations derived and compiled, outputs found, shared by all threads.
 #[derive(Debug)]
@@ -35,7 +35,7 @@ pub struct Study {
     pub(crate) recording: Recording,
     /// Settings as the model has them.
     pub(crate) solve: SolveOptions,
-    /// Settings of cases where no axis changes them, with the samples that outputs need.
+    /// Settings of cases where no axis changes them.
     pub(crate) options: SolveOptions,
     model_name: String,
     warnings: Vec<Diagnostic>,
@@ -77,10 +77,9 @@ impl Study {
         let mechanism = Mechanism::derive(model, Vec::new())?;
         let channels = Channels::new(&mechanism);
 
-        // Outputs, and the samples that they need.
+        // Outputs.
         let outputs = Outputs::read(&request.outputs, &mechanism, &channels).map_err(rejected)?;
         check_times(&outputs, &mechanism.model.solve).map_err(rejected)?;
-        sample_for(&outputs, &mut options);
 
         Ok(Self {
             inputs,

@@ -92,6 +92,26 @@ fn parameters_and_all_that_depends_on_them() {
 }
 
 #[test]
+fn samples_that_no_output_needs_choose_the_method_all_the_same() {
+    // With so few samples at this tolerance, a run is extrapolated; with more it is not.
+    for every in ["0.1", "0.001"] {
+        let text =
+            press().replace("every = \"0.02 s\"", &format!("every = \"{every} s\"\nrtol = 1e-9"));
+        let mut request = Request::new(&text, "press", plan(&[("l1", "90 mm:110 mm:3")]));
+        request.outputs = vec!["final(state.x)".to_owned(), "theta@0.07".to_owned()];
+        let study = Study::prepare(request).expect("a study");
+        for row in rows(&study) {
+            let (mechanism, samples) = solve(&text, &study.settings(row.case)).expect("a motion");
+            let x = mechanism.compiled.coordinates.iter().position(|c| c.name == "x");
+            let last = samples.last().expect("samples");
+            let expected = last.q[x.expect("a name")];
+            assert_eq!(row.outputs[0].to_bits(), expected.to_bits(), "every {every}: {row:?}");
+            assert_eq!(row.n_steps, last.stats.n_step as u64);
+        }
+    }
+}
+
+#[test]
 fn numbers_without_unit_are_as_the_file_takes_them() {
     assert_eq!(check(&press(), &[("l1", "0.09:0.11:3"), ("m2", "0.5:1.5:2")]), 0);
     let in_mm = press()

@@ -147,7 +147,7 @@ const TRAITS: [(&str, Kind); 13] = [
 impl Fingerprint {
     /// Equations are compared by their values at the start.
     pub(super) fn of(problem: Problem<'_>) -> Self {
-        let Problem { compiled, start, parameters, options, .. } = problem;
+        let Problem { compiled, start, parameters, options, outputs, .. } = problem;
         let quantities = compiled.coordinates.iter().chain(&compiled.multipliers);
         let names = quantities.flat_map(|quantity| quantity.name.bytes().chain([0]));
         let mut evaluator = compiled.evaluator(&start.modes.parameters_with_modes(parameters));
@@ -162,7 +162,7 @@ impl Fingerprint {
             start.t.to_bits(),
             options.t_end.to_bits(),
             or_nan(options.every),
-            match &options.outputs {
+            match outputs {
                 Outputs::Even => 0,
                 Outputs::Steps => 1,
                 Outputs::Times(times) => hash(bytes(times)),

@@ -3,7 +3,7 @@
 use crate::compiled::CompiledSystem;
 use crate::formulate::LazyMotionEquations;
 use crate::start::Start;
-use bksim_model::SolveOptions;
+use bksim_model::{Outputs, SolveOptions};
 
 /// Everything that a motion follows from: the mechanism as functions, where it begins, and how to
 /// integrate.
@@ -17,6 +17,8 @@ pub struct Problem<'a> {
     pub start: &'a Start,
     /// Values of the model's parameters, in their order and without modes.
     pub parameters: &'a [f64],
-    /// End, outputs, tolerances and method.
+    /// End, tolerances and method.
     pub options: &'a SolveOptions,
+    /// The output times, which are those of `options` unless others are taken.
+    pub outputs: &'a Outputs,
 }

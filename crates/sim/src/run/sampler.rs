@@ -47,11 +47,11 @@ pub(crate) struct Sampler {
 
 impl Sampler {
     pub(crate) fn new(problem: Problem<'_>, mechanism: &PhaseMechanism<'_>) -> Self {
-        let Problem { compiled, start, options, .. } = problem;
+        let Problem { compiled, start, options, outputs, .. } = problem;
         // The most unknowns of any method: (q, v, λ, μ) of the stabilised form.
         let n_unknowns = 2 * (compiled.nq() + compiled.nc());
         Self {
-            schedule: Schedule::new(start.t, options),
+            schedule: Schedule::new(start.t, options, outputs),
             multipliers: mechanism.multipliers(),
             is_powered: compiled.power.is_some(),
             is_undefined: false,

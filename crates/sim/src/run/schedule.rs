@@ -15,12 +15,12 @@ pub(super) struct Schedule {
 }
 
 impl Schedule {
-    pub(super) fn new(t_start: f64, options: &SolveOptions) -> Self {
+    pub(super) fn new(t_start: f64, options: &SolveOptions, outputs: &Outputs) -> Self {
         Self {
             t_start,
             t_end: options.t_end,
             every: options.interval(),
-            outputs: ordered(&options.outputs, t_start, options.t_end),
+            outputs: ordered(outputs, t_start, options.t_end),
             next_idx: 1,
         }
     }
