@@ -1,9 +1,8 @@
-//! The compiled functions of a mechanism, at one state or over batches of them, and their derivatives.
+//! The compiled functions of a mechanism, at one state or over batches of them.
 
 use std::sync::{Arc, Mutex};
 
 use bksim::sim::compiled::CompiledSystem;
-use bksim::sim::derivatives::{By, DerivativeError, Derivatives as Derived, Subject};
 use bksim::sim::functions::{Functions as Evaluated, IdleFunctions};
 use bksim::sim::state::{AccelerationRef, StateRef};
 use numpy::ndarray::{Array2, ArrayView1, ArrayView2};
@@ -17,16 +16,16 @@ use crate::fault::{Fault, brief, guard};
 /// The compiled functions. A batch has a row per state; results have one, too, matrices row by row.
 #[pyclass(frozen, module = "bksim._bksim")]
 pub(crate) struct Functions {
-    engine: Py<Engine>,
-    compiled: Arc<CompiledSystem>,
+    pub(crate) engine: Py<Engine>,
+    pub(crate) compiled: Arc<CompiledSystem>,
     parameters: Vec<f64>,
-    dependent: Vec<usize>,
+    pub(crate) dependent: Vec<usize>,
     /// The buffers of the last call, for the next one.
     idle: Mutex<Option<IdleFunctions>>,
 }
 
-type Vector<'py> = PyReadonlyArray1<'py, f64>;
-type Matrix<'py> = PyReadonlyArray2<'py, f64>;
+pub(crate) type Vector<'py> = PyReadonlyArray1<'py, f64>;
+pub(crate) type Matrix<'py> = PyReadonlyArray2<'py, f64>;
 type Answer<'py> = PyResult<Bound<'py, PyArray2<f64>>>;
 /// The result at one state; none where the arguments are no such state, but for example a batch.
 type AtOne<'py, T> = PyResult<Option<Bound<'py, T>>>;
@@ -56,7 +55,7 @@ impl Functions {
         done
     }
 
-    fn anew(&self) -> Evaluated<'_> {
+    pub(crate) fn anew(&self) -> Evaluated<'_> {
         Evaluated::new(&self.compiled, &self.parameters, &self.dependent)
     }
 
@@ -90,8 +89,7 @@ impl Functions {
         Ok(PyArray2::from_owned_array(py, out))
     }
 
-    /// Calls `each` with the functions, the instant and the state, if they are one: a number, and vectors of these
-    /// lengths.
+    /// Calls `each` with the functions, the instant and the state, if they are one, as for [`at_state`].
     fn at_one<const N: usize>(
         &self,
         py: Python<'_>,
@@ -99,33 +97,46 @@ impl Functions {
         states: [(&Bound<'_, PyAny>, usize); N],
         each: impl FnOnce(&mut Evaluated<'_>, f64, [&[f64]; N]),
     ) -> PyResult<bool> {
-        let is_number = t.is_instance_of::<PyFloat>() || t.is_instance_of::<PyInt>();
-        let Some(t) = is_number.then(|| t.extract::<f64>().ok()).flatten() else {
-            return Ok(false);
-        };
-        let views = states.map(|(state, n)| {
-            let view = state.cast::<PyArray1<f64>>().ok()?.try_readonly().ok()?;
-            view.as_slice().is_ok_and(|values| values.len() == n).then_some(view)
-        });
-        let slices = views.each_ref().map(|view| view.as_ref().and_then(|v| v.as_slice().ok()));
-        if slices.iter().any(Option::is_none) {
-            return Ok(false);
-        }
-        let slices = slices.map(Option::unwrap_or_default);
-        brief(py, || self.with(|functions| each(functions, t, slices)))?;
-        Ok(true)
+        at_state(py, t, states, |t, states| self.with(|functions| each(functions, t, states)))
     }
 
-    fn nq(&self) -> usize {
+    pub(crate) fn nq(&self) -> usize {
         self.compiled.nq()
     }
 
-    fn nc(&self) -> usize {
+    pub(crate) fn nc(&self) -> usize {
         self.compiled.nc()
     }
 }
 
-fn check_sizes(t: &ArrayView1<'_, f64>, states: &[&ArrayView2<'_, f64>]) -> Result<(), Fault> {
+/// Calls `each` with an instant and a state, if they are one: a number, and vectors of these lengths.
+pub(crate) fn at_state<const N: usize>(
+    py: Python<'_>,
+    t: &Bound<'_, PyAny>,
+    states: [(&Bound<'_, PyAny>, usize); N],
+    each: impl FnOnce(f64, [&[f64]; N]),
+) -> PyResult<bool> {
+    let is_number = t.is_instance_of::<PyFloat>() || t.is_instance_of::<PyInt>();
+    let Some(t) = is_number.then(|| t.extract::<f64>().ok()).flatten() else {
+        return Ok(false);
+    };
+    let views = states.map(|(state, n)| {
+        let view = state.cast::<PyArray1<f64>>().ok()?.try_readonly().ok()?;
+        view.as_slice().is_ok_and(|values| values.len() == n).then_some(view)
+    });
+    let slices = views.each_ref().map(|view| view.as_ref().and_then(|v| v.as_slice().ok()));
+    if slices.iter().any(Option::is_none) {
+        return Ok(false);
+    }
+    let slices = slices.map(Option::unwrap_or_default);
+    brief(py, || each(t, slices))?;
+    Ok(true)
+}
+
+pub(crate) fn check_sizes(
+    t: &ArrayView1<'_, f64>,
+    states: &[&ArrayView2<'_, f64>],
+) -> Result<(), Fault> {
     let n_states = t.len();
     match states.iter().find(|state| state.nrows() != n_states) {
         Some(state) => {
@@ -328,128 +339,5 @@ impl Functions {
                 f.residual_into(StateRef { t, q, v }, AccelerationRef { a, lambda }, out);
             })
         })
-    }
-}
-
-/// A function with its derivatives, compiled.
-#[pyclass(frozen, module = "bksim._bksim")]
-pub(crate) struct Derivatives {
-    functions: Py<Functions>,
-    derived: Derived,
-}
-
-/// The functions that have derivatives.
-const SUBJECTS: [(&str, Subject); 7] = [
-    ("mass_matrix", Subject::MassMatrix),
-    ("forces", Subject::Forces),
-    ("constraint_jacobian", Subject::ConstraintJacobian),
-    ("constraints", Subject::Constraints),
-    ("accelerations", Subject::Accelerations),
-    ("multipliers", Subject::Multipliers),
-    ("residual", Subject::Residual),
-];
-
-/// The variables of a state.
-const VARIABLES: [(&str, By); 5] = [
-    ("t", By::Time),
-    ("q", By::Positions),
-    ("v", By::Velocities),
-    ("a", By::Accelerations),
-    ("lam", By::Multipliers),
-];
-
-/// The derivatives of a function, or of the quantities of these names for an empty word.
-#[pyfunction]
-pub(crate) fn derivatives_of(
-    py: Python<'_>,
-    functions: Py<Functions>,
-    of: String,
-    names: Vec<String>,
-    by: Vec<String>,
-) -> PyResult<Derivatives> {
-    let inner = functions.get();
-    let engine = inner.engine.get();
-    let derived = guard(py, || {
-        let subject = SUBJECTS.iter().find(|(word, _)| *word == of);
-        let subject = match subject {
-            Some((_, subject)) => subject.clone(),
-            None if of.is_empty() => Subject::Quantities(names),
-            None => {
-                let known = SUBJECTS.map(|(word, _)| word).join(", ");
-                return Err(Fault::Value(format!("{of:?} is none of {known}")));
-            }
-        };
-        let mechanism = engine.mechanism();
-        let is_residual = subject == Subject::Residual;
-        let parameter = |name: &str| {
-            let is_it = |p: &bksim::model::Parameter| p.name == name;
-            mechanism.model.parameters.iter().position(is_it).map(By::Parameter)
-        };
-        let variable = |name: &String| {
-            let own = VARIABLES.iter().find(|(word, _)| word == name).map(|&(_, by)| by);
-            // `a` may be a length: only a residual has accelerations as arguments.
-            let of_residual = matches!(own, Some(By::Accelerations | By::Multipliers));
-            let known = own.filter(|_| is_residual || !of_residual);
-            let found = known.or_else(|| parameter(name.trim_start_matches("parameters.")));
-            let words = "is no parameter, and none of t, q and v (of a residual also a and lam)";
-            found.ok_or_else(|| Fault::Name(format!("`{name}` {words}")))
-        };
-        let by = by.iter().map(variable).collect::<Result<Vec<By>, Fault>>()?;
-        Derived::compile(&mechanism, &subject, &by, &inner.dependent).map_err(|error| match error {
-            DerivativeError::Unknown(_) => Fault::Name(error.to_string()),
-            _ => Fault::Value(error.to_string()),
-        })
-    })?;
-    Ok(Derivatives { functions, derived })
-}
-
-/// Values, a row per state, and derivatives, a row per state with those of each value after one another.
-type ValuesAndDerivatives<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
-
-#[pymethods]
-impl Derivatives {
-    /// Values and columns.
-    #[getter]
-    fn sizes(&self) -> (usize, usize) {
-        (self.derived.n_rows(), self.derived.n_columns())
-    }
-
-    /// At states; `given` are the accelerations and multipliers of a residual.
-    fn at<'py>(
-        &self,
-        py: Python<'py>,
-        t: Vector<'py>,
-        q: Matrix<'py>,
-        v: Matrix<'py>,
-        given: Option<(Matrix<'py>, Matrix<'py>)>,
-    ) -> PyResult<ValuesAndDerivatives<'py>> {
-        let (n_rows, n_columns) = (self.derived.n_rows(), self.derived.n_columns());
-        let mut values = Array2::zeros((t.len()?, n_rows));
-        let mut derivatives = Array2::zeros((t.len()?, n_rows * n_columns));
-        let (t, q, v) = (t.as_array(), q.as_array(), v.as_array());
-        let given = given.as_ref().map(|(a, lambda)| (a.as_array(), lambda.as_array()));
-        guard(py, || {
-            check_sizes(&t, &[&q, &v])?;
-            if let Some((a, lambda)) = &given {
-                check_sizes(&t, &[a, lambda])?;
-            }
-            let mut at = self.derived.with(self.functions.get().anew());
-            let rows = values.rows_mut().into_iter().zip(derivatives.rows_mut());
-            for (k, (mut values, mut derivatives)) in rows.enumerate() {
-                let row = |state: &ArrayView2<'_, f64>| state.row(k).to_vec();
-                let (q, v) = (row(&q), row(&v));
-                let given = given.as_ref().map(|(a, lambda)| (row(a), row(lambda)));
-                let given = given.as_ref().map(|(a, lambda)| AccelerationRef { a, lambda });
-                let state = StateRef { t: t[k], q: &q, v: &v };
-                if let Some((values, derivatives)) =
-                    values.as_slice_mut().zip(derivatives.as_slice_mut())
-                {
-                    at.at(state, given, values, derivatives);
-                }
-            }
-            Ok(())
-        })?;
-        let array = |values| PyArray2::from_owned_array(py, values);
-        Ok((array(values), array(derivatives)))
     }
 }

@@ -7,6 +7,7 @@
 //! | `file.rs` | files that take the place of others once they are whole |
 //! | `arrays.rs` | numbers as NumPy arrays without a copy |
 //! | `document.rs` | the text of a model as data, and back |
+//! | `derivatives.rs` | functions and quantities with their derivatives |
 //! | `derived.rs` | equations that models of other values share |
 //! | `engine.rs` | a model with its equations, at one set of values |
 //! | `laws.rs` | inputs whose laws are functions of Python |
@@ -33,6 +34,7 @@
 mod arrays;
 mod built;
 mod command;
+mod derivatives;
 mod derived;
 mod document;
 mod drawing;
@@ -61,7 +63,7 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<engine::Engine>()?;
     m.add_class::<solution::Run>()?;
     m.add_class::<functions::Functions>()?;
-    m.add_class::<functions::Derivatives>()?;
+    m.add_class::<derivatives::Derivatives>()?;
     m.add_class::<stepping::Stepping>()?;
     m.add_class::<stepping::SavedState>()?;
     m.add_class::<expr::Expr>()?;
@@ -72,7 +74,7 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(document::with_values, m)?)?;
     m.add_function(wrap_pyfunction!(engine::check_values, m)?)?;
     m.add_function(wrap_pyfunction!(functions::compiled_functions, m)?)?;
-    m.add_function(wrap_pyfunction!(functions::derivatives_of, m)?)?;
+    m.add_function(wrap_pyfunction!(derivatives::derivatives_of, m)?)?;
     m.add_function(wrap_pyfunction!(solving::solve, m)?)?;
     m.add_function(wrap_pyfunction!(stepping::begin, m)?)?;
     m.add_function(wrap_pyfunction!(stepping::held_again, m)?)?;

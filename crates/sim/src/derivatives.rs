@@ -8,23 +8,23 @@
 //! ```
 //!
 //! All of h_x, h_z, F_x and F_z are derived from the expressions and compiled. What switches is on the branch of
-//! each state, and contacts are open, as in [`Functions`].
+//! each state, and contacts are open, as in [`Functions`](crate::functions::Functions).
+
+mod at;
 
 use bksim_expr::{Expr, SymbolId, TapeError};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::Model;
-use nalgebra::DMatrix;
 
 use crate::compiled::{Terms, terms};
 use crate::formulate::acceleration_level;
-use crate::function::{Buffers, Function};
-use crate::functions::Functions;
+use crate::function::Function;
 use crate::input::{input_symbols, without_inputs};
 use crate::mechanism::Mechanism;
-use crate::modes::Modes;
 use crate::quantities::Quantities;
 use crate::sensitivity::{Sensitive, parameter_direction};
-use crate::state::{AccelerationRef, StateRef};
+
+pub use at::{DerivativesAt, IdleDerivatives};
 
 /// The function h that is evaluated and differentiated.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -213,20 +213,6 @@ impl Derivatives {
     pub fn n_columns(&self) -> usize {
         self.n_columns
     }
-
-    /// These derivatives at the parameters of `functions`, with buffers.
-    pub fn with<'a>(&'a self, functions: Functions<'a>) -> DerivativesAt<'a> {
-        let (nq, nc) = (functions.compiled().nq(), functions.compiled().nc());
-        DerivativesAt {
-            derivatives: self,
-            buffers: self.function.buffers(&functions.parameters_with_modes()),
-            modes: functions.modes().clone(),
-            results: vec![0.0; self.function.n_outputs()],
-            a: vec![0.0; nq],
-            lambda: vec![0.0; nc],
-            functions,
-        }
-    }
 }
 
 /// The rows of h as expressions.
@@ -312,115 +298,4 @@ fn block(
         first += columns.len();
     }
     (entries, first)
-}
-
-/// [`Derivatives`] at one set of parameters, with their buffers.
-#[derive(Clone, Debug)]
-pub struct DerivativesAt<'a> {
-    derivatives: &'a Derivatives,
-    functions: Functions<'a>,
-    buffers: Buffers,
-    /// Modes that the buffers are for.
-    modes: Modes,
-    results: Vec<f64>,
-    a: Vec<f64>,
-    lambda: Vec<f64>,
-}
-
-impl DerivativesAt<'_> {
-    /// Writes h and its derivatives, row by row, at a state; `given` are the accelerations and multipliers of a
-    /// residual. Where there is no value, all are NaN.
-    ///
-    /// # Panics
-    /// If a length is not that of the mechanism or of the derivatives.
-    pub fn at(
-        &mut self,
-        state: StateRef<'_>,
-        given: Option<AccelerationRef<'_>>,
-        values: &mut [f64],
-        derivatives: &mut [f64],
-    ) {
-        let StateRef { t, q, v } = state;
-        // Accelerations and multipliers, on the branches of the state.
-        let solved = match (self.derivatives.needs, given) {
-            (Needs::Solved, _) => {
-                self.functions.accelerations_into(state, &mut self.a, &mut self.lambda).is_ok()
-            }
-            (_, Some(AccelerationRef { a, lambda })) => {
-                self.a.copy_from_slice(a);
-                self.lambda.copy_from_slice(lambda);
-                self.functions.follow(t, q, v);
-                true
-            }
-            (needs, None) => {
-                self.functions.follow(t, q, v);
-                needs == Needs::Nothing
-            }
-        };
-        if !solved {
-            values.fill(f64::NAN);
-            derivatives.fill(f64::NAN);
-            return;
-        }
-        let function = &self.derivatives.function;
-        if self.modes != *self.functions.modes() {
-            self.buffers = function.buffers(&self.functions.parameters_with_modes());
-            self.modes.clone_from(self.functions.modes());
-        }
-        let u = self.functions.inputs(t, q, v);
-        let arguments = [&[t], q, v, self.a.as_slice(), &self.lambda, u];
-        function.evaluate_into(&mut self.buffers, &arguments, &mut self.results);
-
-        // h and h_x as they are; h_z dz added.
-        let (found, entries) = self.results.split_at(self.derivatives.n_rows);
-        values.copy_from_slice(found);
-        derivatives.fill(0.0);
-        let n = self.derivatives.n_columns;
-        let [h_x, h_z, ..] = &self.derivatives.blocks;
-        let (direct, implicit) = entries.split_at(h_x.len());
-        for (&(row, column), entry) in h_x.iter().zip(direct) {
-            derivatives[row * n + column] += entry;
-        }
-        if h_z.is_empty() || n == 0 {
-            return;
-        }
-        let Some(dz) = self.derivatives.dz(&implicit[h_z.len()..]) else {
-            derivatives.fill(f64::NAN);
-            return;
-        };
-        for (&(row, k), entry) in h_z.iter().zip(implicit) {
-            let out = &mut derivatives[row * n..][..n];
-            out.iter_mut().enumerate().for_each(|(column, out)| *out += entry * dz[(k, column)]);
-        }
-    }
-}
-
-impl Derivatives {
-    /// dz/dx, all of z by all columns, from the entries of F_x and F_z; none in a singular pose.
-    fn dz(&self, entries: &[f64]) -> Option<DMatrix<f64>> {
-        let [_, _, f_x, f_z] = &self.blocks;
-        let n_z = self.kept.last().map_or(0, |last| last + 1);
-        let mut position = vec![usize::MAX; n_z];
-        self.kept.iter().enumerate().for_each(|(k, &of)| position[of] = k);
-        let place = |of: usize| position.get(of).copied().filter(|&k| k != usize::MAX);
-        let n = self.kept.len();
-        let mut right = DMatrix::zeros(n, self.n_columns);
-        let mut matrix = DMatrix::zeros(n, n);
-        let (of_x, of_z) = entries.split_at(f_x.len());
-        for (&(row, column), entry) in f_x.iter().zip(of_x) {
-            if let Some(row) = place(row) {
-                right[(row, column)] = -entry;
-            }
-        }
-        for (&(row, column), entry) in f_z.iter().zip(of_z) {
-            if let Some((row, column)) = place(row).zip(place(column)) {
-                matrix[(row, column)] = *entry;
-            }
-        }
-        let solved = matrix.lu().solve(&right)?;
-        // Multipliers that others stand for do not change.
-        let n_all = n_z.max(f_z.iter().map(|&(_, column)| column + 1).max().unwrap_or(0));
-        let of = |k: usize, column: usize| place(k).map_or(0.0, |row| solved[(row, column)]);
-        Some(DMatrix::from_fn(n_all, self.n_columns, of))
-    }
 }

@@ -277,6 +277,9 @@ class Functions:
 class Derivatives:
     @property
     def sizes(self) -> tuple[int, int]: ...
+    def at_one(
+        self, t: Any, q: Any, v: Any, given: tuple[Any, Any] | None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None: ...
     def at(
         self,
         t: NDArray[np.float64],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -22,6 +23,20 @@ Function: TypeAlias = Literal[
     "residual",
 ]
 """A function that has derivatives."""
+
+
+@dataclass(frozen=True)
+class _Derived:
+    """A function with its derivatives, and where those by each variable lie."""
+
+    compiled: _bksim.Derivatives
+    shape: tuple[int, ...]
+    """The axes of the function, then one of all variables."""
+    parts: list[tuple[str, slice | int]]
+    """Along the last axis: several places of a variable, one of a number."""
+
+    def named(self, found: Array) -> dict[str, Array]:
+        return {name: found[..., place] for name, place in self.parts}
 
 
 def _compiled(engine: _bksim.Engine) -> Functions:
@@ -45,7 +60,8 @@ class Functions:
     def __init__(self, functions: _bksim.Functions) -> None:
         self._functions = functions
         self.nq, self.nc = functions.sizes
-        self._derived: dict[tuple[str | tuple[str, ...], tuple[str, ...]], _bksim.Derivatives] = {}
+        self._rest = np.zeros(self.nq)
+        self._derived: dict[tuple[str | tuple[str, ...], tuple[str, ...]], _Derived] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Compiled again from the text, which gives the same bits.
@@ -162,9 +178,12 @@ class Functions:
         Raises KeyError for a name of nothing that follows from the state.
         """
         of = (names,) if isinstance(names, str) else tuple(names)
-        v = np.zeros(self.nq) if v is None else v
+        v = self._rest if v is None else v
+        one = self._derivative(of, ()).compiled.at_one(t, q, v, None)
+        if one is not None:
+            return one[0][0] if isinstance(names, str) else one[0]
         is_batch, times, (q, v) = self._batch(t, (q, self.nq), (v, self.nq))
-        values, _ = self._derivative(of, ()).at(times, q, v, None)
+        values, _ = self._derivative(of, ()).compiled.at(times, q, v, None)
         values = values[:, 0] if isinstance(names, str) else values
         return values if is_batch else values[0]
 
@@ -199,40 +218,43 @@ class Functions:
         """
         by = (by,) if isinstance(by, str) else tuple(by)
         kind = of if isinstance(of, str) else tuple(of)
-        v = np.zeros(self.nq) if v is None else v
-        states = [(q, self.nq), (v, self.nq)]
+        v = self._rest if v is None else v
         if of == "residual":
             if a is None or lam is None:
                 raise ValueError("a residual is one of accelerations and multipliers: give a and lam")
-            states += [(a, self.nq), (lam, self.nc)]
         elif a is not None or lam is not None:
             raise ValueError(f"{of!r} takes no a and lam: they follow from t, q and v")
+        given = None if a is None or lam is None else (a, lam)
+        derived = self._derivative(kind, by)
+        one = derived.compiled.at_one(t, q, v, given)
+        if one is not None:
+            return derived.named(one[1].reshape(derived.shape))
+        states = [(q, self.nq), (v, self.nq)]
+        if given is not None:
+            states += [(given[0], self.nq), (given[1], self.nc)]
         is_batch, times, rows = self._batch(t, *states)
-        given = (rows[2], rows[3]) if of == "residual" else None
-        _, found = self._derivative(kind, by).at(times, rows[0], rows[1], given)
+        _, found = derived.compiled.at(times, rows[0], rows[1], (rows[2], rows[3]) if given else None)
+        found = found.reshape(len(times), *derived.shape)
+        return derived.named(found if is_batch else found[0])
 
-        # The axes of the function, then that of each variable.
-        n, m = self.nq, self.nc
-        shapes = {"mass_matrix": (n, n), "constraint_jacobian": (m, n), "constraints": (m,)}
-        shapes |= {"multipliers": (m,), "residual": (n + m,)}
-        shape = shapes.get(kind, (n,)) if isinstance(kind, str) else (len(kind),)
-        sizes = {"q": n, "v": n} | ({"a": n, "lam": m} if of == "residual" else {})
-        widths = [sizes.get(name, 1) for name in by]
-        found = found.reshape(len(times), *shape, sum(widths))
-        found = found if is_batch else found[0]
-        ends = np.cumsum(widths)
-        parts = [found[..., end - width : end] for end, width in zip(ends, widths, strict=True)]
-        return {
-            name: part if name in sizes else part[..., 0] for name, part in zip(by, parts, strict=True)
-        }
-
-    def _derivative(
-        self, of: str | tuple[str, ...], by: tuple[str, ...]
-    ) -> _bksim.Derivatives:
+    def _derivative(self, of: str | tuple[str, ...], by: tuple[str, ...]) -> _Derived:
         key = (of, by)
         if key not in self._derived:
             word, names = (of, []) if isinstance(of, str) else ("", list(of))
-            self._derived[key] = _bksim.derivatives_of(self._functions, word, names, list(by))
+            compiled = _bksim.derivatives_of(self._functions, word, names, list(by))
+
+            # The axes of the function, then that of each variable.
+            n, m = self.nq, self.nc
+            shapes = {"mass_matrix": (n, n), "constraint_jacobian": (m, n), "constraints": (m,)}
+            shapes |= {"multipliers": (m,), "residual": (n + m,)}
+            shape = shapes.get(of, (n,)) if isinstance(of, str) else (len(of),)
+            sizes = {"q": n, "v": n} | ({"a": n, "lam": m} if of == "residual" else {})
+            parts: list[tuple[str, slice | int]] = []
+            end = 0
+            for name in by:
+                parts.append((name, slice(end, end + sizes[name]) if name in sizes else end))
+                end += sizes.get(name, 1)
+            self._derived[key] = _Derived(compiled, (*shape, end), parts)
         return self._derived[key]
 
     def __repr__(self) -> str:
