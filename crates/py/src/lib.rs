@@ -104,6 +104,7 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(show::overview, m)?)?;
     m.add_function(wrap_pyfunction!(show::unit_word, m)?)?;
     m.add_function(wrap_pyfunction!(sweep::si_unit, m)?)?;
+    m.add_function(wrap_pyfunction!(sweep::column_named, m)?)?;
     m.add_function(wrap_pyfunction!(command::command, m)?)?;
     m.add_function(wrap_pyfunction!(document::examples, m)?)?;
     m.add_function(wrap_pyfunction!(fault::explain, m)?)?;

@@ -14,7 +14,7 @@ use bksim_sweep::{
     Values, codes, is_whole, write,
 };
 use numpy::PyArray2;
-use pyo3::exceptions::{PyFileExistsError, PyValueError};
+use pyo3::exceptions::{PyFileExistsError, PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
@@ -252,6 +252,14 @@ impl Study {
 #[pyfunction]
 pub(crate) fn si_unit(engine: &Engine, name: &str) -> Option<String> {
     bksim_sweep::si_unit(&engine.mechanism().model, name)
+}
+
+/// The place of the column that a name means.
+#[pyfunction]
+pub(crate) fn column_named(names: Vec<String>, asked: &str) -> PyResult<usize> {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let fault = |help| PyKeyError::new_err(format!("no column is called `{asked}`: {help}"));
+    bksim_sweep::column_named(&names, asked).map_err(fault)
 }
 
 fn named(column: Column) -> (String, String) {

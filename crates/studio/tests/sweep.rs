@@ -47,6 +47,26 @@ fn a_grid_becomes_a_table_and_faults_are_counted() {
 }
 
 #[test]
+fn the_only_input_explains_everything_and_columns_answer_to_short_names() {
+    let place = place(&format!("{PENDULUM}\n[outputs]\nheight = \"bob.y\"\n"));
+    let mut sweep = place.bksim();
+    sweep.args(["sweep", "swing.toml", "--set", "l=0.5:1.5:5", "--keep", "max(height)"]);
+    sweep.args(["--keep", "max(energy.kinetic)", "-o", "t.parquet", "--log-cases"]);
+    let output = sweep.arg("largest max(kinetic)").output().expect("bksim runs");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(place.path().join("t-4.mcap").exists(), "{}", text(&output.stdout));
+
+    let output = place.bksim().args(["plot", "t.parquet", "max(height)", "--json"]).output();
+    let object: serde_json::Value =
+        serde_json::from_slice(&output.expect("bksim runs").stdout).expect("JSON");
+    assert_eq!(object["outputs"][0]["name"], "max(outputs.height)");
+    assert_eq!(object["outputs"][0]["influences"][0]["share"], 1.0);
+    let output = place.bksim().args(["plot", "t.parquet", "max(hight)"]).output();
+    let said = text(&output.expect("bksim runs").stderr);
+    assert!(said.contains("one of `max(outputs.height)`, `max(energy.kinetic)`"), "{said}");
+}
+
+#[test]
 fn trials_from_a_table_vary_values_by_their_path_and_are_drawn() {
     let place = place(PENDULUM);
     let said = |line: &str| {

@@ -10,11 +10,11 @@ use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use bksim::model::file::{WrittenUnit, suggest};
+use bksim::model::file::WrittenUnit;
 
 use crate::SweepError;
 use crate::study::Study;
-use crate::table::{Rows, rows};
+use crate::table::{Rows, column_named, rows};
 
 /// A choice of cases.
 #[derive(Clone, PartialEq, Debug)]
@@ -164,12 +164,10 @@ impl Comparison {
 fn values<'r>(study: &Study, rows: &'r Rows, name: &str) -> Result<(String, &'r [f64]), NoCases> {
     let columns = study.input_columns().into_iter().chain(study.output_columns());
     let units: Vec<(String, String)> = columns.map(|column| (column.name, column.unit)).collect();
-    let found = rows.columns.iter().find(|(known, _)| plain(known) == name);
-    let Some((known, values)) = found else {
-        let names: Vec<&str> = units.iter().map(|(name, _)| name.as_str()).collect();
-        let help = suggest(name, &names);
-        return Err(NoCases::Unknown(format!("the table has no column `{name}`: {help}")));
-    };
+    let names: Vec<&str> = rows.columns.iter().map(|(name, _)| name.as_str()).collect();
+    let place = column_named(&names, name)
+        .map_err(|help| NoCases::Unknown(format!("the table has no column `{name}`: {help}")))?;
+    let (known, values) = &rows.columns[place];
     let unit = units.into_iter().find(|(name, _)| name == known).map(|(_, unit)| unit);
     Ok((unit.unwrap_or_default(), values))
 }

@@ -63,7 +63,7 @@ fn input(request: &Request, model: &Model, axis: &Axis) -> Result<Input, Diagnos
     let written = WrittenUnit::parse(unit);
     if let Some(parameter) = model.parameters.iter().find(|p| p.name == *name) {
         // Numbers without unit are in units of the file; without any these are SI.
-        let own = if request.model.contains("units") { "" } else { parameter.unit.as_str() };
+        let own = if states_units(&request.model) { "" } else { parameter.unit.as_str() };
         let si = written.map_or_else(|| own.to_owned(), |unit| unit.si());
         return Ok(Input { quantity: Quantity::Parameter, unit: written, si });
     }
@@ -91,6 +91,18 @@ fn input(request: &Request, model: &Model, axis: &Axis) -> Result<Input, Diagnos
     Ok(Input { quantity: Quantity::Initial(initial_idx), unit: written, si: si.to_owned() })
 }
 
+/// True of a model whose text states the units of bare numbers.
+fn states_units(text: &str) -> bool {
+    let mut is_top = true;
+    text.lines().map(str::trim).any(|line| {
+        let header = line.strip_prefix('[');
+        is_top &= header.is_none();
+        let key = header.or(is_top.then_some(line)).unwrap_or_default().trim_start();
+        let rest = key.strip_prefix("units").map(str::trim_start);
+        rest.is_some_and(|rest| rest.starts_with([']', '=', '.']))
+    })
+}
+
 /// SI unit of a parameter or stated initial value, for an [`Axis`] with numbers in SI; `None` when
 /// nothing has this name.
 pub fn si_unit(model: &Model, name: &str) -> Option<String> {
@@ -109,5 +121,21 @@ fn unit_of<'m>(model: &'m Model, initial: &Initial) -> &'m str {
     match initial.unit(model) {
         "rad/s" => "1/s",
         unit => unit,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_section_of_units_states_them() {
+        for text in
+            ["[units]\nlength = \"mm\"", "x = 1\n[ units ]", "units = {}", "units.angle = \"deg\""]
+        {
+            assert!(states_units(text), "{text}");
+        }
+        let table = "# Numbers may carry units\n[tables.pull]\nunits = [\"deg\", \"N\"]\n[unitsx]";
+        assert!(!states_units(table));
     }
 }

@@ -71,4 +71,4 @@ pub use resume::{Existing, FaultCount, Parts, Report, is_whole, parts_of, write}
 pub use row::{Ending, Fault, Row};
 pub use run::Monitor;
 pub use study::Study;
-pub use table::Table;
+pub use table::{Table, column_named};

@@ -7,6 +7,7 @@ use ::parquet::basic::Repetition;
 use ::parquet::errors::ParquetError;
 use ::parquet::file::reader::{FileReader, SerializedFileReader};
 use ::parquet::record::{Field, Row};
+use bksim::model::file::suggest;
 
 use crate::csv::to_csv;
 use crate::parquet::Column;
@@ -76,6 +77,53 @@ fn number(row: &Row, idx: usize) -> f64 {
     }
 }
 
+/// The place of the column that a name means: its own, or the only one whose names begin with more than is written,
+/// as those of `max(outputs.pin)` do beside `max(pin)`. Spaces do not count.
+///
+/// # Errors
+/// The help, where there is none or more than one.
+pub fn column_named(names: &[&str], asked: &str) -> Result<usize, String> {
+    let asked_words = words(asked);
+    let written: Vec<Vec<&str>> = names.iter().map(|name| words(name)).collect();
+    if let Some(place) = written.iter().position(|words| *words == asked_words) {
+        return Ok(place);
+    }
+    let is_short = |words: &&Vec<&str>| {
+        let mut pairs = asked_words.iter().zip(*words);
+        asked_words.len() == words.len() && pairs.all(|(asked, known)| is_end_of(asked, known))
+    };
+    let alike: Vec<usize> = (0..names.len()).filter(|&k| is_short(&&written[k])).collect();
+    match alike.as_slice() {
+        [] => Err(suggest(asked, names)),
+        [place] => Ok(*place),
+        several => {
+            let several: Vec<String> = several.iter().map(|&k| format!("`{}`", names[k])).collect();
+            Err(format!("it may be {}: write one of them", several.join(" or ")))
+        }
+    }
+}
+
+/// Names, numbers and signs.
+fn words(text: &str) -> Vec<&str> {
+    let mut words = Vec::new();
+    let mut rest = text.trim_start();
+    while let Some(first) = rest.chars().next() {
+        let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+        let end = if is_part(first) { rest.find(|c| !is_part(c)) } else { Some(first.len_utf8()) };
+        let (word, left) = rest.split_at(end.unwrap_or(rest.len()));
+        words.push(word);
+        rest = left.trim_start();
+    }
+    words
+}
+
+/// True of equal words, and of a name that a longer one ends with: `pin` of `outputs.pin`.
+fn is_end_of(asked: &str, known: &str) -> bool {
+    let is_name = asked.starts_with(|c: char| c.is_alphabetic() || c == '_');
+    let rest = known.strip_suffix(asked);
+    rest.is_some_and(|rest| rest.is_empty() || is_name && rest.ends_with('.'))
+}
+
 /// The rows of a table, of whichever format, as far as they are numbers.
 pub(crate) struct Rows {
     pub(crate) cases: Vec<u64>,
@@ -124,4 +172,29 @@ fn cells(path: &Path) -> Result<(Vec<String>, Vec<Vec<String>>), ParquetError> {
 /// True of a table that is text, by the ending of its name.
 pub(crate) fn is_csv(table: &Path) -> bool {
     table.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_column_answers_to_the_end_of_its_names_where_no_other_does() {
+        let names =
+            ["l1", "max(outputs.pin)", "min(reactions.A.fx)", "min(reactions.B.fx)", "rod.mass"];
+        let found = |asked| column_named(&names, asked);
+        assert_eq!(found("max(pin)"), Ok(1));
+        assert_eq!(found(" max( outputs.pin )"), Ok(1));
+        assert_eq!(found("min(B.fx)"), Ok(3));
+        assert_eq!(found("mass"), Ok(4));
+        let help = found("min(fx)").expect_err("two of them");
+        assert_eq!(
+            help,
+            "it may be `min(reactions.A.fx)` or `min(reactions.B.fx)`: write one of them"
+        );
+        assert!(found("max(in)").is_err() && found("min(pin)").is_err() && found("ass").is_err());
+        // Its own name comes before a longer one; digits are no names.
+        assert_eq!(column_named(&["a.x", "x"], "x"), Ok(1));
+        assert!(column_named(&["quantile(x, 0.95)"], "quantile(x, 95)").is_err());
+    }
 }

@@ -11,7 +11,7 @@ use bksim_cli::exit::{Failure, Status};
 use bksim_cli::origin::{is_of_model, stamped};
 use bksim_cli::output;
 use bksim_plot::{Figure, Format};
-use bksim_sweep::{Influence, Table};
+use bksim_sweep::{Influence, Table, column_named};
 use serde_json::{Value, json};
 
 use super::{drawn_as, picture, put, text_of};
@@ -86,21 +86,19 @@ fn shown(table: &Table, path: &Path, named: &[String]) -> Result<(Vec<usize>, us
         return Ok(((0..n.min(N_DRAWN)).collect(), n.saturating_sub(N_DRAWN)));
     }
     let known: Vec<&str> = table.outputs.iter().map(|(column, _)| column.name.as_str()).collect();
-    let find = |name: &String| {
-        known.iter().position(|known| known == name).ok_or_else(|| unknown(path, name, &known))
-    };
+    let find =
+        |name: &String| column_named(&known, name).map_err(|help| unknown(path, name, &help));
     Ok((named.iter().map(find).collect::<Result<_, _>>()?, 0))
 }
 
 /// The input of this name.
 fn input(table: &Table, path: &Path, name: &str) -> Result<usize, Failure> {
     let known: Vec<&str> = table.inputs.iter().map(|(column, _)| column.name.as_str()).collect();
-    known.iter().position(|known| *known == name).ok_or_else(|| unknown(path, name, &known))
+    column_named(&known, name).map_err(|help| unknown(path, name, &help))
 }
 
-fn unknown(path: &Path, name: &str, known: &[&str]) -> Failure {
-    let message = format!("`{}` has no column `{name}`", path.display());
-    Failure::usage(message, &format!("it has {}", known.join(", ")))
+fn unknown(path: &Path, name: &str, help: &str) -> Failure {
+    Failure::usage(format!("`{}` has no column `{name}`", path.display()), help)
 }
 
 /// By output that is drawn and by input, where both vary.
@@ -108,7 +106,12 @@ fn influences(columns: &Columns<'_>) -> Vec<Vec<Option<Influence>>> {
     let Columns { table, shown, .. } = columns;
     let of = |output: &usize| {
         let output = &table.outputs[*output].1;
-        table.inputs.iter().map(|(_, input)| Influence::of(input, output)).collect()
+        let found = table.inputs.iter().map(|(_, input)| Influence::of(input, output));
+        // An output follows from the inputs: from the only one all of it, however few the cases are.
+        let is_only = table.inputs.len() == 1;
+        found
+            .map(|of| of.map(|of| if is_only { Influence { share: 1.0, ..of } } else { of }))
+            .collect()
     };
     shown.iter().map(of).collect()
 }
