@@ -146,6 +146,111 @@ fn a_rack_has_the_loss_of_an_endless_wheel() {
     close("efficiency", 300.0 * 0.02 / effort(text), expected, within(1e-9));
 }
 
+/// A cam with a flat follower, over a turn and a half: the face rubs at the height of the lift, with μ N along itself.
+#[test]
+fn a_flat_follower_rubs_on_the_profile_of_its_cam() {
+    let text = "[curves.lift]\ntype = \"cam-law\"\nturns = 2\nsegments = [\
+         { rise = \"10 mm\", over = \"120 deg\", law = \"3-4-5\" }, { dwell = \"100 deg\" }, \
+         { return = \"10 mm\", over = \"140 deg\", law = \"3-4-5\" }]\n\
+         [parameters]\nbase = \"30 mm\"\n\
+         [curves.profile]\ntype = \"cam\"\nlaw = \"lift\"\nbase_circle = \"base\"\nfollower = { kind = \"flat\" }\n\
+         [bodies.cam]\nmass = \"0.5 kg\"\ninertia = \"1e-3 kg m^2\"\n\
+         [bodies.follower]\nmass = \"0.3 kg\"\npoints = { F = [\"4 mm\", 0] }\n\
+         [joints.O]\ntype = \"revolute\"\nbetween = [\"ground\", \"cam\"]\n\
+         [joints.guide]\ntype = \"prismatic\"\nbetween = [\"ground\", \"follower\"]\naxis = [0, 1]\n\
+         [joints.contact]\ntype = \"line-on-curve\"\nbetween = [\"cam\", \"follower.F\"]\ncurve = \"profile\"\n\
+         axis = [1, 0]\n\
+         [loads.rub]\ntype = \"friction\"\njoint = \"contact\"\nmu = 0.12\n\
+         [drives.motor]\njoint = \"O\"\nmotion = \"0.1 rad + 10 rad/s*t\"\n\
+         [loads.press]\ntype = \"force\"\non = \"follower\"\nvector = [0, \"-200 N\"]\n\
+         [initial]\ncontact = { guess = { angle = 0.1 } }\nguide = { guess = { position = \"30 mm\" } }\n\
+         [solve]\nt_end = 0.96\nevery = 0.02\nrtol = 1e-11\natol = 1e-12\n";
+    // Lift, slope and curvature of the law at an angle of the cam.
+    let lift = |angle: f64| {
+        let angle = angle.to_degrees().rem_euclid(360.0);
+        let (u, over, sign) = match angle {
+            ..120.0 => (angle / 120.0, 120.0, 1.0),
+            ..220.0 => return [0.01, 0.0, 0.0],
+            _ => ((angle - 220.0) / 140.0, 140.0, -1.0),
+        };
+        let over = f64::to_radians(over);
+        let first = u.powi(3) * (10.0 - 15.0 * u + 6.0 * u * u);
+        let slope = 30.0 * (u * (1.0 - u)).powi(2) / over;
+        let bend = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / (over * over);
+        [(0.5 + sign * (first - 0.5)) * 0.01, sign * slope * 0.01, sign * bend * 0.01]
+    };
+    for method in ["explicit", "radau"] {
+        let mechanism = derive(model(&with_method(text, method)));
+        let is_drive = |source: &Source| matches!(source, Source::Drive(_));
+        let drive = mechanism.compiled.sources.iter().position(is_drive).expect("a drive");
+        let motion = solve(&mechanism);
+        for sample in &motion.samples {
+            let what = format!("{method} at {} s", sample.t);
+            let [lift, slope, bend] = lift(0.1 + 10.0 * sample.t);
+            let normal = 200.0 + 0.3 * 100.0 * bend;
+            let torque = normal * (slope + 0.12 * (0.03 + lift));
+            close(&what, sample.lambda[drive], torque, within(1e-6));
+            let side = reaction(&mechanism, sample, "guide");
+            close(&what, side[0], 0.12 * normal, within(1e-6));
+        }
+    }
+}
+
+/// A disc begins to slide and to turn in a bowl through three points, y = h (3 x² − |x|³)/2, whose spline is that very
+/// curve: its motion against one that is integrated in the place of contact, its speed and its rate alone.
+#[test]
+fn a_disc_slides_down_a_bowl_of_points() {
+    let [r, m, inertia, mu, g, h]: [f64; 6] = [0.1, 2.0, 0.01, 0.08, 9.81, 0.5];
+    let text = format!(
+        "[curves.bowl]\ntype = \"points\"\npoints = [[-1, {h}], [0, 0], [1, {h}]]\n\
+         [curves.rim]\ntype = \"formula\"\nformula = [\"{r} m*cos(p)\", \"{r} m*sin(p)\"]\n\
+         [bodies.disc]\nmass = {m}\ninertia = {inertia}\n\
+         [joints.contact]\ntype = \"curve-on-curve\"\nbetween = [\"ground\", \"disc\"]\ncurve = \"bowl\"\n\
+         second_curve = \"rim\"\ntangents = \"same\"\n\
+         [loads.rub]\ntype = \"friction\"\njoint = \"contact\"\nmu = {mu}\n\
+         [loads.gravity]\ntype = \"gravity\"\nacceleration = [0, -{g}]\n\
+         [initial]\ncontact = {{ angle1 = 0.1, rate1 = 0, guess = {{ angle2 = -2.2 }} }}\n\
+         disc = {{ angle = 0, rate = 0, guess = {{ x = -0.84, y = 0.5 }} }}\n\
+         [solve]\nt_end = 0.35\nevery = 0.05\nrtol = 1e-11\natol = 1e-12\n"
+    );
+    // Rates of the place x, of the speed v of the centre along the curve, and of the rate w, which turns to the left.
+    let rates = |[x, v, w]: [f64; 3]| {
+        let slope = h * (3.0 * x - 1.5 * x * x.abs());
+        let steep = slope.hypot(1.0);
+        let bend = 3.0 * h * (1.0 - x.abs()) / steep.powi(3);
+        let turning = v * bend / (1.0 - bend * r);
+        let normal = m * (g / steep + v * turning);
+        let rub = -mu * normal * (v + r * w).signum();
+        let speed_up = -g * slope / steep + rub / m;
+        [v / ((1.0 - bend * r) * steep), speed_up, rub * r / inertia]
+    };
+    // Runge and Kutta's steps of order four.
+    let step = |y: [f64; 3], dt: f64| {
+        let ahead = |k: [f64; 3], by: f64| [0, 1, 2].map(|i| y[i] + by * k[i]);
+        let first = rates(y);
+        let second = rates(ahead(first, 0.5 * dt));
+        let third = rates(ahead(second, 0.5 * dt));
+        let last = rates(ahead(third, dt));
+        [0, 1, 2].map(|i| y[i] + dt / 6.0 * (first[i] + 2.0 * (second[i] + third[i]) + last[i]))
+    };
+    for method in ["explicit", "radau"] {
+        let mechanism = derive(model(&with_method(&text, method)));
+        let measures = Measures::new(&mechanism, &["contact.angle1", "disc.rate"]);
+        // On its way down it goes to the right, and slips forwards.
+        let mut state = [-0.9, 1e-300, 0.0];
+        for (k, sample) in solve(&mechanism).samples.iter().enumerate() {
+            if k > 0 {
+                state = (0..2000).fold(state, |state, _| step(state, 0.05 / 2000.0));
+            }
+            let what = format!("{method} at {} s", sample.t);
+            assert!(state[1] + r * state[2] >= 0.0, "{what}: it slips");
+            let found = measures.at(sample);
+            close(&what, found[0] - 1.0, state[0], within(1e-9));
+            close(&what, found[1], state[2], within(1e-7));
+        }
+    }
+}
+
 /// An eccentric disc turns under a flat face: the face rubs with μ N along itself, at the height R + e cos θ.
 #[test]
 fn a_flat_follower_rubs_on_its_disc() {

@@ -24,6 +24,7 @@
 //! assert_eq!(reading.model.expect("a model").joints[0].name, "pivot");
 //! ```
 
+mod arcs;
 mod axes;
 mod belts;
 mod between;
