@@ -226,6 +226,17 @@ impl Playback {
         Ok(sample)
     }
 
+    /// Moves to the start of a segment of the motion and returns the kinetic energy that impacts have given there, J.
+    ///
+    /// # Errors
+    /// [`Unreplayed`] when the motion is not that of the mechanism.
+    pub fn seek_impact(&mut self, idx: usize) -> Result<f64, Unreplayed> {
+        let energy = self.player.impact_at(&self.log.segments, idx)?;
+        let sample = self.player.sample();
+        self.poses.at(&sample.q, &sample.v, &mut self.at);
+        Ok(energy)
+    }
+
     /// The sample of the last [`Playback::seek`]; work, step size and counters are zero.
     pub fn sample(&self) -> &Sample {
         self.player.sample()

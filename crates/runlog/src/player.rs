@@ -18,6 +18,9 @@ pub struct Player {
 /// Part of an instant that is rounding: those of samples and of ticks are products of different numbers.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
+/// Part of the largest velocity below which a change of velocities is that of a projection.
+const GOES_ON: f64 = 1e-9;
+
 self_cell!(
     struct OwnedReplay {
         owner: Arc<CompiledSystem>,
@@ -89,6 +92,31 @@ impl Player {
     /// The sample that [`Player::at`] made last; work, step size and counters are zero.
     pub fn sample(&self) -> &Sample {
         self.replay.borrow_dependent().sample()
+    }
+
+    /// The kinetic energy that a motion has more at the start of a segment than at the end of the one before it, J: what
+    /// impacts between them have done. Zero where velocities go on, and before the first segment.
+    ///
+    /// The sample is that of the start afterwards.
+    ///
+    /// # Errors
+    /// [`Unreplayed`] when the motion is not that of the mechanism.
+    pub fn impact_at(&mut self, segments: &[Segment], idx: usize) -> Result<f64, Unreplayed> {
+        let Some([before, after]) =
+            idx.checked_sub(1).and_then(|k| segments.get(k..=idx)?.as_array())
+        else {
+            return Ok(0.0);
+        };
+        self.last_idx = idx;
+        self.replay.with_dependent_mut(|_, replay| {
+            let ended = replay.at(before, before.t1)?;
+            let (velocities, kinetic) = (ended.v.clone(), ended.energy.kinetic);
+            let begun = replay.at(after, after.t0)?;
+            let fastest = velocities.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+            let goes_on = |(v, before): (&f64, &f64)| (v - before).abs() <= GOES_ON * fastest;
+            let has_jump = !begun.v.iter().zip(&velocities).all(goes_on);
+            Ok(if has_jump { begun.energy.kinetic - kinetic } else { 0.0 })
+        })
     }
 
     /// The modes that hold at that sample, as parameters after those of the model; none without segments.

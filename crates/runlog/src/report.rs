@@ -43,7 +43,7 @@ pub struct Report {
     pub reactions: Vec<ReactionReport>,
     /// The outputs of the model.
     pub outputs: Vec<OutputReport>,
-    /// The work of every load, belt and drive, in the order of the model.
+    /// The work of every load, belt and drive, in the order of the model, then that of impacts if there were any.
     pub work: Vec<WorkReport>,
     /// Energies and work.
     pub energy: EnergyReport,
@@ -138,7 +138,7 @@ pub struct OutputReport {
 pub struct WorkReport {
     /// Its name.
     pub name: String,
-    /// `load`, `belt`, `drive`, `coupling` or `joint`.
+    /// `load`, `belt`, `drive`, `coupling` or `joint`; `impact` of all impacts together.
     pub kind: &'static str,
     /// The work that it does, without that of its potential.
     pub work: f64,

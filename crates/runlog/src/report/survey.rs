@@ -1,5 +1,6 @@
 //! A run looked through from start to end.
 
+use bksim_mbs::contact::{Contact, Law};
 use bksim_mbs::power::Actor;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{JointId, Measure, Model, MotionKind, motion_words};
@@ -166,6 +167,8 @@ struct Survey<'p> {
     table: Vec<f64>,
     /// Integrals over the run of all numbers and of their squares, forward in time.
     integrals: Vec<[f64; 2]>,
+    /// The kinetic energy that impacts have given, J.
+    impacts: f64,
 }
 
 impl Survey<'_> {
@@ -188,7 +191,11 @@ impl Survey<'_> {
             self.playback.log().segments.iter().map(|step| [step.t0, step.t1]).collect();
         self.integrals = vec![[0.0; 2]; n];
         let mut row = vec![0.0; n];
+        let may_hit = may_hit(self.playback.mechanism());
         for (step_idx, &[t0, t1]) in steps.iter().enumerate() {
+            if may_hit {
+                self.impacts += self.playback.seek_impact(step_idx)?;
+            }
             if step_idx == 0 {
                 self.at(t0, &mut row)?;
                 self.keep(t0, &row);
@@ -229,7 +236,12 @@ impl Survey<'_> {
             let stored = potentials[1][idx] - potentials[0][idx];
             WorkReport { name: name.to_owned(), kind, work: self.integrals[place + idx][0], stored }
         };
-        Ok(actors.map(work).collect())
+        let mut works: Vec<WorkReport> = actors.map(work).collect();
+        if self.impacts != 0.0 {
+            let name = "impacts".to_owned();
+            works.push(WorkReport { name, kind: "impact", work: self.impacts, stored: 0.0 });
+        }
+        Ok(works)
     }
 
     fn keep(&mut self, t: f64, row: &[f64]) {
@@ -348,6 +360,14 @@ impl Survey<'_> {
     }
 }
 
+/// Whether velocities can change at once: at stops, and where the prescribed rate of a drive jumps.
+fn may_hit(mechanism: &Mechanism) -> bool {
+    let Mechanism { model, system, .. } = mechanism;
+    let is_stop = |contact: &Contact| matches!(contact.law, Law::Stop { .. });
+    let has_kinks = !system.integrated().switches.is_empty();
+    system.contacts.iter().any(is_stop) || has_kinks && !model.drives.is_empty()
+}
+
 /// The report of a run.
 ///
 /// # Errors
@@ -382,6 +402,7 @@ pub fn report(playback: &mut Playback) -> Result<Report, Unreported> {
         instants: Vec::new(),
         table: Vec::new(),
         integrals: Vec::new(),
+        impacts: 0.0,
     };
     survey.fill()?;
 
