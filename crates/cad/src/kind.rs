@@ -152,7 +152,10 @@ kinds! {
     ];
     "torsion" "BK_TORSION" Loads Point &["name", "joint", "of", "stiffness", "angle", "damping"];
     "stop" "BK_STOP" Loads Point &["name", "joint", "of", "min", "max", "restitution"];
-    "friction" "BK_FRICTION" Loads Point &["name", "joint", "of", "force", "torque", "mu", "static", "radius", "length"];
+    "friction" "BK_FRICTION" Loads Point &[
+        "name", "joint", "of", "force", "torque", "mu", "static", "radius", "length", "coupling",
+        "pressure_angle", "loss",
+    ];
     "drive" "BK_DRIVE" Drives Point &["name", "joint", "of", "motion"];
     "gear" "BK_GEAR" Couplings Line &[
         "name", "between", "teeth", "module", "radii", "ratio", "internal", "carrier", "phase",

@@ -285,6 +285,41 @@ fn a_drawn_model_reads_back_with_the_same_start_and_accelerations() {
     }
 }
 
+/// A table with more rows than a value holds, and friction of teeth and of a follower on its cam.
+#[test]
+fn long_tables_and_friction_by_surfaces_read_back() {
+    let rows: Vec<String> =
+        (0..300).map(|k| format!("[{}, 0.{k:03}]", 0.1 * f64::from(k))).collect();
+    let elements = include_str!("data/elements.toml");
+    let short = "points = [[0, 0], [1, 0.2], [9, 0.9]]";
+    assert!(elements.contains(short));
+    let rub = "[loads.teeth]\ntype = \"friction\"\ncoupling = \"mesh\"\nmu = 0.05\nstatic = 0.06\n\
+               pressure_angle = 0.35\n\
+               [loads.face]\ntype = \"friction\"\njoint = \"face\"\nmu = 0.1\n[initial]\n";
+    let text = elements
+        .replace(short, &format!("points = [{}]", rows.join(", ")))
+        .replace("[initial]\n", rub);
+    let (model, poses, expected) = started_whole(&text, "long");
+    for (release, tag, _) in Release::ALL {
+        let drawn = Drawn { text: &text, model: &model, poses: &poses, release, unit: "mm" };
+        let bytes = from_model(&drawn).expect("a drawing");
+        let is_unitless = (release == Release::R12).then_some("mm");
+        let back = composed(tag, bytes, is_unitless);
+        assert!(back.contains(&format!("[{}]", rows.join(", "))), "{tag}: {back}");
+        let (again, _, found) = started_whole(&back, "long");
+        assert_eq!(again.loads.len(), model.loads.len(), "{back}");
+        for (coordinate, numbers) in &expected {
+            for (a, b) in numbers.iter().zip(found[coordinate]) {
+                let scale = 1.0 + a.abs().max(b.abs());
+                assert!(
+                    (a - b).abs() < 1e-11 * scale,
+                    "{tag} {coordinate}: {a} is not {b}\n{back}"
+                );
+            }
+        }
+    }
+}
+
 /// A bar that turns once about the origin: something to trace in any drawing.
 fn turning(n: u32) -> (Course, Vec<BodyShape>) {
     let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(n);

@@ -151,7 +151,7 @@ fn done(place: &Scratch, arguments: &str) -> String {
 
 /// The last row of the states of a model: number by column.
 fn ends(place: &Scratch, model: &str) -> Vec<(String, f64)> {
-    done(place, &format!("solve {model}.toml -o {model}.mcap --force"));
+    done(place, &format!("solve {model} -o {model}.mcap --force"));
     let table = done(place, &format!("export {model}.mcap"));
     let (header, last) = (table.lines().next(), table.lines().last());
     let cells = header.expect("a header").split(',').zip(last.expect("a row").split(','));
@@ -172,7 +172,7 @@ fn said(place: &Scratch, model: &str) -> String {
 fn parts_move_as_the_model_that_is_written_out_by_hand() {
     let place = crane();
     place.write("hand.toml", WRITTEN_OUT);
-    let (parts, hand) = (ends(&place, "crane"), ends(&place, "hand"));
+    let (parts, hand) = (ends(&place, "crane.toml"), ends(&place, "hand.toml"));
     assert_eq!(parts.len(), 6);
     for (name, value) in &parts {
         let (_, expected) = hand.iter().find(|(known, _)| known == name).expect("the same names");
@@ -182,20 +182,20 @@ fn parts_move_as_the_model_that_is_written_out_by_hand() {
         );
     }
     // A part is a model by itself.
-    assert!(ends(&place, "parts/drum").iter().any(|(name, _)| name == "state.theta"));
+    assert!(ends(&place, "parts/drum.toml").iter().any(|(name, _)| name == "state.theta"));
 }
 
 #[test]
 fn the_whole_is_one_text_that_reads_the_same() {
     let place = crane();
     place.write("whole.toml", done(&place, "expand crane.toml"));
-    assert_eq!(ends(&place, "whole"), ends(&place, "crane"));
+    assert_eq!(ends(&place, "whole.toml"), ends(&place, "crane.toml"));
     // A model of one file stays as it is, to the comment.
     place.write("hand.toml", format!("# by hand\n{WRITTEN_OUT}"));
     assert_eq!(done(&place, "expand hand.toml").trim(), format!("# by hand\n{WRITTEN_OUT}").trim());
     // A log has the whole, and needs its parts no longer.
     std::fs::remove_dir_all(place.path().join("parts")).expect("the parts go");
-    assert!(done(&place, "info crane.mcap").contains("state.left_theta"));
+    assert!(done(&place, "info crane.toml.mcap").contains("state.left_theta"));
 }
 
 #[test]
@@ -231,7 +231,7 @@ fn a_part_takes_bodies_joints_and_signals_of_the_model() {
         of_model(lid)
     );
     place.write("hatch.toml", &model);
-    let [hatch, alone] = ["hatch", "alone"].map(|name| ends(&place, name));
+    let [hatch, alone] = ["hatch.toml", "alone.toml"].map(|name| ends(&place, name));
     assert_eq!(hatch.len(), 2);
     for ((name, value), (_, expected)) in hatch.iter().zip(&alone) {
         assert!((value - expected).abs() < 1e-9, "{name}: {value}, {expected}");
@@ -357,4 +357,67 @@ fn parts_that_multiply_without_end_are_refused_at_once() {
     assert!(said.contains("makes the model too large"), "{said}");
     assert!(said.matches("error[").count() == 1, "{said}");
     assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
+}
+
+/// A drawing of one disc on a pin: groups of code and value, records on entities by extended data.
+fn drawn_disc(records: &[&[&str]]) -> String {
+    let mut groups: Vec<(u16, &str)> = vec![
+        (0, "SECTION"),
+        (2, "HEADER"),
+        (9, "$ACADVER"),
+        (1, "AC1015"),
+        (9, "$INSUNITS"),
+        (70, "6"),
+        (0, "ENDSEC"),
+        (0, "SECTION"),
+        (2, "TABLES"),
+        (0, "TABLE"),
+        (2, "APPID"),
+        (0, "APPID"),
+        (2, "BKSIM"),
+        (70, "0"),
+        (0, "ENDTAB"),
+        (0, "ENDSEC"),
+        (0, "SECTION"),
+        (2, "ENTITIES"),
+        (0, "CIRCLE"),
+        (8, "BK_BODY_disc"),
+        (10, "0"),
+        (20, "0"),
+        (40, "0.2"),
+    ];
+    for record in records {
+        groups.extend([(0, "POINT"), (8, "0"), (10, "0"), (20, "0"), (1001, "BKSIM")]);
+        groups.extend([(1000, record[0]), (1002, "{")]);
+        groups.extend(record[1..].iter().map(|&entry| (1000, entry)));
+        groups.push((1002, "}"));
+    }
+    groups.extend([(0, "ENDSEC"), (0, "EOF")]);
+    let lines = groups.iter().flat_map(|(code, value)| [code.to_string(), (*value).to_owned()]);
+    lines.collect::<Vec<_>>().join("\n") + "\n"
+}
+
+/// A motor of the library and a drum of a file beside the drawing turn drawn bodies as they turn written ones.
+#[test]
+fn a_drawing_with_parts_moves_as_its_twin() {
+    let place = crane();
+    let drawing = drawn_disc(&[
+        &["body", "name=disc", "mass=4 kg", "inertia=0.08 kg m^2"],
+        &["revolute", "name=A", "body1=ground", "body2=disc"],
+        &["part", "name=motor", "part=dc-motor", "with=rotor = disc; shaft = A; supply = 12 V"],
+        &["part", "name=hoist", "file=parts/drum.toml", "on=disc", "with=torque = 2 N m"],
+        &["solve", "t_end=0.5 s"],
+    ]);
+    place.write("drawn.dxf", drawing);
+    place.write(
+        "twin.toml",
+        "[bodies.disc]\nmass = \"4 kg\"\ninertia = \"0.08 kg m^2\"\n\
+         [joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"disc\"]\n\
+         [use.motor]\npart = \"dc-motor\"\nwith = { rotor = \"disc\", shaft = \"A\", supply = \"12 V\" }\n\
+         [use.hoist]\nfile = \"parts/drum.toml\"\non = \"disc\"\nwith = { torque = \"2 N m\" }\n\
+         [solve]\nt_end = \"0.5 s\"\n",
+    );
+    let written = ends(&place, "twin.toml");
+    assert!(written.iter().any(|(name, value)| name == "state.motor_current" && *value != 0.0));
+    assert_eq!(ends(&place, "drawn.dxf"), written);
 }

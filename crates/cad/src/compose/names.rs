@@ -20,6 +20,9 @@ pub(super) fn names<'a>(
         // A stated name, which no other may have.
         if let Some(name) = attachment.text("name") {
             if let Some((other, _)) = named.iter().find(|(_, known)| known == name) {
+                if goes_on(attachment) && other.value("points").is_some() {
+                    continue;
+                }
                 let message = format!("two {} are called `{name}`", plural(section));
                 let help = "give each a name of its own";
                 faults.add_duplicate(&message, help, [&attachment.location, &other.location]);
@@ -42,6 +45,13 @@ pub(super) fn names<'a>(
         named.push((attachment, name.expect("fewer names are taken than there are numbers")));
     }
     named
+}
+
+/// Whether an attachment may go on with the rows of another one of its name: one value holds few of a long table.
+pub(super) fn goes_on(attachment: &Attachment) -> bool {
+    matches!(attachment.kind.section, Section::Tables | Section::Curves)
+        && attachment.value("points").is_some()
+        && attachment.values.iter().all(|value| ["name", "points"].contains(&value.key))
 }
 
 /// The attachments of a section in words.

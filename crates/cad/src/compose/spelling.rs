@@ -28,7 +28,7 @@ const NAMED: [(&str, char); 13] = [
 ];
 
 /// Keys whose values are names, `body.point` among them, and no expressions.
-const REFERENCES: [&str; 12] = [
+const REFERENCES: [&str; 13] = [
     "between",
     "on",
     "joint",
@@ -41,6 +41,7 @@ const REFERENCES: [&str; 12] = [
     "law",
     "clock",
     "carrier",
+    "coupling",
 ];
 
 /// Sections and keys without names.

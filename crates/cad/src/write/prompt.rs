@@ -53,6 +53,9 @@ const PROMPTS: &[(&str, &str, &str)] = &[
     ("", "static", "Largest friction while it sticks, e.g. 8 N; of a coefficient, e.g. 0.15"),
     ("", "radius", "Radius of the pin or the thread, e.g. 5 mm"),
     ("friction", "length", "Length of the sleeve whose ends bear, e.g. 120 mm"),
+    ("", "coupling", "Gear or rack whose teeth rub in place of a joint, e.g. pair"),
+    ("", "pressure_angle", "Pressure angle of the teeth, e.g. 20 deg"),
+    ("", "loss", "Loss factor of the teeth, e.g. 0.1; empty: by their numbers"),
     ("", "curve", "Curve that is followed, e.g. track"),
     (
         "point-on-curve",

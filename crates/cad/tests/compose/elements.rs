@@ -84,6 +84,44 @@ fn gears_are_at_the_pins_that_they_are_drawn_between_and_lists_are_as_people_typ
 }
 
 #[test]
+fn rows_of_a_long_table_go_on_in_blocks_of_its_name() {
+    let drawn = |further: &[&[(&str, &str)]]| {
+        let mut sheet = two_wheels();
+        let places = [3.0, 3.0];
+        sheet.insert("BK_GEAR", [0.0, 0.0], 0.0, &[("NAME", "mesh"), ("TEETH", "20, 30")]);
+        let head = [("NAME", "drag"), ("POINTS", "0, 0; 1, 2"), ("UNITS", "rad/s, N m")];
+        sheet.insert("BK_TABLE", places, 0.0, &head);
+        for values in further {
+            sheet.insert("BK_TABLE", places, 0.0, values);
+        }
+        sheet.compose(ComposeOptions::default())
+    };
+    let rows = ["2, 3; 3, 5", "[[4, 6]]"].map(|rows| [("NAME", "drag"), ("POINTS", rows)]);
+    let composition = drawn(&[&rows[0], &rows[1]]);
+    let expected = "points = [[0, 0], [1, 2], [2, 3], [3, 5], [4, 6]]";
+    assert!(composition.text.contains(expected), "{}", composition.text);
+    assert!(codes(&composition).is_empty(), "{:?}", composition.diagnostics);
+    // One that says more is another table.
+    let other = [("NAME", "drag"), ("POINTS", "2, 3"), ("EXTRAPOLATE", "linear")];
+    assert_eq!(codes(&drawn(&[&other])), ["D034"]);
+}
+
+/// The teeth of a drawn pair rub, whatever joint is near.
+#[test]
+fn friction_of_teeth_names_its_coupling() {
+    let mut sheet = two_wheels();
+    sheet.insert("BK_GEAR", [0.0, 0.0], 0.0, &[("NAME", "mesh"), ("TEETH", "20, 30")]);
+    let rub = [("NAME", "rub"), ("COUPLING", "mesh"), ("MU", "0.06"), ("PRESSURE_ANGLE", "20 deg")];
+    sheet.insert("BK_FRICTION", [0.0, 0.0], 0.0, &rub);
+    let composition = sheet.compose(ComposeOptions::default());
+    let model = model_of(&composition);
+    let rubs =
+        |load: &bksim_model::Load| matches!(load.kind, bksim_model::LoadKind::Friction { .. });
+    assert!(model.loads.iter().any(rubs), "{}", composition.text);
+    assert!(!composition.text.contains("joint ="), "{}", composition.text);
+}
+
+#[test]
 fn a_gear_that_ends_at_no_pin_asks_for_its_joints() {
     let mut sheet = two_wheels();
     sheet.insert("BK_GEAR", [0.0, 0.5], 0.0, &[("TEETH", "20, 30")]);

@@ -38,6 +38,8 @@ pub(in crate::compose) fn loads(
             "force" | "spring" | "damper" if attachment.value("joint").is_some() => {
                 load.put_at_joint("loads", faults);
             }
+            // Between the teeth of a coupling.
+            "friction" if attachment.value("coupling").is_some() => load.put_values("loads", &[]),
             "force" => load.put_force(points, faults),
             "torque" => load.put_torque(faults),
             "actuator" | "spring" | "damper" => load.put_between(points, faults),

@@ -7,7 +7,7 @@ use super::Mechanism;
 use crate::attachment::Attachment;
 use crate::compose::draft::{Draft, array, written};
 use crate::compose::faults::Faults;
-use crate::compose::names::names;
+use crate::compose::names::{goes_on, names};
 use crate::kind::{NAMED, Placement, Section};
 
 /// Every section of [`NAMED`].
@@ -48,9 +48,33 @@ fn put(
         draft.put([section, name, "between"], array(joints.into_iter()), location);
     }
     for value in attachment.values.iter().filter(|value| value.key != "name") {
-        let written = written(value.key, &value.content, mechanism.source.unit());
+        let mut written = written(value.key, &value.content, mechanism.source.unit());
+        if value.key == "points"
+            && let Value::Array(rows) = &mut written
+        {
+            for row in further_rows(mechanism, attachment) {
+                rows.push(row);
+            }
+        }
         draft.put([section, name, value.key], written, &value.location);
     }
+}
+
+/// The rows of the attachments that go on with those of a long table or curve, in the order of the drawing.
+fn further_rows(mechanism: &Mechanism<'_>, first: &Attachment) -> Vec<Value> {
+    let source = mechanism.source;
+    let is_further = |it: &&Attachment| {
+        !std::ptr::eq(*it, first) && goes_on(it) && it.text("name") == first.text("name")
+    };
+    let further = source.attached(first.kind.section).filter(is_further);
+    let rows = |it: &Attachment| match it.value("points").map(|value| &value.content) {
+        Some(content) => match written("points", content, source.unit()) {
+            Value::Array(rows) => rows.into_iter().collect(),
+            other => vec![other],
+        },
+        None => Vec::new(),
+    };
+    further.flat_map(rows).collect()
 }
 
 /// Its `type` in a model file, if it has one there.

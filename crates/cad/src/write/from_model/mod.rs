@@ -178,8 +178,12 @@ impl Sketch<'_> {
     }
 
     /// Old drawings hold 255 characters in a value, new ones 2049.
+    fn longest(&self) -> usize {
+        if self.release < Release::R2000 { 255 } else { 2049 }
+    }
+
     fn check_lengths(&self, values: &Values) -> Result<(), Unwritten> {
-        let most = if self.release < Release::R2000 { 255 } else { 2049 };
+        let most = self.longest();
         for (key, value) in values {
             let length = value.chars().count();
             if length > most {

@@ -1,9 +1,9 @@
 //! Couplings at their wheels; tables, curves, states, clocks and signals as sheets.
 
 use bksim_model::{Anchor, BodyId, CouplingKind, JointId, PointId};
-use toml_edit::{Item, TableLike};
+use toml_edit::{Array, Item, TableLike, Value};
 
-use super::texts::{all, entries, quoted, words};
+use super::texts::{all, entries, one_line, quoted, words};
 use super::units::dimension;
 use super::{LOAD_LAYER, Sketch, Unwritten, Values, kind, no_place};
 use crate::geometry::Point;
@@ -26,7 +26,40 @@ impl Sketch<'_> {
     pub(super) fn named_sheets(&self) -> Result<Vec<(&'static Kind, Values)>, Unwritten> {
         let mut sheets = self.named()?;
         sheets.retain(|(kind, _)| kind.placement == Placement::Anywhere);
-        Ok(sheets)
+        let split = |(kind, values)| {
+            let parts = self.in_parts(values).into_iter();
+            parts.map(move |values| (kind, values))
+        };
+        Ok(sheets.into_iter().flat_map(split).collect())
+    }
+
+    /// Values with more rows than one holds as several of one name, the others with further rows alone.
+    fn in_parts(&self, mut values: Values) -> Vec<Values> {
+        let Some(at) = values.iter().position(|(key, _)| *key == "points") else {
+            return vec![values];
+        };
+        let parsed = values[at].1.parse::<Value>();
+        let (true, Ok(Value::Array(rows))) =
+            (values[at].1.chars().count() > self.longest(), parsed)
+        else {
+            return vec![values];
+        };
+        let mut parts: Vec<Array> = vec![Array::new()];
+        for row in &rows {
+            let last = parts.len() - 1;
+            let mut longer = parts[last].clone();
+            longer.push(row.clone());
+            if longer.len() > 1 && one_line(&longer.to_string()).chars().count() > self.longest() {
+                parts.push(Array::from_iter([row.clone()]));
+            } else {
+                parts[last] = longer;
+            }
+        }
+        let name = values[0].clone();
+        let mut parts = parts.iter().map(|rows| one_line(&rows.to_string()));
+        values[at].1 = parts.next().unwrap_or_default();
+        let further = parts.map(|rows| vec![name.clone(), ("points", rows)]);
+        std::iter::once(values).chain(further).collect()
     }
 
     fn named(&self) -> Result<Vec<(&'static Kind, Values)>, Unwritten> {

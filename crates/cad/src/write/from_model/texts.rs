@@ -61,7 +61,7 @@ fn nested(value: &Value) -> String {
     }
 }
 
-fn one_line(words: &str) -> String {
+pub(super) fn one_line(words: &str) -> String {
     words.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 

@@ -101,6 +101,7 @@ pub(super) fn dimension(kind: &str, key: &str, slides: bool) -> Dimension {
         (_, "damping") => Dimension::Damping,
         (_, "min" | "max" | "motion") if slides => Dimension::Length,
         ("line-on-curve", "direction")
+        | ("friction", "pressure_angle")
         | (_, "min" | "max" | "motion" | "angle" | "angle1" | "angle2") => Dimension::Angle,
         (_, "t_start" | "t_end" | "every" | "step") | ("clock", "start") => Dimension::Time,
         _ => Dimension::Open,
