@@ -41,4 +41,5 @@ bksim_model::codes! {
     ENDLESS = "R017", "latched signals that change without end";
     BELOW_NOISE = "R018", "a tolerance below the noise of the accelerations";
     ANOTHER_ASSEMBLY = "R019", "another assembly than the one that is held";
+    FRICTION_DRIVES = "R020", "friction that drives while it slides";
 }

@@ -19,7 +19,7 @@ use crate::run::Summary;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Span};
 use bksim_model::message::short;
-use bksim_model::{Model, SolveOptions};
+use bksim_model::{LoadId, Model, SolveOptions};
 
 /// The error of energies and constraints over that of coordinates which is still taken as usual.
 const FACTOR: f64 = 1000.0;
@@ -92,6 +92,7 @@ pub fn diagnose_worth(
         None => fault,
     };
 
+    faults.extend(summary.driving.map(|(t, load)| friction_drives(model, load, t)));
     faults.extend(below_noise(model, options, summary));
     faults.extend(another_assembly(model, &summary.assembly_changes, |t| {
         format!("t = {} s", short(t))
@@ -130,6 +131,19 @@ pub fn diagnose_worth(
         faults.push(at(fault).help(help));
     }
     faults
+}
+
+/// The warning that the size of friction is below zero at a sample.
+fn friction_drives(model: &Model, load: LoadId, t: f64) -> Diagnostic {
+    let load = &model.loads[load.0];
+    let message = format!(
+        "friction `{}` drives the motion at t = {} s: its size is below zero",
+        load.name,
+        short(t)
+    );
+    Diagnostic::warning(codes::FRICTION_DRIVES, message)
+        .at(load.span.clone(), "this slides")
+        .help("write `max(0, …)` around it, or another expression that stays above zero")
 }
 
 /// The warning that a motion passes over into another assembly than the one that is held; `place` tells where.

@@ -289,9 +289,16 @@ impl<'a> Switching<'a> {
         self.evaluator = self.compiled.indicators.at(&self.parameters);
     }
 
-    /// Writes the multipliers of friction that slips, which is a load in the equations.
-    pub(crate) fn fill_slip_friction(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &mut [f64]) {
-        self.evaluator.fill_slip_friction(&self.modes, (t, q, v), lambda);
+    /// Writes the multipliers of friction that slips, which is a load in the equations. Returns friction whose size is
+    /// below zero.
+    pub(crate) fn fill_slip_friction(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        lambda: &mut [f64],
+    ) -> Option<LoadId> {
+        self.evaluator.fill_slip_friction(&self.modes, (t, q, v), lambda)
     }
 
     /// The modes that hold.

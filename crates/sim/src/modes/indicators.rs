@@ -325,23 +325,28 @@ impl IndicatorEvaluator<'_> {
     }
 
     /// Writes λ = −ς F of friction that slips: a load in the equations, but a multiplier for those
-    /// who read the motion.
+    /// who read the motion. Returns the first friction whose F is below zero.
     pub(crate) fn fill_slip_friction(
         &mut self,
         modes: &Modes,
         (t, q, v): (f64, &[f64], &[f64]),
         lambda: &mut [f64],
-    ) {
+    ) -> Option<LoadId> {
         if modes.contacts.iter().all(|mode| !matches!(mode, ContactMode::Slip(_))) {
-            return;
+            return None;
         }
         let contacts = &self.indicators.contacts;
         let values = self.values_with(t, (q, v), lambda);
+        let mut driving = None;
         for ((contact, state), mode) in contacts.iter().zip(&values.contacts).zip(&modes.contacts) {
             if let (ContactMode::Slip(sign), ContactState::Friction { sliding, .. }) = (mode, state)
             {
                 lambda[contact.row] = -sign * sliding;
+                if *sign != 0.0 && *sliding < 0.0 {
+                    driving = driving.or(Some(contact.load));
+                }
             }
         }
+        driving
     }
 }

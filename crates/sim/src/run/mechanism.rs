@@ -10,6 +10,7 @@ use crate::modes::Modes;
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::sampled::Tick;
 use crate::state::State;
+use bksim_model::LoadId;
 
 /// The mechanism in the modes of the present phase: its functions, and the constraint rows that
 /// hold.
@@ -69,9 +70,16 @@ impl<'a> PhaseMechanism<'a> {
         MultiplierSystem::new(&self.compiled.shape, &self.inactive)
     }
 
-    /// Friction that slides is a load in the equations; its multiplier is filled in.
-    pub(crate) fn fill_slip_friction(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &mut [f64]) {
-        self.switching.fill_slip_friction(t, q, v, lambda);
+    /// Friction that slides is a load in the equations; its multiplier is filled in. Returns friction whose size is
+    /// below zero.
+    pub(crate) fn fill_slip_friction(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        lambda: &mut [f64],
+    ) -> Option<LoadId> {
+        self.switching.fill_slip_friction(t, q, v, lambda)
     }
 
     /// Whether inactive rows are broken at (t, q): a step has jumped over a singular pose onto a

@@ -15,6 +15,7 @@ use crate::multiplier::MultiplierSystem;
 use crate::sampled::Tick;
 use crate::start::Start;
 use crate::state::{AccelerationRef, StateRef};
+use bksim_model::LoadId;
 
 /// Samples that are kept of a step in which a run was stopped: few, as whoever stops a run waits for them.
 const MAX_PENDING: usize = 100;
@@ -37,6 +38,8 @@ pub(crate) struct Sampler {
     pub(super) potential_start: f64,
     /// Second angles of three in sequence.
     second_angles: Vec<usize>,
+    /// Friction whose size has been below zero, and when, s.
+    driving: Option<(f64, LoadId)>,
     /// Up to where the present step has been passed, if it has been begun.
     passed: Option<f64>,
     /// From here on samples are those of the next phase, s.
@@ -62,6 +65,7 @@ impl Sampler {
             segment: Segment::default(),
             potential_start: 0.0,
             second_angles: compiled.second_angles.clone(),
+            driving: None,
             passed: None,
             held_back: f64::INFINITY,
             step_size: 0.0,
@@ -329,13 +333,15 @@ impl Sampler {
     fn complete(&mut self, mechanism: &mut PhaseMechanism<'_>) {
         complete(&mut mechanism.evaluator, &mut self.sample);
         let Sample { t, q, v, lambda, reactions, .. } = &mut self.sample;
-        mechanism.fill_slip_friction(*t, q, v, lambda);
+        let driving = mechanism.fill_slip_friction(*t, q, v, lambda);
+        self.driving = self.driving.or(driving.map(|load| (*t, load)));
         let compiled = mechanism.compiled();
         compiled.share(mechanism.parameters(), (*t, q), &|_| true, (reactions, lambda));
     }
 
     fn hand_out(&mut self, summary: &mut Summary, observer: &mut dyn Observer) -> Control {
         summary.take(&self.sample, self.potential_start, &self.second_angles);
+        summary.driving = summary.driving.or(self.driving);
         observer.sample(&self.sample, &[])
     }
 

@@ -9,7 +9,7 @@ use super::singular::SingularMonitor;
 use super::summary::{
     EnergyBalance, Integrator, MethodChange, NearPole, Reason, SingularPose, Summary,
 };
-use bksim_model::JointId;
+use bksim_model::{JointId, LoadId};
 
 use crate::compiled::CompiledSystem;
 use crate::held_assembly::AssemblyChange;
@@ -181,6 +181,11 @@ impl Summary {
             saver.slice(&[t, cosine]);
             saver.count(coordinate_idx);
         }
+        saver.flag(self.driving.is_some());
+        if let Some((t, load)) = self.driving {
+            saver.real(t);
+            saver.count(load.0);
+        }
         save_noise(&self.noise, saver);
         saver.flag(self.slowness.is_some());
         if let Some(slowness) = &self.slowness {
@@ -228,6 +233,8 @@ impl Summary {
             Ok(NearPole { t, coordinate_idx, cosine })
         });
         let pole = pole.transpose()?;
+        let driving = loader.flag()?.then(|| Ok((loader.real()?, LoadId(loader.count()?))));
+        let driving = driving.transpose()?;
         let noise = load_noise(loader)?;
         let slowness = loader.flag()?.then(|| Slowness::load(loader, compiled.nq())).transpose()?;
         let nc = compiled.nc();
@@ -261,6 +268,7 @@ impl Summary {
             singular_poses,
             assembly_changes,
             pole,
+            driving,
             noise,
             slowness,
             largest,

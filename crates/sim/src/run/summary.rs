@@ -34,6 +34,8 @@ pub struct Summary {
     pub assembly_changes: Vec<AssemblyChange>,
     /// The sample at which three angles in sequence came nearest to their pole, where it is near.
     pub pole: Option<NearPole>,
+    /// Friction whose size was below zero, with the first sample at which it was, s.
+    pub driving: Option<(f64, LoadId)>,
     /// That the run takes far more steps than expected, if it does.
     pub slowness: Option<Slowness>,
     /// Repeated explicit steps whose error has not fallen with their size.
