@@ -34,8 +34,10 @@ pub(super) struct Picard {
     at: LaneWork,
     /// `h f(θ_i)`, unknown by unknown.
     slopes: Vec<[Lanes; 2]>,
-    /// The inverse of the slopes of the last terms at the nodes.
-    inverse: SMatrix<f64, N_NODES, N_NODES>,
+    /// The inverse of the slopes of the last terms at the nodes, by rows.
+    inverse: [[f64; N_NODES]; N_NODES],
+    /// The largest values of the last terms at the nodes.
+    largest: [f64; N_NODES],
     /// Values and slopes of the terms at the nodes.
     terms: [[[Lanes; 2]; 2]; N_TERMS],
     /// Largest change of a term of each unknown in a pass.
@@ -56,10 +58,15 @@ impl Picard {
         let slopes = SMatrix::from_fn(|i, k| at(OF_ENDS + k, nodes[i]).1);
         let slopes: SMatrix<f64, N_NODES, N_NODES> = slopes;
         let inverse = slopes.try_inverse().expect("the nodes differ");
+        let largest = |k: usize| {
+            let values = terms[OF_ENDS + k][0].as_flattened();
+            values.iter().fold(0.0, |a: f64, b| a.max(b.abs()))
+        };
         Self {
             at: LaneWork::new(n),
             slopes: vec![[[0.0; LANES]; 2]; n],
-            inverse,
+            inverse: inverse.transpose().into(),
+            largest: std::array::from_fn(largest),
             terms,
             change: vec![0.0; n],
         }
@@ -128,16 +135,11 @@ impl Picard {
                 parts.for_each(|(rest, slope)| *rest -= term * slope);
             }
             self.change[i] = 0.0;
-            for k in 0..N_NODES {
-                let row = self.inverse.row(k);
+            for (k, (row, largest)) in self.inverse.iter().zip(self.largest).enumerate() {
                 let term =
                     row.iter().zip(rest.as_flattened()).map(|(a, rest)| a * rest).sum::<f64>();
                 let place = &mut last.terms[(OF_ENDS + k) * n + i];
                 // Values of the term are far smaller than the term itself.
-                let largest = self.terms[OF_ENDS + k][0]
-                    .as_flattened()
-                    .iter()
-                    .fold(0.0, |a: f64, b| a.max(b.abs()));
                 self.change[i] = self.change[i].max(largest * (term - *place).abs());
                 *place = term;
             }
