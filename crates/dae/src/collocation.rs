@@ -88,6 +88,16 @@ impl LinearCollocation {
         &self.c
     }
 
+    /// The size of a step whose largest error is that of another one of size `h` over `error`: within it, errors are
+    /// of order s + 1. A step that was too long becomes shorter.
+    pub fn longest_step(&self, h: f64, error: f64) -> f64 {
+        const SAFETY: f64 = 0.9;
+        const CHANGE: [f64; 2] = [0.2, 5.0];
+        let order = (self.c.len() + 1) as f64;
+        let factor = SAFETY * error.powf(-1.0 / order);
+        h * if error.is_nan() { CHANGE[0] } else { factor.clamp(CHANGE[0], CHANGE[1]) }
+    }
+
     /// The step from `t0` over `h`, from u and u′ there, with the coefficients at the nodes; `None` where the system is
     /// singular or a number is not finite.
     pub fn step(
@@ -305,6 +315,24 @@ mod tests {
             let error = error.fold(0.0, f64::max);
             assert!((0.2..20.0).contains(&(estimate / error)), "{h}: {estimate:e} for {error:e}");
         }
+    }
+
+    #[test]
+    fn a_step_of_the_size_told_has_the_error_asked_for() {
+        const TOLERANCE: f64 = 1e-9;
+        let mut method = LinearCollocation::new(Stages::Five, 1, 2);
+        let error = |method: &mut LinearCollocation, h: f64| {
+            let step = swing(method, 0.0, h, [&[0.0, 1.0], &[1.0, 0.0]]);
+            step.errors().fold(0.0, f64::max) / TOLERANCE
+        };
+        let mut h = 2.0;
+        for _ in 0..4 {
+            let told = error(&mut method, h);
+            h = method.longest_step(h, told);
+        }
+        let left = error(&mut method, h);
+        assert!((0.3..0.9).contains(&left), "{left} tolerances at {h}");
+        assert!(method.longest_step(h, f64::NAN) < 0.5 * h);
     }
 
     #[test]

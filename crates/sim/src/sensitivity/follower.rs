@@ -44,6 +44,8 @@ pub(super) struct Follower<'a, 'o> {
     pub(super) phase: PhaseEquations<'a>,
     collocation: LinearCollocation,
     coefficients: Vec<LinearCoefficients>,
+    /// The longest part of a step whose errors are expected to be small enough, s.
+    longest: f64,
     /// Time up to which the motion has been followed, s.
     pub(super) t: f64,
     /// Changes of q and v there, nq × n_sensitive by rows.
@@ -66,7 +68,7 @@ pub(super) struct Follower<'a, 'o> {
 const MOST_OF_SEVEN: usize = 6;
 /// Segments after which changes are taken onto the constraints.
 const DRIFTING: usize = 8;
-/// Parts of a step, as halvings of it, beyond which errors are left as they are.
+/// Part of a step below which errors are left as they are.
 const SHORTEST: f64 = 1e-4;
 
 impl<'a, 'o> Follower<'a, 'o> {
@@ -95,6 +97,7 @@ impl<'a, 'o> Follower<'a, 'o> {
             phase,
             collocation: LinearCollocation::new(stages, nq, m),
             coefficients: vec![LinearCoefficients::zeros(nq, m); stages.count()],
+            longest: f64::INFINITY,
             t: start.t,
             dq: by_rows(|by| &by.q),
             dv: by_rows(|by| &by.v),
@@ -177,23 +180,22 @@ impl<'a, 'o> Follower<'a, 'o> {
         self.steps.clear();
         let whole = segment.t1 - segment.t0;
         let tolerance = self.problem.options.rtol.max(1e-12);
-        let (mut from, mut h) = (segment.t0, whole);
+        let mut from = segment.t0;
         while from != segment.t1 {
+            // The rest in equal parts, none of them longer than it may be.
+            let left = segment.t1 - from;
+            let n_parts = (left.abs() / self.longest).ceil().max(1.0);
+            let h = left / n_parts;
             let step = self.step(segment, from, h).ok_or(Undefined::Singular)?;
-            let is_short = h.abs() <= SHORTEST * whole.abs();
-            if !is_short && self.error(&step) > tolerance {
-                h *= 0.5;
-                continue;
-            }
-            step.at(from + h, &mut self.dq, &mut self.dv);
-            self.note_scale();
-            let left = segment.t1 - (from + h);
-            self.steps.push(step);
-            if left.abs() <= 1e-3 * SHORTEST * whole.abs() {
-                from = segment.t1;
-            } else {
-                from += h;
-                h = if (2.0 * h).abs() < left.abs() { 2.0 * h } else { left };
+            let error = self.error(&step);
+            let is_kept = error <= tolerance || h.abs() <= SHORTEST * whole.abs();
+            let longest = self.collocation.longest_step(h.abs(), error / tolerance);
+            self.longest = longest.max(SHORTEST * whole.abs());
+            if is_kept {
+                step.at(step.t1(), &mut self.dq, &mut self.dv);
+                self.note_scale();
+                self.steps.push(step);
+                from = if n_parts == 1.0 { segment.t1 } else { from + h };
             }
         }
         self.t = segment.t1;

@@ -5,7 +5,7 @@
 //! F_z dz = −(F_q dq + F_v dv + F_p dp + F_t dt)
 //! ```
 
-use bksim_dae::{LinearCoefficients, System, eliminate};
+use bksim_dae::{LinearCoefficients, Pattern, System, eliminate};
 use bksim_expr::{Expr, TapeError};
 
 use super::direction::Direction;
@@ -69,6 +69,8 @@ pub(super) struct Variation<'a> {
     df_dy: Vec<f64>,
     df_dydot: Vec<f64>,
     by_parameters: Vec<f64>,
+    /// The entries of ∂F/∂y, and of ∂F/∂y′, with their places in the rows.
+    places: [Vec<(usize, usize)>; 2],
     /// F_z, F_q, F_v, F_p and F_t, one row after the other; then −dz in the place of all but F_z.
     rows: Vec<f64>,
 }
@@ -84,6 +86,7 @@ impl<'a> Variation<'a> {
         let motion = following.equations.at(parameters, inactive);
         let (nq, nc) = (compiled.nq(), compiled.nc());
         let n_entries = motion.pattern().n_entries();
+        let n_directions = following.n_directions;
         Self {
             columns: following.columns.buffers(parameters),
             evaluator: compiled.evaluator(parameters),
@@ -93,7 +96,8 @@ impl<'a> Variation<'a> {
             df_dy: vec![0.0; n_entries],
             df_dydot: vec![0.0; n_entries],
             by_parameters: vec![0.0; following.columns.n_outputs()],
-            rows: vec![0.0; (nq + nc) * Self::width_of(nq, nc, following.n_directions)],
+            places: places(motion.pattern(), (nq, nc), Self::width_of(nq, nc, n_directions)),
+            rows: vec![0.0; (nq + nc) * Self::width_of(nq, nc, n_directions)],
             following,
             motion,
         }
@@ -123,21 +127,10 @@ impl<'a> Variation<'a> {
             return false;
         }
 
-        // F_q and F_v are columns of ∂F/∂y, F_z of ∂F/∂y′ and ∂F/∂y; the first nq rows say q′ = v.
-        let rows = &mut self.rows;
+        let Self { rows, places, columns, by_parameters, following, .. } = self;
         rows.fill(0.0);
-        let entries = motion.pattern().entries().zip(df_dy.iter().zip(df_dydot.iter()));
-        for ((row, column), (by_y, by_ydot)) in entries.filter(|((row, _), _)| *row >= nq) {
-            let row = &mut rows[(row - nq) * width..][..width];
-            match column.checked_sub(2 * nq) {
-                Some(multiplier) => row[nq + multiplier] += by_y,
-                None => row[nz + column] += by_y,
-            }
-            if let Some(k) = column.checked_sub(nq).filter(|&k| k < nq) {
-                row[k] += by_ydot;
-            }
-        }
-        let Self { columns, by_parameters, following, .. } = self;
+        places[0].iter().for_each(|&(entry, place)| rows[place] += df_dy[entry]);
+        places[1].iter().for_each(|&(entry, place)| rows[place] += df_dydot[entry]);
         let arguments = [&[t], &start.y[..], &start.ydot];
         following.columns.evaluate_into(columns, &arguments, by_parameters);
         for (k, column) in by_parameters.chunks_exact_mut(start.y.len()).enumerate() {
@@ -179,4 +172,20 @@ impl<'a> Variation<'a> {
     pub(super) fn time(&self) -> usize {
         self.following.n_directions
     }
+}
+
+/// Where the entries of ∂F/∂y and ∂F/∂y′ are in rows of F_z, F_q, F_v. F_q and F_v are columns of ∂F/∂y, F_z of
+/// ∂F/∂y′ (accelerations) and ∂F/∂y (multipliers); the first nq rows of F say q′ = v.
+fn places(pattern: &Pattern, (nq, nc): (usize, usize), width: usize) -> [Vec<(usize, usize)>; 2] {
+    let mut places = [Vec::new(), Vec::new()];
+    for (entry, (row, column)) in pattern.entries().enumerate().filter(|(_, (row, _))| *row >= nq) {
+        let begin = (row - nq) * width;
+        let by_y =
+            column.checked_sub(2 * nq).map_or(nq + nc + column, |multiplier| nq + multiplier);
+        places[0].push((entry, begin + by_y));
+        if (nq..2 * nq).contains(&column) {
+            places[1].push((entry, begin + column - nq));
+        }
+    }
+    places
 }
