@@ -1,6 +1,7 @@
 //! From the bytes of a drawing to the text of a model, in one call.
 
 use bksim_model::diagnostic::Diagnostic;
+use bksim_model::message::counted;
 
 use crate::attach::attachments;
 use crate::attachment::Attachment;
@@ -85,8 +86,8 @@ impl Sheet {
         diagnostics.append(&mut composition.diagnostics);
         if composition.bodies.is_empty() && diagnostics.iter().all(|fault| !fault.is_error()) {
             let message = format!(
-                "nothing in the drawing is a body: {} entities were read",
-                self.drawing.entities.len()
+                "nothing in the drawing is a body: {} read",
+                counted(self.drawing.entities.len(), "entity was", "entities were")
             );
             let help = "put the shape of each body on a layer of its own, BK_BODY_name, or insert \
                         BK_BODY from `bksim cad template` inside of it";

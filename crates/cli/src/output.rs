@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+pub use bksim::model::message::counted;
 pub use bksim::report::number;
 use serde_json::{Map, Value};
 

@@ -1,5 +1,7 @@
 //! Numbers and names as messages write them.
 
+use std::fmt::Display;
+
 /// A number for a message: six significant digits, no trailing zeros.
 pub fn short(value: f64) -> String {
     if value == 0.0 {
@@ -36,9 +38,23 @@ pub fn listed(names: &[&str]) -> String {
     }
 }
 
+/// So many things: `1 body`, `3 bodies`.
+pub fn counted<N: Display + PartialEq + From<u8>>(n: N, one: &str, many: &str) -> String {
+    let what = if n == N::from(1) { one } else { many };
+    format!("{n} {what}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_thing_is_no_plural() {
+        assert_eq!(
+            [0_u64, 1, 2].map(|n| counted(n, "body", "bodies")),
+            ["0 bodies", "1 body", "2 bodies"]
+        );
+    }
 
     #[test]
     fn numbers_of_messages_are_short() {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use bksim::log::{Level, Outcome};
+use bksim::model::message::counted;
 use bksim::playback::Playback;
 use bksim::sim::redundancy::UniquenessChange;
 use sha2::{Digest, Sha256};
@@ -61,7 +62,7 @@ fn not_unique(playback: &Playback) -> String {
     let rows: Vec<String> = changes.iter().take(MAX_NOTES).map(row).collect();
     let more = match changes.len().saturating_sub(MAX_NOTES) {
         0 => String::new(),
-        n => format!("<p>It changes {n} more times.</p>"),
+        n => format!("<p>It changes {}.</p>", counted(n, "more time", "more times")),
     };
     format!(
         "<h3>Reactions that are not unique</h3>\n<p>Joints, drives or stops that repeat each other \

@@ -3,6 +3,7 @@
 use bksim::Mechanism;
 use bksim::mbs::equations::page::{Page, Style, Subject};
 use bksim::mbs::equations::{ReadingForm, proof};
+use bksim::model::message::counted;
 
 /// Largest number of coordinates of a mechanism whose equations are readable on a page.
 const MAX_COORDINATES: usize = 60;
@@ -42,7 +43,8 @@ pub(crate) fn sections(mechanism: &Mechanism, bytes: usize) -> Equations {
         sections.push((section.title, section.html));
     }
     equations.remark = (n_lines > 0).then(|| {
-        format!("{n_lines} lines of the equations are left out; `bksim equations` writes them all.")
+        let lines = counted(n_lines, "line of the equations is", "lines of the equations are");
+        format!("{lines} left out; `bksim equations` writes them all.")
     });
     equations
 }

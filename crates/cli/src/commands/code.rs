@@ -9,6 +9,7 @@ use bksim::analysis::{
 };
 use bksim::expr::Program;
 use bksim::model::Model;
+use bksim::model::message::counted;
 use serde_json::{Value, json};
 
 use super::analysis::linearize::about;
@@ -72,7 +73,11 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
     render::print_all(&loaded.source, &loaded.warnings);
     let line = |function: &ExportedFunction| {
         let ExportedFunction { tape, signature, summary, .. } = function;
-        let counts = format!("{} operations, {} outputs", tape.operation_count(), tape.n_outputs());
+        let counts = format!(
+            "{}, {}",
+            counted(tape.operation_count(), "operation", "operations"),
+            counted(tape.n_outputs(), "output", "outputs")
+        );
         format!("  {}: {summary}; {counts}\n", signature.name)
     };
     let files = written.iter().map(|path| format!("wrote {path}\n"));

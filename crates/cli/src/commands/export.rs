@@ -8,6 +8,7 @@ use std::path::Path;
 use bksim::log::export::{Exported, to_csv_as};
 use bksim::log::{LogError, LogReader, Record, Selection};
 use bksim::model::file::{ShownUnit, ShownUnits};
+use bksim::model::message::counted;
 use bksim::sim::observable::Observable;
 use serde_json::json;
 
@@ -194,9 +195,10 @@ pub fn to_file(
     } else {
         let n_columns = asked.selection.columns().len() + 1;
         output::report(&format!(
-            "wrote {}: {} rows, {n_columns} columns",
+            "wrote {}: {}, {}",
             path.display(),
-            exported.n_rows
+            counted(exported.n_rows, "row", "rows"),
+            counted(n_columns, "column", "columns")
         ))?;
     }
     Ok(run.status)
@@ -271,9 +273,9 @@ fn warn_if_cut(run: &RunFile, exported: &Exported) {
         let last =
             last_time(&run.log()).map_or_else(String::new, |t| format!(", the last at t = {t} s"));
         let message = format!(
-            "`{}` was cut off before its run ended: {} rows were read{last}",
+            "`{}` was cut off before its run ended: {} read{last}",
             run.name.display(),
-            exported.n_rows
+            counted(exported.n_rows, "row was", "rows were")
         );
         render::warning(&message);
     }

@@ -97,6 +97,7 @@ fn bytes(n: u64) -> String {
     #[expect(clippy::cast_precision_loss, reason = "three digits are shown")]
     let size = n as f64;
     match n {
+        1 => "1 byte".to_owned(),
         0..1_000 => format!("{n} bytes"),
         1_000..1_000_000 => format!("{:.1} kB", size / 1e3),
         1_000_000..1_000_000_000 => format!("{:.1} MB", size / 1e6),
@@ -130,6 +131,7 @@ fn end_words(survey: &Survey) -> String {
 fn motion_words(survey: &Survey) -> String {
     match survey.n_segments {
         0 => "none: curves and pictures join the samples".to_owned(),
+        1 => format!("1 step, {} before compression", bytes(survey.motion_bytes)),
         n => format!("{n} steps, {} before compression", bytes(survey.motion_bytes)),
     }
 }

@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::Write;
 
+use bksim::model::message::counted;
 use clap::{Command, CommandFactory};
 use clap_mangen::Man;
 use serde_json::json;
@@ -52,7 +53,11 @@ pub(crate) fn man(args: &ManArguments, as_json: bool) -> Result<Status, Failure>
         if as_json {
             output::json("man", json!({ "output": folder.display().to_string(), "pages": names }))?;
         } else {
-            output::report(&format!("wrote {} pages to {}", names.len(), folder.display()))?;
+            output::report(&format!(
+                "wrote {} to {}",
+                counted(names.len(), "page", "pages"),
+                folder.display()
+            ))?;
         }
         return Ok(Status::Done);
     }

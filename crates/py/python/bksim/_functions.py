@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _bksim
+from ._text import counted
 
 Array = NDArray[np.float64]
 
@@ -258,4 +259,7 @@ class Functions:
         return self._derived[key]
 
     def __repr__(self) -> str:
-        return f"<bksim.Functions: {self.nq} coordinates, {self.nc} constraints>"
+        return (
+            f"<bksim.Functions: {counted(self.nq, 'coordinate', 'coordinates')}, "
+            f"{counted(self.nc, 'constraint', 'constraints')}>"
+        )

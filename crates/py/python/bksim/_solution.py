@@ -24,6 +24,7 @@ from ._progress import Progress
 from ._report import Report
 from ._samples import Samples
 from ._show import INSTANTS, Animation, Picture, Plot
+from ._text import counted
 
 
 def open(path: str | os.PathLike[str]) -> Solution:
@@ -363,7 +364,7 @@ class Solution(Samples):
         first, last = self.span
         n = len(self._t)
         how = "" if self.success else f", {self._run.ending}"
-        return f"bksim.Solution {self._engine.name!r}: {n} samples, {first:g} s to {last:g} s{how}"
+        return f"bksim.Solution {self._engine.name!r}: {counted(n, 'sample', 'samples')}, {first:g} s to {last:g} s{how}"
 
     def _repr_html_(self) -> str:
         from html import escape

@@ -1,4 +1,5 @@
-"""Small tables for terminals, as those of data frames: the first and the last rows, and what fits the width."""
+"""Words with numbers; small tables for terminals, as those of data frames: the first and the last rows, and what fits
+the width."""
 
 from __future__ import annotations
 
@@ -10,6 +11,11 @@ WIDTH = 96
 
 SHOWN = (3, 2)
 """First and last rows."""
+
+
+def counted(n: int, one: str, many: str) -> str:
+    """So many things: ``1 body``, ``3 bodies``."""
+    return f"{n} {one if n == 1 else many}"
 
 
 def small_table(columns: Sequence[tuple[str, str, Any]]) -> str:
@@ -34,7 +40,7 @@ def small_table(columns: Sequence[tuple[str, str, Any]]) -> str:
     n_left = len(columns) - len(cells)
     lines = ["  ".join(line) + ("  …" if n_left else "") for line in zip(*cells, strict=True)]
     if n_left:
-        lines.append(f"… and {n_left} more columns")
+        lines.append(f"… and {counted(n_left, 'more column', 'more columns')}")
     return "\n".join(line.rstrip() for line in lines)
 
 

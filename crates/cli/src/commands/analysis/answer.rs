@@ -12,7 +12,7 @@ use crate::args::ModelArgs;
 use crate::args::analysis::TableArgs;
 use crate::exit::{Failure, Status};
 use crate::origin::{headings, is_of_model, is_table, may_be_own, stamped};
-use crate::output::{self, number, table};
+use crate::output::{self, counted, number, table};
 use crate::output_file::{OutputFile, check_ending, is_same_file};
 use crate::render;
 use crate::source::{Loaded, Text, load, load_geometry};
@@ -168,7 +168,7 @@ impl Asked {
         as_json: bool,
     ) -> Result<Status, Failure> {
         let Answer { command, json, text, table } = answer;
-        let table = || (table.csv().into_bytes(), format!("{} rows", table.rows.len()));
+        let table = || (table.csv().into_bytes(), counted(table.rows.len(), "row", "rows"));
         let content = file.map(|file| {
             let (bytes, what) = picture.unwrap_or_else(table);
             (file, bytes, what)

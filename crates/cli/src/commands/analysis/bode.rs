@@ -8,7 +8,7 @@ use super::linearize::{about, pole};
 use super::statics::held;
 use crate::args::analysis::Bode as Args;
 use crate::exit::{Failure, Status};
-use crate::output::number;
+use crate::output::{counted, number};
 use crate::source::load;
 
 /// A response drawn as the contents of a picture; the title is the name of the model.
@@ -35,12 +35,12 @@ pub fn run(
     let found = bode(model, about(args.at), &channels, frequencies).map_err(&failed)?;
     let content = match (file, draw) {
         (Some(file), Some(draw)) => {
-            let summary = format!("{} curves", 2 * found.transfers.len());
+            let summary = counted(2 * found.transfers.len(), "curve", "curves");
             Some((file, draw(&name, &found)?, summary))
         }
         (Some(file), None) => {
             let table = found.table();
-            let summary = format!("{} rows", table.rows.len());
+            let summary = counted(table.rows.len(), "row", "rows");
             Some((file, table.csv().into_bytes(), summary))
         }
         (None, _) => None,
@@ -95,8 +95,8 @@ fn text(name: &str, found: &Response) -> String {
         (0..shown).map(|k| row(at(k))).collect()
     };
     let mut text = format!(
-        "{name}: {} frequencies{}\n\n  poles: {}",
-        found.omega.len(),
+        "{name}: {}{}\n\n  poles: {}",
+        counted(found.omega.len(), "frequency", "frequencies"),
         held(&found.linear.held),
         roots(&found.linear.poles)
     );

@@ -11,7 +11,7 @@ use super::answer::{AnswerFile, failed, lines, shown, table_json};
 use crate::args::analysis::Cam as Args;
 use crate::commands::analysis::answer::Asked;
 use crate::exit::{Failure, Status};
-use crate::output::number;
+use crate::output::{counted, number};
 use crate::output_file::OutputFile;
 use crate::source::load_geometry;
 
@@ -72,7 +72,7 @@ fn content(
     kind: Kind,
 ) -> Result<(AnswerFile, Vec<u8>, String), Failure> {
     if kind == Kind::Csv {
-        let rows = format!("{} rows", report.table.rows.len());
+        let rows = counted(report.table.rows.len(), "row", "rows");
         return Ok((file, report.table.csv().into_bytes(), rows));
     }
     let Some(profile) = &report.profile else {

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::answer::{Answer, Asked, asked_geometry, failed, lines, shown};
 use crate::args::analysis::Curves as Args;
 use crate::exit::{Failure, Status};
-use crate::output::number;
+use crate::output::{counted, number};
 
 const COMMAND: &str = "curves";
 
@@ -69,9 +69,9 @@ pub fn told(name: &str, found: &Curves) -> Answer {
     for centrodes in &found.centrodes {
         let [fixed, moving] = &centrodes.bodies;
         text.extend([format!(
-            "\n\n  centrodes of {moving} against {fixed}, branch {}: {} pieces",
+            "\n\n  centrodes of {moving} against {fixed}, branch {}: {}",
             centrodes.branch,
-            centrodes.fixed.len()
+            counted(centrodes.fixed.len(), "piece", "pieces")
         )]);
     }
     for region in &found.swept {

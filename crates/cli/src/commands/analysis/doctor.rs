@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use super::answer::{Answer, Asked, Draw, asked_drawn, failed, lines, shown};
 use crate::args::analysis::Doctor as Args;
 use crate::exit::{Failure, Status};
+use crate::output::counted;
 use crate::source::load_geometry;
 
 /// Asks, writes the table or what `draw` makes of the motions and conditions, and prints the answer.
@@ -39,7 +40,7 @@ pub fn run(
         Some(draw) => {
             let (found, panels) = doctor_panels(model).map_err(&failed)?;
             let n = panels.panels.len();
-            (found, Some((draw(&name, &panels)?, format!("{n} pictures"))))
+            (found, Some((draw(&name, &panels)?, counted(n, "picture", "pictures"))))
         }
         None => (doctor(model).map_err(&failed)?, None),
     };
@@ -95,12 +96,12 @@ fn changes(cure: &Cure) -> String {
 }
 
 fn text(name: &str, found: &Doctor) -> String {
-    let Count { counted, mobility, n_redundant } = found.count;
+    let Count { counted: by_kutzbach, mobility, n_redundant } = found.count;
     // Kutzbach's count, line by line.
     let n_bodies = found.bodies.len();
     let whole = found.freedoms_of_body * i64::try_from(n_bodies).unwrap_or(i64::MAX);
     let bodies = found.bodies.iter().map(|body| format!("`{body}`")).collect::<Vec<_>>().join(", ");
-    let mut rows = vec![vec![whole.to_string(), format!("{n_bodies} bodies"), bodies]];
+    let mut rows = vec![vec![whole.to_string(), counted(n_bodies, "body", "bodies"), bodies]];
     for (joint, kind, taken) in &found.joints {
         rows.push(vec![format!("-{taken}"), format!("`{joint}`"), (*kind).to_owned()]);
     }
@@ -109,11 +110,11 @@ fn text(name: &str, found: &Doctor) -> String {
     }
     let taken: i64 = found.joints.iter().map(|(_, _, taken)| taken).sum();
     let coupled = i64::try_from(found.couplings.len()).unwrap_or_default();
-    let turns = whole - taken - coupled - counted;
+    let turns = whole - taken - coupled - by_kutzbach;
     if turns != 0 {
         rows.push(vec![format!("-{turns}"), "turns".to_owned(), "of particles".to_owned()]);
     }
-    rows.push(vec![counted.to_string(), "counted".to_owned(), String::new()]);
+    rows.push(vec![by_kutzbach.to_string(), "counted".to_owned(), String::new()]);
     rows.push(vec![mobility.to_string(), "true".to_owned(), "free motions".to_owned()]);
     rows.push(vec![
         n_redundant.to_string(),
@@ -122,8 +123,8 @@ fn text(name: &str, found: &Doctor) -> String {
     ]);
     let mut text = format!(
         "{name}: {}, {}\n\n{}",
-        number_of(mobility, "free motion"),
-        number_of(n_redundant, "redundant condition"),
+        counted(mobility, "free motion", "free motions"),
+        counted(n_redundant, "redundant condition", "redundant conditions"),
         lines(&["freedoms", "of", ""], rows)
     );
     for (k, motion) in found.motions.iter().enumerate() {
@@ -232,9 +233,4 @@ fn told_json(found: &Doctor) -> Value {
         "drives": found.drives.iter().map(drive).collect::<Vec<_>>(),
         "alignments": found.alignments.iter().map(alignment).collect::<Vec<_>>(),
     })
-}
-
-/// `1 free motion`, `2 free motions`.
-fn number_of(n: i64, noun: &str) -> String {
-    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }

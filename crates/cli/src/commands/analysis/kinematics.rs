@@ -16,7 +16,7 @@ use super::answer::{
 use super::limits::{extreme_json, extreme_row, told_limits};
 use crate::args::analysis::Kinematics as Args;
 use crate::exit::{Failure, Status};
-use crate::output::number;
+use crate::output::{counted, number};
 use crate::render;
 use crate::source::load_geometry;
 
@@ -42,7 +42,8 @@ pub fn run(
     let mut picture = None;
     let answer = if let (true, Some(draw)) = (args.assemblies, draw) {
         let (found, panels) = assembly_panels(model).map_err(&failed)?;
-        picture = Some((draw(&name, &panels)?, format!("{} assemblies", panels.panels.len())));
+        picture =
+            Some((draw(&name, &panels)?, counted(panels.panels.len(), "assembly", "assemblies")));
         told_assemblies(&name, &found)
     } else if args.assemblies {
         told_assemblies(&name, &assemblies(model).map_err(&failed)?)
@@ -126,8 +127,10 @@ pub fn prescribed(
 /// The answer about a model of this name: over a range. The object of `--json` repeats the whole table, and stays
 /// empty unless it is asked for.
 pub fn told_range(name: &str, found: Kinematics, as_json: bool) -> Answer {
-    let n = found.table.rows.len();
-    let mut text = format!("{name}: {n} positions with their rates");
+    let mut text = match found.table.rows.len() {
+        1 => format!("{name}: 1 position with its rates"),
+        n => format!("{name}: {n} positions with their rates"),
+    };
     if !found.limits.is_empty() {
         let rows = found.limits.iter().map(extreme_row).collect();
         text.extend([format!("\n\n{}", lines(&["limit position", "", "value", "where"], rows))]);
@@ -158,9 +161,8 @@ pub fn told_assemblies(name: &str, found: &bksim::analysis::Assemblies) -> Answe
     let rows = found.assemblies.iter().map(row).collect();
     let all = if found.assemblies.len() == 1 { ", the only one" } else { ", all there are" };
     let text = format!(
-        "{name}: {} {}{}{}\n\n{}",
-        found.assemblies.len(),
-        if found.assemblies.len() == 1 { "assembly" } else { "assemblies" },
+        "{name}: {}{}{}\n\n{}",
+        counted(found.assemblies.len(), "assembly", "assemblies"),
         if found.proof.is_some() { all } else { " found" },
         if held.is_empty() {
             " as it stands".to_owned()

@@ -8,7 +8,7 @@ use super::statics::held;
 use crate::args::analysis::Linearize as Args;
 use crate::args::mode::About as AboutArg;
 use crate::exit::{Failure, Status};
-use crate::output::number;
+use crate::output::{counted, number};
 use crate::output_file::check_ending;
 use crate::source::load;
 
@@ -37,7 +37,7 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
         let (bytes, summary) = match ending {
             Some("npz") => (found.npz(), "A, B, C, D for NumPy".to_owned()),
             Some("mat") => (found.mat(), "A, B, C, D for MATLAB".to_owned()),
-            _ => (table.csv().into_bytes(), format!("{} rows", table.rows.len())),
+            _ => (table.csv().into_bytes(), counted(table.rows.len(), "row", "rows")),
         };
         (file, bytes, summary)
     });

@@ -8,7 +8,7 @@ use super::linearize::{about, pole};
 use super::statics::{held, word};
 use crate::args::analysis::Modes as Args;
 use crate::exit::{Failure, Status};
-use crate::output::number;
+use crate::output::{counted, number};
 
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
@@ -36,8 +36,8 @@ pub fn told(name: &str, found: &Modes) -> Answer {
         n => format!(", {n} more without inertia: infinite"),
     };
     let text = format!(
-        "{name}: {} modes{infinite}, about a pose that is {}{}\n\n{}",
-        found.modes.len(),
+        "{name}: {}{infinite}, about a pose that is {}{}\n\n{}",
+        counted(found.modes.len(), "mode", "modes"),
         word(found.stability),
         held(&found.held),
         lines(&["Hz", "rad/s", "damping", "s", "energy"], rows)

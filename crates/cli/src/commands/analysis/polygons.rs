@@ -9,7 +9,7 @@ use super::answer::{Answer, Asked, asked_drawn, failed, lines};
 use super::kinematics::prescribed;
 use crate::args::analysis::Polygons as Args;
 use crate::exit::{Failure, Status};
-use crate::output::number;
+use crate::output::{counted, number};
 use crate::source::load_geometry;
 
 /// Polygons drawn as the contents of a picture; the title is the name of the model.
@@ -43,10 +43,10 @@ pub fn run(
     let content = match (file, draw) {
         (Some(file), Some(draw)) => {
             let n = found.velocity.vectors.len() + found.acceleration.vectors.len();
-            Some((file, draw(&name, &found)?, format!("{n} vectors")))
+            Some((file, draw(&name, &found)?, counted(n, "vector", "vectors")))
         }
         (Some(file), None) => {
-            let rows = format!("{} rows", table.rows.len());
+            let rows = counted(table.rows.len(), "row", "rows");
             Some((file, table.csv().into_bytes(), rows))
         }
         (None, _) => None,

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::answer::{Answer, Asked, asked, failed, lines, pose_json, shown};
 use crate::args::analysis::Static as Args;
 use crate::exit::{Failure, Status};
-use crate::output::number;
+use crate::output::{counted, number};
 
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let (source, mut model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
@@ -75,11 +75,11 @@ pub fn told(name: &str, found: &Statics) -> Answer {
         vec![word(e.stability).to_owned(), least, position(&found.by, e)]
     };
     let rows = found.equilibria.iter().map(row).collect();
-    let count = found.equilibria.len();
+    let count = counted(found.equilibria.len(), "equilibrium", "equilibria");
     let whether =
         if found.is_complete { "there are no others on this assembly" } else { "of a search" };
     let mut text = format!(
-        "{name}: {count} equilibria, {whether}{}\n\n{}",
+        "{name}: {count}, {whether}{}\n\n{}",
         held(&found.held),
         lines(&["", "least stiffness", "where"], rows)
     );
@@ -155,8 +155,8 @@ fn open_text(number: usize, open: &OpenReactions) -> String {
     let rows = open.components.iter().map(row).collect();
     let whether = if open.is_possible { "" } else { "; nothing keeps to the bounds" };
     format!(
-        "\n\nequilibrium {number}: reactions that balance leaves open in {} ways{whether}\n{}",
-        open.n_self_stresses,
+        "\n\nequilibrium {number}: reactions that balance leaves open in {}{whether}\n{}",
+        counted(open.n_self_stresses, "way", "ways"),
         lines(&["", "shown", "least", "most"], rows)
     )
 }
@@ -200,11 +200,11 @@ pub fn told_over(name: &str, found: &Continuation) -> Answer {
         names.len()
     };
     let mut text = format!(
-        "{name}: {} branches of equilibria over `{}`, {} limit points, {} branch points{}",
-        found.branches.len(),
+        "{name}: {} of equilibria over `{}`, {}, {}{}",
+        counted(found.branches.len(), "branch", "branches"),
         parameter.name,
-        count(PointKind::Limit),
-        count(PointKind::Crossing),
+        counted(count(PointKind::Limit), "limit point", "limit points"),
+        counted(count(PointKind::Crossing), "branch point", "branch points"),
         held(&found.held)
     );
     for (k, branch) in found.branches.iter().enumerate() {

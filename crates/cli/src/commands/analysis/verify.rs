@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::answer::{Answer, Asked, asked, failed, lines, shown};
 use crate::args::analysis::Verify as Args;
 use crate::exit::{Failure, Status};
-use crate::output::number;
+use crate::output::{counted, number};
 use crate::progress::Progress;
 
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
@@ -113,12 +113,13 @@ fn text(name: &str, found: &Verified) -> String {
     let rows = all.iter().take(MOST).map(row).collect();
     let more = match all.len().saturating_sub(MOST) {
         0 => String::new(),
+        1 => "\n  and 1 channel that is nearer".to_owned(),
         n => format!("\n  and {n} channels that are nearer"),
     };
     format!(
-        "{name}: {} channels at {} instants, {verdict}{}\n\n{}\n\n{}{more}",
-        found.channels.len(),
-        found.times.len(),
+        "{name}: {} at {}, {verdict}{}\n\n{}\n\n{}{more}",
+        counted(found.channels.len(), "channel", "channels"),
+        counted(found.times.len(), "instant", "instants"),
         limits(found),
         lines(&["coordinates", "constraints", "method", "rtol", "atol", "steps"], ways),
         lines(&["channel", "largest difference", "allowed", "at"], rows),

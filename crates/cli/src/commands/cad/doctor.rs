@@ -6,6 +6,7 @@ use bksim::cad::open::{OpenOptions, check};
 use bksim::cad::units;
 use bksim::cad::write::graft::{Ungrafted, graft};
 use bksim::model::diagnostic::Severity;
+use bksim::model::message::counted;
 use bksim_load::InputError;
 use serde_json::{Value, json};
 
@@ -83,13 +84,13 @@ fn print(
         return output::json("cad doctor", body);
     }
     render::print_all(source, &faults);
-    let counted = |n: usize, what: &str| match n {
-        1 => format!("1 {what}"),
-        n => format!("{n} {what}s"),
-    };
     let head = match faults.len() {
         0 => "nothing is wrong".to_owned(),
-        _ => format!("{}, {}", counted(n_errors, "error"), counted(n_warnings, "warning")),
+        _ => format!(
+            "{}, {}",
+            counted(n_errors, "error", "errors"),
+            counted(n_warnings, "warning", "warnings")
+        ),
     };
     output::text(&format!("{}: {head}", source.path.display()))?;
     match written {

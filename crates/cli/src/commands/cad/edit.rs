@@ -6,6 +6,7 @@ use bksim::cad::drawing::Handle;
 use bksim::cad::edit::{Plan, Statement, Subject, add, remove, set};
 use bksim::cad::patch::apply;
 use bksim::model::diagnostic::Diagnostic;
+use bksim::model::message::counted;
 use serde_json::json;
 
 use super::written::exists;
@@ -66,8 +67,7 @@ pub(super) fn run(subject: Subject, change: &Change, as_json: bool) -> Result<St
     }
     render::print_all(&source, &warnings);
     render::print_all(&after, &new);
-    let count =
-        if edits.len() == 1 { "1 edit".to_owned() } else { format!("{} edits", edits.len()) };
+    let count = counted(edits.len(), "edit", "edits");
     output::report(&format!("wrote {} ({count})", output.display()))?;
     Ok(Status::Done)
 }

@@ -4,6 +4,7 @@ use bksim::cad::attachment::{Attachment, Content, Value, Way};
 use bksim::cad::excerpt::describe;
 use bksim::cad::geometry::Point;
 use bksim::model::diagnostic::Diagnostic;
+use bksim::model::message::counted;
 use serde_json::json;
 
 use crate::args::cad::Drawing;
@@ -65,8 +66,9 @@ pub(super) fn run(args: &Drawing, as_json: bool) -> Result<Status, Failure> {
             .collect();
         let n_entities = sheet.drawing.entities.len();
         let head = format!(
-            "{}: {n_entities} entities, {} attached, in {unit}",
+            "{}: {}, {} attached, in {unit}",
             path.display(),
+            counted(n_entities, "entity", "entities"),
             rows.len()
         );
         output::text(&if rows.is_empty() { head } else { format!("{head}\n{}", table(&rows)) })?;

@@ -3,6 +3,7 @@
 use bksim::Mechanism;
 use bksim::describe::event_words as words;
 use bksim::model::LoadId;
+use bksim::model::message::counted;
 use bksim::sim::hybrid::Change;
 
 use crate::output::number;
@@ -29,7 +30,8 @@ pub(super) fn told(mechanism: &Mechanism, changes: &[Change], impacts: f64) -> O
     };
     let mut parts: Vec<String> = counts.iter().take(LOADS_TOLD).map(part).collect();
     if counts.len() > LOADS_TOLD {
-        parts.push(format!("and {} more kinds", counts.len() - LOADS_TOLD));
+        let n = counts.len() - LOADS_TOLD;
+        parts.push(format!("and {}", counted(n, "more kind", "more kinds")));
     }
     if impacts != 0.0 {
         parts.push(format!("work of impacts {} J", number(impacts)));

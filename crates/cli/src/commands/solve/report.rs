@@ -6,6 +6,7 @@ use std::time::Duration;
 use bksim::Mechanism;
 use bksim::dae::ExplicitMethod;
 use bksim::describe;
+use bksim::model::message::counted;
 use bksim::model::{Formulation, Outputs, SolveOptions};
 use bksim::options::described;
 use bksim::sim::mobility::Mobility;
@@ -75,13 +76,13 @@ impl Report<'_> {
                 stats.n_accept, stats.n_reject, stats.n_newton_failed
             ),
         ));
-        let mut work = vec![format!("{} residuals", stats.n_residual)];
+        let mut work = vec![counted(stats.n_residual, "residual", "residuals")];
         if stats.n_newton > 0 {
             work.extend([
-                format!("{} Newton iterations", stats.n_newton),
-                format!("{} Jacobians", stats.n_jacobian),
-                format!("{} factorisations", stats.n_factor),
-                format!("{} solves", stats.n_solve),
+                counted(stats.n_newton, "Newton iteration", "Newton iterations"),
+                counted(stats.n_jacobian, "Jacobian", "Jacobians"),
+                counted(stats.n_factor, "factorisation", "factorisations"),
+                counted(stats.n_solve, "solve", "solves"),
             ]);
         }
         rows.push(("work", work.join(", ")));
@@ -131,7 +132,8 @@ impl Report<'_> {
             ("", format!("from t = {t} s {method}: {}", describe::reason_words(change.reason)))
         }));
         if changes.len() > CHANGES_TOLD {
-            rows.push(("", format!("and {} more changes", changes.len() - CHANGES_TOLD)));
+            let n = changes.len() - CHANGES_TOLD;
+            rows.push(("", format!("and {}", counted(n, "more change", "more changes"))));
         }
         rows
     }
@@ -222,7 +224,8 @@ pub(crate) fn not_unique(changes: &[Value]) -> Vec<String> {
         return Vec::new();
     }
     if changes.len() > CHANGES_TOLD {
-        lines.push(format!("and {} more changes", changes.len() - CHANGES_TOLD));
+        let n = changes.len() - CHANGES_TOLD;
+        lines.push(format!("and {}", counted(n, "more change", "more changes")));
     }
     lines
 }

@@ -1,6 +1,7 @@
 //! From curves to a figure: names, titles, colours.
 
 use bksim::model::file::ShownUnit;
+use bksim::model::message::counted;
 use bksim::overview::word;
 use bksim_cli::output::number;
 use bksim_plot::{Axis, Curve, Figure, Mark, Panel, Point, Scale};
@@ -299,16 +300,17 @@ impl Plotted {
 
     /// `3 panels, 12 curves`, and what was left out.
     pub(super) fn summary(&self) -> String {
-        let plural = |n: usize, word: &str| format!("{n} {word}{}", if n == 1 { "" } else { "s" });
-        let n_curves = self.curves.iter().map(Vec::len).sum();
-        let panels = plural(self.figure.panels.len(), "panel");
-        let words = format!("{panels}, {}", plural(n_curves, "curve"));
+        let n_curves: usize = self.curves.iter().map(Vec::len).sum();
+        let panels = counted(self.figure.panels.len(), "panel", "panels");
+        let words = format!("{panels}, {}", counted(n_curves, "curve", "curves"));
         self.left_out().map_or_else(|| words.clone(), |more| format!("{words}; {more}"))
     }
 
     pub(super) fn left_out(&self) -> Option<String> {
-        let more = format!("{} more channels were left out: name those to see", self.n_left_out);
-        let zero = format!("{} curves that stay zero were left out", self.n_zero);
+        let more = counted(self.n_left_out, "more channel was", "more channels were");
+        let more = format!("{more} left out: name those to see");
+        let zero = counted(self.n_zero, "curve that stays zero was", "curves that stay zero were");
+        let zero = format!("{zero} left out");
         match (self.n_left_out, self.n_zero) {
             (0, 0) => None,
             (_, 0) => Some(more),

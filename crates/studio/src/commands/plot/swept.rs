@@ -6,6 +6,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use bksim::model::message::counted;
 use bksim_cli::args::plot::Plot;
 use bksim_cli::exit::{Failure, Status};
 use bksim_cli::origin::{is_of_model, stamped};
@@ -66,15 +67,15 @@ pub(super) fn run(
         let format = out.map(|(_, format)| format);
         output::json("plot", described(args, format, (path, &figure), &columns, &influences))?;
     } else if let Some(file) = &args.output {
-        let n = figure.panels.len();
-        let panels = if n == 1 { "1 panel".to_owned() } else { format!("{n} panels") };
+        let panels = counted(figure.panels.len(), "panel", "panels");
         output::report(&format!("wrote {}: {panels}\n{words}", file.display()))?;
     } else {
         output::styled(&text_of(&figure))?;
         output::text(&words)?;
     }
     if n_left_out > 0 && !as_json {
-        output::text(&format!("{n_left_out} more outputs were left out: name those to see"))?;
+        let more = counted(n_left_out, "more output was", "more outputs were");
+        output::text(&format!("{more} left out: name those to see"))?;
     }
     Ok(Status::Done)
 }
