@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
+use bksim::analysis::compliances;
 use bksim::describe;
 use bksim::log::Field;
 use bksim::mbs::equations::page::{Page, Style, Subject};
@@ -40,6 +41,8 @@ pub(crate) struct Engine {
     pub(crate) simulation: Simulation,
     /// Whether the equations were derived with other values.
     is_replayed: bool,
+    /// Joints that yield, each by name and stiffness.
+    pub(crate) compliance: Vec<(String, String)>,
     /// Statements that came besides the text.
     stated: Arc<Stated>,
     start: OnceLock<Start>,
@@ -70,6 +73,8 @@ struct Written {
     inputs: Vec<(String, Py<PyAny>)>,
     /// Overrides that may take other numbers later.
     varied: Vec<String>,
+    /// Joints that yield.
+    compliance: Vec<(String, String)>,
 }
 
 /// The argument of [`Engine::read`].
@@ -93,6 +98,7 @@ impl Engine {
             simulation,
             derived: Arc::new(Derived::new(source, mechanism, warnings, recording)),
             is_replayed: false,
+            compliance: Vec::new(),
             stated: Arc::default(),
             start: OnceLock::new(),
         })
@@ -100,14 +106,33 @@ impl Engine {
 
     /// Derives the equations of a text.
     fn of_text(written: Written) -> Result<Self, Fault> {
-        let Written { text, path, is_built, name, overrides, jit, inputs, varied } = written;
+        let Written { text, path, is_built, name, overrides, jit, inputs, varied, compliance } =
+            written;
         let source = Text { is_built, ..Text::new(path, text) };
         let loaded = parse_recorded(source, &name, &overrides, &varied, Limits::default())?;
         let laws = Python::attach(|py| {
             inputs.iter().map(|(name, law)| (name.clone(), law.clone_ref(py))).collect()
         });
         let engine = Self::derived(loaded, overrides, jit.as_deref(), laws)?;
-        Ok(Self { stated: Arc::new(Stated { jit, inputs, varied }), ..engine })
+        let engine = Self { stated: Arc::new(Stated { jit, inputs, varied }), ..engine };
+        if compliance.is_empty() { Ok(engine) } else { engine.yielding(compliance) }
+    }
+
+    /// The same equations with joints that yield, each by name and stiffness.
+    pub(crate) fn yielding(&self, compliance: Vec<(String, String)>) -> Result<Self, Fault> {
+        let mut simulation = self.simulation.clone();
+        let springs = compliances(&self.mechanism().model, &compliance)
+            .map_err(|error| Fault::model(self.source(), &error.diagnostics()))?;
+        simulation.set_compliances(&springs);
+        Ok(Self {
+            compliance,
+            simulation,
+            derived: self.derived.clone(),
+            overrides: self.overrides.clone(),
+            is_replayed: self.is_replayed,
+            stated: self.stated.clone(),
+            start: OnceLock::new(),
+        })
     }
 
     fn derived(
@@ -191,6 +216,7 @@ impl Engine {
         let inputs: Vec<_> = inputs.iter().map(|(name, law)| (name, law.bind(py))).collect();
         written.set_item("inputs", inputs)?;
         written.set_item("varied", varied)?;
+        written.set_item("compliance", &self.compliance)?;
         Ok((py.get_type::<Self>().getattr("read")?, (written,)))
     }
 
@@ -219,6 +245,7 @@ impl Engine {
             overrides,
             simulation,
             is_replayed: true,
+            compliance: self.compliance.clone(),
             stated: self.stated.clone(),
             start: OnceLock::new(),
         })

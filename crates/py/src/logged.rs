@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use bksim::log::{EndStatus, LogError, LogReader, Outcome, Record};
 use bksim::options::described;
 use bksim::playback::{LoggedInputs, RunLog, segment_of};
-use bksim::record::{Contents, INPUTS, Recorder, overrides, set_option};
+use bksim::record::{
+    Contents, INPUTS, Recorder, compliance_options, compliances, overrides, set_option,
+};
 use bksim::sim::run::{Sample, Summary};
 use bksim::sim::sensitivity::StateSensitivity;
 use bksim::sim::start::Start;
@@ -78,6 +80,7 @@ fn write<W: Write>(run: &Run, rows: &Rows, start: &Start, out: W) -> Result<W, L
     mechanism.model.solve = options.clone();
     let mut words = described(&mechanism.model, sensitive);
     words.extend(engine.overrides.iter().map(|(name, value)| set_option(name, value)));
+    words.extend(compliance_options(&engine.compliance));
     let contents = Contents { options: &words, sensitive, ..Contents::default() };
     let text = &engine.source().text;
     let mut recorder = Recorder::create_with(out, &mechanism, text, start, &contents)?;
@@ -207,6 +210,7 @@ fn opened(path: &Path, log: impl Read) -> Result<Opened, Fault> {
     let source = Text::new(path, header.model_text);
     let options = mechanism.model.solve.clone();
     let engine = Engine::new(source, &mechanism, overrides(&header.options), Vec::new(), None)?;
+    let engine = Engine { compliance: compliances(&header.options), ..engine };
     let end: Option<EndStatus> = log.end().cloned();
     let ending = match &end {
         Some(end) if end.outcome == Outcome::ReachedEnd => Ending::Reached,

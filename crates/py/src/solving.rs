@@ -32,6 +32,8 @@ pub(crate) struct RunRequest {
     times: Option<Vec<f64>>,
     method: Option<String>,
     formulation: Option<String>,
+    /// Joints that yield, each by name and stiffness.
+    compliance: Vec<(String, String)>,
     /// Names that the motion is differentiated by.
     sensitivity: Vec<String>,
     /// Whether the motion between samples is kept.
@@ -140,8 +142,13 @@ impl Observer for Keeping<'_> {
 /// Solves; what the run has left also tells when it ended early.
 #[pyfunction]
 pub(crate) fn solve(py: Python<'_>, engine: Py<Engine>, wanted: RunRequest) -> PyResult<Run> {
-    let ran = guard(py, || ran(engine.get(), &wanted))?;
-    let (t, values, kept) = ran;
+    let engine = if wanted.compliance.is_empty() {
+        engine
+    } else {
+        let yielding = guard(py, || engine.get().yielding(wanted.compliance.clone()))?;
+        Py::new(py, yielding)?
+    };
+    let (t, values, kept) = guard(py, || ran(engine.get(), &wanted))?;
     Ok(Run::new(engine, vector(py, t).unbind(), table(py, values).unbind(), kept))
 }
 

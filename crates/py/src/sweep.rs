@@ -34,6 +34,8 @@ pub(crate) struct SweepRequest {
     name: String,
     /// Parameters with one other value.
     fixed: Vec<(String, String)>,
+    /// Joints that yield, each by name and stiffness.
+    compliance: Vec<(String, String)>,
     axes: Vec<GivenAxis>,
     design: String,
     n: Option<u64>,
@@ -314,6 +316,7 @@ fn prepared(wanted: SweepRequest) -> Result<Study, Fault> {
     let mut request = Request::new(&source.text, &wanted.name, plan);
     request.limits = Limits::default();
     request.fixed = fixed;
+    request.compliance = wanted.compliance;
     request.outputs = wanted.outputs;
     request.changes = changes;
     let study = bksim_sweep::Study::prepare(request);

@@ -14,7 +14,7 @@ mod stage;
 mod table;
 
 pub use crate::channels::{Channels, INPUTS, Signal};
-pub use contents::{Contents, compliance_option, compliances, overrides, set_option};
+pub use contents::{Contents, compliance_options, compliances, overrides, set_option};
 pub use recorder::Recorder;
 pub use sensitivities::{sensitivity_columns, sensitivity_row};
 

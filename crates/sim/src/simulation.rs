@@ -7,7 +7,7 @@ use bksim_dae::Control;
 use bksim_expr::PoolSnapshot;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected};
-use bksim_model::{Formulation, Model, Outputs, ParameterId, SolveOptions};
+use bksim_model::{Compliance, Formulation, Model, Outputs, ParameterId, SolveOptions};
 
 use crate::compiled::CompiledSystem;
 use crate::fault::{diagnose_run, diagnose_slowness, diagnose_start, diagnose_worth};
@@ -204,6 +204,13 @@ impl Simulation {
             self.derivation.equations_on_demand(self.options.formulation, &self.compiled);
     }
 
+    /// Lets other joints yield than those of the model; see [`Model::compliances`].
+    pub fn set_compliances(&mut self, compliances: &[Compliance]) {
+        let mut compiled = CompiledSystem::clone(&self.compiled);
+        compiled.transmissions.set_compliances(compliances);
+        self.compiled = Arc::new(compiled);
+    }
+
     /// The values of the inputs at a state, SI, in the order of [`Model::inputs`]; none without a law.
     pub fn input_values(&self, t: f64, q: &[f64], v: &[f64]) -> Vec<f64> {
         InputValues::new(&self.compiled.inputs).at(t, q, v).to_vec()
@@ -216,6 +223,7 @@ impl Simulation {
             parameter.value = value;
         }
         model.solve = self.options.clone();
+        self.compiled.transmissions.compliances().clone_into(&mut model.compliances);
         Mechanism {
             model,
             system: self.derivation.system.clone(),

@@ -293,3 +293,26 @@ fn chosen_cases_are_logged_as_solve_logs_them() {
         assert!(text(&swept.stderr).contains(word), "{chosen}: {}", text(&swept.stderr));
     }
 }
+
+#[test]
+fn joints_yield_in_rows_and_in_the_logs_of_cases() {
+    let place = place(include_str!("../../../tests/fixtures/beam-on-three-pins.toml"));
+    let swept = |more: &[&str]| {
+        let mut bksim = place.bksim();
+        bksim.args(["sweep", "swing.toml", "--set", "m=5,7 kg", "--keep", "final(reactions.B.fy)"]);
+        bksim.args(["-o", "t.csv", "--force"]);
+        let swept = bksim.args(more).output().expect("bksim runs");
+        assert_eq!(swept.status.code(), Some(0), "{}", text(&swept.stderr));
+        let table = place.read("t.csv");
+        let last = table.lines().last().expect("a row").split(',').nth(2).expect("a number");
+        last.parse::<f64>().expect("a number")
+    };
+    let springs =
+        ["--compliance", "A=1e8 N/m", "--compliance", "B=3e8 N/m", "--compliance", "C=1e8 N/m"];
+    let rigid = swept(&[]);
+    let yielding = swept(&[&springs[..], &["--log-cases", "1"]].concat());
+    assert!((yielding - rigid).abs() > 1.0, "{yielding} beside {rigid}");
+    let logged = place.run("export t-1.mcap reactions.B.fy").stdout;
+    let logged = text(&logged).lines().last().expect("a row").rsplit(',').next().map(str::to_owned);
+    assert_eq!(logged.and_then(|value| value.parse().ok()), Some(yielding));
+}

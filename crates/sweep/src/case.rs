@@ -108,6 +108,7 @@ impl<'a> Worker<'a> {
         let overrides = overrides(&request.plan, &self.study.inputs, &self.numbers);
         let mut model = request.read(&overrides).map_err(Rejected)?;
         request.changes.apply(&mut model.solve);
+        model.compliances = request.compliances(&model)?;
         Mechanism::derive(model, Vec::new())?.simulation()
     }
 

@@ -1,9 +1,10 @@
 //! A sweep as it is asked for, and the model read at values of its parameters.
 
-use bksim::SolveChanges;
-use bksim::model::Model;
+use bksim::analysis::compliances;
 use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{Limits, Reading, Recording, Source, read, read_recorded};
+use bksim::model::{Compliance, Model};
+use bksim::{Rejected, SolveChanges};
 
 use crate::plan::Plan;
 
@@ -18,6 +19,8 @@ pub struct Request {
     pub limits: Limits,
     /// Parameters with one other value, as for [`Source::overrides`].
     pub fixed: Vec<(String, String)>,
+    /// Joints that yield, each by name and stiffness.
+    pub compliance: Vec<(String, String)>,
     /// The cases.
     pub plan: Plan,
     /// The outputs of each run, as for [`Outputs::read`](crate::Outputs::read).
@@ -34,10 +37,16 @@ impl Request {
             name: name.to_owned(),
             limits: Limits::default(),
             fixed: Vec::new(),
+            compliance: Vec::new(),
             plan,
             outputs: Vec::new(),
             changes: SolveChanges::default(),
         }
+    }
+
+    /// The springs of the joints that yield.
+    pub(crate) fn compliances(&self, model: &Model) -> Result<Vec<Compliance>, Rejected> {
+        compliances(model, &self.compliance).map_err(|error| Rejected(error.diagnostics()))
     }
 
     /// Varied values that are no parameters, by their path: `crank.mass`.

@@ -68,6 +68,7 @@ impl Study {
             rejected(Diagnostic::error(codes::BAD_OPTION, bad.to_string()).help(help))
         })?;
         request.changes.apply(&mut model.solve);
+        model.compliances = request.compliances(&model)?;
         let mut options = solve.clone();
         request.changes.apply(&mut options);
         let options_text = format!("{options:?}");
@@ -173,11 +174,11 @@ impl Study {
 
     /// Equal for sweeps with equal rows: of model, values, outputs, settings and version.
     pub fn fingerprint(&self) -> String {
-        let Request { model, name, limits, fixed, .. } = &self.request;
+        let Request { model, name, limits, fixed, compliance, .. } = &self.request;
         let outputs: Vec<&str> = self.outputs.all().iter().map(|o| o.name.as_str()).collect();
         let plan = self.request.plan.describe();
         let all = format!(
-            "{VERSION}\0{model}\0{name}\0{limits:?}\0{fixed:?}\0{plan}\0{outputs:?}\0{}",
+            "{VERSION}\0{model}\0{name}\0{limits:?}\0{fixed:?}\0{compliance:?}\0{plan}\0{outputs:?}\0{}",
             self.options_text
         );
         hex(&Sha256::digest(all.as_bytes()))
@@ -194,15 +195,18 @@ impl Study {
 
     /// The metadata of its tables, but for the units of their columns.
     fn about(&self) -> Vec<KeyValue> {
-        let Request { model, fixed, .. } = &self.request;
-        let fixed: Vec<String> =
-            fixed.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        let Request { model, fixed, compliance, .. } = &self.request;
+        let lines = |pairs: &[(String, String)]| {
+            let lines = pairs.iter().map(|(name, value)| format!("{name}={value}"));
+            lines.collect::<Vec<_>>().join("\n")
+        };
         vec![
             entry("bksim.version", VERSION),
             entry("bksim.model_name", &self.model_name),
             entry("bksim.model_sha256", &hex(&Sha256::digest(model.as_bytes()))),
             entry("bksim.model", model),
-            entry("bksim.set", &fixed.join("\n")),
+            entry("bksim.set", &lines(fixed)),
+            entry("bksim.compliance", &lines(compliance)),
             entry("bksim.plan", &self.plan_text()),
             entry("bksim.options", &self.options_text),
             entry("bksim.fingerprint", &self.fingerprint()),

@@ -3,6 +3,7 @@
 mod common;
 
 use bksim::Mechanism;
+use bksim::analysis::compliances;
 use bksim::dae::Control;
 use bksim::model::file::{Source, read};
 use bksim::sim::run::Sample;
@@ -162,4 +163,40 @@ fn what_reverses_an_outline_has_equations_of_its_own() {
 fn kinks_stops_and_friction_follow_the_values() {
     let text = include_str!("../../../tests/fixtures/kinks-and-contacts.toml");
     assert_eq!(check(text, &[("gap", "0.1,0.2"), ("mu", "-0.1,0,0.3"), ("m", "1,2")]), 4);
+}
+
+#[test]
+fn joints_that_yield_share_in_rows_what_they_share_in_solutions() {
+    let text = include_str!("../../../tests/fixtures/beam-on-three-pins.toml");
+    let springs = [("A", "1e8 N/m"), ("B", "3e8 N/m"), ("C", "1e8 N/m"), ("C", "1e5 N m/rad")];
+    let springs = springs.map(|(name, value)| (name.to_owned(), value.to_owned())).to_vec();
+    let mut request = Request::new(text, "beam", plan(&[("m", "2,3,-1 kg"), ("x", "0.6,0.7 m")]));
+    request.outputs = vec!["final(reactions.B.fy)".to_owned()];
+    let rigid = rows(&Study::prepare(request.clone()).expect("a study"));
+    request.compliance.clone_from(&springs);
+    let study = Study::prepare(request.clone()).expect("a study");
+    let yielding = rows(&study);
+    assert_ne!(
+        study.fingerprint(),
+        Study::prepare(Request { compliance: Vec::new(), ..request.clone() })
+            .expect("a study")
+            .fingerprint()
+    );
+    for (row, rigid) in yielding.iter().zip(&rigid).filter(|(row, _)| row.ending == Ending::Done) {
+        let set = study.settings(row.case);
+        let source = Source { overrides: &set, ..Source::new(text, "beam") };
+        let mut model = read(&source).model.expect("a model");
+        model.compliances = compliances(&model, &springs).expect("springs");
+        let mechanism = Mechanism::derive(model, Vec::new()).expect("equations");
+        let joint = mechanism.compiled.joints.iter().position(|j| j == "B").expect("a joint");
+        let motion = mechanism.solve().expect("a run");
+        let expected = motion.samples.last().expect("samples").reactions[joint][1];
+        assert_eq!(row.outputs[0].to_bits(), expected.to_bits(), "{set:?}");
+        assert!((row.outputs[0] - rigid.outputs[0]).abs() > 1.0, "{set:?}: {}", row.outputs[0]);
+    }
+    assert_eq!(yielding.iter().filter(|row| row.ending == Ending::Done).count(), 4);
+
+    request.compliance = vec![("D".to_owned(), "1 N/m".to_owned())];
+    let refused = Study::prepare(request).expect_err("no such joint");
+    assert_eq!(refused.0[0].code.0, "Q002");
 }

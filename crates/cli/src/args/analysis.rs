@@ -26,12 +26,12 @@ pub(crate) struct TableArgs {
 }
 
 /// Joints that yield.
-#[derive(Args, Debug, Default)]
-pub(crate) struct ComplianceArgs {
+#[derive(Args, Clone, Debug, Default)]
+pub struct ComplianceArgs {
     /// Let a joint yield, `A=1e8 N/m` or `A=1e5 N m/rad` in all directions, `A.fy_joint=1e8 N/m` in one: joints that repeat
     /// each other share loads by it, all others are rigid; may be repeated.
     #[arg(long, value_name = "NAME=STIFFNESS", value_parser = assignment)]
-    pub(crate) compliance: Vec<(String, String)>,
+    pub compliance: Vec<(String, String)>,
 }
 
 impl TableArgs {
@@ -324,8 +324,9 @@ pub struct Inverse {
     /// The largest effort of an actuator, `A=12 N m`; may be repeated.
     #[arg(long, value_name = "NAME=EFFORT", value_parser = assignment)]
     pub(crate) limit: Vec<(String, String)>,
-    /// The curve of a motor, a table of speeds and largest efforts in SI, `A=@motor.csv`; may be repeated.
-    #[arg(long, value_name = "NAME=@FILE", value_parser = assignment)]
+    /// The curve of a motor, speeds and largest efforts: a table of the model, `A=motor`, or of a file in SI, `A=@motor.csv`;
+    /// may be repeated.
+    #[arg(long, value_name = "NAME=TABLE", value_parser = assignment)]
     pub(crate) curve: Vec<(String, String)>,
     #[command(flatten)]
     pub(crate) compliance: ComplianceArgs,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::analysis::ComplianceArgs;
 use super::{DrawingArgs, Tuning, assignment};
 
 /// One model at many values of its parameters.
@@ -62,6 +63,9 @@ pub struct Sweep {
     /// Overwrite an existing table, and begin anew where a sweep was interrupted.
     #[arg(long)]
     pub force: bool,
+    /// Joints that yield in every solution.
+    #[command(flatten)]
+    pub compliance: ComplianceArgs,
     /// Settings of every solution.
     #[command(flatten)]
     pub tuning: Tuning,

@@ -16,7 +16,7 @@ use bksim::analysis::compliances;
 use bksim::log::{self, Level, LogError};
 use bksim::model::diagnostic::Diagnostic;
 use bksim::options::{BadOption, SolveChanges, described, in_words};
-use bksim::record::{Contents, Recorder, compliance_option, set_option};
+use bksim::record::{Contents, Recorder, compliance_options, set_option};
 use bksim::sim::fault::{diagnose_guesses, diagnose_mobility, diagnose_turns};
 use bksim::sim::mobility::{Mobility, mobility};
 use bksim::sim::run::{self, Summary, Unresumed};
@@ -91,6 +91,7 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
 pub fn solve_into_log(
     model: ModelArgs,
     (output, force): (&Path, bool),
+    compliance: &ComplianceArgs,
     tuning: &Tuning,
     nesting: usize,
 ) -> Result<Status, Failure> {
@@ -99,7 +100,7 @@ pub fn solve_into_log(
         output: Some(output.to_owned()),
         force,
         resume: false,
-        compliance: ComplianceArgs::default(),
+        compliance: compliance.clone(),
         tuning: tuning.clone(),
         sensitivity: Vec::new(),
         channels: args::Channels::All,
@@ -212,7 +213,7 @@ fn open_log(prepared: &Prepared, args: &Solve) -> Result<(Log, PathBuf), Failure
     let set = first.as_ref().map_or(&args.model.set, |first| &first.set);
     options.extend(set.iter().map(|(name, value)| set_option(name, value)));
     let yielding = first.as_ref().map_or(&args.compliance.compliance, |first| &first.compliance);
-    options.extend(yielding.iter().map(|(name, value)| compliance_option(name, value)));
+    options.extend(compliance_options(yielding));
     let channels = first.as_ref().map_or(args.channels, |first| first.channels);
     if channels == args::Channels::Own {
         options.push(OWN_CHANNELS.map(str::to_owned).into());

@@ -72,6 +72,7 @@ class _Written(TypedDict):
     jit: str | None
     inputs: list[tuple[str, Callable[[float, NDArray[np.float64], NDArray[np.float64]], float]]]
     varied: list[str]
+    compliance: list[tuple[str, str]]
 
 class _Wanted(TypedDict):
     t_end: float | None
@@ -82,6 +83,7 @@ class _Wanted(TypedDict):
     times: list[float] | None
     method: Method | None
     formulation: Formulation | None
+    compliance: list[tuple[str, str]]
     sensitivity: list[str]
     dense: bool
     most_bytes: int
@@ -123,6 +125,7 @@ class _Swept(TypedDict):
     path: Path
     name: str
     fixed: list[tuple[str, str]]
+    compliance: list[tuple[str, str]]
     axes: list[tuple[str, str, str, list[float]]]
     design: str
     n: int | None
@@ -448,7 +451,7 @@ def inverse_of(
     acting: tuple[
         list[str],
         list[tuple[str, str]],
-        list[tuple[str, list[float], list[float]]],
+        list[tuple[str, str | tuple[list[float], list[float]]]],
         list[tuple[str, str]],
     ],
 ) -> _Told: ...

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,12 @@ def names(option: str, value: str | Iterable[str] | None) -> list[str]:
         if not isinstance(name, str):
             raise TypeError(f"{option} has {name!r} in it: give names as texts")
     return found
+
+
+def pairs(values: Mapping[str, str | Sequence[str]] | None) -> list[tuple[str, str]]:
+    """Names with values as texts; a name may have several."""
+    each = ((name, [value] if isinstance(value, str) else value) for name, value in (values or {}).items())
+    return [(str(name), str(value)) for name, all in each for value in all]
 
 
 def path(name: str | os.PathLike[str], endings: Sequence[str], instead: str) -> Path:

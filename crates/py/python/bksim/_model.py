@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _bksim
-from ._checked import names, real, whole
+from ._checked import names, pairs, real, whole
 from ._document import Document
 from ._equations import Equations
 from ._events import Event, found
@@ -29,6 +29,7 @@ from ._facts import Check, Start
 from ._sampled import Sampled, held
 from ._solution import Solution
 from ._stepping import Stepping
+from ._text import counted
 from ._values import Inputs, Law, Parameters, first_line
 from ._words import Formulation, Jit, Method
 
@@ -324,6 +325,7 @@ class Model(Questions):
         times: Sequence[float] | None = None,
         method: Method | None = None,
         formulation: Formulation | None = None,
+        compliance: Mapping[str, str | Sequence[str]] | None = None,
         sensitivity: str | Sequence[str] = (),
         events: Event | Sequence[Event] = (),
         dense: bool = True,
@@ -336,6 +338,9 @@ class Model(Questions):
         times in place of ``every``, besides the start and the end. ``dense`` keeps the motion between
         them, which ``solution(t)``, films and logs are made from. ``progress`` shows a bar where tqdm is
         installed; unless given, in runs of more than a second at a terminal or in a notebook.
+
+        ``compliance={"A": "1e8 N/m"}`` lets joints yield, each by one stiffness or several: joints that repeat each other
+        share loads by it, all others are rigid.
 
         ``sensitivity`` names parameters and stated initial values (``"l1"``, ``"A.rate"``) that the motion
         is differentiated by, exactly and across impacts and kinks: see ``Solution.sensitivity``.
@@ -371,6 +376,7 @@ class Model(Questions):
             "times": None if times is None else [real("times", t) or 0.0 for t in times],
             "method": method,
             "formulation": formulation,
+            "compliance": pairs(compliance),
             "sensitivity": names("sensitivity", sensitivity),
             "dense": dense,
             "most_bytes": whole("memory_limit", memory_limit),
@@ -484,8 +490,8 @@ class Model(Questions):
             engine = self._engine()
         except ModelError as refused:
             return f"<bksim.Model {self._text()[2]!r}, refused: {first_line(refused)}>"
-        n = len(engine.coordinates())
-        return f"<bksim.Model {engine.name!r}: {n} coordinates, {len(engine.joints())} joints>"
+        coordinates = counted(len(engine.coordinates()), "coordinate", "coordinates")
+        return f"<bksim.Model {engine.name!r}: {coordinates}, {counted(len(engine.joints()), 'joint', 'joints')}>"
 
     def _repr_html_(self) -> str:
         try:

@@ -32,6 +32,7 @@ def read(
             "jit": jit,
             "inputs": list((inputs or {}).items()),
             "varied": list(varied),
+            "compliance": [],
         }
     )
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from . import _bksim
 from ._cluster import parts_done
-from ._checked import names, path, real, whole
+from ._checked import names, pairs, path, real, whole
 from ._progress import DELAY_S, _bars
 from ._swept import About, Again, Failure, InFile, InMemory, Sweep
 from ._words import Design, Formulation, Method
@@ -42,6 +42,7 @@ def sweep(
     every: float | None = None,
     method: Method | None = None,
     formulation: Formulation | None = None,
+    compliance: Mapping[str, str | Sequence[str]] | None = None,
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
     overwrite: bool = False,
@@ -59,7 +60,7 @@ def sweep(
     ``min``, ``max``, ``mean``, ``rms``, ``peak_to_peak`` of any column of a solution, ``"state.x@0.5"`` its
     value at 0.5 s, ``quantile(x, 0.95)``, ``first(x > 1 m)``, of expressions and in expressions, as
     ``max(hypot(reactions.B.fx, reactions.B.fy))/m``; unless given, the final, smallest and largest value of every coordinate. ``t_end`` to
-    ``formulation`` are those of :meth:`Model.solve`.
+    ``compliance`` are those of :meth:`Model.solve`.
 
     The equations are derived and compiled once. A row is what ``solve`` gives at its values, to the
     last bit; a case that fails is a row with its reason.
@@ -105,6 +106,7 @@ def sweep(
         every=real("every", every),
         method=method,
         formulation=formulation,
+        compliance=pairs(compliance),
     )
     study = _bksim.Study.prepare(asked)
     about = About.of(study, asked["outputs"])

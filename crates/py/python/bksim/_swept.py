@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from . import _bksim
 from ._html import table
-from ._text import small_table
+from ._text import counted, small_table
 
 if TYPE_CHECKING:
     import pandas
@@ -210,6 +210,10 @@ class Again:
             model._numbers.pop(name, None)
             model._overrides[name] = value
         kept = {name: self.asked[name] for name in OPTIONS}
+        compliance: dict[str, list[str]] = {}
+        for name, stiffness in self.asked["compliance"]:
+            compliance.setdefault(name, []).append(stiffness)
+        kept["compliance"] = compliance
         return model.solve(**{**kept, **options})
 
 
@@ -339,9 +343,10 @@ class Sweep:
     def _title(self) -> str:
         n_failed = len(self) - int(np.count_nonzero(self.ok))
         failed = f", {n_failed} failed" if n_failed else ""
-        of = "" if self.is_whole else f" of {self._about.n_cases}"
+        n_all = self._about.n_cases
+        cases = counted(n_all, "case", "cases") if self.is_whole else f"{len(self)} of {counted(n_all, 'case', 'cases')}"
         varied = ", ".join(self.inputs)
-        return f"bksim.Sweep {self._about.model!r}: {len(self)}{of} cases over {varied}{failed}"
+        return f"bksim.Sweep {self._about.model!r}: {cases} over {varied}{failed}"
 
     def __repr__(self) -> str:
         if self._rows.path is not None:

@@ -36,17 +36,24 @@ pub fn set_option(name: &str, value: &str) -> (String, String) {
 /// Options with this prefix are joints that yield.
 const COMPLIANCE: &str = "compliance.";
 
-/// A joint that yields, or one of its directions, with its stiffness, as an option for the log.
-pub fn compliance_option(name: &str, stiffness: &str) -> (String, String) {
-    (format!("{COMPLIANCE}{name}"), stiffness.to_owned())
+/// Joints that yield, or some of their directions, with their stiffnesses, as options for the log: one of each name, with all
+/// of its stiffnesses.
+pub fn compliance_options(written: &[(String, String)]) -> Vec<(String, String)> {
+    let mut of_name: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for (name, stiffness) in written {
+        of_name.entry(name).or_default().push(stiffness);
+    }
+    of_name.iter().map(|(name, all)| (format!("{COMPLIANCE}{name}"), all.join(", "))).collect()
 }
 
 /// The joints that yield among the options of a log, with their stiffnesses.
 pub fn compliances(options: &BTreeMap<String, String>) -> Vec<(String, String)> {
-    let yields = |(key, value): (&String, &String)| {
-        Some((key.strip_prefix(COMPLIANCE)?.to_owned(), value.clone()))
+    let yields =
+        options.iter().filter_map(|(key, value)| key.strip_prefix(COMPLIANCE).zip(Some(value)));
+    let each = |(name, all): (&str, &String)| {
+        all.split(", ").map(|stiffness| (name.to_owned(), stiffness.to_owned())).collect::<Vec<_>>()
     };
-    options.iter().filter_map(yields).collect()
+    yields.flat_map(each).collect()
 }
 
 /// The parameters among the options of a log that were given on the command line.
@@ -54,4 +61,17 @@ pub fn overrides(options: &BTreeMap<String, String>) -> Vec<(String, String)> {
     let set =
         |(key, value): (&String, &String)| Some((key.strip_prefix(SET)?.to_owned(), value.clone()));
     options.iter().filter_map(set).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_joint_keeps_all_of_its_stiffnesses() {
+        let written = [("B.fy", "2 N/m"), ("A", "1e8 N/m"), ("A", "1e5 N m/rad")];
+        let written = written.map(|(name, value)| (name.to_owned(), value.to_owned()));
+        let known = compliances(&compliance_options(&written).into_iter().collect());
+        assert_eq!(known, [1, 2, 0].map(|k| written[k].clone()));
+    }
 }

@@ -219,6 +219,16 @@ impl Transmissions {
         self.are_shared() && !self.compliances.is_empty()
     }
 
+    /// How joints yield.
+    pub(crate) fn compliances(&self) -> &[Compliance] {
+        &self.compliances
+    }
+
+    /// Lets other joints yield.
+    pub(crate) fn set_compliances(&mut self, compliances: &[Compliance]) {
+        compliances.clone_into(&mut self.compliances);
+    }
+
     /// The self-stress that brings these reactions, by joint, to what joints that yield share; nothing where none does.
     pub(crate) fn shared(
         &self,

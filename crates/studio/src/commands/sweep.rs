@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use bksim::model::diagnostic::Diagnostic;
+use bksim::model::message::counted;
 use bksim_sweep::{
     Axis, Design, Existing, Monitor, Plan, Report, Request, Study, SweepError, axes_of_table, write,
 };
@@ -59,6 +60,7 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     let mut request = Request::new(&source.text, &loaded.model.name, plan);
     request.limits.nesting = nesting;
     request.fixed.clone_from(&model.set);
+    request.compliance.clone_from(&args.compliance.compliance);
     request.outputs.clone_from(&args.keep);
     request.changes = changes(&args.tuning, loaded.model.solve.t_start)?;
     let study = Study::prepare(request).map_err(|rejected| source.rejected(rejected.0))?;
@@ -240,10 +242,13 @@ impl SweepReport<'_> {
         let mut lines = vec![
             format!("{}: {} of {} cases done", study.model_name(), report.n_done, report.n_cases),
             format!("  varied       {} ({design})", varied.join(", ")),
-            format!("  kept         {} of each run", count(study.outputs().len(), "number")),
+            format!(
+                "  kept         {} of each run",
+                counted(study.outputs().len(), "number", "numbers")
+            ),
         ];
         if report.n_resumed > 0 {
-            lines.push(format!("  from before  {} cases", report.n_resumed));
+            lines.push(format!("  from before  {}", counted(report.n_resumed, "case", "cases")));
         }
         for (code, fault) in &report.faults {
             let set: Vec<String> = study
@@ -297,8 +302,4 @@ impl SweepReport<'_> {
             "seconds": seconds,
         })
     }
-}
-
-fn count(n: usize, what: &str) -> String {
-    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
 }

@@ -59,7 +59,8 @@ pub(super) fn write_logs(
         let path = folder.join(format!("{stem}-{case}.mcap"));
         let set = [fixed, &study.overrides(case)].concat();
         let model = ModelArgs { model: args.model.clone(), set, drawing: args.drawing.clone() };
-        let output = match solve_into_log(model, (&path, args.force), &args.tuning, nesting) {
+        let log = (path.as_path(), args.force);
+        let output = match solve_into_log(model, log, &args.compliance, &args.tuning, nesting) {
             Ok(Status::Interrupted | Status::Terminated) => break,
             Ok(_) => Some(path),
             // Its values or its start are refused, as the table says.
