@@ -3,7 +3,7 @@
 use bksim_expr::TapeError;
 use bksim_model::AssemblyChoice;
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
-use bksim_model::message::short;
+use bksim_model::message::{counted, short};
 
 use crate::codes;
 
@@ -71,7 +71,7 @@ pub enum AnalysisError {
         known: Vec<String>,
     },
     /// More motions are free than are prescribed, or fewer.
-    #[error("{n_free} motions are free, and {n_driven} are prescribed")]
+    #[error("{}, and {}", are(*n_free, "free"), are(*n_driven, "prescribed"))]
     NDrives {
         /// Degrees of freedom.
         n_free: usize,
@@ -85,7 +85,7 @@ pub enum AnalysisError {
         n_free: usize,
     },
     /// Workspaces are those of mechanisms with more than one free motion.
-    #[error("{n_free} motions are free, too few for a workspace")]
+    #[error("{}, too few for a workspace", are(*n_free, "free"))]
     OneMotion {
         /// Degrees of freedom.
         n_free: usize,
@@ -158,7 +158,7 @@ pub enum AnalysisError {
     #[error("a frequency response needs an input and an output")]
     NoChannels,
     /// As many unknowns as free motions can be balanced.
-    #[error("{n_unknown} unknowns cannot balance {n_free} free motions")]
+    #[error("{} cannot balance {}", counted(*n_unknown, "unknown", "unknowns"), counted(*n_free, "free motion", "free motions"))]
     Unknowns {
         /// Unknown parameters.
         n_unknown: usize,
@@ -196,6 +196,58 @@ pub enum AnalysisError {
     GivenEffort {
         /// As written.
         name: String,
+    },
+    /// No joint or component of a reaction has this name.
+    #[error("no joint and no component of a reaction is called `{name}`")]
+    UnknownReaction {
+        /// As written.
+        name: String,
+    },
+    /// A joint that yields by what is no stiffness.
+    #[error("`{text}` is no stiffness of `{name}`")]
+    NoStiffness {
+        /// The joint, or its component.
+        name: String,
+        /// As written.
+        text: String,
+    },
+    /// No actuator has this name.
+    #[error("no actuator is called `{name}`")]
+    NoActuator {
+        /// As written.
+        name: String,
+        /// Those that there are.
+        known: Vec<String>,
+    },
+    /// Points that are no curve of a motor.
+    #[error(
+        "the curve of the motor of `{name}` needs two points at least, with speeds that ascend from zero or above and \
+             efforts from zero on"
+    )]
+    BadCurve {
+        /// The actuator.
+        name: String,
+    },
+    /// No table of one argument has this name.
+    #[error("no table of one argument is called `{name}`")]
+    UnknownTable {
+        /// As written.
+        name: String,
+        /// Those that there are.
+        known: Vec<String>,
+    },
+    /// A table as the curve of a motor whose speed and effort are other quantities.
+    #[error(
+        "the motor of `{name}` has {} over {}, and its table {} over {}",
+        if *.turns { "N m" } else { "N" }, if *.turns { "rad/s" } else { "m/s" }, named(&.units[1]), named(&.units[0])
+    )]
+    CurveUnits {
+        /// The actuator.
+        name: String,
+        /// SI units of argument and value of the table.
+        units: [String; 2],
+        /// True of an actuator that turns.
+        turns: bool,
     },
     /// States that balance the start with every value of the unknowns.
     #[error("states of controllers balance the start with any value of {}", .names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" and "))]
@@ -273,12 +325,11 @@ impl AnalysisError {
                 "write a curve of type `cam-law`, and one of type `cam` that names it".to_owned(),
             ),
             Self::UnknownCam { known, .. } => {
-                let known: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
-                (codes::UNKNOWN_CAM, format!("name one of {}", known.join(", ")))
+                (codes::UNKNOWN_CAM, format!("name one of {}", quoted(known)))
             }
             Self::NDrives { n_free, .. } => (
                 codes::N_DRIVES,
-                format!("prescribe as many motions as are free: write `--drive` {n_free} times"),
+                format!("prescribe as many motions as are free: write `--drive` {}", times(*n_free)),
             ),
             Self::NotOneMotion { .. } => (
                 codes::N_DRIVES,
@@ -331,7 +382,8 @@ impl AnalysisError {
             Self::Unknowns { n_free, .. } => (
                 codes::UNDETERMINED,
                 format!(
-                    "name one unknown parameter for each free motion: write `--solve` {n_free} times"
+                    "name one unknown parameter for each free motion: write `--solve` {}",
+                    times(*n_free)
                 ),
             ),
             Self::NotBalanced { .. } => (
@@ -353,6 +405,40 @@ impl AnalysisError {
                 "name a joint or a drive: its effort is what the motion needs besides the loads of the model"
                     .to_owned(),
             ),
+            Self::UnknownReaction { .. } => (
+                codes::UNKNOWN_NAME,
+                "write a joint, `A`, or a component of its reaction, `A.fy`, `A.mz` or `A.fy_joint`".to_owned(),
+            ),
+            Self::NoStiffness { .. } => (
+                codes::BAD_RANGE,
+                "write `1e8 N/m` of forces, `1e5 N m/rad` of moments".to_owned(),
+            ),
+            Self::NoActuator { known, .. } if known.is_empty() => (
+                codes::UNKNOWN_NAME,
+                "write `--actuator` with the joint that has an effort".to_owned(),
+            ),
+            Self::NoActuator { known, .. } => {
+                (codes::UNKNOWN_NAME, format!("name one of {}", quoted(known)))
+            }
+            Self::BadCurve { .. } => (
+                codes::BAD_RANGE,
+                "write points such as `0,4` and `300,1`: a speed and the largest effort there, in SI units"
+                    .to_owned(),
+            ),
+            Self::UnknownTable { known, .. } if known.is_empty() => (
+                codes::UNKNOWN_NAME,
+                "write a table, such as `[tables.motor]`, or name a file: `A=@motor.csv`".to_owned(),
+            ),
+            Self::UnknownTable { known, .. } => (
+                codes::UNKNOWN_NAME,
+                format!("name one of {}, or a file: `A=@motor.csv`", quoted(known)),
+            ),
+            Self::CurveUnits { turns: true, .. } => {
+                (codes::BAD_RANGE, "write `units = [\"rad/s\", \"N m\"]` in the table".to_owned())
+            }
+            Self::CurveUnits { .. } => {
+                (codes::BAD_RANGE, "write `units = [\"m/s\", \"N\"]` in the table".to_owned())
+            }
             Self::StatesBalance { .. } => (
                 codes::UNDETERMINED,
                 "name a parameter that the rates of the states depend on, or ask `bksim static` for the states"
@@ -375,4 +461,24 @@ impl AnalysisError {
         }
         vec![if help.is_empty() { fault } else { fault.help(help) }]
     }
+}
+
+/// Names as a message lists them.
+fn quoted(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// A unit as a message names it.
+fn named(unit: &str) -> &str {
+    if unit.is_empty() { "plain numbers" } else { unit }
+}
+
+/// `1 motion is free`, `2 motions are free`.
+fn are(n: usize, what: &str) -> String {
+    format!("{} {what}", counted(n, "motion is", "motions are"))
+}
+
+/// How often an option is written.
+fn times(n: usize) -> String {
+    counted(n, "time", "times")
 }

@@ -52,6 +52,7 @@ pub fn inverse(
 ) -> Result<Inverse, AnalysisError> {
     known_along_a_motion(&model, times)?;
     let mut channels = channels(&mut model, motions, &actuators.named)?;
+    check_named(&model, &channels, actuators)?;
     let forced = model.snapshot();
 
     // Positions: each motion of a joint is a drive of the start.
@@ -121,6 +122,27 @@ pub fn inverse(
     Ok(record.told(&loaded, (&channels, &quantities), bounds))
 }
 
+/// Refuses limits and curves of what is no actuator, and curves of another kind.
+fn check_named(
+    model: &Model,
+    channels: &[Channel],
+    Actuators { limits, curves, .. }: &Actuators,
+) -> Result<(), AnalysisError> {
+    let acting: Vec<&Channel> = channels.iter().filter(|c| c.drive_idx.is_some()).collect();
+    let of = |name: &str| {
+        let unknown = || AnalysisError::NoActuator {
+            name: name.to_owned(),
+            known: acting.iter().map(|channel| channel.name.clone()).collect(),
+        };
+        acting.iter().find(|channel| channel.name == name).ok_or_else(unknown)
+    };
+    limits.iter().try_for_each(|limit| of(&limit.name).map(drop))?;
+    curves.iter().try_for_each(|curve| {
+        let turns = of(&curve.name)?.measure.unit(model) == "rad";
+        curve.check_units(turns)
+    })
+}
+
 /// States where the motions begin: drives of joints, values of other measures.
 fn prescribe_start(model: &mut Model, motions: &[Motion], from: f64) {
     model.solve.t_start = from;
@@ -166,11 +188,6 @@ fn actuation(
         |&k: &usize| matches!(system.constraints[loaded.kept[k]].source, Source::Drive(_));
     let (acting, bearing): (Vec<usize>, Vec<usize>) = (0..loaded.kept.len()).partition(is_acting);
     let actuators = || channels.iter().zip(quantities).filter(|(c, _)| c.drive_idx.is_some());
-    for limit in limits {
-        if !actuators().any(|(channel, _)| channel.name == limit.name) {
-            return Err(AnalysisError::UnknownMeasure { name: limit.name.clone() });
-        }
-    }
     // Efforts without a limit weigh as those with the largest.
     let own = |name: &str| limits.iter().find(|l| l.name == name).map(|l| l.limit);
     let largest = limits.iter().fold(0.0, |most: f64, l| most.max(l.limit));

@@ -56,7 +56,7 @@ impl ReactionBound {
     /// # Errors
     /// [`AnalysisError`] for an unknown name, and for what is no range.
     pub fn parse(model: &Model, name: &str, values: &str) -> Result<Self, AnalysisError> {
-        let unknown = || AnalysisError::UnknownMeasure { name: name.to_owned() };
+        let unknown = || AnalysisError::UnknownReaction { name: name.to_owned() };
         let own = name.strip_prefix("reactions.").unwrap_or(name);
         let (joint, word) = own.rsplit_once('.').ok_or_else(unknown)?;
         let named = ["fx", "fy", "fz", "mx", "my", "mz"].iter().position(|known| *known == word);
@@ -88,9 +88,9 @@ pub fn compliances(
 ) -> Result<Vec<Compliance>, AnalysisError> {
     let read = |(name, stiffness): &(String, String)| {
         Compliance::parse(model, name, stiffness).map_err(|fault| match fault {
-            NoCompliance::Unknown(name) => AnalysisError::UnknownMeasure { name },
+            NoCompliance::Unknown(name) => AnalysisError::UnknownReaction { name },
             NoCompliance::Stiffness(text) => {
-                AnalysisError::BadRange { text, unit: "N/m".to_owned() }
+                AnalysisError::NoStiffness { name: name.clone(), text }
             }
         })
     };

@@ -2,7 +2,9 @@
 
 mod support;
 
-use bksim_analysis::{Actuators, EffortLimit, Inverse, Motion, MotorCurve, Range, inverse};
+use bksim_analysis::{
+    Actuators, AnalysisError, EffortLimit, Inverse, Motion, MotorCurve, Range, inverse,
+};
 use support::{Problem, difference, model};
 
 /// Compares both tables of a reference: the drive of the model over the times at which the crank is where the
@@ -243,4 +245,55 @@ fn operating_points_are_told_beside_the_curve_of_a_motor() {
         assert_eq!(is_outside, effort.abs() > expected);
     }
     assert!(duty.outside().count() > 0);
+}
+
+#[test]
+fn a_table_of_the_model_is_the_curve_of_a_motor() {
+    let own = model(
+        "[tables.motor]\nunits = [\"rpm\", \"N m\"]\npoints = [[0, 12], [1000, 9.5], [1500, 0]]\n\
+         interpolation = \"linear\"\n\
+         [tables.smooth]\nunits = [\"rpm\", \"N m\"]\npoints = [[0, 12], [1000, 9.5], [1500, 0]]\n\
+         [tables.held]\npoints = [[0, 12], [100, 9.5]]\nextrapolate = \"constant\"\n\
+         [tables.push]\nunits = [\"m/s\", \"N\"]\npoints = [[0, 12], [1, 0]]\n\
+         [tables.below]\npoints = [[0, 12], [100, -1]]\n\
+         [tables.plane]\npoints = [[0, 0, 1], [0, 1, 1], [1, 0, 1], [1, 1, 1]]\n\
+         [bodies.rod]\nmass = 1\ninertia = 1\n\
+         [joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"rod\"]\n",
+    );
+    let of = |table: &str| MotorCurve::of_table(&own, "A", table);
+    let rpm = std::f64::consts::PI / 30.0;
+    let straight = of("motor").expect("a curve");
+    for (speed, effort) in
+        [(0.0, 12.0), (-500.0, 10.75), (1250.0, 4.75), (1500.0, 0.0), (1600.0, 0.0)]
+    {
+        assert!((straight.at(speed * rpm) - effort).abs() < 1e-12, "at {speed} rpm");
+    }
+    assert_eq!(straight.points().len(), 3);
+    // The natural spline through three points: its only bend, M, follows from 2 (h0 + h1) M = 6 (d1 - d0).
+    let smooth = of("smooth").expect("a curve");
+    let bend = 6.0 * (-9.5 / 500.0 + 2.5 / 1000.0) / (2.0 * 1500.0);
+    let middle = (12.0 + 9.5) / 2.0 - bend * 1000.0_f64.powi(2) / 16.0;
+    assert!((smooth.at(500.0 * rpm) - middle).abs() < 1e-12, "{}", smooth.at(500.0 * rpm));
+    assert!(smooth.points().len() > 20);
+    assert_eq!(of("held").expect("a curve").at(1e4), 9.5);
+
+    assert!(matches!(of("below"), Err(AnalysisError::BadCurve { .. })));
+    let Err(AnalysisError::UnknownTable { known, .. }) = of("plane") else {
+        panic!("two arguments")
+    };
+    assert_eq!(known, ["motor", "smooth", "held", "push", "below"]);
+
+    // It belongs to an actuator of its kind.
+    let asked = |curve: MotorCurve| {
+        let actuators = Actuators { curves: vec![curve], ..Actuators::default() };
+        let turning = Motion::formula(&own, "A.angle", "10*t").expect("a motion");
+        let times = Range { from: 0.0, to: 1.0, n: 3 };
+        inverse(own.snapshot().to_model(), &[turning], &times, &actuators)
+    };
+    assert_eq!(asked(straight).expect("efforts").duties[0].outside().count(), 0);
+    let Err(other) = asked(of("push").expect("a curve")) else { panic!("a force on a pin") };
+    assert_eq!(other.to_string(), "the motor of `A` has N m over rad/s, and its table N over m/s");
+    let unknown = MotorCurve::of_table(&own, "B", "motor").expect("a curve");
+    let Err(AnalysisError::NoActuator { known, .. }) = asked(unknown) else { panic!("no joint B") };
+    assert_eq!(known, ["A"]);
 }

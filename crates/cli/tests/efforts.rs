@@ -114,6 +114,29 @@ fn the_motion_of_a_log_needs_the_efforts_that_made_it() {
 }
 
 #[test]
+fn the_curve_of_a_motor_is_a_table_of_the_model_that_nothing_else_needs() {
+    let place = Scratch::new();
+    let motor = "[tables.motor]\nunits = [\"rpm\", \"N m\"]\npoints = [[0, 0.5], [10, 0.5], [300, 0.1]]\n\
+                 interpolation = \"linear\"\n";
+    place.write("three.toml", [THREE_CRANKS, motor].concat());
+    let rpm = std::f64::consts::PI / 30.0;
+    place.write("motor.csv", format!("0,0.5\n{},0.5\n{},0.1\n", 10.0 * rpm, 300.0 * rpm));
+    let duties = |curve: &str| {
+        let asked = ["inverse", "three.toml", "--motion", "A1.angle=0.4+20*t", "--curve", curve];
+        json(&place, &asked)["duties"][0]["outside"].clone()
+    };
+    let outside = duties("A1=motor");
+    assert!(!outside.as_array().expect("times").is_empty());
+    assert_eq!(outside, duties("A1=@motor.csv"));
+    for (curve, said) in [("A1=moto", "name one of `motor`"), ("B9=motor", "name one of `A1`")] {
+        let asked = ["inverse", "three.toml", "--motion", "A1.angle=0.4+20*t", "--curve", curve];
+        let refused = run(&place, &asked);
+        assert_eq!(refused.status.code(), Some(1));
+        assert!(text(&refused.stderr).contains(said), "{}", text(&refused.stderr));
+    }
+}
+
+#[test]
 fn a_linear_form_is_written_for_numpy_and_matlab_and_in_letters() {
     let place = Scratch::new();
     place.write(

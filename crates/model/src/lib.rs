@@ -60,4 +60,4 @@ pub use model::{CoordinatePolicy, Model, Parameter, Space};
 pub use reaction_component::ReactionComponent;
 pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};
 pub use state::{Clock, HeldChange, HeldSignal, LatchRow, NamedSignal, State};
-pub use table::{FunctionPiece, NamedFunction, TableCall};
+pub use table::{FunctionPiece, MeasuredCurve, NamedFunction, TableCall};

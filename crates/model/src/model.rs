@@ -23,7 +23,7 @@ use crate::load::Load;
 use crate::measure::{Initial, Orientation, Signal};
 use crate::solve::SolveOptions;
 use crate::state::{Clock, HeldChange, HeldSignal, NamedSignal, State};
-use crate::table::{NamedFunction, TableCall};
+use crate::table::{MeasuredCurve, NamedFunction, TableCall};
 
 /// A whole mechanism as its author stated it; `Model<PoolSnapshot>` is the same for all threads at once.
 #[derive(Debug)]
@@ -68,6 +68,8 @@ pub struct Model<P = Pool> {
     pub held: Vec<HeldSignal>,
     /// Tables, laws and paths that are functions by name, in the order of their first use.
     pub functions: Vec<NamedFunction>,
+    /// Tables of one argument, in file order.
+    pub measured: Vec<MeasuredCurve>,
     /// Calls of tables that have no value beyond their rows.
     pub table_calls: Vec<TableCall>,
     /// Symbols used in expressions of loads and drives, and what they measure.
@@ -113,6 +115,7 @@ impl<P> Model<P> {
             clocks: self.clocks.clone(),
             held: self.held.clone(),
             functions: self.functions.clone(),
+            measured: self.measured.clone(),
             table_calls: self.table_calls.clone(),
             signals: self.signals.clone(),
             initial: self.initial.clone(),

@@ -20,6 +20,17 @@ pub struct TableCall {
     pub span: Span,
 }
 
+/// Measured values over one argument, whether or not an expression calls them.
+#[derive(Clone, PartialEq, Debug)]
+pub struct MeasuredCurve {
+    /// Name of the table.
+    pub name: String,
+    /// SI units of the argument and of the value; empty for numbers without one.
+    pub units: [String; 2],
+    /// One after the other; there are no values where none holds.
+    pub pieces: Vec<FunctionPiece>,
+}
+
 /// A function that expressions call by its name.
 #[derive(Clone, Debug)]
 pub struct NamedFunction {
@@ -30,7 +41,7 @@ pub struct NamedFunction {
 }
 
 /// A part of a function with one formula: Σ c (x − x₀)ⁿ (y − y₀)ᵐ + A sin(ω (x − x₀) + φ).
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct FunctionPiece {
     /// First and last value of each argument, SI; infinite where there is none.
     pub ranges: Vec<[f64; 2]>,

@@ -208,8 +208,8 @@ pub(crate) fn bode_of<'py>(
 /// Names with values as text.
 type Pairs = Vec<(String, String)>;
 
-/// The name of an actuator, with speeds and efforts of the curve of its motor.
-type Curve = (String, Vec<f64>, Vec<f64>);
+/// The name of an actuator, with the curve of its motor.
+type Curve = (String, CurvePoints);
 
 /// Names of actuators, limits of efforts, curves of motors, joints that yield.
 type Acting = (Vec<String>, Pairs, Vec<Curve>, Pairs);
@@ -221,6 +221,25 @@ pub(crate) enum Prescription {
     Formula(String),
     Table(Vec<f64>, Vec<f64>),
     Samples(Vec<f64>, Vec<[f64; 3]>),
+}
+
+/// The curve of a motor: the name of a table of the model, or speeds and efforts.
+#[derive(FromPyObject)]
+pub(crate) enum CurvePoints {
+    Table(String),
+    Points(Vec<f64>, Vec<f64>),
+}
+
+impl CurvePoints {
+    fn of(&self, model: &Model, actuator: &str) -> Result<MotorCurve, AnalysisError> {
+        match self {
+            Self::Table(table) => MotorCurve::of_table(model, actuator, table),
+            Self::Points(speeds, efforts) => {
+                let points = speeds.iter().zip(efforts).map(|(speed, effort)| [*speed, *effort]);
+                MotorCurve::new(actuator, points.collect())
+            }
+        }
+    }
 }
 
 /// The efforts, reactions and powers that a motion needs.
@@ -236,10 +255,7 @@ pub(crate) fn inverse_of(
     let (named, limit, curve, compliance) = acting;
     ask(py, engine.get(), move |name, mut model| {
         model.compliances = compliances(&model, &compliance)?;
-        let read = |(name, speeds, efforts): &Curve| {
-            let points = speeds.iter().zip(efforts).map(|(speed, effort)| [*speed, *effort]);
-            MotorCurve::new(name, points.collect())
-        };
+        let read = |(name, points): &Curve| points.of(&model, name);
         let curves = curve.iter().map(read).collect::<Result<_, _>>()?;
         let limits = questions::inverse::limits(&limit)?;
         let actuators = Actuators { named, limits, curves };

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -117,6 +120,17 @@ def test_efforts_of_a_formula_and_of_a_table() -> None:
     assert np.allclose(formula[name][1:-1], by_table[name][1:-1], atol=1e-3)
 
 
+def test_the_curve_of_a_motor_is_that_of_a_table_of_the_model() -> None:
+    m = bksim.loads(PENDULUM + "[tables.motor]\npoints = [[0, 2], [4, 1]]\ninterpolation = \"linear\"\n")
+    motion = {"A.angle": "0.5*sin(3*t)"}
+    by_name = m.inverse(motion, times="0:2 s:41", curve={"A": "motor"})
+    by_points = m.inverse(motion, times="0:2 s:41", curve={"A": ([0, 4], [2, 1])})
+    assert by_name.facts["duties"] == by_points.facts["duties"]
+    assert 0 < len(by_name.facts["duties"][0]["outside"]) < 41
+    with pytest.raises(bksim.ModelError, match="motor"):
+        m.inverse(motion, curve={"A": "other"})
+
+
 def test_freedoms_and_a_run_verified() -> None:
     m = pendulum()
     assert m.doctor().facts["count"] == {"counted": 1, "mobility": 1, "redundant": 0}
@@ -147,6 +161,62 @@ def test_a_door_is_in_balance_wherever_it_is() -> None:
     assert pendulum().static().facts["equilibria"][0]["family"] is None
 
 
+BEAM = """
+[parameters]
+m = "5 kg"
+[bodies.beam]
+mass = "m"
+inertia = 0.1
+com = [0.6, 0]
+points = { B = [1, 0], C = [1.5, 0] }
+[ground.points]
+B = [1, 0]
+C = [1.5, 0]
+[joints]
+A = { type = "revolute", between = ["ground", "beam"] }
+B = { type = "revolute", between = ["ground.B", "beam.B"] }
+C = { type = "revolute", between = ["ground.C", "beam.C"] }
+[loads.weight]
+type = "gravity"
+acceleration = [0, -9.81]
+[solve]
+t_end = 0.01
+"""
+
+
+def test_joints_that_yield_share_in_runs_and_sweeps_what_the_command_says(tmp_path: Path) -> None:
+    file = tmp_path / "beam.toml"
+    file.write_text(BEAM)
+    m = bksim.load(file)
+    springs = {"A": "1e8 N/m", "B": "3e8 N/m", "C": ["1e8 N/m", "1e5 N m/rad"]}
+    run = m.solve(compliance=springs)
+    force = run["reactions.B.fy"]
+    assert abs(force[0] - m.solve()["reactions.B.fy"][0]) > 1
+    # Settling by y + angle*x, each force is k*(y + angle*x); y and angle from the balance.
+    k, x = np.array([1, 3, 1]), np.array([0, 1, 1.5])
+    y, angle = np.linalg.solve([[k.sum(), k @ x], [k @ x, k @ x**2]], 5 * 9.81 * np.array([1, 0.6]))
+    assert np.allclose(force, 3 * (y + angle), rtol=1e-9)
+    assert not any("fy" in name for _, names in run.not_unique for name in names)
+
+    words = [sys.executable, "-m", "bksim", "solve", str(file), "-o", str(tmp_path / "command.mcap")]
+    for name, stiffness in [("A", "1e8 N/m"), ("B", "3e8 N/m"), ("C", "1e8 N/m"), ("C", "1e5 N m/rad")]:
+        words += ["--compliance", f"{name}={stiffness}"]
+    subprocess.run(words, check=True, capture_output=True)
+    run.save(tmp_path / "python.mcap")
+    logs = [bksim.open(tmp_path / name) for name in ("command.mcap", "python.mcap")]
+    for known in (*logs, pickle.loads(pickle.dumps(run))):
+        assert np.array_equal(known["reactions.B.fy"], force)
+        assert np.array_equal(known(0.005)["reactions.B.fy"], run(0.005)["reactions.B.fy"])
+        assert known.not_unique == run.not_unique
+
+    s = bksim.sweep(m, {"m": [5, 7]}, outputs=["final(reactions.B.fy)"], compliance=springs)
+    m.parameters["m"] = 7
+    assert s["final(reactions.B.fy)"][1] == m.solve(compliance=springs)["reactions.B.fy"][-1]
+    assert s.solve(0)["reactions.B.fy"][-1] == pytest.approx(force[-1])
+    with pytest.raises(bksim.ModelError, match="Q002"):
+        m.solve(compliance={"D": "1 N/m"})
+
+
 def test_an_unknown_name_is_told() -> None:
     with pytest.raises(bksim.ModelError, match="q2"):
         pendulum().static(over={"q2": (0, 1, 2)})
@@ -156,4 +226,4 @@ def test_an_unknown_name_is_told() -> None:
 
 def test_an_answer_shows_itself() -> None:
     answer = pendulum().modes()
-    assert "1 modes" in str(answer) and "columns" in repr(answer) and "<table" in answer._repr_html_()
+    assert "1 mode," in str(answer) and "columns" in repr(answer) and "<table" in answer._repr_html_()

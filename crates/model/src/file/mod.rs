@@ -223,6 +223,7 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
         functions: Vec::new(),
         table_calls: Vec::new(),
         tables: Vec::new(),
+        measured: Vec::new(),
         curves: Vec::new(),
         laws: Vec::new(),
         local: None,

@@ -20,7 +20,7 @@ use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::ids::BodyId;
 use crate::measure::Signal;
 use crate::state::NamedSignal;
-use crate::table::{NamedFunction, TableCall};
+use crate::table::{MeasuredCurve, NamedFunction, TableCall};
 
 /// Faults after which further ones are no longer explained; comparing names takes time.
 const ENOUGH: usize = 200;
@@ -56,6 +56,8 @@ pub(super) struct Reader<'a> {
     pub(super) table_calls: Vec<TableCall>,
     /// Measured tables, in file order.
     pub(super) tables: Vec<MeasuredTable>,
+    /// Those of one argument, as they are told.
+    pub(super) measured: Vec<MeasuredCurve>,
     /// The paths of `[curves]` by name, `None` where one could not be read.
     pub(super) curves: Vec<(String, Option<Curve>)>,
     /// The laws of `[curves]` that could be read.

@@ -130,6 +130,7 @@ impl Reader<'_> {
             clocks: controllers.clocks,
             held: controllers.held,
             functions: std::mem::take(&mut self.functions),
+            measured: std::mem::take(&mut self.measured),
             table_calls: std::mem::take(&mut self.table_calls),
             signals: std::mem::take(&mut self.names.signals),
             initial,

@@ -16,7 +16,7 @@ use super::tree::{Node, Quoted, Table, Value};
 use super::value::{Kind, Lowered, Scope};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::message::short;
-use crate::table::TableCall;
+use crate::table::{MeasuredCurve, TableCall};
 
 /// Part of the range of all values by which a spline may leave those of two rows between them.
 const LEAVES: f64 = 0.02;
@@ -32,6 +32,11 @@ impl Reader<'_> {
                 continue;
             }
             let form = self.read_table(name, table, span);
+            if let Some(TableForm::Columns(columns)) = &form {
+                let units = [0, 1].map(|k| unit_of(columns.kinds[k], columns.are_angles[k]));
+                let (name, pieces) = (name.to_owned(), columns.function_pieces());
+                self.measured.push(MeasuredCurve { name, units, pieces });
+            }
             self.tables.push(MeasuredTable { name: name.to_owned(), form });
         }
     }

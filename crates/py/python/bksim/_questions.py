@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _bksim
-from ._checked import names, real
+from ._checked import names, pairs, real
 from ._html import table
 from ._show import Picture
 from ._solution import Solution
+from ._text import counted
 
 Values: TypeAlias = str | tuple[float, float, int]
 """A range as text, ``"0:360 deg:361"``, or as the first value, the last and their number, in SI."""
@@ -47,7 +48,8 @@ class Answer(Mapping[str, NDArray[np.float64]]):
 
     def __repr__(self) -> str:
         n_rows = self._values.shape[1]
-        return f"<bksim.{type(self).__name__}: {len(self)} columns, {n_rows} rows>"
+        columns, rows = counted(len(self), "column", "columns"), counted(n_rows, "row", "rows")
+        return f"<bksim.{type(self).__name__}: {columns}, {rows}>"
 
     def _repr_html_(self) -> str:
         most = 20
@@ -229,21 +231,22 @@ class Questions:
         by: str | Sequence[str] = (),
         over: Mapping[str, Values] | None = None,
         solve: str | Sequence[str] = (),
-        compliance: Mapping[str, str] | None = None,
+        compliance: Mapping[str, str | Sequence[str]] | None = None,
         bound: Mapping[str, str] | None = None,
     ) -> Answer:
         """Equilibria, their stability and the reactions in them; ``by`` are measures that the stiffness is by.
 
         ``over={"k": "1:5 N/m:41"}`` follows them over a parameter, through limit points and branch points;
         ``solve="k"`` finds the value with which the start is in balance.
-        ``compliance={"A": "1e8 N/m"}`` lets joints yield that share what they carry, ``bound={"A.fy": "0:500 N"}``
+        ``compliance={"A": "1e8 N/m"}`` lets joints yield that share what they carry, each by one stiffness or several,
+        ``["1e8 N/m", "1e5 N m/rad"]``; ``bound={"A.fy": "0:500 N"}``
         bounds reactions that are not unique.
         """
         ranges = [(name, _range(values)) for name, values in (over or {}).items()]
         if len(ranges) > 1 or (ranges and solve):
             raise ValueError("equilibria are followed over one parameter, or balanced")
         asked = ranges[0] if ranges else None
-        reactions = (_written(compliance), _written(bound))
+        reactions = (pairs(compliance), pairs(bound))
         solving = names("solve", solve)
         found = _bksim.static_of(self._engine(), names("by", by), asked, solving, reactions)
         return Answer(found)
@@ -290,8 +293,8 @@ class Questions:
         smoothing: float = 0.0,
         actuator: str | Sequence[str] = (),
         limit: Mapping[str, str] | None = None,
-        curve: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
-        compliance: Mapping[str, str] | None = None,
+        curve: Mapping[str, str | tuple[ArrayLike, ArrayLike]] | None = None,
+        compliance: Mapping[str, str | Sequence[str]] | None = None,
     ) -> Answer:
         """The efforts, reactions and powers that a motion needs.
 
@@ -299,7 +302,8 @@ class Questions:
         cubic spline goes, the smoother the larger ``smoothing`` is, or a solution (a run, or a log that ``bksim.open``
         has opened), whose samples of value, rate and acceleration are joined. States of controllers and signals with a
         clock follow the motion. ``actuator`` names the joints that have an effort,
-        ``limit={"A": "12 N m"}`` their largest ones; ``curve={"A": (speeds, efforts)}`` is the curve of a motor.
+        ``limit={"A": "12 N m"}`` their largest ones; ``curve={"A": (speeds, efforts)}`` is the curve of a motor in
+        SI, ``curve={"A": "motor"}`` that of a table of the model.
         """
 
         def listed(value: tuple[ArrayLike, ArrayLike]) -> tuple[list[float], list[float]]:
@@ -316,8 +320,8 @@ class Questions:
         motions = [(name, written(name, value)) for name, value in (motion or {}).items()]
         asked = None if times is None else _range(times)
         smooth = real("smoothing", smoothing) or 0.0
-        curves = [(name, *listed(value)) for name, value in (curve or {}).items()]
-        acting = (names("actuator", actuator), _written(limit), curves, _written(compliance))
+        motors = ((name, value if isinstance(value, str) else listed(value)) for name, value in (curve or {}).items())
+        acting = (names("actuator", actuator), pairs(limit), list(motors), pairs(compliance))
         return Answer(_bksim.inverse_of(self._engine(), motions, smooth, asked, acting))
 
     def doctor(self, drive: str | None = None) -> Answer:
@@ -333,10 +337,6 @@ class Questions:
         ``patience`` seconds; what they have reached then is compared."""
         longest = real("patience", patience) or 0.0
         return Answer(_bksim.verify_of(self._engine(), real("t_end", t_end), longest))
-
-
-def _written(values: Mapping[str, str] | None) -> list[tuple[str, str]]:
-    return [(str(name), str(value)) for name, value in (values or {}).items()]
 
 
 def _samples(name: str, run: Solution) -> tuple[list[float], list[list[float]]]:

@@ -50,10 +50,14 @@ fn actuators(table: &Table) -> Vec<(&str, usize, usize)> {
 
 /// The curve of a motor in four quadrants, and the points that lie outside of it.
 fn beside(duty: &Duty) -> Vec<Curve> {
-    let own = duty.curve.points();
-    let last = own.last().map_or(0.0, |point| point[0]);
-    let mut outline: Vec<[f64; 2]> = own.to_vec();
-    outline.push([last, 0.0]);
+    let mut outline: Vec<[f64; 2]> = duty.curve.points().to_vec();
+    let last = outline.last().map_or(0.0, |point| point[0]);
+    // A table may go on beyond its rows.
+    let fastest = duty.points.iter().fold(last, |most, point| most.max(point[1].abs()));
+    if duty.curve.at(fastest) > 0.0 {
+        outline.push([fastest, duty.curve.at(fastest)]);
+    }
+    outline.push([outline.last().map_or(0.0, |point| point[0]), 0.0]);
     // From the right over the top to the left, then back below.
     let mirrored =
         |sides: [f64; 2]| move |point: &[f64; 2]| [sides[0] * point[0], sides[1] * point[1]];

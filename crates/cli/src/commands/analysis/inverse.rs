@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use super::answer::{Answer, Asked, asked_drawn, failed, lines, refuse_input, table_json};
 use crate::args::analysis::Inverse as Args;
 use crate::exit::{Failure, Status};
-use crate::output::number;
+use crate::output::{counted, number};
 use crate::source::logged::{is_log, measured};
 use crate::source::{Text, load, read_bytes};
 
@@ -57,7 +57,7 @@ pub fn run(
     let actuators = Actuators {
         named: args.actuator.clone(),
         limits: limits(&args.limit).map_err(&failed)?,
-        curves: read_curves(&source, &args.curve)?,
+        curves: read_curves(&source, &model, &args.curve)?,
     };
     let found = inverse(model, &motions, &times, &actuators).map_err(&failed)?;
     let content = match (file, draw) {
@@ -65,7 +65,7 @@ pub fn run(
             Some((file, draw(&name, &found)?, "efforts over speeds".to_owned()))
         }
         (Some(file), None) => {
-            let summary = format!("{} rows", found.table.rows.len());
+            let summary = counted(found.table.rows.len(), "row", "rows");
             Some((file, found.table.csv().into_bytes(), summary))
         }
         (None, _) => None,
@@ -82,16 +82,16 @@ pub fn limits(written: &[(String, String)]) -> Result<Vec<EffortLimit>, Analysis
     written.iter().map(|(name, limit)| EffortLimit::parse(name, limit)).collect()
 }
 
-/// Curves of motors from tables of speeds and efforts.
-fn read_curves(source: &Text, written: &[(String, String)]) -> Result<Vec<MotorCurve>, Failure> {
-    let read = |(name, file): &(String, String)| {
-        let path = file.strip_prefix('@').ok_or_else(|| {
-            let message = format!("`{file}` is no file of a motor's curve");
-            Failure::usage(
-                message,
-                "write `--curve A=@motor.csv`, with a speed and an effort in a line",
-            )
-        })?;
+/// Curves of motors from tables of speeds and efforts: of the model by name, or of files.
+fn read_curves(
+    source: &Text,
+    model: &Model,
+    written: &[(String, String)],
+) -> Result<Vec<MotorCurve>, Failure> {
+    let read = |(name, table): &(String, String)| {
+        let Some(path) = table.strip_prefix('@') else {
+            return MotorCurve::of_table(model, name, table).map_err(failed(source));
+        };
         let (speeds, efforts) = read_pairs(Path::new(path), "speed and effort")?;
         let points = speeds.into_iter().zip(efforts).map(|(speed, effort)| [speed, effort]);
         MotorCurve::new(name, points.collect()).map_err(failed(source))
@@ -133,8 +133,8 @@ pub fn told(name: &str, found: &Inverse) -> Answer {
     let is_shown = |load: &&Load| load.peak.abs() > 1e-12 * largest;
     let rows = found.loads.iter().filter(is_shown).map(row).collect();
     let text = format!(
-        "{name}: efforts at {} times\n\n{}",
-        found.table.rows.len(),
+        "{name}: efforts at {}\n\n{}",
+        counted(found.table.rows.len(), "time", "times"),
         lines(&["", "peak", "at", "rms", "unit"], rows)
     ) + &remarks(found);
     let loads = found.loads.iter().map(|load| {
@@ -164,9 +164,9 @@ fn remarks(found: &Inverse) -> String {
     let mut all = Vec::new();
     if found.n_inner > 0 {
         all.push(format!(
-            "inner forces: {} ways of changing efforts that move nothing; the efforts are the smallest, \
+            "inner forces: {} of changing efforts without moving anything; the efforts are the smallest, \
              `effort_min` and `effort_max` in the table are the ends of their ranges",
-            found.n_inner
+            counted(found.n_inner, "way", "ways")
         ));
     }
     if !found.missing.is_empty() {
@@ -176,9 +176,9 @@ fn remarks(found: &Inverse) -> String {
         ));
     }
     if let Some(first) = found.impossible.first() {
-        let n = found.impossible.len();
         all.push(format!(
-            "at {n} times no efforts keep to the limits, first at {} s",
+            "at {} no efforts keep to the limits, first at {} s",
+            counted(found.impossible.len(), "time", "times"),
             number(*first)
         ));
     }
@@ -207,7 +207,8 @@ fn remarks(found: &Inverse) -> String {
         });
         let name = &duty.curve.name;
         all.push(format!(
-            "{name}: {n} of {of} points outside of the motor's curve{}",
+            "{name}: {n} of {} outside of the motor's curve{}",
+            counted(of, "point", "points"),
             worst.unwrap_or_default()
         ));
     }
