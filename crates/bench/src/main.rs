@@ -63,7 +63,7 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    /// The algebra: folding, operation counts, derivation, gradients, evaluation.
+    /// The algebra: folding, operation counts, derivation, gradients, evaluation, generated code.
     Algebra(AlgebraArgs),
     /// Work against precision of the integrators on published mechanisms.
     Precision(PrecisionArgs),

@@ -93,6 +93,9 @@ fn all_suites_run_without_peers() -> Result<(), Box<dyn std::error::Error>> {
         ("evaluation", "/slider_crank/times/interpreter/min_s"),
         ("evaluation", "/five_link/times/JIT/min_s"),
         ("evaluation", "/andrews/times/batch of 1000/min_s"),
+        ("generated", "/slider_crank/terms, bksim/source_bytes"),
+        ("generated", "/five_link/accelerations, bksim/operations"),
+        ("generated", "/chain/accelerations, bksim/operations"),
     ] {
         let found = numbers(suite).and_then(|numbers| numbers.pointer(path));
         assert!(found.is_some_and(is_positive), "{suite}{path}: {found:?}");

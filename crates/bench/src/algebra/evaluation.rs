@@ -18,7 +18,7 @@ use crate::report::{Check, Report, Table, ratio, seconds};
 use crate::timing::{Effort, Samples, median, repeat, repeat_short};
 
 /// Number of points that single evaluations visit in turn.
-const N_POINTS: usize = 16;
+pub(super) const N_POINTS: usize = 16;
 /// Number of points of a batch.
 const N_BATCH: usize = 1000;
 /// Number of calls in one sample of a peer.
@@ -26,7 +26,7 @@ const N_CALLS: usize = 20_000;
 /// Number of samples of a peer in one round.
 const N_SAMPLES: usize = 10;
 /// Short rounds for each round of the other suites: nanoseconds are the noisiest.
-const ROUNDS: usize = 5;
+pub(super) const ROUNDS: usize = 5;
 /// Goal of the time of the JIT over that of hand-written C.
 const C_RATIO_GOAL: f64 = 1.25;
 /// Goal of the throughput of batches over that of single points.
@@ -196,7 +196,7 @@ fn measure(
     let outputs = system.outputs();
     let tape = system.tape(&outputs)?;
     let points = system.points(N_POINTS);
-    let expected = Expected::new(&tape, system, points);
+    let expected = Expected::new(&tape, system.parameter_values(), points);
     let compile = repeat(context.effort, || (), |()| tape.machine_code().ok());
     let mut found = Measured {
         times: Vec::new(),
@@ -325,7 +325,7 @@ fn compiled(
 }
 
 /// The points, and the right values there.
-struct Expected {
+pub(super) struct Expected {
     parameters: Vec<f64>,
     points: Vec<f64>,
     values: Vec<f64>,
@@ -334,8 +334,7 @@ struct Expected {
 }
 
 impl Expected {
-    fn new(tape: &Tape, system: &System, points: Vec<f64>) -> Self {
-        let parameters = system.parameter_values();
+    pub(super) fn new(tape: &Tape, parameters: Vec<f64>, points: Vec<f64>) -> Self {
         let mut workspace = tape.workspace(&parameters);
         let mut out = vec![0.0; tape.n_outputs()];
         let mut values = Vec::new();
@@ -348,7 +347,7 @@ impl Expected {
     }
 
     /// The input of `native/harness.c`.
-    fn request(&self) -> String {
+    pub(super) fn request(&self) -> String {
         let Self { n_inputs, n_outputs, .. } = self;
         let n_points = self.points.len() / n_inputs;
         let mut text = format!("{n_inputs} {n_outputs} {n_points} {N_SAMPLES} {N_CALLS}");
@@ -360,7 +359,7 @@ impl Expected {
     }
 
     /// The samples of a program, after a check of its outputs.
-    fn checked(&self, program: &str, text: &str) -> Result<Samples, BenchError> {
+    pub(super) fn checked(&self, program: &str, text: &str) -> Result<Samples, BenchError> {
         let value: Value =
             serde_json::from_str(text).map_err(|_| BenchError::Data("output of a peer"))?;
         let list = |key: &str| -> Vec<f64> {

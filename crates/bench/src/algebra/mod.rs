@@ -6,6 +6,7 @@ mod counts;
 mod derivation;
 mod evaluation;
 mod folding;
+mod generated;
 mod gradient;
 mod systems;
 mod work;
@@ -29,6 +30,8 @@ pub(crate) enum AlgebraSuite {
     Gradient,
     /// Time of residual and Jacobian at one point.
     Evaluation,
+    /// Functions of `bksim code` as C: size, and time of a call.
+    Generated,
 }
 
 /// The chosen suites; all of them if none is.
@@ -45,6 +48,7 @@ impl AlgebraSuite {
             Self::Derivation => derivation::run(context),
             Self::Gradient => gradient::run(context),
             Self::Evaluation => evaluation::run(context),
+            Self::Generated => generated::run(context),
         }
     }
 }

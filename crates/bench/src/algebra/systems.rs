@@ -223,12 +223,7 @@ impl System {
 
     /// Points around the pose, one after the other: always the same ones.
     pub(crate) fn points(&self, n_points: usize) -> Vec<f64> {
-        let mut state: u64 = 0x9E37_79B9_7F4A_7C15;
-        let mut noise = move || {
-            // A linear congruential generator (Knuth's constants); its high bits are good enough.
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-        };
+        let mut noise = noise();
         let mut points = Vec::with_capacity(n_points * self.n_inputs());
         for _ in 0..n_points {
             points.extend(self.pose.iter().map(|q| q + 0.2 * noise()));
@@ -261,5 +256,15 @@ impl System {
             "name": self.name, "nq": self.q.len(), "nc": self.lambda.len(), "inputs": names,
             "entries": outputs.entries, "parameters": parameters, "texts": texts,
         })
+    }
+}
+
+/// Numbers between −½ and ½, always the same ones.
+pub(super) fn noise() -> impl FnMut() -> f64 {
+    let mut state: u64 = 0x9E37_79B9_7F4A_7C15;
+    move || {
+        // A linear congruential generator (Knuth's constants); its high bits are good enough.
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
     }
 }
