@@ -40,6 +40,9 @@ pub struct Assemblies {
     pub proof: Option<Proof>,
     /// The number of the one that the model holds, if it holds one.
     pub held_number: Option<usize>,
+    /// Poses that were found in which the mechanism can move although all is held: samples of ways without number, which
+    /// are left out.
+    pub n_moving: usize,
 }
 
 /// Finds the assemblies of `model` at the values that its start states.
@@ -72,9 +75,10 @@ pub(crate) fn assemblies_of(positions: &Positions) -> Result<Assemblies, Analysi
         Some(mut apart) => proved(positions, &mut apart, (&mut rows, &u), &mut found),
         None => None,
     };
+    let mut n_moving = 0;
     if proof.is_none() {
         found.truncate(1);
-        search(positions, &mut rows, &u, &start, &mut found)?;
+        n_moving = search(positions, &mut rows, &u, &start, &mut found)?;
     }
 
     // Names, and the pose of each.
@@ -95,7 +99,7 @@ pub(crate) fn assemblies_of(positions: &Positions) -> Result<Assemblies, Analysi
     let all = all.into_iter().zip(poses).zip(names).enumerate();
     let assembly = |(k, ((q, pose), name))| Assembly { number: k + 1, name, pose, q };
     let assemblies = all.map(assembly).collect();
-    Ok(Assemblies { assemblies, held, proof, held_number: None })
+    Ok(Assemblies { assemblies, held, proof, held_number: None, n_moving })
 }
 
 /// Adds to `found` all assemblies of a linkage that comes apart into Assur groups; none where the start is not among them, or
@@ -186,20 +190,20 @@ pub(crate) fn held(
     Ok((measures, held))
 }
 
-/// Adds to `found` what many guesses lead to.
+/// Adds to `found` what many guesses lead to, but for poses in which something can still move: their number.
 fn search(
     positions: &Positions,
     rows: &mut Rows,
     u: &[f64],
     start: &[f64],
     found: &mut Vec<Vec<f64>>,
-) -> Result<(), AnalysisError> {
+) -> Result<usize, AnalysisError> {
     const N_GUESSES: usize = 600;
     /// Guesses without anything new after which a search ends.
     const PATIENCE: usize = 200;
     let mut random = Pcg64::seed_from_u64(1);
     let mut aligned = Aligned::of(positions)?;
-    let mut last_new = 0;
+    let (mut last_new, mut n_moving) = (0, 0);
     for k in 0..N_GUESSES {
         if k > last_new + PATIENCE {
             break;
@@ -214,13 +218,34 @@ fn search(
             })
         };
         if aligned.holds(positions.t(), &rows.unscaled(&x)) && !found.iter().any(is_same) {
+            if can_move(rows, positions.t(), &x, u) {
+                n_moving += 1;
+                continue;
+            }
             last_new = k;
             // Angles within half a turn.
             let tidy = |(i, x): (usize, &f64)| if is_turn[i] { wrapped(*x) } else { *x };
             found.push(x.iter().enumerate().map(tidy).collect());
         }
     }
-    Ok(())
+    Ok(n_moving)
+}
+
+/// True of a pose from which there is a way on although all is held: not of one that is singular by itself.
+fn can_move(rows: &mut Rows, t: f64, x: &[f64], u: &[f64]) -> bool {
+    /// Part of a radian or of the longest link.
+    const AWAY: f64 = 1e-3;
+    let jacobian = rows.at(t, x, u).jacobian;
+    let Some(svd) = Svd::new(&jacobian) else { return false };
+    let is_free = |&k: &usize| svd.singular_values[k] <= RANK_TOLERANCE * svd.largest();
+    (0..svd.singular_values.len()).filter(is_free).any(|k| {
+        let aside = (0..x.len()).map(|i| x[i] + AWAY * svd.v_t[(k, i)]).collect();
+        let there = closed(rows, t, aside, u);
+        there.is_some_and(|there| {
+            let off = there.iter().zip(x).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+            off > 0.5 * AWAY && off < 2.0 * AWAY
+        })
+    })
 }
 
 fn guess(rows: &Rows, start: &[f64], random: &mut Pcg64) -> Vec<f64> {

@@ -89,9 +89,18 @@ fn value_in_si(number: f64, unit: &str, si: &str) -> Option<f64> {
     if unit.is_empty() {
         return Some(number);
     }
-    let written = WrittenUnit::parse(unit)?;
-    let wanted = WrittenUnit::parse(si)?;
-    (written.si() == wanted.si()).then(|| written.to_si(number))
+    // A rate is written as one of an angle, which is a number.
+    let read = |unit: &str| match unit.strip_prefix("1/") {
+        Some(per) => WrittenUnit::parse(&format!("rad/{per}")),
+        None => WrittenUnit::parse(unit),
+    };
+    let written = read(unit)?;
+    let is_fitting = if si.is_empty() {
+        written.is_alike(&WrittenUnit::PURE)
+    } else {
+        written.is_alike(&read(si)?)
+    };
+    is_fitting.then(|| written.to_si(number))
 }
 
 /// The number that a text begins with, and what follows it.

@@ -65,9 +65,10 @@ impl MotorCurve {
         let is_within = |piece: &&FunctionPiece| piece.ranges[0].iter().all(|x| x.is_finite());
         let within = || table.pieces.iter().filter(is_within);
         let end = |piece: &FunctionPiece| [piece.ranges[0][1], value(piece, piece.ranges[0][1])];
-        let rows = within().map(|piece| piece.terms[0].1).chain(within().last().map(|p| end(p)[1]));
+        let rows =
+            within().map(|piece| piece.terms[0].1).chain(within().next_back().map(|p| end(p)[1]));
         let is_negative = rows.into_iter().any(|effort| effort < -ROUNDING);
-        let points = within().flat_map(drawn).chain(within().last().map(end));
+        let points = within().flat_map(drawn).chain(within().next_back().map(end));
         let points = points.map(|[x, y]| [x, if is_negative { y } else { y.max(0.0) }]).collect();
         let (units, pieces) = (Some(table.units.clone()), table.pieces.clone());
         Self { name: name.to_owned(), units, points, pieces }.checked()

@@ -27,8 +27,11 @@ pub(crate) fn channels(
     // A drive that is there already goes.
     model.drives.retain(|drive| !motions.iter().any(|m| m.measure == measure_of(drive)));
     let own = model.drives.iter().map(|drive| (drive.name.clone(), measure_of(drive)));
+    // Of a joint with several motions each has a name of its own.
     let joint_name = |m: &Motion| match m.measure {
-        Measure::JointPosition(joint, _) => model.joints[joint.0].name.clone(),
+        Measure::JointPosition(joint, _) if model.joints[joint.0].kind.motions().len() == 1 => {
+            model.joints[joint.0].name.clone()
+        }
         _ => m.name.clone(),
     };
     let given = motions.iter().map(|m| (joint_name(m), m.measure));

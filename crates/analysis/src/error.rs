@@ -3,7 +3,7 @@
 use bksim_expr::TapeError;
 use bksim_model::AssemblyChoice;
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
-use bksim_model::message::{counted, short};
+use bksim_model::message::{counted, listed, short};
 
 use crate::codes;
 
@@ -24,6 +24,14 @@ pub enum AnalysisError {
         text: String,
         /// The SI unit that was expected.
         unit: String,
+    },
+    /// Frequencies from zero or below have no even steps of their logarithm.
+    #[error(
+        "`{text}` is no range of frequencies: its ends must be above zero, for it has even steps of the logarithm"
+    )]
+    NoFrequencies {
+        /// As written.
+        text: String,
     },
     /// Nothing of this name can be measured.
     #[error("no joint, body or point has the measure `{name}`")]
@@ -77,6 +85,22 @@ pub enum AnalysisError {
         n_free: usize,
         /// Prescribed motions.
         n_driven: usize,
+    },
+    /// A motion in time that leaves motions free.
+    #[error("{}, and {}", are(*n_free, "free"), are(*n_prescribed, "prescribed"))]
+    NMotions {
+        /// Degrees of freedom.
+        n_free: usize,
+        /// Motions that drives and motions prescribe.
+        n_prescribed: usize,
+    },
+    /// Quantities in whose place as many free motions are to be described.
+    #[error("{}, and {} named", are(*n_free, "free"), counted(*n_named, "quantity is", "quantities are"))]
+    NQuantities {
+        /// Degrees of freedom.
+        n_free: usize,
+        /// Quantities that are named.
+        n_named: usize,
     },
     /// Limits are those of a mechanism with one free motion.
     #[error("{n_free} motions are free, not one")]
@@ -133,7 +157,7 @@ pub enum AnalysisError {
     #[error("no equilibrium was found")]
     NoEquilibrium,
     /// Equilibria over a parameter that are not isolated.
-    #[error("the equilibria over `{parameter}` are families: {} can be anywhere", .moves.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" and "))]
+    #[error("the equilibria over `{parameter}` are families: {} can be anywhere", listed(&.moves.iter().map(String::as_str).collect::<Vec<_>>()))]
     NotIsolated {
         /// The parameter.
         parameter: String,
@@ -166,7 +190,7 @@ pub enum AnalysisError {
         n_free: usize,
     },
     /// No values of parameters balance the start.
-    #[error("no value of {} balances the start", .names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" and "))]
+    #[error("no value of {} balances the start", listed(&.names.iter().map(String::as_str).collect::<Vec<_>>()))]
     NotBalanced {
         /// The parameters.
         names: Vec<String>,
@@ -250,7 +274,7 @@ pub enum AnalysisError {
         turns: bool,
     },
     /// States that balance the start with every value of the unknowns.
-    #[error("states of controllers balance the start with any value of {}", .names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" and "))]
+    #[error("states of controllers balance the start with any value of {}", listed(&.names.iter().map(String::as_str).collect::<Vec<_>>()))]
     StatesBalance {
         /// The parameters.
         names: Vec<String>,
@@ -269,7 +293,7 @@ pub enum AnalysisError {
         known: Vec<(usize, String)>,
     },
     /// A pose in which the forces are not balanced.
-    #[error("{what} do not determine {n} unknowns")]
+    #[error("{what} do not determine {}", counted(*n, "unknown", "unknowns"))]
     Undetermined {
         /// The equations.
         what: String,
@@ -292,6 +316,9 @@ impl AnalysisError {
             }
             Self::BadRange { unit, .. } => {
                 (codes::BAD_RANGE, format!("write values such as `0:20 {unit}:21` or `0.5`"))
+            }
+            Self::NoFrequencies { .. } => {
+                (codes::BAD_RANGE, "write a range such as `0.1:100 rad/s:201`".to_owned())
             }
             Self::Counts { .. } => {
                 (codes::BAD_RANGE, "write ranges such as `0:360 deg:361`".to_owned())
@@ -330,6 +357,17 @@ impl AnalysisError {
             Self::NDrives { n_free, .. } => (
                 codes::N_DRIVES,
                 format!("prescribe as many motions as are free: write `--drive` {}", times(*n_free)),
+            ),
+            Self::NMotions { n_free, n_prescribed } => (
+                codes::N_DRIVES,
+                format!(
+                    "prescribe what is left free, too: add `--motion` {}",
+                    times(n_free.saturating_sub(*n_prescribed))
+                ),
+            ),
+            Self::NQuantities { n_free, .. } => (
+                codes::N_DRIVES,
+                format!("name as many quantities as motions are free: {n_free}"),
             ),
             Self::NotOneMotion { .. } => (
                 codes::N_DRIVES,

@@ -78,7 +78,7 @@ pub fn inverse(
     let quantities = quantities(&loaded, &channels);
     let mut rates = loaded.rates(&quantities)?;
     let mut slopes = loaded.scalars(&quantities)?;
-    let actuation = actuation(&loaded, &channels, &quantities, &actuators.limits)?;
+    let actuation = actuation(&loaded, &channels, &quantities, &actuators.limits);
 
     // States of controllers first, then what all forces need.
     let times = times.values();
@@ -182,7 +182,7 @@ fn actuation(
     channels: &[Channel],
     quantities: &[PoseQuantity],
     limits: &[EffortLimit],
-) -> Result<Actuation, AnalysisError> {
+) -> Actuation {
     let system = loaded.system();
     let is_acting =
         |&k: &usize| matches!(system.constraints[loaded.kept[k]].source, Source::Drive(_));
@@ -201,13 +201,13 @@ fn actuation(
         .map(|c| if c.kind == CoordinateKind::Length { loaded.size } else { 1.0 });
     let prescribed = channels.iter().zip(quantities).filter(|(c, _)| c.is_prescribed);
     let unit_of_motion = prescribed.map(|(_, q)| if q.unit == "m" { loaded.size } else { 1.0 });
-    Ok(Actuation {
+    Actuation {
         bearing,
         acting,
         weights: actuators().map(weight).collect(),
         unit_of_column: unit_of_column.collect(),
         unit_of_motion: unit_of_motion.collect(),
-    })
+    }
 }
 
 /// The efforts of the actuators, in the order of their drives.

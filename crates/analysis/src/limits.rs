@@ -136,6 +136,22 @@ fn branch(
     for (pair, &step) in trace.points.windows(2).zip(&trace.steps) {
         found.extend(extremes.between(curve, (&pair[0], &pair[1]), [step, step]));
     }
+    if trace.is_endless {
+        // The same in every turn.
+        let is_same = |a: &Extreme, b: &Extreme| {
+            let off = (a.value - b.value).abs();
+            a.name == b.name
+                && a.is_maximum == b.is_maximum
+                && off <= 1e-9 * a.value.abs().max(1e-3)
+        };
+        let mut once: Vec<Extreme> = Vec::new();
+        for extreme in found {
+            if !once.iter().any(|known| is_same(known, &extreme)) {
+                once.push(extreme);
+            }
+        }
+        found = once;
+    }
     let mut values: Vec<Vec<f64>> =
         trace.points.iter().map(|p| extremes.values(curve, p)).collect();
     let (names, units) = (extremes.names().to_vec(), extremes.unit_names().to_vec());
@@ -152,7 +168,8 @@ fn branch(
         let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
         all.for_each(|value| (min, max) = (min.min(value), max.max(value)));
         let net = values.last().map_or(0.0, |last| last[k] - values[0][k]);
-        let turns = unit == "rad" && trace.is_closed && net.abs() > 1.0;
+        let is_round = trace.is_closed || trace.is_endless && net.abs() > TAU;
+        let turns = unit == "rad" && is_round && net.abs() > 1.0;
         // Located extremes are exact.
         for extreme in found.iter().filter(|extreme| extreme.name == *name) {
             let end = if extreme.is_maximum { &mut max } else { &mut min };

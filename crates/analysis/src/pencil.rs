@@ -18,6 +18,8 @@ pub(crate) struct Pencil {
 const NO_MASS: f64 = 1e-13;
 /// Part of the largest damping below which one counts as none.
 const NO_DAMPING: f64 = 1e-13;
+/// Part of the stiffness and the damping up to which a motion counts as one that nothing acts on.
+const RIGID: f64 = 1e-12;
 
 impl Pencil {
     /// The matrices of the equations `at` an equilibrium along the free motions.
@@ -90,6 +92,12 @@ impl Pencil {
                 }
             };
             squares.iter().flat_map(|&square| of(square)).collect()
+        } else if let Some((n_rigid, rest)) =
+            self.without_rigid(undamped).filter(|_| light.is_empty())
+        {
+            // Motions that nothing acts on: zero stands once for each, and is double in the others' matrix.
+            let (others, _) = rest.finite_eigenvalues();
+            std::iter::repeat_n(Complex::new(0.0, 0.0), n_rigid).chain(others).collect()
         } else {
             // x = (y_h, ẏ_h, y_1).
             let size = 2 * nh + n1;
@@ -114,6 +122,35 @@ impl Pencil {
         };
         values.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(a.re.total_cmp(&b.re)));
         (values, light.len())
+    }
+
+    /// The number of motions that neither stiffness nor damping acts on, and the pencil of those across them; `None`
+    /// where there are none of one kind.
+    fn without_rigid(&self, is_undamped: bool) -> Option<(usize, Self)> {
+        let n = self.mass.nrows();
+        let [k, c] = [&self.stiffness, &self.damping];
+        let both = [k.clone(), k.transpose(), c.clone(), c.transpose()];
+        let mut all = DMatrix::zeros(4 * n, n);
+        for (place, matrix) in both.iter().enumerate().take(if is_undamped { 2 } else { 4 }) {
+            if matrix.norm() > 0.0 {
+                all.rows_mut(place * n, n).copy_from(&(matrix / matrix.norm()));
+            }
+        }
+        let svd = Svd::new(&all)?;
+        let is_rigid = |k: &usize| svd.singular_values[*k] <= RIGID;
+        let (rigid, others): (Vec<usize>, Vec<usize>) = (0..n).partition(is_rigid);
+        if rigid.is_empty() || others.is_empty() {
+            return None;
+        }
+        // M-orthogonal to the rigid ones: y − R (Rᵀ M R)⁻¹ Rᵀ M y.
+        let pick =
+            |which: &[usize]| DMatrix::from_fn(n, which.len(), |i, j| svd.v_t[(which[j], i)]);
+        let (r, y) = (pick(&rigid), pick(&others));
+        let own = (r.transpose() * &self.mass * &r).try_inverse()?;
+        let across = &y - &r * (own * (r.transpose() * &self.mass * &y));
+        let on = |a: &DMatrix<f64>| across.transpose() * a * &across;
+        let rest = Self { mass: on(&self.mass), damping: on(c), stiffness: on(k) };
+        Some((rigid.len(), rest))
     }
 
     fn at(&self, s: Complex<f64>) -> DMatrix<Complex<f64>> {

@@ -80,7 +80,7 @@ impl Reduced {
             named.iter().map(given).collect()
         };
         if chosen.len() != n_free {
-            return Err(AnalysisError::NDrives { n_free, n_driven: chosen.len() });
+            return Err(AnalysisError::NQuantities { n_free, n_named: chosen.len() });
         }
         let slopes = DMatrix::from_fn(n_free, n, |k, i| chosen[k].2[i]);
         let name = || chosen.first().map_or_else(String::new, |(name, ..)| name.clone());

@@ -17,6 +17,8 @@ pub(crate) struct Trace {
     pub(crate) steps: Vec<f64>,
     /// Whether the curve comes back to where it began.
     pub(crate) is_closed: bool,
+    /// Whether something has turned so often without that that it is taken to turn for ever.
+    pub(crate) is_endless: bool,
 }
 
 /// Steps of a trace, in radians and lengths of the longest link: short, so that few pairs of zeros
@@ -25,13 +27,16 @@ const STEP: f64 = 0.02;
 const MOST_STEPS: usize = 60_000;
 /// A curve that has gone this far, in lengths of the longest link, does not come back.
 const FAR: f64 = 50.0;
+/// Turns after which a curve that has not come back is left.
+const MOST_TURNS: f64 = 20.0;
 
 impl Trace {
     /// Follows `curve` from `x` in one direction, and where it does not close, in the other, too.
     pub(crate) fn through(curve: &mut Curve<Path<'_>>, x: &[f64]) -> Option<Self> {
         let first = curve.first_point(curve.equations.unknowns(x))?;
         let is_turn = curve.equations.rows.is_turn.clone();
-        let (mut points, mut steps, is_closed) = one_way(curve, &first, &is_turn);
+        let (mut points, mut steps, end) = one_way(curve, &first, &is_turn);
+        let is_closed = end == End::Closed;
         if !is_closed {
             let back = Point { tangent: -&first.tangent, z: first.z.clone() };
             let (others, lengths, _) = one_way(curve, &back, &is_turn);
@@ -40,7 +45,7 @@ impl Trace {
             points = turned.chain(points).collect();
             steps = lengths.into_iter().rev().chain(steps).collect();
         }
-        Some(Self { points, steps, is_closed })
+        Some(Self { points, steps, is_closed, is_endless: end == End::Turning })
     }
 
     /// The traces through `x` and through those of `others` that lie on none before.
@@ -92,8 +97,8 @@ pub(crate) fn closed_way<E: Equations>(
     first: &Point,
     is_turn: &[bool],
 ) -> Vec<Point> {
-    let (points, _, is_closed) = one_way(curve, first, is_turn);
-    if is_closed {
+    let (points, _, end) = one_way(curve, first, is_turn);
+    if end == End::Closed {
         return points;
     }
     let back = Point { tangent: -&first.tangent, z: first.z.clone() };
@@ -102,11 +107,22 @@ pub(crate) fn closed_way<E: Equations>(
     turned.map(|p| Point { tangent: -&p.tangent, z: p.z }).chain(points).collect()
 }
 
+/// The end of a curve in one direction.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// Where it began.
+    Closed,
+    /// After so many turns that more would tell nothing new.
+    Turning,
+    /// It goes no further, or far away.
+    Open,
+}
+
 fn one_way<E: Equations>(
     curve: &mut Curve<E>,
     first: &Point,
     is_turn: &[bool],
-) -> (Vec<Point>, Vec<f64>, bool) {
+) -> (Vec<Point>, Vec<f64>, End) {
     let mut points = vec![first.clone()];
     let mut steps = Vec::new();
     let n = is_turn.len();
@@ -128,18 +144,18 @@ fn one_way<E: Equations>(
             if met && from.tangent.dot(&first.tangent) > 0.9 {
                 points.push(Point { z: home, tangent: first.tangent.clone() });
                 steps.push(ahead);
-                return (points, steps, true);
+                return (points, steps, End::Closed);
             }
         }
         let slid = (0..n).filter(|&i| !is_turn[i]).map(|i| (to.z[i] - first.z[i]).abs());
-        let turned =
-            (0..n).filter(|&i| is_turn[i]).map(|i| (to.z[i] - first.z[i]).abs() / (20.0 * TAU));
-        let is_far = slid.fold(0.0, f64::max) > FAR || turned.fold(0.0, f64::max) > 1.0;
+        let turned = (0..n).filter(|&i| is_turn[i]).map(|i| (to.z[i] - first.z[i]).abs() / TAU);
+        let is_far = slid.fold(0.0, f64::max) > FAR;
+        let is_turning = turned.fold(0.0, f64::max) > MOST_TURNS;
         points.push(to);
         steps.push(length);
-        if is_far {
-            break;
+        if is_far || is_turning {
+            return (points, steps, if is_far { End::Open } else { End::Turning });
         }
     }
-    (points, steps, false)
+    (points, steps, End::Open)
 }

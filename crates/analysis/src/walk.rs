@@ -30,7 +30,7 @@ impl Walk<'_> {
         if n_left == 0 {
             Ok(())
         } else {
-            Err(AnalysisError::NDrives { n_free: n_driven + n_left, n_driven })
+            Err(AnalysisError::NMotions { n_free: n_driven + n_left, n_prescribed: n_driven })
         }
     }
 

@@ -239,3 +239,29 @@ fn six_bars_are_proved_whichever_joint_is_held() {
         assert_eq!(n, 1, "{id} with {joint} held");
     }
 }
+
+#[test]
+fn poses_that_can_still_move_are_no_assemblies() {
+    // Arms of one length: where those of the lower stage lie on each other, the upper stage turns freely about their end.
+    let mut text = String::from("[ground]\npoints = { O = [0, 0] }\n");
+    for arm in ["a1", "b1", "a2", "b2"] {
+        text.extend([format!(
+            "[bodies.{arm}]\nmass = 1\ninertia = 1\npoints = {{ M = [0.5, 0], E = [1, 0] }}\n"
+        )]);
+    }
+    text += "[bodies.table]\nmass = 1\ninertia = 1\n\
+             [joints]\nA = { type = \"revolute\", between = [\"ground.O\", \"a1\"] }\n\
+             B = { type = \"slot\", between = [\"ground.O\", \"b1\"], axis = [1, 0] }\n\
+             M1 = { type = \"revolute\", between = [\"a1.M\", \"b1.M\"] }\n\
+             L = { type = \"revolute\", between = [\"b1.E\", \"a2\"] }\n\
+             R = { type = \"revolute\", between = [\"a1.E\", \"b2\"] }\n\
+             M2 = { type = \"revolute\", between = [\"a2.M\", \"b2.M\"] }\n\
+             T = { type = \"revolute\", between = [\"b2.E\", \"table\"] }\n\
+             S = { type = \"slot\", between = [\"table\", \"a2.E\"], axis = [1, 0] }\n\
+             [initial]\nA = { angle = 0.5 }\nb1 = { guess = { angle = 2.6 } }\na2 = { guess = { angle = 0.5 } }\n\
+             b2 = { guess = { angle = 2.6 } }\n";
+    let found = assemblies(geometry(&text)).expect("assemblies");
+    assert!(found.n_moving > 0);
+    assert!(found.assemblies.len() < 12, "{} assemblies", found.assemblies.len());
+    assert!(found.assemblies.iter().all(|assembly| !assembly.name.contains(" of ")));
+}

@@ -250,3 +250,13 @@ fn a_value_that_balances_all_poses_is_no_limit_point() {
     }
     assert_close(balanced_value(text, &["k"]).expect("a stiffness")[0], balanced, 1e-9);
 }
+
+#[test]
+fn radians_in_the_unit_of_a_range_are_numbers() {
+    let read = |text: &str, si: &str| Range::parse(text, si).map(|range| range.to);
+    assert_eq!(read("8:20 rad/s:7", "1/s"), Ok(20.0));
+    assert_eq!(read("8:20 1/s:7", "rad/s"), Ok(20.0));
+    assert_eq!(read("0:2 N m/rad", "N m"), Ok(2.0));
+    assert_eq!(read("0:2 rad", ""), Ok(2.0));
+    assert!(read("8:20 m/s", "1/s").is_err() && read("1 kg", "").is_err());
+}

@@ -272,7 +272,7 @@ fn a_table_of_the_model_is_the_curve_of_a_motor() {
     // The natural spline through three points: its only bend, M, follows from 2 (h0 + h1) M = 6 (d1 - d0).
     let smooth = of("smooth").expect("a curve");
     let bend = 6.0 * (-9.5 / 500.0 + 2.5 / 1000.0) / (2.0 * 1500.0);
-    let middle = (12.0 + 9.5) / 2.0 - bend * 1000.0_f64.powi(2) / 16.0;
+    let middle = 10.75 - bend * 1000.0_f64.powi(2) / 16.0;
     assert!((smooth.at(500.0 * rpm) - middle).abs() < 1e-12, "{}", smooth.at(500.0 * rpm));
     assert!(smooth.points().len() > 20);
     assert_eq!(of("held").expect("a curve").at(1e4), 9.5);
@@ -296,4 +296,39 @@ fn a_table_of_the_model_is_the_curve_of_a_motor() {
     let unknown = MotorCurve::of_table(&own, "B", "motor").expect("a curve");
     let Err(AnalysisError::NoActuator { known, .. }) = asked(unknown) else { panic!("no joint B") };
     assert_eq!(known, ["A"]);
+}
+
+#[test]
+fn a_motion_that_is_missing_is_asked_for_by_the_option_of_the_question() {
+    let own = model(
+        "[bodies.rod]\nmass = 1\ninertia = 1\n\
+         [joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"rod\"]\n",
+    );
+    let times = Range { from: 0.0, to: 1.0, n: 3 };
+    let refused = inverse(own, &[], &times, &Actuators::default()).expect_err("a free motion");
+    assert_eq!(refused.to_string(), "1 motion is free, and 0 motions are prescribed");
+    let help = refused.diagnostics()[0].help.clone().unwrap_or_default();
+    assert!(help.contains("add `--motion` 1 time"), "{help}");
+}
+
+#[test]
+fn motions_of_one_joint_have_efforts_of_their_own() {
+    // A quill that slides and turns about a vertical axis.
+    let quill = model(
+        "[bodies.quill]\nmass = 2\ninertia = [0.1, 0.1, 0.05]\n\
+         [joints.C]\ntype = \"cylindrical\"\nbetween = [\"ground\", \"quill\"]\naxis = [0, 0, 1]\n\
+         [loads.weight]\ntype = \"gravity\"\nacceleration = [0, 0, -10]\n",
+    );
+    let motion = |name: &str, law: &str| Motion::formula(&quill, name, law).expect("a motion");
+    let motions = [motion("C.position", "0.1*t^2"), motion("C.angle", "3*t^2")];
+    let times = Range { from: 0.0, to: 1.0, n: 3 };
+    let found = inverse(quill.snapshot().to_model(), &motions, &times, &Actuators::default());
+    let found = found.expect("efforts");
+    let names: Vec<&String> = found.table.columns.iter().map(|column| &column.name).collect();
+    assert!(names.iter().enumerate().all(|(k, name)| !names[..k].contains(name)), "{names:?}");
+    // m (g + 0.2 m/s²) and I 6 rad/s².
+    for (name, effort) in [("C.position.effort", 20.4), ("C.angle.effort", 0.3)] {
+        let column = found.table.column(name).unwrap_or_else(|| panic!("no {name}"));
+        assert!(column.iter().all(|value| (value - effort).abs() < 1e-9), "{name}: {column:?}");
+    }
 }

@@ -281,3 +281,29 @@ fn four_bars_go_over_massless_links() {
     assert_eq!(first.barker.code, "GCRR");
     assert!(found.branches[0].transmissions.iter().any(|t| t.at == "j at upper"));
 }
+
+#[test]
+fn a_train_of_gears_turns_round_although_it_is_long_until_it_is_back() {
+    let train = geometry(
+        "[ground]\npoints = { O = [0, 0] }\n\
+         [bodies]\nsun = { mass = 1, inertia = 1 }\nplanet = { mass = 1, inertia = 1 }\n\
+         arm = { mass = 1, inertia = 1, points = { P = [0.036, 0] } }\n\
+         [joints]\nS = { type = \"revolute\", between = [\"ground.O\", \"sun\"] }\n\
+         K = { type = \"revolute\", between = [\"ground.O\", \"arm\"] }\n\
+         P = { type = \"revolute\", between = [\"arm.P\", \"planet\"] }\n\
+         [couplings]\nsp = { type = \"gear\", between = [\"S\", \"P\"], teeth = [20, 16], carrier = \"arm\" }\n\
+         pr = { type = \"gear\", between = [\"P\", \"ground.O\"], teeth = [16, 52], internal = true, carrier = \"arm\" }\n\
+         [initial]\nS = { angle = 0 }\n",
+    );
+    let found = limits(train, &LimitsRequest::default()).expect("limits");
+    let branch = &found.branches[0];
+    for name in ["S.angle", "K.angle", "P.angle", "planet.angle"] {
+        let range = branch.ranges.iter().find(|range| range.name == name).expect("a range");
+        assert!(range.turns, "{name}: {} to {}", range.min, range.max);
+    }
+    let x = branch.ranges.iter().find(|range| range.name == "planet.x").expect("a range");
+    assert!(!x.turns && (x.max - 0.036).abs() < 1e-9);
+    let told: Vec<_> =
+        branch.extremes.iter().filter(|extreme| extreme.name == "planet.x").collect();
+    assert_eq!(told.len(), 2, "{told:?}");
+}

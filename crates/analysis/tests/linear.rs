@@ -200,3 +200,29 @@ fn the_reaction_of_a_driven_pendulum_is_an_output() {
         close(transfer.gain[last], w * w / (l * (w * w - g / l)), 1e-10);
     }
 }
+
+#[test]
+fn motions_that_nothing_acts_on_are_modes_of_zero_and_nothing_else() {
+    // An arm of two links without gravity; the slide at its end has a spring and a damper.
+    let arm = model(
+        "[bodies]\na = { mass = 5, inertia = 0.07, com = [0.2, 0], points = { E = [0.4, 0] } }\n\
+         b = { mass = 3, inertia = 0.03, com = [0.15, 0], points = { W = [0.3, 0] } }\n\
+         c = { mass = 2, inertia = 0.01 }\n\
+         [joints]\nA = { type = \"revolute\", between = [\"ground\", \"a\"] }\n\
+         B = { type = \"revolute\", between = [\"a.E\", \"b\"] }\n\
+         C = { type = \"prismatic\", between = [\"b.W\", \"c\"], axis = [1, 0] }\n\
+         [loads]\nspring = { type = \"spring\", joint = \"C\", stiffness = 500, length = 0, damping = 5 }\n\
+         [initial]\nA = { angle = 0.5 }\nB = { angle = 0.8 }\nC = { position = 0 }\n",
+    );
+    let found = modes(arm, About::Start).expect("modes");
+    let s: Vec<[f64; 2]> = found.modes.iter().map(|mode| mode.s).collect();
+    assert_eq!(s.len(), 3, "{s:?}");
+    assert_eq!(s[..2], [[0.0; 2]; 2]);
+    // Along the slide acts the mass of c as the arm lets it: s² m + 5 s + 500 = 0 for some m below 2 kg.
+    let mass = -5.0 / (2.0 * s[2][0]);
+    assert!(mass > 0.5 && mass < 2.0, "{mass}");
+    close(s[2][1], (500.0 / mass - s[2][0] * s[2][0]).sqrt(), 1e-9);
+    for mode in &found.modes[..2] {
+        assert!(mode.shares.iter().all(|share| (-1e-12..1.0 + 1e-12).contains(share)));
+    }
+}

@@ -288,3 +288,35 @@ fn an_assembly_is_held_and_motions_that_leave_it_are_told() {
     let message = warning["message"].as_str().expect("a message");
     assert!(message.contains("joint `B`") && message.contains("128.682"), "{message}");
 }
+
+#[test]
+fn rates_below_zero_are_written_as_others() {
+    let model = format!("{FOUR_BAR}rocker = {{ guess = {{ angle = \"57 deg\" }} }}\n");
+    let of = |rate: &str| {
+        let asked = ["--drive", "A.angle=40 deg", "--rate", rate, "--acceleration", "-1.5e-3"];
+        first_row(&model, &asked)["rocker.rate"]
+    };
+    let forward = of("25 rad/s");
+    assert_printed(forward, 6.9980);
+    for rate in ["-25 rad/s", "-2.5e+1", "-25"] {
+        assert!((of(rate) + forward).abs() < 1e-12, "{rate}");
+    }
+}
+
+#[test]
+fn frequencies_in_hertz_are_cycles_and_begin_above_zero() {
+    let place = Scratch::new();
+    place.write("rod.toml", ROD);
+    let bode = |omega: &str| {
+        let asked = ["bode", "rod.toml", "--input", "A", "--output", "A.angle", "--omega", omega];
+        place.bksim().args(asked).arg("--json").output().expect("bksim starts")
+    };
+    let of =
+        |omega: &str| -> Value { serde_json::from_slice(&bode(omega).stdout).expect("one object") };
+    let (cycles, angles) = (of("0.5:5 Hz:3"), of("3.141592653589793:31.41592653589793 rad/s:3"));
+    assert_eq!(cycles["transfers"], angles["transfers"]);
+    assert!(cycles["transfers"][0]["gain"].is_array(), "{cycles}");
+    let refused = bode("0:100 rad/s:5");
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(text(&refused.stdout).contains("above zero"), "{}", text(&refused.stdout));
+}

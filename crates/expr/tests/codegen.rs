@@ -214,3 +214,17 @@ fn a_signature_must_fit_the_tape() {
     let fault = tape.program(&signature).expect_err("an input has no name");
     assert_eq!(fault, CodegenError::WrongCount { what: "inputs", expected: 2, found: 1 });
 }
+
+#[test]
+fn tests_allow_more_where_differences_cancel() {
+    let tolerance = |text: &str| {
+        let (tape, signature) = tape(&[text]);
+        let python = tape.program(&signature).expect("names").to_python();
+        let after = python.split("rtol=").nth(1).expect("a tolerance").to_owned();
+        after.split(')').next().and_then(|number| number.parse::<f64>().ok()).expect("a number")
+    };
+    assert_eq!(tolerance("sin(x)*lambda + 2"), 1e-14);
+    // The last digits of the sine are a millionth of the difference.
+    let cancelling = tolerance("sin(x) - sin(x*(1 - 1e-6*lambda))");
+    assert!((1e-10..=1e-7).contains(&cancelling), "{cancelling:e}");
+}

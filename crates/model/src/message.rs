@@ -39,7 +39,7 @@ pub fn listed(names: &[&str]) -> String {
 }
 
 /// So many things: `1 body`, `3 bodies`.
-pub fn counted<N: Display + PartialEq + From<u8>>(n: N, one: &str, many: &str) -> String {
+pub fn counted<N: Copy + Display + PartialEq + From<u8>>(n: N, one: &str, many: &str) -> String {
     let what = if n == N::from(1) { one } else { many };
     format!("{n} {what}")
 }

@@ -209,8 +209,8 @@ fn opened(path: &Path, log: impl Read) -> Result<Opened, Fault> {
     let header = run_log.header;
     let source = Text::new(path, header.model_text);
     let options = mechanism.model.solve.clone();
-    let engine = Engine::new(source, &mechanism, overrides(&header.options), Vec::new(), None)?;
-    let engine = Engine { compliance: compliances(&header.options), ..engine };
+    let mut engine = Engine::new(source, &mechanism, overrides(&header.options), Vec::new(), None)?;
+    engine.compliance = compliances(&header.options);
     let end: Option<EndStatus> = log.end().cloned();
     let ending = match &end {
         Some(end) if end.outcome == Outcome::ReachedEnd => Ending::Reached,

@@ -54,10 +54,10 @@ pub struct Kinematics {
     #[arg(long, value_name = "NAME=VALUES", value_parser = assignment_or_name)]
     pub(crate) drive: Vec<(String, String)>,
     /// Rate of a drive at every value, `25` (rad/s or m/s) or `10 deg/s`; 1 unless given. One for each drive.
-    #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
+    #[arg(long, value_name = "RATE", allow_hyphen_values = true)]
     pub(crate) rate: Vec<String>,
     /// Acceleration of a drive at every value; 0 unless given. One for each drive.
-    #[arg(long, value_name = "ACCELERATION", allow_negative_numbers = true)]
+    #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true)]
     pub(crate) acceleration: Vec<String>,
     /// Go on through dead points of the drive, which then turns back.
     #[arg(long)]
@@ -120,10 +120,10 @@ pub struct Polygons {
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     pub(crate) drive: Vec<(String, String)>,
     /// Rate of a drive, `25` (rad/s or m/s) or `10 deg/s`; 1 unless given. One for each drive.
-    #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
+    #[arg(long, value_name = "RATE", allow_hyphen_values = true)]
     pub(crate) rate: Vec<String>,
     /// Acceleration of a drive; 0 unless given. One for each drive.
-    #[arg(long, value_name = "ACCELERATION", allow_negative_numbers = true)]
+    #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true)]
     pub(crate) acceleration: Vec<String>,
     #[command(flatten)]
     pub(crate) table: TableArgs,

@@ -1,6 +1,6 @@
 //! C99: one function, no allocation, no globals.
 
-use super::{Dialect, Program, TOLERANCE, listed};
+use super::{Dialect, Program, listed};
 use crate::op::Function;
 use crate::tape::Action;
 use std::fmt::Write;
@@ -141,7 +141,7 @@ impl Program<'_> {
 
     fn c_test(&self) -> String {
         let name = &self.names.function;
-        let tolerance = if self.is_exact() { "0.0" } else { TOLERANCE };
+        let tolerance = if self.is_exact() { "0.0".to_owned() } else { self.tolerance() };
         let mut test = format!(
             "#include \"{name}.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n\
              static int check(const double *inputs, const double *parameters, const double *expected) {{\n\

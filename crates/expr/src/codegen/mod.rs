@@ -106,9 +106,15 @@ pub struct Program<'t> {
 /// Points that generated code is tested at.
 const N_POINTS: usize = 3;
 
-/// Largest relative difference that generated tests allow: the last digits of the elementary
+/// Largest relative difference that generated tests allow, as a power of ten: the last digits of the elementary
 /// functions of other libraries.
-const TOLERANCE: &str = "1e-14";
+const TOLERANCE: i32 = -14;
+
+/// Times by which a relative change of the inputs may grow in the outputs until tests allow more.
+const GROWTH: f64 = 10.0;
+
+/// Relative change of the inputs by which that is measured.
+const CHANGE: f64 = 1e-9;
 
 impl Tape {
     /// Names inputs, parameters and outputs of the tape, to write it as code.
@@ -160,6 +166,29 @@ fn test_points(tape: &Tape) -> Vec<TestPoint> {
     points
 }
 
+/// How many times larger than a relative change of inputs and parameters that of an output is at a point.
+fn growth(tape: &Tape, point: &TestPoint) -> f64 {
+    let mut state = 1;
+    let mut most: f64 = 0.0;
+    for _ in 0..4 {
+        let mut aside = |values: &[f64]| -> Vec<f64> {
+            let share =
+                |x: &f64| x * (1.0 + CHANGE * (2.0 * crate::pool::unit_random(&mut state) - 1.0));
+            values.iter().map(share).collect()
+        };
+        let (parameters, inputs) = (aside(&point.parameters), aside(&point.inputs));
+        let mut outputs = vec![0.0; tape.n_outputs()];
+        tape.evaluate(&mut tape.workspace(&parameters), &inputs, &mut outputs);
+        for (there, here) in outputs.iter().zip(&point.outputs) {
+            let change = ((there - here) / (CHANGE * here)).abs();
+            if change.is_finite() {
+                most = most.max(change);
+            }
+        }
+    }
+    most
+}
+
 /// Values and calls in one language.
 trait Dialect {
     /// A number.
@@ -173,6 +202,14 @@ trait Dialect {
 }
 
 impl Program<'_> {
+    /// Largest relative difference that tests allow: more where differences cancel in an output.
+    fn tolerance(&self) -> String {
+        let most = self.points.iter().map(|point| growth(self.tape, point)).fold(GROWTH, f64::max);
+        #[expect(clippy::cast_possible_truncation, reason = "a power of ten of a number")]
+        let beyond = (most / GROWTH).log10().ceil() as i32;
+        format!("1e{}", TOLERANCE + beyond)
+    }
+
     /// The name of the function in the code.
     pub fn identifier(&self) -> &str {
         &self.names.function

@@ -1,6 +1,6 @@
 //! Python with NumPy: a function that broadcasts over arrays.
 
-use super::{Dialect, Program, TOLERANCE, listed};
+use super::{Dialect, Program, listed};
 use crate::op::Function;
 use std::fmt::Write;
 
@@ -92,14 +92,15 @@ impl Program<'_> {
                 [&point.inputs, &point.parameters, &point.outputs].map(|v| listed(&Python, v));
             let _ = writeln!(code, "        ([{inputs}], [{parameters}], [{outputs}]),");
         }
+        let tolerance = self.tolerance();
         let _ = write!(
             code,
             "    ]\n    for inputs, parameters, expected in points:\n        found = {name}(inputs, parameters)\n        \
-             np.testing.assert_allclose(found, expected, rtol={TOLERANCE})\n        \
+             np.testing.assert_allclose(found, expected, rtol={tolerance})\n        \
              many = {name}([np.full((2, 3), value) for value in inputs], parameters)\n        \
              assert many.shape[0] == len(expected)\n        \
              for row, value in zip(many, found):\n            \
-             np.testing.assert_allclose(row, np.full(row.shape, value), rtol={TOLERANCE})\n"
+             np.testing.assert_allclose(row, np.full(row.shape, value), rtol={tolerance})\n"
         );
         code
     }

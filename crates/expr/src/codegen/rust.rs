@@ -4,7 +4,7 @@
 //! implementation is a few lines over `libm` or `std`, and calls to it cost nothing. Arguments are
 //! arrays of fixed length: nothing can be out of range, and nothing panics.
 
-use super::{Dialect, Program, TOLERANCE, listed};
+use super::{Dialect, Program, listed};
 use crate::op::Function;
 use crate::tape::Action;
 use std::collections::BTreeMap;
@@ -146,12 +146,13 @@ impl Program<'_> {
                 [&point.inputs, &point.parameters, &point.outputs].map(|v| listed(&Rust, v));
             let _ = writeln!(code, "            ([{inputs}], [{parameters}], [{outputs}]),");
         }
+        let tolerance = self.tolerance();
         let _ = writeln!(
             code,
             "        ];\n        for (inputs, parameters, expected) in points {{\n            let mut outputs = expected;\n            \
              super::{}{call}(&inputs, &parameters, &mut outputs);\n            \
              for (found, expected) in outputs.into_iter().zip(expected) {{\n                \
-             let is_same = found == expected || (found - expected).abs() <= {TOLERANCE} * expected.abs();\n                \
+             let is_same = found == expected || (found - expected).abs() <= {tolerance} * expected.abs();\n                \
              assert!(is_same || (found.is_nan() && expected.is_nan()), \"{{found}} is not {{expected}}\");\n            \
              }}\n        }}\n    }}\n}}",
             self.names.function,

@@ -59,16 +59,18 @@ pub fn told(name: &str, found: &Response) -> Answer {
     }
 }
 
-/// Reads frequencies in even steps of their logarithm, `0.1:100 rad/s:201`.
+/// Reads frequencies in even steps of their logarithm, `0.1:100 rad/s:201` or `0.1:10 Hz:201`.
 ///
 /// # Errors
-/// [`AnalysisError::BadRange`] for what is none above zero.
+/// [`AnalysisError::BadRange`] for what is no range, [`AnalysisError::NoFrequencies`] for one that is not above zero.
 pub fn frequencies(values: &str) -> Result<Frequencies, AnalysisError> {
     let Range { from, to, n } = Range::parse(values, "rad/s")?;
-    if from > 0.0 && to > 0.0 {
-        return Ok(Frequencies { from, to, n });
+    if from <= 0.0 || to <= 0.0 {
+        return Err(AnalysisError::NoFrequencies { text: values.to_owned() });
     }
-    Err(AnalysisError::BadRange { text: values.to_owned(), unit: "rad/s".to_owned() })
+    // Hertz are cycles here; as a unit of models they are 1/s.
+    let cycle = if values.contains("Hz") { std::f64::consts::TAU } else { 1.0 };
+    Ok(Frequencies { from: cycle * from, to: cycle * to, n })
 }
 
 fn roots(all: &[[f64; 2]]) -> String {

@@ -171,6 +171,12 @@ pub fn told_assemblies(name: &str, found: &bksim::analysis::Assemblies) -> Answe
         },
         lines(&["number", "name", ""], rows)
     );
+    let moving = match found.n_moving {
+        0 => String::new(),
+        _ => "\n\n  besides, there are poses in which it can still move, and ways without number with them: they are left out"
+            .to_owned(),
+    };
+    let text = text + &moving;
     let assemblies = found
         .assemblies
         .iter()
@@ -180,6 +186,7 @@ pub fn told_assemblies(name: &str, found: &bksim::analysis::Assemblies) -> Answe
         "held": Value::Object(held.collect()),
         "assemblies": assemblies.collect::<Vec<_>>(),
         "held_number": found.held_number,
+        "moving": found.n_moving,
         "proof": found.proof.as_ref().map(proof_json),
     });
     let mut table = Table::default();
