@@ -13,6 +13,7 @@
 //! cargo run --release -p bksim-bench -- spatial
 //! cargo run --release -p bksim-bench -- questions
 //! cargo run --release -p bksim-bench -- balls
+//! cargo run --release -p bksim-bench -- elements
 //! ```
 //!
 //! Every suite prints a table, and below it each goal with the number found. Times are CPU times
@@ -24,6 +25,7 @@ mod balls;
 mod context;
 mod diagram;
 mod drift;
+mod elements;
 mod error;
 mod machines;
 mod mechanisms;
@@ -85,6 +87,8 @@ enum Command {
     Questions(MechanismsArgs),
     /// Chains of spherical joints, an arm and a six-legged platform against Pinocchio, MuJoCo and Exudyn.
     Balls(Options),
+    /// Time per step and events per second of examples with machine elements.
+    Elements(Options),
     /// Energy and constraints over long runs, and through singular poses.
     Drift(DriftArgs),
     /// One size of `scale`, in a process of its own.
@@ -222,6 +226,9 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
             let suites: [(&str, Measure); 2] =
                 [("balls", balls::measure), ("machines", machines::measure)];
             run_all(&suites, |(_, suite), context| suite(context), options)
+        }
+        Command::Elements(options) => {
+            run_all(&["elements"], |_, context| elements::measure(context), options)
         }
         Command::Drift(args) => {
             let all = <drift::DriftSuite as clap::ValueEnum>::value_variants();

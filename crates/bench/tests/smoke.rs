@@ -71,6 +71,11 @@ fn mechanisms_scale_and_drift_run_without_peers() -> Result<(), Box<dyn std::err
         assert!(number(&suites, "spatial", &format!("/{case}/inverse_s")) > 0.0, "{text}");
     }
 
+    let (suites, text) = quick("elements")?;
+    for example in ["engine", "valve-train", "eccentric-press"] {
+        assert!(number(&suites, "elements", &format!("/{example}/n_events")) > 4.0, "{text}");
+    }
+
     let (suites, _) = quick("drift")?;
     let energy = number(&suites, "conserved", "/four-bar, bksim auto, 1e-8/energy");
     assert!(energy < 1e-7, "relative energy error {energy:e}");
