@@ -222,9 +222,9 @@ fn hanging(n: usize, joint: &str) -> String {
     let mut text = "space = \"spatial\"\n".to_owned();
     let mut before = "ground".to_owned();
     for i in 1..=n {
-        text += &format!("[bodies.b{i}]\nmass = 1\ninertia = [0.09, 0.01, 0.09]\n");
-        text += "points = { A = [0, 0.5, 0], B = [0, -0.5, 0] }\n";
-        text += &format!("[joints.j{i}]\nbetween = [\"{before}\", \"b{i}.A\"]\n{joint}\n");
+        let body = "mass = 1\ninertia = [0.09, 0.01, 0.09]\npoints = { A = [0, 0.5, 0], B = [0, -0.5, 0] }";
+        let between = format!("between = [\"{before}\", \"b{i}.A\"]");
+        text.extend([format!("[bodies.b{i}]\n{body}\n[joints.j{i}]\n{between}\n{joint}\n")]);
         before = format!("b{i}.B");
     }
     text

@@ -99,14 +99,13 @@ fn of_coordinate(model: &Model, name: &str) -> Option<String> {
     let joints = model.joints.iter().enumerate();
     let (joint, idx) =
         joints.map(|(k, joint)| (k, names(joint))).find_map(|(k, i)| Some((k, i?)))?;
-    let measure = match is_rate {
-        true => Measure::JointVelocity(JointId(joint), idx),
-        false => Measure::JointPosition(JointId(joint), idx),
-    };
+    let of = if is_rate { Measure::JointVelocity } else { Measure::JointPosition };
+    let measure = of(JointId(joint), idx);
     let unit = measure.unit(model);
-    let (kind, unit) = match is_rate {
-        true => ("rate of coordinate", format!(", in {unit}")),
-        false => ("coordinate", in_unit(unit)),
+    let (kind, unit) = if is_rate {
+        ("rate of coordinate", format!(", in {unit}"))
+    } else {
+        ("coordinate", in_unit(unit))
     };
     Some(format!("{kind} `{stem}` of joint `{}`{unit}", model.joints[joint].name))
 }
