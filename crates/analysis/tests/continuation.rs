@@ -209,7 +209,7 @@ fn a_stiffness_a_mass_and_a_length_balance_a_lever() {
     let a = balanced_value(&stiff, &["a"]).expect("an arm")[0];
     assert_close(150.0 * moment(0.1, a), 2.0 * weight, 1e-8);
     let refused = balanced_value(text, &["k", "m"]).expect_err("two unknowns");
-    assert_eq!(refused, "2 unknowns cannot balance 1 free motions");
+    assert_eq!(refused, "2 unknowns cannot balance 1 free motion");
 }
 
 /// Two rods: the stiffness of each torsion spring follows from the moment of what hangs on it.

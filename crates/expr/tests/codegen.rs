@@ -216,7 +216,7 @@ fn a_signature_must_fit_the_tape() {
 }
 
 #[test]
-fn tests_allow_more_where_differences_cancel() {
+fn tests_allow_more_where_outputs_change_more_than_inputs() {
     let tolerance = |text: &str| {
         let (tape, signature) = tape(&[text]);
         let python = tape.program(&signature).expect("names").to_python();
@@ -224,7 +224,6 @@ fn tests_allow_more_where_differences_cancel() {
         after.split(')').next().and_then(|number| number.parse::<f64>().ok()).expect("a number")
     };
     assert_eq!(tolerance("sin(x)*lambda + 2"), 1e-14);
-    // The last digits of the sine are a millionth of the difference.
-    let cancelling = tolerance("sin(x) - sin(x*(1 - 1e-6*lambda))");
-    assert!((1e-10..=1e-7).contains(&cancelling), "{cancelling:e}");
+    // A relative change of x is 400 x times as large there.
+    assert!(tolerance("exp(400*x)") > 1e-14);
 }

@@ -202,7 +202,7 @@ trait Dialect {
 }
 
 impl Program<'_> {
-    /// Largest relative difference that tests allow: more where differences cancel in an output.
+    /// Largest relative difference that tests allow: more where an output changes by much more than the inputs.
     fn tolerance(&self) -> String {
         let most = self.points.iter().map(|point| growth(self.tape, point)).fold(GROWTH, f64::max);
         #[expect(clippy::cast_possible_truncation, reason = "a power of ten of a number")]
