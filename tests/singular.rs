@@ -108,6 +108,27 @@ fn every_pose_is_reported_at_every_tolerance() {
     }
 }
 
+/// A stage lies off the constraints by so much more than the end of a step that next to a pose its accelerations are
+/// none of the motion: on the constraints, steps are as long there as elsewhere, and nothing is wrong with the tolerance.
+#[test]
+fn steps_are_as_long_at_singular_poses_as_elsewhere() {
+    for exponent in [4, 6, 8, 10] {
+        let mut model = model(include_str!("fixtures/swinging-door.toml"));
+        let tolerance = 10f64.powi(-exponent);
+        (model.solve.rtol, model.solve.atol) = (tolerance, tolerance);
+        model.solve.method = Method::Explicit;
+        let mechanism = derive(model);
+        let summary = solve(&mechanism).summary;
+        let (stats, what) = (summary.stats, format!("1e-{exponent}: {}", summary.stats));
+        assert_eq!(summary.singular_poses.len(), 3, "{what}");
+        assert!(stats.n_reject < 20 && stats.n_accept < 120, "{what}");
+        let energy = summary.energy.worst_error / summary.energy.scale;
+        assert!(energy < tolerance, "{what}: energy off by {energy:.1e} of its scale");
+        let warnings = mechanism.simulation().expect("functions").diagnose_worth(&summary);
+        assert!(warnings.iter().all(|warning| warning.code.0 != "R018"), "{what}");
+    }
+}
+
 /// The accelerations of ten windows in absolute coordinates are known to some 1e-9 near their poses: a
 /// tolerance below takes several times the steps for no better motion, and the run says so.
 #[test]

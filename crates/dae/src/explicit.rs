@@ -34,7 +34,7 @@ use crate::limits::{check_finite, check_length, next_adaptive, next_fixed, step_
 use crate::run::{Control, End, Outcome, Start};
 use crate::settings::{Settings, StepControl};
 use crate::stats::Stats;
-use crate::system::{NotFinite, Ode};
+use crate::system::{Attempt, NotFinite, Ode};
 
 /// Integrates `y′ = f(t, y)` from `start` to `t_end`, which may lie before `start.t`, and shows
 /// every accepted step to `observer`. `start.ydot` is not read.
@@ -300,12 +300,15 @@ impl<S: Ode> ExplicitSolver<S> {
     fn attempt(&mut self, h: f64, t1: f64) -> Result<bool, SolveError> {
         let Self { system, stages, stats, .. } = self;
         let is_adaptive = self.settings.step == StepControl::Adaptive;
+        system.note(Attempt::Begun);
         let tried = stages.step(system, (self.t, h), (&self.y, &self.ydot), stats);
         let error = tried.map(|()| if is_adaptive { stages.error(h, &self.y) } else { 0.0 });
         match error {
             Ok(error) if error.is_finite() && error < 1.0 => {
                 match stages.finish(system, t1, stats) {
                     Ok(()) => {
+                        let power = self.controller.compare(h, error);
+                        self.system.note(Attempt::Accepted { power });
                         self.accept(h, t1, is_adaptive.then_some(error));
                         return Ok(true);
                     }
@@ -314,6 +317,8 @@ impl<S: Ode> ExplicitSolver<S> {
             }
             Ok(error) => {
                 self.stats.n_reject += 1;
+                let power = self.controller.compare(h, error);
+                self.system.note(Attempt::Rejected { power });
                 let smaller = self.controller.after_reject(h, error);
                 self.cut(h, smaller, Cause::ErrorTest)?;
             }

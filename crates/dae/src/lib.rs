@@ -119,4 +119,4 @@ pub use settings::{
 };
 pub use solve::{Solver, solve};
 pub use stats::Stats;
-pub use system::{Index, LANES, Lanes, Layout, NotFinite, Ode, Pattern, System};
+pub use system::{Attempt, Index, LANES, Lanes, Layout, NotFinite, Ode, Pattern, System};

@@ -100,6 +100,23 @@ pub const LANES: usize = 4;
 /// A number of each of them.
 pub type Lanes = [f64; LANES];
 
+/// An attempt at an explicit step, as it goes.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Attempt {
+    /// Its stages are about to be evaluated.
+    Begun,
+    /// It is a step of the run.
+    Accepted {
+        /// Where it repeats a larger one, the power of their size that their errors are in proportion to.
+        power: Option<f64>,
+    },
+    /// Its error is too large.
+    Rejected {
+        /// The same.
+        power: Option<f64>,
+    },
+}
+
 /// An explicit system of ordinary differential equations `y′ = f(t, y)`, not stiff, for
 /// [`crate::ExplicitSolver`].
 ///
@@ -121,6 +138,10 @@ pub trait Ode {
     fn derivative_lanes(&mut self, _t: Lanes, _y: &[Lanes], _ydot: &mut [Lanes]) -> bool {
         false
     }
+
+    /// Takes note of how the attempts at steps go. What [`Ode::derivative`] continues the equations by, away from
+    /// their solutions, may change between two of them, but not within one. By default nothing is done.
+    fn note(&mut self, _attempt: Attempt) {}
 
     /// Moves the end of an accepted step back to the invariants of the equations, by a change of
     /// the size of the error tolerance. The next derivative is evaluated there anyway, so that
@@ -145,6 +166,10 @@ impl<S: Ode + ?Sized> Ode for &mut S {
 
     fn derivative_lanes(&mut self, t: Lanes, y: &[Lanes], ydot: &mut [Lanes]) -> bool {
         (**self).derivative_lanes(t, y, ydot)
+    }
+
+    fn note(&mut self, attempt: Attempt) {
+        (**self).note(attempt);
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), NotFinite> {

@@ -13,6 +13,7 @@
 //! pose the smallest solution of the equations without their weakest directions.
 
 mod limit;
+mod nearby;
 mod pressed;
 mod projection;
 

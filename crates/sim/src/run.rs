@@ -10,6 +10,7 @@ pub(crate) mod dense;
 mod ending;
 mod explicit;
 pub(crate) mod hold;
+mod holding;
 pub(crate) mod implicit;
 mod lanes;
 pub(crate) mod mechanism;

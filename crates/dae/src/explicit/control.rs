@@ -72,19 +72,20 @@ impl PiController {
         }
     }
 
-    /// Compares an attempt with the larger one before it, if that was rejected.
-    fn compare(&mut self, h: f64, error: f64) {
-        let Some((larger, before)) = self.rejected.take() else { return };
+    /// Compares an attempt with the larger one before it, if that was rejected: the power of the size by which the
+    /// error has fallen.
+    pub(super) fn compare(&mut self, h: f64, error: f64) -> Option<f64> {
+        let (larger, before) = self.rejected.take()?;
         let power = (before / error).ln() / (larger / h).ln();
         if power < OF_NOISE && error > 0.0 {
             self.noise.count += 1;
             self.noise.log_error += error.ln();
         }
+        Some(power)
     }
 
     /// The size of the step after an accepted one of size `h`.
     pub(super) fn after_accept(&mut self, h: f64, error: f64) -> f64 {
-        self.compare(h, error);
         let beta = MEMORY * self.exponent;
         let proposed = SAFETY
             * error.max(1e-12).powf(-(self.exponent - 0.2 * beta))
@@ -97,7 +98,6 @@ impl PiController {
 
     /// The size to retry with after the error test failed; an error without value cuts most.
     pub(super) fn after_reject(&mut self, h: f64, error: f64) -> f64 {
-        self.compare(h, error);
         self.rejected = error.is_finite().then_some((h, error));
         self.is_retry = true;
         let factor = SAFETY * error.powf(-(self.exponent - 0.2 * MEMORY * self.exponent));

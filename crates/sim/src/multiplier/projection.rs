@@ -27,13 +27,29 @@ impl MultiplierSystem {
         (q, v): (&mut [f64], &mut [f64]),
         corrections: usize,
     ) -> Drift {
+        if self.rank_margin() < PROJECTED_ABOVE {
+            return self.drift_at(evaluator, t, (q, v));
+        }
+        self.close(evaluator, t, (q, v), corrections)
+    }
+
+    /// The residuals at a state, whose rows are kept.
+    fn drift_at(&mut self, evaluator: &mut Evaluator, t: f64, (q, v): (&[f64], &[f64])) -> Drift {
         self.rows.take(&evaluator.constraints(t, q));
         let position = largest(&self.rows.value);
         let velocity = self.rows.rate_of(evaluator.shape(), v, &mut self.residual);
-        let mut drift = Drift { position: [position; 2], velocity: [velocity; 2] };
-        if self.rank_margin() < PROJECTED_ABOVE {
-            return drift;
-        }
+        Drift { position: [position; 2], velocity: [velocity; 2] }
+    }
+
+    /// As [`MultiplierSystem::project`], near a singular pose too.
+    pub(super) fn close(
+        &mut self,
+        evaluator: &mut Evaluator,
+        t: f64,
+        (q, v): (&mut [f64], &mut [f64]),
+        corrections: usize,
+    ) -> Drift {
+        let mut drift = self.drift_at(evaluator, t, (q, v));
         for _ in 0..corrections {
             if drift.position[1] == 0.0 {
                 break;

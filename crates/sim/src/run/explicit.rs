@@ -11,13 +11,14 @@
 //! J. Numer. Anal. 30 (1993).
 
 use bksim_dae::{
-    Checkpoint, ExplicitMethod, ExplicitSolver, Index, Lanes, Layout, Loader, Method, Noise,
-    NotFinite, Ode, Saver, Settings, SolveError, Standstill, Start as From, Stats, Step,
+    Attempt, Checkpoint, ExplicitMethod, ExplicitSolver, Index, Lanes, Layout, Loader, Method,
+    Noise, NotFinite, Ode, Saver, Settings, SolveError, Standstill, Start as From, Stats, Step,
     StepControl, Tolerance,
 };
 
 use super::dense::DenseOutput;
 use super::ending::PhaseEnd;
+use super::holding::Holding;
 use super::lanes::LaneMotion;
 use super::mechanism::PhaseMechanism;
 use super::problem::Problem;
@@ -37,6 +38,7 @@ pub(crate) struct ExplicitMotion<'a> {
     pub(crate) multipliers: MultiplierSystem,
     /// The least rank margin of the stages since it was last looked at.
     pub(crate) least_margin: f64,
+    holding: Holding,
     layout: Layout,
     lambda: Vec<f64>,
     /// The same at several states at once, where that is asked for.
@@ -75,6 +77,7 @@ impl<'a> ExplicitMotion<'a> {
             evaluator: compiled.evaluator(parameters),
             multipliers,
             least_margin: 1.0,
+            holding: Holding::of_one(),
             layout: Layout::from_groups(&[(2 * compiled.nq() + 1, Index::One)]).with_names(names),
             lambda: vec![0.0; compiled.nc()],
             lanes: None,
@@ -85,7 +88,8 @@ impl<'a> ExplicitMotion<'a> {
     /// The same motion, at several states at once where the mechanism is so small.
     fn in_lanes(self, parameters: &[f64]) -> Self {
         let compiled = self.evaluator.system();
-        Self { lanes: LaneMotion::new(compiled, parameters), ..self }
+        let lanes = LaneMotion::new(compiled, parameters);
+        Self { lanes, holding: Holding::of_lanes(), ..self }
     }
 
     /// The integrator's settings for a model's options.
@@ -108,33 +112,45 @@ impl Ode for ExplicitMotion<'_> {
     }
 
     fn derivative(&mut self, t: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite> {
-        let Self { evaluator, multipliers, least_margin, lambda, last, .. } = self;
+        let Self { evaluator, multipliers, holding, least_margin, lambda, last, .. } = self;
         let nq = (y.len() - 1) / 2;
         let (q, v) = y[..2 * nq].split_at(nq);
         let (qdot, rest) = ydot.split_at_mut(nq);
         let (vdot, power) = rest.split_at_mut(nq);
         qdot.copy_from_slice(v);
         *last = LastFactors::OfOne;
-        if !multipliers.line_into(evaluator, t, (q, v), vdot, lambda) {
+        if holding.is_on || !multipliers.line_into(evaluator, t, (q, v), vdot, lambda) {
             *last = LastFactors::Taken;
-            let solved = multipliers.limit_into(evaluator, t, (q, v), vdot, lambda);
+            let solved = if holding.is_on {
+                multipliers.nearby_into(evaluator, t, (q, v), vdot, lambda)
+            } else {
+                multipliers.limit_into(evaluator, t, (q, v), vdot, lambda).map(|_| ())
+            };
             solved.map_err(|NotFinite { row }| NotFinite { row: nq + row.min(nq) })?;
         }
-        *least_margin = least_margin.min(multipliers.rank_margin());
+        let margin = multipliers.rank_margin();
+        holding.observe(margin);
+        *least_margin = least_margin.min(margin);
         power[0] = evaluator.power(t, q, v, lambda);
         Ok(())
     }
 
     fn derivative_lanes(&mut self, t: Lanes, y: &[Lanes], ydot: &mut [Lanes]) -> bool {
-        let Self { multipliers, lanes: Some(lanes), least_margin, last, .. } = self else {
+        let Self { multipliers, lanes: Some(lanes), holding, least_margin, last, .. } = self else {
             return false;
         };
-        if !lanes.derivative(multipliers, t, y, ydot) {
+        if holding.is_on || !lanes.derivative(multipliers, t, y, ydot) {
             return false;
         }
-        *least_margin = least_margin.min(multipliers.rank_margin());
+        let margin = multipliers.rank_margin();
+        holding.observe(margin);
+        *least_margin = least_margin.min(margin);
         *last = LastFactors::OfLanes;
         true
+    }
+
+    fn note(&mut self, attempt: Attempt) {
+        self.holding.note(attempt);
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), NotFinite> {
@@ -255,6 +271,7 @@ impl<'a> ExplicitStepper<'a> {
                 let motion = solver.system_mut();
                 motion.multipliers.load(shape, &mut loader)?;
                 motion.least_margin = loader.real()?;
+                motion.holding.load(&mut loader)?;
                 margin = loader.real()?;
                 if let Some(monitor) = monitor {
                     monitor.load(&mut loader, &from)?;
@@ -388,6 +405,7 @@ impl Stepper for ExplicitStepper<'_> {
         let motion = self.solver.system_mut();
         motion.multipliers.save(saver);
         saver.real(motion.least_margin);
+        motion.holding.save(saver);
         saver.real(self.margin);
     }
 }
