@@ -9,7 +9,7 @@ use crate::mobility::Mobility;
 use crate::start::StartError;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
-use bksim_model::message::{listed, short};
+use bksim_model::message::{counted, listed, short};
 use bksim_model::{
     BodyId, FrictionLaw, GROUND, Joint, JointId, JointKind, Load, LoadKind, Model, Space,
 };
@@ -147,12 +147,11 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
     }
     if mobility.mobility == 0 {
         let message = format!(
-            "mobility 0: nothing can move; {} counts {}, and {} independent constraints hold {} \
-             coordinates",
+            "mobility 0: nothing can move; {} counts {}, and {} {}",
             counter(model),
             mobility.gruebler,
-            mobility.rank,
-            mobility.rank
+            counted(mobility.rank, "independent constraint holds", "independent constraints hold"),
+            counted(mobility.rank, "coordinate", "coordinates")
         );
         let fault = Diagnostic::warning(codes::NO_MOBILITY, message);
         found.push(match superfluous_links(model).as_slice() {
