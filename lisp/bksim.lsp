@@ -46,7 +46,8 @@
     ("damper" line "name" "body1" "body2" "point1" "point2" "damping" "joint" "of")
     ("torsion" point "name" "joint" "of" "stiffness" "angle" "damping")
     ("stop" point "name" "joint" "of" "min" "max" "restitution")
-    ("friction" point "name" "joint" "of" "force" "torque" "mu" "static" "radius" "length")
+    ("friction" point "name" "joint" "of" "force" "torque" "mu" "static" "radius" "length"
+      "coupling" "pressure_angle" "loss")
     ("drive" point "name" "joint" "of" "motion")
     ("gear" line "name" "between" "teeth" "module" "radii" "ratio" "internal" "carrier" "phase")
     ("rack" line "name" "between" "teeth" "module" "radius" "reversed" "phase")

@@ -200,6 +200,43 @@ fn a_disc_rolls_in_a_bowl_of_points() {
     }
 }
 
+/// A disc rolls around the profile of a cam with a flat follower, whose length is ∫ (R + s + s″) dθ.
+#[test]
+fn a_disc_rolls_on_the_profile_of_a_cam() {
+    let [base, rise, r]: [f64; 3] = [0.03, 0.01, 0.008];
+    let over = 120f64.to_radians();
+    let text = format!(
+        "[curves.lift]\ntype = \"cam-law\"\nsegments = [{{ rise = {rise}, over = {over}, law = \"3-4-5\" }}, \
+         {{ dwell = \"100 deg\" }}, {{ return = {rise}, over = \"140 deg\", law = \"3-4-5\" }}]\n\
+         [curves.profile]\ntype = \"cam\"\nlaw = \"lift\"\nbase_circle = {base}\nfollower = {{ kind = \"flat\" }}\n\
+         {}[bodies.disc]\nmass = 1\ninertia = 1e-4\n\
+         [joints.contact]\ntype = \"curve-on-curve\"\nbetween = [\"ground\", \"disc\"]\ncurve = \"profile\"\n\
+         second_curve = \"rim\"\ntangents = \"same\"\nrolling = [0, \"-pi/2\"]\n\
+         [initial]\ncontact = {{ angle1 = 0.2, rate1 = 5, guess = {{ angle2 = -0.8 }} }}\n\
+         disc = {{ guess = {{ x = 0.008, y = 0.037, angle = -1 }} }}\n{SOLVE}",
+        circle("rim", &format!("{r} m")),
+    );
+    let length = |angle: f64| {
+        let u = (angle / over).min(1.0);
+        let lifted = over * rise * u.powi(4) * (2.5 - 3.0 * u + u * u);
+        let slope = rise * 30.0 * (u * (1.0 - u)).powi(2) / over;
+        base * angle + lifted + slope + rise * (angle - over).max(0.0)
+    };
+    let mechanism = derive(model(&text));
+    let motion = solve(&mechanism);
+    let measures = Measures::new(&mechanism, &["contact.angle1", "contact.angle2"]);
+    let mut furthest: f64 = 0.0;
+    for sample in &motion.samples {
+        let [angle, turned] = [0, 1].map(|k| measures.at(sample)[k]);
+        furthest = furthest.max(angle);
+        if angle < 220f64.to_radians() {
+            let expected = length(angle) / r - std::f64::consts::FRAC_PI_2;
+            close(&format!("at {} s", sample.t), turned, expected, within(1e-9));
+        }
+    }
+    assert!(furthest > over + 0.5, "{furthest}");
+}
+
 /// A disc that slides on an ellipse, as a curve and as a roller about a point: the same motion, the same force.
 #[test]
 fn a_circle_that_slides_is_a_roller() {

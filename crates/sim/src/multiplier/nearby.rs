@@ -5,7 +5,7 @@
 //! off by δ/s, and higher derivatives by higher powers of 1/s. Those of the state on the constraints
 //!
 //! ```text
-//! a(P(q, v))       P Newton's steps, smallest in the norm of M
+//! a(q*, v*)       (q*, v*) by Newton's steps from (q, v), smallest in the norm of M
 //! ```
 //!
 //! are the same on every solution, and as smooth as it through the pose. What rounding leaves of them is ε/s²;

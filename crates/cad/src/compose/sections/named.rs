@@ -53,7 +53,7 @@ fn put(
             && let Value::Array(rows) = &mut written
         {
             for row in further_rows(mechanism, attachment) {
-                rows.push(row);
+                rows.push_formatted(row.decorated(" ", ""));
             }
         }
         draft.put([section, name, value.key], written, &value.location);
