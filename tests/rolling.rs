@@ -206,9 +206,9 @@ fn a_disc_rolls_on_the_profile_of_a_cam() {
     let [base, rise, r]: [f64; 3] = [0.03, 0.01, 0.008];
     let over = 120f64.to_radians();
     let text = format!(
-        "[curves.lift]\ntype = \"cam-law\"\nsegments = [{{ rise = {rise}, over = {over}, law = \"3-4-5\" }}, \
-         {{ dwell = \"100 deg\" }}, {{ return = {rise}, over = \"140 deg\", law = \"3-4-5\" }}]\n\
-         [curves.profile]\ntype = \"cam\"\nlaw = \"lift\"\nbase_circle = {base}\nfollower = {{ kind = \"flat\" }}\n\
+        "[curves.lift]\ntype = \"cam-law\"\nsegments = [{{ rise = \"{rise} m\", over = {over}, law = \"3-4-5\" }}, \
+         {{ dwell = \"100 deg\" }}, {{ return = \"{rise} m\", over = \"140 deg\", law = \"3-4-5\" }}]\n\
+         [curves.profile]\ntype = \"cam\"\nlaw = \"lift\"\nbase_circle = \"{base} m\"\nfollower = {{ kind = \"flat\" }}\n\
          {}[bodies.disc]\nmass = 1\ninertia = 1e-4\n\
          [joints.contact]\ntype = \"curve-on-curve\"\nbetween = [\"ground\", \"disc\"]\ncurve = \"profile\"\n\
          second_curve = \"rim\"\ntangents = \"same\"\nrolling = [0, \"-pi/2\"]\n\
