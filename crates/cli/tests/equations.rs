@@ -76,11 +76,12 @@ fn documents_are_well_formed() {
 #[test]
 fn aligned_lines_keep_to_the_width() {
     // Calls with several arguments do not break, nor do quotients and products with long names, as the quick return,
-    // the eccentric press, the engine and mechanisms in space have them.
+    // the eccentric press, the engine, the Geneva wheel and mechanisms in space have them.
     let long = [
         "quick-return",
         "eccentric-press",
         "engine",
+        "geneva",
         "cardan-shaft",
         "double-wishbone",
         "robot-arm",
