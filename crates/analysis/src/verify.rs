@@ -12,10 +12,14 @@
 //! run grows, too: allowed is as much more, up to the time at which it hides all else.
 
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
 use bksim_mbs::coordinate::{Coordinate, Owner};
 use bksim_mbs::joint::rotation;
-use bksim_model::{Axis, CoordinatePolicy, Formulation, Measure, Method, Model, Outputs, Space};
+use bksim_model::{
+    Axis, CoordinatePolicy, Formulation, Measure, Method, Model, Outputs, SolveOptions, Space,
+};
+use bksim_sim::hybrid::Change;
 use bksim_sim::run::Sample;
 use bksim_sim::{Mechanism, Motion};
 
@@ -31,7 +35,7 @@ use crate::watch::Watch;
 pub struct Verified {
     /// How the run and its twin were made.
     pub ways: [Way; 2],
-    /// Times that both have, s.
+    /// Times that both have, s, but for those at which modes change.
     pub times: Vec<f64>,
     /// In the order of channels.
     pub channels: Vec<Compared>,
@@ -113,6 +117,9 @@ pub fn verify(model: Model, watch: Watch<'_>) -> Result<Verified, AnalysisError>
     let ends = |samples: &[Sample], t: f64| samples.iter().rposition(|sample| sample.t == t);
     let mut times: Vec<f64> = motion.samples.iter().map(|sample| sample.t).collect();
     times.dedup();
+    let between = switching(&own.model.solve, [&motion, &twin.motion]);
+    let last = times.last().copied();
+    times.retain(|t| Some(*t) == last || !between.iter().any(|sides| sides.contains(t)));
     let pairs: Vec<(f64, usize, usize)> = times
         .iter()
         .filter_map(|&t| Some((t, ends(&motion.samples, t)?, ends(&twin.motion.samples, t)?)))
@@ -195,6 +202,23 @@ impl Verified {
         }
         self.growth = Some(growth);
     }
+}
+
+/// Spans of time in which two runs are on different sides of a change of modes: accelerations and forces may jump
+/// there, and a sample at that very instant shows one side or the other. Changes that lie farther apart than the
+/// tolerance of `options` lets them are no such.
+fn switching(options: &SolveOptions, runs: [&Motion; 2]) -> Vec<RangeInclusive<f64>> {
+    let [own, twin] = runs.map(|run| &run.summary.changes);
+    let span = (options.t_end - runs[0].start.t).abs();
+    let allowed = RATE * options.rtol.max(options.atol) * span;
+    let rounding = ROUNDING * (span + options.t_end.abs());
+    let sides = |t: f64| {
+        let off = |other: &&Change| (other.t - t).abs();
+        let nearest = twin.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        let other = nearest.filter(|other| off(other) <= allowed)?.t;
+        Some(t.min(other) - rounding..=t.max(other) + rounding)
+    };
+    own.iter().filter_map(|change| sides(change.t)).collect()
 }
 
 /// A run in another way.
@@ -347,6 +371,9 @@ struct Channel {
     factor: f64,
     values: Vec<f64>,
 }
+
+/// Part of a run's time within which two instants are one.
+const ROUNDING: f64 = 1e-12;
 
 const POSITION: f64 = 10.0;
 const RATE: f64 = 100.0;

@@ -133,3 +133,14 @@ fn a_run_that_is_stopped_is_compared_as_far_as_it_came() {
     assert!(last > 0.0 && last < 4.0, "{last}");
     assert!(found.is_within() && !found.is_whole());
 }
+
+/// A wheel that is locked and turned by turns: its acceleration jumps at instants that are those of samples.
+#[test]
+fn samples_at_a_change_of_modes_may_show_either_side() {
+    let found = verified(include_str!("../../../examples/geneva/model.toml"));
+    let worst = found.channels.iter().find(|channel| channel.largest > channel.allowed);
+    assert!(found.is_within(), "{worst:?}");
+    let jumps = [0.125, 0.375, 1.125, 1.375];
+    assert!(jumps.iter().all(|jump| found.times.iter().all(|t| (t - jump).abs() > 1e-6)));
+    assert_eq!((found.times.len(), found.is_whole()), (697, true));
+}
