@@ -17,7 +17,7 @@ pub(crate) struct Trace {
     pub(crate) steps: Vec<f64>,
     /// Whether the curve comes back to where it began.
     pub(crate) is_closed: bool,
-    /// Whether something has turned so often without that that it is taken to turn for ever.
+    /// True where something has turned so often that it is taken to turn for ever, and the curve has not closed.
     pub(crate) is_endless: bool,
 }
 

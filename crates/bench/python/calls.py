@@ -1,4 +1,4 @@
-"""What a call of a compiled function at one state costs from Python.
+"""Cost of a call of a compiled function at one state from Python.
 
     python crates/bench/python/calls.py
     valgrind --tool=callgrind python crates/bench/python/calls.py --only measure --number 20000

@@ -1,17 +1,17 @@
 //! [`Simulation`]: a mechanism that is ready to run.
 
+mod derived;
+
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 use bksim_dae::Control;
-use bksim_expr::PoolSnapshot;
-use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected};
-use bksim_model::{Compliance, Formulation, Model, Outputs, ParameterId, SolveOptions};
+use bksim_model::{Compliance, Outputs, ParameterId, SolveOptions};
 
 use crate::compiled::CompiledSystem;
 use crate::fault::{diagnose_run, diagnose_slowness, diagnose_start, diagnose_worth};
-use crate::formulate::{LazyMotionEquations, MotionEquations, formulate};
+use crate::formulate::{LazyMotionEquations, MotionEquations};
 use crate::input::{InputError, InputValues, Law, UnknownInput, check_inputs};
 use crate::mechanism::{Mechanism, insensitive, uncompiled};
 use crate::modes::Modes;
@@ -25,6 +25,7 @@ use crate::sensitivity::{
 };
 use crate::start::{Start, StartEquations, StartError, start_at};
 use crate::state::State;
+use derived::Derived;
 
 /// A compiled mechanism with the values, options and initial values of a run.
 ///
@@ -73,18 +74,6 @@ pub struct Simulation {
     options: SolveOptions,
     /// Output times in place of those of the options.
     samples: Option<Outputs>,
-}
-
-/// Everything that does not depend on values: common to all copies of a simulation.
-#[derive(Debug)]
-struct Derived {
-    model: Model<PoolSnapshot>,
-    system: SymbolicSystem,
-    start: StartEquations,
-    /// The equations of motion in each formulation that has been asked for.
-    equations: [OnceLock<Arc<MotionEquations>>; 4],
-    /// Why a parameter cannot be an input, for each that cannot; found when it is asked for first.
-    not_only_loads: OnceLock<Vec<Option<Diagnostic>>>,
 }
 
 /// A motion from the start to the end time.
@@ -465,32 +454,6 @@ impl Simulation {
     pub fn diagnose(&self, failure: &Failure) -> Diagnostic {
         let Mechanism { model, system, compiled, parameters, .. } = &self.mechanism();
         diagnose_run(model, system, compiled, &self.equations, parameters, failure)
-    }
-}
-
-impl Derived {
-    /// The equations of motion in a formulation, compiled when they are asked for first.
-    fn equations(&self, formulation: Formulation) -> &Arc<MotionEquations> {
-        self.equations[formulation as usize].get_or_init(|| {
-            let equations = formulate(&self.model.to_model(), &self.system, formulation);
-            Arc::new(equations.expect("every symbol is one of the dynamics, which have compiled"))
-        })
-    }
-
-    /// The same when they are used first, with the values of inputs from where `compiled` takes them.
-    fn equations_on_demand(
-        self: &Arc<Self>,
-        formulation: Formulation,
-        compiled: &Arc<CompiledSystem>,
-    ) -> Arc<LazyMotionEquations> {
-        let (derivation, compiled) = (self.clone(), compiled.clone());
-        Arc::new(LazyMotionEquations::new(Box::new(move || {
-            let equations = derivation.equations(formulation);
-            if compiled.inputs.is_empty() {
-                return equations.clone();
-            }
-            Arc::new(MotionEquations::clone(equations).with_inputs(&compiled.inputs))
-        })))
     }
 }
 

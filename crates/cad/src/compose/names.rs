@@ -47,7 +47,7 @@ pub(super) fn names<'a>(
     named
 }
 
-/// Whether an attachment may go on with the rows of another one of its name: one value holds few of a long table.
+/// True of an attachment that may go on with the rows of another one of its name: one value holds few of a long table.
 pub(super) fn goes_on(attachment: &Attachment) -> bool {
     matches!(attachment.kind.section, Section::Tables | Section::Curves)
         && attachment.value("points").is_some()

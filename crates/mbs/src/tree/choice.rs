@@ -23,7 +23,7 @@ const OF_TWO_BODIES: usize = 14;
 /// on, with revolutes far beyond thirty.
 const OF_RELATIVE_ENTRY: usize = 2;
 
-/// Whether the equations along a tree are cheaper than those with all of its joints cut.
+/// True where the equations along a tree are cheaper than those with all of its joints cut.
 pub(super) fn is_short(model: &Model, tree: &Tree) -> bool {
     match model.space {
         Space::Planar => tree.depth() <= DEEPEST_RELATIVE_CHAIN,

@@ -1,7 +1,7 @@
 //! Marks of word processors and of other languages: typographic quotes, and commas in decimals.
 
 use super::codes;
-use super::syntax::token_length;
+use super::token::token_length;
 use crate::diagnostic::{Diagnostic, Span};
 
 /// Quotes of word processors: of texts, and of texts within texts.

@@ -84,6 +84,7 @@ mod surfaces;
 mod syntax;
 mod tables;
 mod teeth;
+mod token;
 mod tree;
 mod units;
 mod value;

@@ -360,7 +360,7 @@ impl Survey<'_> {
     }
 }
 
-/// Whether velocities can change at once: at stops, and where the prescribed rate of a drive jumps.
+/// True where velocities can change at once: at stops, and where the prescribed rate of a drive jumps.
 fn may_hit(mechanism: &Mechanism) -> bool {
     let Mechanism { model, system, .. } = mechanism;
     let is_stop = |contact: &Contact| matches!(contact.law, Law::Stop { .. });

@@ -21,9 +21,9 @@ const OF_HELP: f64 = 11.0;
 /// State between two attempts at a step.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Holding {
-    /// Whether stages are held on the constraints.
+    /// True while stages are held on the constraints.
     pub(super) is_on: bool,
-    /// Whether that has turned out to be no help near this pose.
+    /// True where that has turned out to be no help near this pose.
     is_useless: bool,
     /// The least rank margin of the attempt.
     least_margin: f64,
