@@ -165,7 +165,8 @@ impl Simulation {
         self.parameters.copy_from_slice(values);
     }
 
-    /// Takes initial values in place of the model's, by their index in [`Model::initial`], SI.
+    /// Takes initial values in place of the model's, by their index in
+    /// [`Model::initial`](bksim_model::Model::initial), SI.
     pub fn set_initial(&mut self, values: &[(usize, f64)]) {
         values.clone_into(&mut self.initial);
     }
@@ -193,14 +194,16 @@ impl Simulation {
             self.derivation.equations_on_demand(self.options.formulation, &self.compiled);
     }
 
-    /// Lets other joints yield than those of the model; see [`Model::compliances`].
+    /// Lets other joints yield than those of the model; see
+    /// [`Model::compliances`](bksim_model::Model::compliances).
     pub fn set_compliances(&mut self, compliances: &[Compliance]) {
         let mut compiled = CompiledSystem::clone(&self.compiled);
         compiled.transmissions.set_compliances(compliances);
         self.compiled = Arc::new(compiled);
     }
 
-    /// The values of the inputs at a state, SI, in the order of [`Model::inputs`]; none without a law.
+    /// The values of the inputs at a state, SI, in the order of
+    /// [`Model::inputs`](bksim_model::Model::inputs); none without a law.
     pub fn input_values(&self, t: f64, q: &[f64], v: &[f64]) -> Vec<f64> {
         InputValues::new(&self.compiled.inputs).at(t, q, v).to_vec()
     }
