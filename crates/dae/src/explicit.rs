@@ -18,6 +18,7 @@ mod lanes;
 mod picard;
 mod stages;
 mod stiffness;
+mod straight_line;
 mod sums;
 #[cfg(test)]
 mod tests;
@@ -26,6 +27,7 @@ pub use self::control::Noise;
 use self::control::PiController;
 use self::stages::StageWork;
 use self::stiffness::StiffnessTest;
+pub use self::straight_line::{N_STEP_VECTORS, Recorder, STEP_END, record_step};
 use crate::accessors::accessors;
 use crate::checkpoint::{Checkpoint, Loader, Method, Saver};
 use crate::dense::{ContinuousExtension, Interpolant, Step};
@@ -34,7 +36,7 @@ use crate::limits::{check_finite, check_length, next_adaptive, next_fixed, step_
 use crate::run::{Control, End, Outcome, Start};
 use crate::settings::{Settings, StepControl};
 use crate::stats::Stats;
-use crate::system::{Attempt, NotFinite, Ode};
+use crate::system::{Attempt, NotFinite, Ode, StepSpan};
 
 /// Integrates `y′ = f(t, y)` from `start` to `t_end`, which may lie before `start.t`, and shows
 /// every accepted step to `observer`. `start.ydot` is not read.
@@ -301,7 +303,8 @@ impl<S: Ode> ExplicitSolver<S> {
         let Self { system, stages, stats, .. } = self;
         let is_adaptive = self.settings.step == StepControl::Adaptive;
         system.note(Attempt::Begun);
-        let tried = stages.step(system, (self.t, h), (&self.y, &self.ydot), stats);
+        let tried =
+            stages.step(system, StepSpan { t: self.t, h, t1 }, (&self.y, &self.ydot), stats);
         let error = tried.map(|()| if is_adaptive { stages.error(h, &self.y) } else { 0.0 });
         match error {
             Ok(error) if error.is_finite() && error < 1.0 => {

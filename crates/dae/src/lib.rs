@@ -110,7 +110,9 @@ pub use collocation::{LinearCoefficients, LinearCollocation, LinearStep, elimina
 pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
 pub use events::{Crossing, Event, EventSearch, Events};
-pub use explicit::{ExplicitSolver, Noise, solve_ode};
+pub use explicit::{
+    ExplicitSolver, N_STEP_VECTORS, Noise, Recorder, STEP_END, record_step, solve_ode,
+};
 pub use run::{Control, End, Outcome, Start};
 pub use sensitivity::{SensitivitySolver, SensitivityStart, SensitivityStep, SensitivitySystem};
 pub use settings::{
@@ -119,4 +121,4 @@ pub use settings::{
 };
 pub use solve::{Solver, solve};
 pub use stats::Stats;
-pub use system::{Attempt, Index, LANES, Lanes, Layout, NotFinite, Ode, Pattern, System};
+pub use system::{Attempt, Index, LANES, Lanes, Layout, NotFinite, Ode, Pattern, StepSpan, System};

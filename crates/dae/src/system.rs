@@ -139,6 +139,27 @@ pub trait Ode {
         false
     }
 
+    /// Writes the vectors of [`record_step`](crate::record_step) to `results`, where there is straight-line code for
+    /// a whole step from `(t, y)`; false where the step must be taken stage by stage, as it must by default. What is
+    /// written must equal what stages give. `results` takes as many numbers as the system likes, those of the
+    /// vectors first.
+    fn whole_step(
+        &mut self,
+        _span: StepSpan,
+        _y: &[f64],
+        _ydot: &[f64],
+        _results: &mut Vec<f64>,
+    ) -> bool {
+        false
+    }
+
+    /// Writes the projected end of the step that [`Ode::whole_step`] has taken last and its derivative, where they are
+    /// among its `results` and finite; false, with nothing written, where [`Ode::project`] and [`Ode::derivative`] must
+    /// find them.
+    fn whole_end(&mut self, _results: &[f64], _y1: &mut [f64], _ydot1: &mut [f64]) -> bool {
+        false
+    }
+
     /// Takes note of how the attempts at steps go. What [`Ode::derivative`] continues the equations by, away from
     /// their solutions, may change between two of them, but not within one. By default nothing is done.
     fn note(&mut self, _attempt: Attempt) {}
@@ -154,6 +175,17 @@ pub trait Ode {
     }
 }
 
+/// Where a step lies.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct StepSpan {
+    /// Its start.
+    pub t: f64,
+    /// Its size, signed.
+    pub h: f64,
+    /// Its end, `t + h` but for rounding.
+    pub t1: f64,
+}
+
 /// A borrowed system is one too, so that a run need not consume it.
 impl<S: Ode + ?Sized> Ode for &mut S {
     fn layout(&self) -> &Layout {
@@ -166,6 +198,20 @@ impl<S: Ode + ?Sized> Ode for &mut S {
 
     fn derivative_lanes(&mut self, t: Lanes, y: &[Lanes], ydot: &mut [Lanes]) -> bool {
         (**self).derivative_lanes(t, y, ydot)
+    }
+
+    fn whole_step(
+        &mut self,
+        span: StepSpan,
+        y: &[f64],
+        ydot: &[f64],
+        results: &mut Vec<f64>,
+    ) -> bool {
+        (**self).whole_step(span, y, ydot, results)
+    }
+
+    fn whole_end(&mut self, results: &[f64], y1: &mut [f64], ydot1: &mut [f64]) -> bool {
+        (**self).whole_end(results, y1, ydot1)
     }
 
     fn note(&mut self, attempt: Attempt) {

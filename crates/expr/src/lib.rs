@@ -95,4 +95,4 @@ pub use solve::{LinearSolution, SolveError};
 pub use syntax::{
     BinaryOperator, ParseError, ParseErrorKind, Syntax, SyntaxKind, SyntaxNode, UnitFactor,
 };
-pub use tape::{Tape, TapeError};
+pub use tape::{Composition, Tape, TapeError, Value};

@@ -29,6 +29,7 @@ use crate::redundancy::{
     resting,
 };
 use crate::sampled::{SampledSignals, Sampling};
+use crate::whole_step::WholeStep;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::reaction::{reactions, reported};
@@ -61,6 +62,8 @@ pub struct CompiledSystem {
     pub(crate) bearings: Vec<Bearing>,
     /// v̇, λ and factors of (t, q, v, u), of small mechanisms; see [`UnrolledSolve`].
     pub(crate) unrolled: Option<Function>,
+    /// A whole step of small mechanisms.
+    pub(crate) step: Arc<WholeStep>,
     /// G, g and ∂g/∂t of (t, q).
     pub(crate) constraints: Function,
     /// The same with the branch of each position in place of modes, where joints or drives have kinks: to look for
@@ -161,6 +164,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         pressing,
         bearings: bearings(model),
         unrolled,
+        step: Arc::new(WholeStep::new(model.solve.jit)),
         constraints: function(&constraints, &[&q])?,
         branching_constraints,
         shape,

@@ -36,6 +36,7 @@ pub mod start;
 mod start_error;
 pub mod state;
 mod stepping;
+mod whole_step;
 
 pub use linear::svd::{Entry, Svd};
 pub use mechanism::Mechanism;

@@ -356,6 +356,32 @@ impl MultiplierSystem {
             && solution.as_flattened().iter().fold(true, |all, value| all & value.is_finite())
     }
 
+    /// Looks at the pivots of all stages of a step; false, as if they had never been seen, where the rank margin
+    /// of one of them is less than `margin`.
+    pub(crate) fn accept_stages<const N: usize>(
+        &mut self,
+        pivots: &[[f64; N]],
+        margin: f64,
+    ) -> bool {
+        self.factors = Factors::Recorded;
+        self.elimination.accept_stages(pivots, margin)
+    }
+
+    /// Number of coordinates.
+    pub(crate) fn n_coordinates(&self) -> usize {
+        self.nq
+    }
+
+    /// Whether the recorded elimination of all rows serves.
+    pub(crate) fn is_whole(&self, nc: usize) -> bool {
+        self.active.len() == nc && self.augmented.is_none()
+    }
+
+    /// Takes factors that were computed elsewhere, see [`Elimination::take`].
+    pub(crate) fn take_stage(&mut self, factors: &[f64]) {
+        self.elimination.take(factors.iter().copied());
+    }
+
     /// Takes the factors of one of these states.
     pub(crate) fn take_lane<const N: usize>(&mut self, (factors, lane): (&[[f64; N]], usize)) {
         self.elimination.take(factors.iter().map(|factor| factor[lane]));

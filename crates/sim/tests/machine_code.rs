@@ -1,10 +1,12 @@
 //! Machine code changes how fast a run is, and nothing else.
 
-use bksim_dae::System;
+use bksim_dae::{Control, System};
 use bksim_mbs::assemble::assemble;
 use bksim_model::file::{Source, read};
 use bksim_model::{Jit, Model};
+use bksim_sim::Mechanism;
 use bksim_sim::formulate::formulate;
+use bksim_sim::run::Sample;
 
 fn model(jit: &str) -> Model {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/slider-crank/model.toml");
@@ -44,4 +46,45 @@ fn the_setting_is_read_and_no_bit_depends_on_it() {
     let interpreted = values(&off);
     assert!(values(&on) == interpreted, "machine code and interpreter differ");
     assert!(values(&auto) == interpreted, "the automatic choice changes values");
+}
+
+/// Samples of a run by explicit steps, as bits, and its counters of steps and evaluations.
+fn run(example: &str, jit: &str) -> (Vec<Vec<u64>>, [usize; 2]) {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples");
+    let text = std::fs::read_to_string(format!("{root}/{example}/model.toml")).expect("an example");
+    let jit = format!("[solve]\njit = \"{jit}\"");
+    let mut mechanism =
+        Mechanism::from_toml(&text.replace("[solve]", &jit), example).expect("a model");
+    mechanism.model.solve.method = bksim_model::Method::Explicit;
+    let start = mechanism.start().expect("a start");
+    let mut samples = Vec::new();
+    let mut keep = |sample: &Sample| {
+        let numbers = sample.q.iter().chain(&sample.v).chain(&sample.a).chain(&sample.lambda);
+        samples.push(numbers.chain([&sample.work]).map(|x| x.to_bits()).collect());
+        Control::Continue
+    };
+    let simulation = mechanism.simulation().expect("compiles");
+    let stats = simulation.run(&start, &mut keep, &|| false).expect("it runs").stats;
+    (samples, [stats.n_step, stats.n_residual])
+}
+
+#[test]
+fn whole_steps_as_one_function_give_the_bits_of_their_stages() {
+    // Constraints and none; drives in time, springs, stops, friction, a singular pose; in the plane and in space.
+    let examples = [
+        "slider-crank",
+        "five-link",
+        "four-bar",
+        "spring-pendulum",
+        "quarter-car",
+        "winch",
+        "gyroscope",
+        "parallelogram",
+        "spatial-four-bar",
+    ];
+    for example in examples {
+        let [stages, whole] = ["off", "on"].map(|jit| run(example, jit));
+        assert!(stages.0.len() > 10, "{example} has samples");
+        assert!(stages == whole, "{example} differs");
+    }
 }

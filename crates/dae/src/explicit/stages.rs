@@ -4,13 +4,14 @@ use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES, N_TERMS};
 use super::derivative;
 use super::extrapolation::{Ends, Extrapolation};
 use super::picard::{self, Picard};
+use super::straight_line::StepVectors;
 use super::sums::{Columns, combine};
 use crate::dense::ContinuousExtension;
 use crate::error::WorstUnknown;
 use crate::scale::{Scale, Unit};
 use crate::settings::{ExplicitMethod, Settings};
 use crate::stats::Stats;
-use crate::system::{Layout, NotFinite, Ode};
+use crate::system::{Layout, NotFinite, Ode, StepSpan};
 
 /// Buffers of one step, allocated once.
 pub(super) struct StageWork {
@@ -29,6 +30,10 @@ pub(super) struct StageWork {
     error3: Columns,
     scale: Scale,
     unit: Unit,
+    /// The results of a whole step at once.
+    whole: Vec<f64>,
+    /// Whether stages 1 to 10 are there alone.
+    is_whole: bool,
     /// In the place of the stages.
     extrapolation: Option<Box<(Extrapolation, Picard)>>,
 }
@@ -47,6 +52,8 @@ impl StageWork {
             error3: zero(),
             scale: Scale::new(n),
             unit: Unit::new(settings),
+            whole: Vec::new(),
+            is_whole: false,
             extrapolation: match settings.explicit {
                 ExplicitMethod::DormandPrince => None,
                 ExplicitMethod::Extrapolation { columns } => {
@@ -78,11 +85,11 @@ impl StageWork {
         derivative(system, t, y, out, stats)
     }
 
-    /// StageWork 1 to 11 and `y1`, from `(y, f(t, y))`.
+    /// Stages 1 to 11 and `y1`, from `(y, f(t, y))`.
     pub(super) fn step<S: Ode>(
         &mut self,
         system: &mut S,
-        (t, h): (f64, f64),
+        span @ StepSpan { t, h, .. }: StepSpan,
         (y, ydot): (&[f64], &[f64]),
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
@@ -91,12 +98,40 @@ impl StageWork {
         if self.extrapolation.is_some() {
             return self.extrapolate(system, (t, h), ydot, stats);
         }
+        self.is_whole = self.whole(system, span, (y, ydot));
+        if self.is_whole {
+            stats.n_residual += N_STAGES - 1;
+            return Ok(());
+        }
         for i in 1..N_STAGES {
             self.stage(system, i, (t, h), stats)?;
         }
         std::mem::swap(&mut self.last_argument, &mut self.argument);
         combine(h, A[N_STAGES], &self.k, Some(&self.y0), &mut self.y1);
         Ok(())
+    }
+
+    /// The step as straight-line code, where the system has it and all numbers are finite.
+    fn whole<S: Ode>(
+        &mut self,
+        system: &mut S,
+        span: StepSpan,
+        (y, ydot): (&[f64], &[f64]),
+    ) -> bool {
+        if !system.whole_step(span, y, ydot, &mut self.whole) {
+            return false;
+        }
+        let step = StepVectors::new(y.len(), &self.whole);
+        if !step.are_finite() {
+            return false;
+        }
+        let [five, three] = step.errors();
+        self.k.column_mut(N_STAGES - 1).copy_from_slice(step.k(N_STAGES - 1));
+        self.last_argument.values_mut().copy_from_slice(step.last_argument());
+        self.y1.values_mut().copy_from_slice(step.y1());
+        self.error5.values_mut().copy_from_slice(five);
+        self.error3.values_mut().copy_from_slice(three);
+        true
     }
 
     /// `y1` by extrapolation; what stage 11 is otherwise, a state near it is here.
@@ -137,8 +172,10 @@ impl StageWork {
         if self.extrapolation.is_some() {
             return self.scale.rms(self.error5.values());
         }
-        combine(h, E5, &self.k, None, &mut self.error5);
-        combine(h, E3, &self.k, None, &mut self.error3);
+        if !self.is_whole {
+            combine(h, E5, &self.k, None, &mut self.error5);
+            combine(h, E3, &self.k, None, &mut self.error3);
+        }
         let [five, three] = [&self.error5, &self.error3].map(|e| self.scale.rms(e.values()));
         if five == 0.0 && three == 0.0 {
             return 0.0;
@@ -153,6 +190,10 @@ impl StageWork {
         t1: f64,
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
+        if self.is_whole && system.whole_end(&self.whole, self.y1.values_mut(), &mut self.f1) {
+            stats.n_residual += 1;
+            return Ok(());
+        }
         system.project(t1, self.y1.values_mut())?;
         let found = derivative(system, t1, self.y1.values(), &mut self.f1, stats);
         if found.is_err() {
@@ -190,6 +231,10 @@ impl StageWork {
         if let Some(method) = &mut self.extrapolation {
             let ends = (self.k.column(0), y1, f1);
             return method.1.extend(system, last, ends, &self.scale, stats);
+        }
+        if std::mem::take(&mut self.is_whole) {
+            let step = StepVectors::new(n, &self.whole);
+            (1..N_STAGES - 1).for_each(|i| self.k.column_mut(i).copy_from_slice(step.k(i)));
         }
         self.k.column_mut(N_STAGES).copy_from_slice(f1);
         for i in N_STAGES + 1..N_EXTENDED {

@@ -54,7 +54,7 @@ impl Columns {
     }
 }
 
-/// `out = y + h Σ factor_j k_j`; without `y`, the sum alone.
+/// `out = y + h Σ factor_j k_j`; without `y`, the sum alone. A row has terms.
 pub(super) fn combine(h: f64, row: &[Term], k: &Columns, y: Option<&Columns>, out: &mut Columns) {
     run(Combine { h, row, k, y, out });
 }
@@ -73,11 +73,16 @@ impl WithSimd for Combine<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { h, row, k, y, out } = self;
+        let Some((&(first, first_factor), others)) = row.split_first() else { return };
         for (b, out) in out.blocks.iter_mut().enumerate() {
+            let block = |j: usize| &k.blocks[j * k.n_blocks + b];
+            let (factor, k) = (h * first_factor, block(first));
             let mut sum = [0.0; WIDTH];
-            for &(j, factor) in row {
-                let factor = h * factor;
-                let k = &k.blocks[j * k.n_blocks + b];
+            for lane in 0..WIDTH {
+                sum[lane] = factor * k[lane];
+            }
+            for &(j, factor) in others {
+                let (factor, k) = (h * factor, block(j));
                 for lane in 0..WIDTH {
                     sum[lane] += factor * k[lane];
                 }

@@ -1,11 +1,10 @@
 //! From expressions to a tape: its instructions, before their order is known.
 
 use super::chains::{Chains, Part, reciprocal_base};
-use super::register::{Key, Register, index};
-use super::schedule::Section;
+use super::emitter::Emitter;
+use super::register::{Register, index};
 use super::share::Operand;
 use super::{Action, Tape, TapeError};
-use crate::handle::HandleHash;
 use crate::number::Number;
 use crate::op::{Function, Op, small_integer};
 use crate::pool::{Expr, Pool, SymbolId};
@@ -34,7 +33,7 @@ impl Tape {
         }
         let roots: Vec<Register> =
             sweep.roots.iter().map(|&root| compiler.register(root)).collect();
-        Ok(compiler.finish(&roots, parameters.len(), inputs.len()))
+        Ok(compiler.emitter.finish(&roots, parameters.len(), inputs.len()))
     }
 }
 
@@ -48,11 +47,7 @@ struct SignedRegister {
 
 struct Compiler {
     symbols: HashMap<SymbolId, Register>,
-    constants: Vec<f64>,
-    constant_index: HashMap<u64, Register>,
-    prologue: Vec<Key>,
-    body: Vec<Key>,
-    known: HashMap<Key, Register, HandleHash>,
+    emitter: Emitter,
     /// Values of the steps so far.
     values: Vec<SignedRegister>,
     chains: Chains,
@@ -69,11 +64,7 @@ impl Compiler {
         symbols.extend(inputs.iter().enumerate().map(|(i, &s)| (s, Register::Input(index(i)))));
         Self {
             symbols,
-            constants: Vec::new(),
-            constant_index: HashMap::new(),
-            prologue: Vec::new(),
-            body: Vec::new(),
-            known: HashMap::default(),
+            emitter: Emitter::default(),
             values: Vec::new(),
             chains: Chains::default(),
             parts: Vec::new(),
@@ -81,32 +72,15 @@ impl Compiler {
     }
 
     fn constant(&mut self, value: f64) -> Register {
-        let constants = &mut self.constants;
-        *self.constant_index.entry(value.to_bits()).or_insert_with(|| {
-            constants.push(value);
-            Register::Constant(index(constants.len() - 1))
-        })
+        self.emitter.constant(value)
     }
 
-    /// The register that holds the result of an instruction, new or known.
     fn emit(&mut self, action: Action, a: Register, b: Register, c: Register) -> Register {
-        let key = (action, a, b, c);
-        if let Some(&register) = self.known.get(&key) {
-            return register;
-        }
-        let register = if a.is_early() && b.is_early() && c.is_early() {
-            self.prologue.push(key);
-            Register::Prologue(index(self.prologue.len() - 1))
-        } else {
-            self.body.push(key);
-            Register::Body(index(self.body.len() - 1))
-        };
-        self.known.insert(key, register);
-        register
+        self.emitter.emit(action, a, b, c)
     }
 
     fn emit_two(&mut self, action: Action, a: Register, b: Register) -> Register {
-        self.emit(action, a, b, a)
+        self.emitter.emit(action, a, b, a)
     }
 
     /// The register with the value of a step, negated into one of its own if need be.
@@ -334,47 +308,5 @@ impl Compiler {
         }
         let result = result.unwrap_or(one);
         if n < 0 { self.emit_two(Action::Divide, one, result) } else { result }
-    }
-
-    /// Orders the instructions that the outputs need and numbers the registers.
-    fn finish(self, roots: &[Register], n_parameters: usize, n_inputs: usize) -> Tape {
-        let in_prologue = |register| match register {
-            Register::Prologue(i) => Some(i as usize),
-            _ => None,
-        };
-        let in_body = |register| match register {
-            Register::Body(i) => Some(i as usize),
-            _ => None,
-        };
-        let body = Section::new(&self.body, in_body, roots);
-        let prologue_roots = [roots, &body.operands()].concat();
-        let prologue = Section::new(&self.prologue, in_prologue, &prologue_roots);
-
-        let first_parameter = index(self.constants.len());
-        let first_input = first_parameter + index(n_parameters);
-        let first_prologue = (first_input as usize) + n_inputs;
-        let first_body = first_prologue + prologue.n_results();
-        let (prologue_numbers, body_numbers) =
-            (prologue.numbers(first_prologue), body.numbers(first_body));
-        let number = |register: Register| match register {
-            Register::Constant(i) => i,
-            Register::Parameter(i) => first_parameter + i,
-            Register::Input(i) => first_input + i,
-            Register::Prologue(i) => prologue_numbers[i as usize],
-            Register::Body(i) => body_numbers[i as usize],
-        };
-        let mut angles = Vec::new();
-        Tape {
-            prologue: prologue.instructions(&number, &mut angles),
-            body: body.instructions(&number, &mut angles),
-            angles,
-            outputs: roots.iter().map(|&root| number(root)).collect(),
-            first_body,
-            n_registers: first_body + body.n_results(),
-            n_operations: [prologue.n_operations(), body.n_operations()],
-            constants: self.constants,
-            n_parameters,
-            n_inputs,
-        }
     }
 }

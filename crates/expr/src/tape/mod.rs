@@ -12,12 +12,16 @@
 
 mod chains;
 mod compile;
+mod composition;
+mod emitter;
 mod register;
 mod schedule;
 mod share;
 
 use crate::op::Function;
 use crate::pool::SymbolId;
+
+pub use self::composition::{Composition, Value};
 
 /// Reason why outputs cannot be compiled.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]

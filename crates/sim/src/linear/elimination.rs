@@ -14,7 +14,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
-use bksim_expr::{Expr, Pool};
+use bksim_expr::{Composition, Expr, Pool, Value};
 
 use crate::linear::shape::Shape;
 
@@ -268,6 +268,49 @@ impl Elimination {
         (solution, values)
     }
 
+    /// [`Elimination::solve_in_place`] written down, with these factors: the first nq numbers of the solution for a
+    /// right side that is zero but in its multipliers.
+    pub(crate) fn record_step(
+        &self,
+        recorder: &mut Composition,
+        factors: &[Value],
+        of_multipliers: &[Value],
+    ) -> Vec<Value> {
+        let n = self.nodes.len();
+        let (diagonal, lower) = factors.split_at(n);
+        let right = |&node: &usize| node.checked_sub(self.nq).map(|row| of_multipliers[row]);
+        // Nothing stands for zero.
+        let mut x: Vec<Option<Value>> = self.nodes.iter().map(right).collect();
+        let subtract_product = |recorder: &mut Composition, x, l, y| {
+            let product = recorder.multiply(l, y);
+            recorder.subtract(x, product)
+        };
+        for k in 0..n {
+            let Some(value) = x[k] else { continue };
+            for p in self.starts[k]..self.starts[k + 1] {
+                let row = &mut x[self.rows[p]];
+                let before = row.unwrap_or_else(|| recorder.constant(0.0));
+                *row = Some(subtract_product(recorder, before, lower[p], value));
+            }
+        }
+        for k in (0..n).rev() {
+            let mut value = x[k].map(|x| recorder.divide(x, diagonal[k]));
+            for p in self.starts[k]..self.starts[k + 1] {
+                let Some(x) = x[self.rows[p]] else { continue };
+                let before = value.unwrap_or_else(|| recorder.constant(0.0));
+                value = Some(subtract_product(recorder, before, lower[p], x));
+            }
+            x[k] = value;
+        }
+        let mut solution = vec![recorder.constant(0.0); self.nq];
+        for (&node, x) in self.nodes.iter().zip(x) {
+            if let (Some(place), Some(x)) = (solution.get_mut(node), x) {
+                *place = x;
+            }
+        }
+        solution
+    }
+
     /// Looks at pivots that were computed elsewhere, in this order of elimination; false where one of them
     /// vanishes, has the wrong sign or is not finite.
     pub(crate) fn accept_pivots(&mut self, pivots: &[f64]) -> bool {
@@ -296,6 +339,23 @@ impl Elimination {
         }
         self.rank_margin = if are_regular { margin } else { 0.0 };
         are_regular
+    }
+
+    /// The same for the stages of a step; false, with the best pivots as they were, where the rank margin of one of
+    /// them is less than `margin`.
+    pub(crate) fn accept_stages<const N: usize>(
+        &mut self,
+        pivots: &[[f64; N]],
+        margin: f64,
+    ) -> bool {
+        self.x.copy_from_slice(&self.best);
+        let before = self.rank_margin;
+        if self.accept_lanes(pivots.iter().copied()) && self.rank_margin >= margin {
+            return true;
+        }
+        self.best.copy_from_slice(&self.x);
+        self.rank_margin = before;
+        false
     }
 
     /// Takes factors that were computed elsewhere and whose pivots were accepted: the diagonal, then the

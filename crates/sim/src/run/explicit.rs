@@ -13,7 +13,7 @@
 use bksim_dae::{
     Attempt, Checkpoint, ExplicitMethod, ExplicitSolver, Index, Lanes, Layout, Loader, Method,
     Noise, NotFinite, Ode, Saver, Settings, SolveError, Standstill, Start as From, Stats, Step,
-    StepControl, Tolerance,
+    StepControl, StepSpan, Tolerance,
 };
 
 use super::dense::DenseOutput;
@@ -28,8 +28,9 @@ use super::stepper::Stepper;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::hybrid::EventMonitor;
-use crate::multiplier::MultiplierSystem;
+use crate::multiplier::{MultiplierSystem, largest};
 use crate::state::State;
+use crate::whole_step::{StepBuffers, StepResults};
 use bksim_model::{self, Outputs, SolveOptions};
 
 /// A mechanism as y′ = f(t, y).
@@ -43,6 +44,9 @@ pub(crate) struct ExplicitMotion<'a> {
     lambda: Vec<f64>,
     /// The same at several states at once, where that is asked for.
     lanes: Option<LaneMotion<'a>>,
+    /// Whole steps.
+    step: Option<StepBuffers>,
+    parameters: Vec<f64>,
     last: LastFactors,
 }
 
@@ -61,6 +65,10 @@ enum LastFactors {
 /// step in the mean over the unknowns, what is asked of it is the error of the run in each. A step
 /// of order eight grows only by 1.8 for it.
 const SAFETY: f64 = 0.01;
+
+/// The gap that is as good as closed, as a part of the largest coordinate. That which a step leaves is so small that
+/// one Newton step with the factors of the last stage closes it to rounding, but for long steps.
+const CLOSED: f64 = 1e-11;
 
 impl<'a> ExplicitMotion<'a> {
     /// The motion at one set of parameters, its accelerations from these multiplier systems.
@@ -81,6 +89,8 @@ impl<'a> ExplicitMotion<'a> {
             layout: Layout::from_groups(&[(2 * compiled.nq() + 1, Index::One)]).with_names(names),
             lambda: vec![0.0; compiled.nc()],
             lanes: None,
+            step: None,
+            parameters: parameters.to_vec(),
             last: LastFactors::Taken,
         }
     }
@@ -149,14 +159,58 @@ impl Ode for ExplicitMotion<'_> {
         true
     }
 
+    fn whole_step(
+        &mut self,
+        span: StepSpan,
+        y: &[f64],
+        ydot: &[f64],
+        results: &mut Vec<f64>,
+    ) -> bool {
+        let Self { evaluator, multipliers, holding, step, parameters, least_margin, .. } = self;
+        let system = evaluator.system();
+        // Near a singular pose, stages are looked at one by one.
+        if holding.is_on
+            || !multipliers.is_whole(system.nc())
+            || multipliers.rank_margin() < NOTICEABLE
+            || !system.whole_step(step, parameters, span, (y, ydot), results)
+        {
+            return false;
+        }
+        let StepResults { factors, pivots, .. } = system.step_results(results);
+        if !multipliers.accept_stages(pivots, NOTICEABLE) {
+            return false;
+        }
+        *least_margin = least_margin.min(multipliers.rank_margin());
+        multipliers.take_stage(factors);
+        self.last = LastFactors::Taken;
+        true
+    }
+
+    fn whole_end(&mut self, results: &[f64], y1: &mut [f64], ydot1: &mut [f64]) -> bool {
+        let Self { evaluator, multipliers, least_margin, .. } = self;
+        let StepResults { residuals: [gap, left], end: [end, slope], end_pivots, .. } =
+            evaluator.system().step_results(results);
+        // As in `project`: a step of Newton's method that was needed, has helped and is enough.
+        let [gap, left] = [largest(gap), largest(left)];
+        let size =
+            y1[..multipliers.n_coordinates()].iter().fold(1.0, |size: f64, q| size.max(q.abs()));
+        let is_closed = end_pivots.len() == multipliers.n_coordinates()
+            || (left < gap && left <= CLOSED * size);
+        let is_finite = end.iter().chain(slope).fold(true, |all, x| all & x.is_finite());
+        if !is_closed || !is_finite || !multipliers.accept_stages(end_pivots, NOTICEABLE) {
+            return false;
+        }
+        *least_margin = least_margin.min(multipliers.rank_margin());
+        y1.copy_from_slice(end);
+        ydot1.copy_from_slice(slope);
+        true
+    }
+
     fn note(&mut self, attempt: Attempt) {
         self.holding.note(attempt);
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), NotFinite> {
-        // The gap that a step leaves is so small that one Newton step with the factors of the last
-        // stage closes it to rounding, but for long steps.
-        const CLOSED: f64 = 1e-11;
         const MAX_PASSES: usize = 3;
         match (self.last, &self.lanes) {
             (LastFactors::OfOne, _) => self.multipliers.take_factors(&self.evaluator),

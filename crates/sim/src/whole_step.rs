@@ -1,0 +1,234 @@
+//! [`WholeStep`]: a step of Dormand and Prince as one function, for small mechanisms.
+//!
+//! The straight-line code of the accelerations is written down eleven times, with the sums between the stages,
+//! and translated as a whole: nothing is gathered, copied or looked at from stage to stage. In this it gives the
+//! bits of the stages one by one.
+
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+use bksim_dae::{N_STEP_VECTORS, Recorder, STEP_END, StepSpan, record_step};
+use bksim_expr::{Composition, Jit, Runner, Tape, Value, Workspace};
+
+use crate::compiled::CompiledSystem;
+use crate::linear::elimination::Elimination;
+
+/// Stages of a step whose accelerations are part of it.
+const N_STAGES: usize = 11;
+/// Operations up to which a step is made one function: beyond, code is longer than the cache of a processor, and what
+/// surrounds an evaluation is little beside it.
+const LARGEST: usize = 20_000;
+/// Steps that cost stage by stage what making the function costs.
+const STEPS_PER_COMPILATION: usize = 300;
+
+/// The function, made when it pays; shared by all runs of a mechanism.
+#[derive(Debug)]
+pub(crate) struct WholeStep {
+    jit: Jit,
+    n_steps: AtomicUsize,
+    /// `None` where there is no such function.
+    runner: OnceLock<Option<Runner>>,
+}
+
+/// Parameters of a [`WholeStep`], and room for its arguments.
+#[derive(Debug)]
+pub(crate) struct StepBuffers {
+    workspace: Workspace,
+    arguments: Vec<f64>,
+}
+
+/// The results of a step by their meaning. All but the vectors belong to the mechanism.
+pub(crate) struct StepResults<'a> {
+    /// |g| at the end of the step, before a step of Newton's method and after it, m or rad.
+    pub(crate) residuals: [&'a [f64]; 2],
+    /// The projected end (q, v, W) and its derivative.
+    pub(crate) end: [&'a [f64]; 2],
+    /// Factors of stage 11, see `Elimination::take`.
+    pub(crate) factors: &'a [f64],
+    /// The pivots of stages 1 to 11, one of each pivot after the other.
+    pub(crate) pivots: &'a [[f64; N_STAGES]],
+    /// The pivots at the projected end.
+    pub(crate) end_pivots: &'a [[f64; 1]],
+}
+
+impl WholeStep {
+    /// Not made yet.
+    pub(crate) fn new(jit: Jit) -> Self {
+        Self { jit, n_steps: AtomicUsize::new(0), runner: OnceLock::new() }
+    }
+
+    /// The function if it is there or due now.
+    fn runner(&self, system: &CompiledSystem) -> Option<&Runner> {
+        if let Some(made) = self.runner.get() {
+            return made.as_ref();
+        }
+        let n_paid = match self.jit {
+            Jit::Off => return None,
+            Jit::On => 0,
+            Jit::Auto => STEPS_PER_COMPILATION,
+        };
+        // Exactly one step reaches the count: other threads go on by stages meanwhile.
+        if self.n_steps.fetch_add(1, Relaxed) != n_paid {
+            return None;
+        }
+        let make = || step_tape(system).map(|tape| Runner::new(tape, Jit::On));
+        self.runner.get_or_init(make).as_ref()
+    }
+}
+
+/// A step as a function of (t, h, t1, y, f(t, y)) with y = (q, v, W); `None` for a mechanism that is too large or
+/// follows a law.
+fn step_tape(system: &CompiledSystem) -> Option<Tape> {
+    let (nq, nc) = (system.nq(), system.nc());
+    let line = system.unrolled.as_ref()?.tape();
+    let power = system.power.as_ref().map(|power| power.tape());
+    if !system.has_lanes() || N_STAGES * line.len() > LARGEST {
+        return None;
+    }
+    let n = 2 * nq + 1;
+    let mut recorder = StepRecorder(Composition::new(3 + 2 * n, line.n_parameters()));
+    let inputs: Vec<Value> = (0..3 + 2 * n).map(|i| recorder.0.input(i)).collect();
+    let [t, h, t1] = [inputs[0], inputs[1], inputs[2]];
+    let (y, f0) = inputs[3..].split_at(n);
+
+    // Rates, accelerations and power at a state, with the factors they come from.
+    let derivative = |recorder: &mut Composition, t: Value, y: &[Value]| {
+        let state = &y[..2 * nq];
+        let solved = recorder.call(line, &[&[t], state].concat());
+        let (solution, factors) = solved.split_at(nq + nc);
+        let work = match power {
+            Some(power) => recorder.call(power, &[&[t], state, &solution[nq..]].concat())[0],
+            None => recorder.constant(0.0),
+        };
+        ([&state[nq..], &solution[..nq], &[work]].concat(), factors.to_vec())
+    };
+
+    // The stages and their sums.
+    let (mut factors, mut pivots) = (Vec::new(), Vec::new());
+    let stage = |StepRecorder(recorder): &mut StepRecorder, t: Value, y: &[Value]| {
+        let (slope, own_factors) = derivative(recorder, t, y);
+        pivots.push(own_factors[..nq + nc].to_vec());
+        factors = own_factors;
+        slope
+    };
+    let mut results = record_step(&mut recorder, [t, h], (y, f0), stage);
+    let recorder = &mut recorder.0;
+
+    // The end, projected, and its derivative.
+    let y1 = results[STEP_END * n..][..n].to_vec();
+    let (residuals, end) = record_projection(system, recorder, t1, &y1, &factors);
+    let (slope, end_factors) = derivative(recorder, t1, &end);
+    results.extend([residuals, end, slope, factors].concat());
+    for pivot in 0..nq + nc {
+        results.extend(pivots.iter().map(|stage| stage[pivot]));
+    }
+    results.extend(&end_factors[..nq + nc]);
+    Some(std::mem::replace(recorder, Composition::new(0, 0)).finish(&results))
+}
+
+/// Records one step of Newton's method for the positions, then the projection of the velocities: g before and
+/// after, and the projected state. See `MultiplierSystem::project`.
+fn record_projection(
+    system: &CompiledSystem,
+    recorder: &mut Composition,
+    t: Value,
+    y: &[Value],
+    factors: &[Value],
+) -> (Vec<Value>, Vec<Value>) {
+    let CompiledSystem { shape, constraints, .. } = system;
+    let (nq, nc) = (shape.nq, shape.nc);
+    if nc == 0 {
+        return (Vec::new(), y.to_vec());
+    }
+    let rows: Vec<usize> = (0..nc).collect();
+    let elimination = Elimination::new(shape, &rows);
+    let subtract = |recorder: &mut Composition, from: &[Value], step: Vec<Value>| {
+        let differences = from.iter().zip(step).map(|(&x, step)| recorder.subtract(x, step));
+        differences.collect::<Vec<_>>()
+    };
+
+    // Positions.
+    let (q, v) = y[..2 * nq].split_at(nq);
+    let n_entries = shape.jacobian.len();
+    let closed = |recorder: &mut Composition, q: &[Value]| {
+        recorder.call(constraints.tape(), &[&[t], q].concat())
+    };
+    let gap = closed(recorder, q)[n_entries..][..nc].to_vec();
+    let step = elimination.record_step(recorder, factors, &gap);
+    let q = subtract(recorder, q, step);
+
+    // Velocities, with the rows there.
+    let at = closed(recorder, &q);
+    let (jacobian, rest) = at.split_at(n_entries);
+    let (left, rate) = rest.split_at(nc);
+    let mut drift = rate.to_vec();
+    for (&(row, i), &value) in shape.jacobian.iter().zip(jacobian) {
+        let product = recorder.multiply(value, v[i]);
+        drift[row] = recorder.add(drift[row], product);
+    }
+    let step = elimination.record_step(recorder, factors, &drift);
+    let v = subtract(recorder, v, step);
+    ([&gap, left].concat(), [&q[..], &v, &y[2 * nq..]].concat())
+}
+
+/// Writes the arithmetic of a step into a composition.
+struct StepRecorder(Composition);
+
+impl Recorder for StepRecorder {
+    type Value = Value;
+
+    fn constant(&mut self, value: f64) -> Value {
+        self.0.constant(value)
+    }
+
+    fn add(&mut self, a: Value, b: Value) -> Value {
+        self.0.add(a, b)
+    }
+
+    fn multiply(&mut self, a: Value, b: Value) -> Value {
+        self.0.multiply(a, b)
+    }
+}
+
+impl CompiledSystem {
+    /// Writes the results of a whole step to `results`; false where it must be taken stage by stage.
+    pub(crate) fn whole_step(
+        &self,
+        buffers: &mut Option<StepBuffers>,
+        parameters: &[f64],
+        StepSpan { t, h, t1 }: StepSpan,
+        (y, ydot): (&[f64], &[f64]),
+        results: &mut Vec<f64>,
+    ) -> bool {
+        let Some(runner) = self.step.runner(self) else { return false };
+        let StepBuffers { workspace, arguments } = buffers.get_or_insert_with(|| StepBuffers {
+            workspace: runner.tape().workspace(parameters),
+            arguments: vec![0.0; runner.tape().n_inputs()],
+        });
+        let (span, states) = arguments.split_at_mut(3);
+        span.copy_from_slice(&[t, h, t1]);
+        let (own_y, own_ydot) = states.split_at_mut(y.len());
+        own_y.copy_from_slice(y);
+        own_ydot.copy_from_slice(ydot);
+        results.resize(runner.tape().n_outputs(), 0.0);
+        runner.evaluate(workspace, arguments, results);
+        true
+    }
+
+    /// The results of a whole step by their meaning.
+    pub(crate) fn step_results<'r>(&self, results: &'r [f64]) -> StepResults<'r> {
+        let (nq, nc) = (self.nq(), self.nc());
+        let n = 2 * nq + 1;
+        let (gaps, rest) = results[N_STEP_VECTORS * n..].split_at(2 * nc);
+        let (end, rest) = rest.split_at(2 * n);
+        let (rest, end_pivots) = rest.split_at(rest.len() - nq - nc);
+        let (factors, pivots) = rest.split_at(rest.len() - N_STAGES * (nq + nc));
+        StepResults {
+            residuals: gaps.split_at(nc).into(),
+            end: end.split_at(n).into(),
+            factors,
+            pivots: pivots.as_chunks().0,
+            end_pivots: end_pivots.as_chunks().0,
+        }
+    }
+}
