@@ -156,6 +156,11 @@ impl<S: Ode> ExplicitSolver<S> {
 
     accessors!(S);
 
+    /// The system.
+    pub fn system(&self) -> &S {
+        &self.system
+    }
+
     /// Whether stability, not accuracy, has limited the last fifteen steps (HW2 §IV.2).
     pub fn is_stiff(&self) -> bool {
         self.stiffness.is_stiff()
@@ -191,14 +196,26 @@ impl<S: Ode> ExplicitSolver<S> {
         loop {
             self.check_limits()?;
             self.stats.n_step += 1;
-            let (h, t1) = match self.settings.step {
-                StepControl::Adaptive => next_adaptive(self.t, self.h, self.t_end),
-                StepControl::Fixed { .. } => next_fixed(self.t, self.h, self.t_end, self.grid),
-            };
-            if self.attempt(h, t1)? {
+            if self.attempt(self.next_span())? {
                 return Ok(true);
             }
         }
+    }
+
+    /// The step that is tried next.
+    fn next_span(&self) -> StepSpan {
+        let Self { t, h, t_end, grid, .. } = *self;
+        let (h, t1) = match self.settings.step {
+            StepControl::Adaptive => next_adaptive(t, h, t_end),
+            StepControl::Fixed { .. } => next_fixed(t, h, t_end, grid),
+        };
+        StepSpan { t, h, t1 }
+    }
+
+    /// The step that [`ExplicitSolver::advance`] tries next, with the state and its derivative where it begins, so that
+    /// [`Ode::whole_step`] may be prepared; `None` at the end.
+    pub fn pending(&self) -> Option<(StepSpan, &[f64], &[f64])> {
+        (self.t != self.t_end).then(|| (self.next_span(), &self.y[..], &self.ydot[..]))
     }
 
     /// The last accepted step, with dense output.
@@ -299,12 +316,11 @@ impl<S: Ode> ExplicitSolver<S> {
     }
 
     /// Tries one step; true when it was accepted.
-    fn attempt(&mut self, h: f64, t1: f64) -> Result<bool, SolveError> {
+    fn attempt(&mut self, span @ StepSpan { h, t1, .. }: StepSpan) -> Result<bool, SolveError> {
         let Self { system, stages, stats, .. } = self;
         let is_adaptive = self.settings.step == StepControl::Adaptive;
         system.note(Attempt::Begun);
-        let tried =
-            stages.step(system, StepSpan { t: self.t, h, t1 }, (&self.y, &self.ydot), stats);
+        let tried = stages.step(system, span, (&self.y, &self.ydot), stats);
         let error = tried.map(|()| if is_adaptive { stages.error(h, &self.y) } else { 0.0 });
         match error {
             Ok(error) if error.is_finite() && error < 1.0 => {

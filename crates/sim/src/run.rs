@@ -8,6 +8,7 @@
 mod checkpoint;
 pub(crate) mod dense;
 mod ending;
+mod ensemble;
 mod explicit;
 pub(crate) mod hold;
 mod holding;
@@ -35,6 +36,7 @@ mod summary;
 use bksim_dae::SolveError;
 
 pub use self::checkpoint::{RunCheckpoint, Unfit};
+pub use self::ensemble::{ENSEMBLE, run_together};
 pub use self::explicit::cheapest_explicit;
 pub use self::observer::{Observer, Segment, WithSensitivities};
 pub use self::pace::Slowness;

@@ -1,6 +1,7 @@
 //! [`Simulation`]: a mechanism that is ready to run.
 
 mod derived;
+mod together;
 
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};

@@ -7,8 +7,8 @@
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use bksim_dae::{N_STEP_VECTORS, Recorder, STEP_END, StepSpan, record_step};
-use bksim_expr::{Composition, Jit, Runner, Tape, Value, Workspace};
+use bksim_dae::{LANES, Lanes, N_STEP_VECTORS, Recorder, STEP_END, StepSpan, record_step};
+use bksim_expr::{Composition, Jit, QuadRunner, QuadWorkspace, Runner, Tape, Value, Workspace};
 
 use crate::compiled::CompiledSystem;
 use crate::linear::elimination::Elimination;
@@ -18,8 +18,8 @@ const N_STAGES: usize = 11;
 /// Operations up to which a step is made one function: beyond, code is longer than the cache of a processor, and what
 /// surrounds an evaluation is little beside it.
 const LARGEST: usize = 20_000;
-/// Steps that cost stage by stage what making the function costs.
-const STEPS_PER_COMPILATION: usize = 300;
+/// Steps that cost stage by stage what translating the function for one state costs.
+const STEPS_PER_COMPILATION: usize = 20_000;
 
 /// The function, made when it pays; shared by all runs of a mechanism.
 #[derive(Debug)]
@@ -27,7 +27,14 @@ pub(crate) struct WholeStep {
     jit: Jit,
     n_steps: AtomicUsize,
     /// `None` where there is no such function.
-    runner: OnceLock<Option<Runner>>,
+    made: OnceLock<Option<Made>>,
+}
+
+/// The function of one state, and of several at once, each translated when it is first called.
+#[derive(Debug)]
+struct Made {
+    one: Runner,
+    lanes: QuadRunner,
 }
 
 /// Parameters of a [`WholeStep`], and room for its arguments.
@@ -35,6 +42,26 @@ pub(crate) struct WholeStep {
 pub(crate) struct StepBuffers {
     workspace: Workspace,
     arguments: Vec<f64>,
+}
+
+/// The same in lanes, each with parameters of its own.
+#[derive(Debug)]
+pub(crate) struct LaneSteps {
+    workspace: QuadWorkspace,
+    arguments: Vec<Lanes>,
+    results: Vec<Lanes>,
+    parameters: [Vec<f64>; LANES],
+}
+
+/// A step that is about to be tried.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PendingStep<'a> {
+    /// With modes.
+    pub(crate) parameters: &'a [f64],
+    pub(crate) span: StepSpan,
+    /// (q, v, W) where it begins.
+    pub(crate) y: &'a [f64],
+    pub(crate) ydot: &'a [f64],
 }
 
 /// The results of a step by their meaning. All but the vectors belong to the mechanism.
@@ -54,25 +81,29 @@ pub(crate) struct StepResults<'a> {
 impl WholeStep {
     /// Not made yet.
     pub(crate) fn new(jit: Jit) -> Self {
-        Self { jit, n_steps: AtomicUsize::new(0), runner: OnceLock::new() }
+        Self { jit, n_steps: AtomicUsize::new(0), made: OnceLock::new() }
     }
 
-    /// The function if it is there or due now.
-    fn runner(&self, system: &CompiledSystem) -> Option<&Runner> {
-        if let Some(made) = self.runner.get() {
-            return made.as_ref();
-        }
+    fn made(&self, system: &CompiledSystem) -> Option<&Made> {
+        let make = |tape: Tape| Made {
+            one: Runner::new(tape.clone(), Jit::On),
+            lanes: QuadRunner::new(tape, Jit::On),
+        };
+        self.made.get_or_init(|| step_tape(system).map(make)).as_ref()
+    }
+
+    /// The function of one state if it is due now.
+    fn one(&self, system: &CompiledSystem) -> Option<&Runner> {
         let n_paid = match self.jit {
             Jit::Off => return None,
             Jit::On => 0,
             Jit::Auto => STEPS_PER_COMPILATION,
         };
-        // Exactly one step reaches the count: other threads go on by stages meanwhile.
-        if self.n_steps.fetch_add(1, Relaxed) != n_paid {
+        if self.n_steps.load(Relaxed) < n_paid {
+            self.n_steps.fetch_add(1, Relaxed);
             return None;
         }
-        let make = || step_tape(system).map(|tape| Runner::new(tape, Jit::On));
-        self.runner.get_or_init(make).as_ref()
+        self.made(system).map(|made| &made.one)
     }
 }
 
@@ -200,7 +231,7 @@ impl CompiledSystem {
         (y, ydot): (&[f64], &[f64]),
         results: &mut Vec<f64>,
     ) -> bool {
-        let Some(runner) = self.step.runner(self) else { return false };
+        let Some(runner) = self.step.one(self) else { return false };
         let StepBuffers { workspace, arguments } = buffers.get_or_insert_with(|| StepBuffers {
             workspace: runner.tape().workspace(parameters),
             arguments: vec![0.0; runner.tape().n_inputs()],
@@ -230,5 +261,44 @@ impl CompiledSystem {
             pivots: pivots.as_chunks().0,
             end_pivots: end_pivots.as_chunks().0,
         }
+    }
+}
+
+impl LaneSteps {
+    /// Room for whole steps, all with these parameters so far; `None` where there are none.
+    pub(crate) fn new(system: &CompiledSystem, parameters: &[f64]) -> Option<Self> {
+        if system.step.jit == Jit::Off {
+            return None;
+        }
+        let Made { lanes, .. } = system.step.made(system)?;
+        Some(Self {
+            workspace: lanes.workspace(parameters),
+            arguments: vec![[0.0; LANES]; lanes.tape().n_inputs()],
+            results: vec![[0.0; LANES]; lanes.tape().n_outputs()],
+            parameters: std::array::from_fn(|_| parameters.to_vec()),
+        })
+    }
+
+    /// Takes down a step in one of the lanes.
+    pub(crate) fn set(&mut self, system: &CompiledSystem, lane: usize, step: PendingStep<'_>) {
+        let PendingStep { parameters, span: StepSpan { t, h, t1 }, y, ydot } = step;
+        let Some(Made { lanes, .. }) = system.step.made(system) else { return };
+        if self.parameters[lane] != parameters {
+            lanes.set_parameters(&mut self.workspace, lane, parameters);
+            self.parameters[lane].copy_from_slice(parameters);
+        }
+        let numbers = [t, h, t1].into_iter().chain(y.iter().chain(ydot).copied());
+        self.arguments.iter_mut().zip(numbers).for_each(|(all, one)| all[lane] = one);
+    }
+
+    /// Takes the steps of all lanes.
+    pub(crate) fn take(&mut self, system: &CompiledSystem) {
+        let Some(Made { lanes, .. }) = system.step.made(system) else { return };
+        lanes.evaluate(&mut self.workspace, &self.arguments, &mut self.results);
+    }
+
+    /// The results of a lane.
+    pub(crate) fn results(&self, lane: usize) -> Vec<f64> {
+        self.results.iter().map(|all| all[lane]).collect()
     }
 }

@@ -1,8 +1,11 @@
-//! One case: its values, the start, the run, and its row.
+//! Cases: their values, starts, runs, and rows.
+
+use std::ops::Range;
 
 use bksim::dae::Control;
 use bksim::model::SolveOptions;
-use bksim::sim::run::Sample;
+use bksim::sim::run::{ENSEMBLE, Sample};
+use bksim::sim::start::Start;
 use bksim::{Mechanism, Rejected, Simulation};
 
 use crate::input::{Quantity, overrides};
@@ -11,7 +14,10 @@ use crate::row::{Ending, Row};
 use crate::sampling::samples_for;
 use crate::study::Study;
 
-/// Runs cases one after the other with buffers of its own.
+/// Cases that a worker runs together, at most.
+pub(crate) const TOGETHER: usize = ENSEMBLE;
+
+/// Runs cases with buffers of its own, some together.
 pub(crate) struct Worker<'a> {
     study: &'a Study,
     /// The equations that all cases share, with the values of this one.
@@ -24,7 +30,16 @@ pub(crate) struct Worker<'a> {
     /// Initial values that axes set.
     stated: Vec<(usize, f64)>,
     recorded: Vec<f64>,
-    reducer: Reducer,
+    /// One for each case that runs.
+    reducers: Vec<Reducer>,
+}
+
+/// A case that is ready to run.
+struct Ready {
+    /// Its place among the rows.
+    place: usize,
+    simulation: Simulation,
+    start: Start,
 }
 
 impl<'a> Worker<'a> {
@@ -38,29 +53,47 @@ impl<'a> Worker<'a> {
             options: study.options.clone(),
             stated: Vec::new(),
             recorded: Vec::new(),
-            reducer: Reducer::new(&study.outputs, study.simulation.parameters()),
+            reducers: Vec::new(),
         }
     }
 
-    /// Runs a case; `None` when it was stopped.
-    pub(crate) fn case(&mut self, case: u64, stop: &dyn Fn() -> bool) -> Option<Row> {
+    /// Runs up to [`TOGETHER`] cases; `None` in the place of those that were stopped.
+    pub(crate) fn cases(&mut self, cases: Range<u64>, stop: &dyn Fn() -> bool) -> Vec<Option<Row>> {
+        let mut rows = Vec::new();
+        let mut ready = Vec::new();
+        for (place, case) in cases.enumerate() {
+            let mut row = self.row(case);
+            match self.prepare() {
+                Ok(simulation) => {
+                    row.t = simulation.options().t_start;
+                    match simulation.start() {
+                        Ok(start) => ready.push(Ready { place, simulation, start }),
+                        Err(rejected) => row.ending = Ending::NoStart(rejected.into()),
+                    }
+                }
+                Err(rejected) => row.ending = Ending::Refused(rejected.into()),
+            }
+            rows.push(Some(row));
+        }
+        self.run(&ready, &mut rows, stop);
+        rows
+    }
+
+    /// The row of a case, without results, with its values taken.
+    fn row(&mut self, case: u64) -> Row {
         let study = self.study;
         study.request.plan.case(case, &mut self.numbers);
         let inputs = study.inputs.iter().zip(&self.numbers);
         let inputs: Vec<f64> = inputs.map(|(input, &number)| input.to_si(number)).collect();
         self.sort(&inputs);
-        let mut row =
-            Row { case, inputs, outputs: Vec::new(), ending: Ending::Done, t: 0.0, n_steps: 0 };
+        Row { case, inputs, outputs: Vec::new(), ending: Ending::Done, t: 0.0, n_steps: 0 }
+    }
+
+    /// The simulation of the case whose values were taken.
+    fn prepare(&mut self) -> Result<Simulation, Rejected> {
         // Where the values make another model, it has equations of its own.
-        let own = if self.replay() { Ok(None) } else { self.derive().map(Some) };
-        match own {
-            Ok(own) => {
-                let simulation = self.simulation(own);
-                return self.run(row, &simulation, stop);
-            }
-            Err(rejected) => row.ending = Ending::Refused(rejected.into()),
-        }
-        Some(row)
+        let own = if self.replay() { None } else { Some(self.derive()?) };
+        Ok(self.simulation(own))
     }
 
     /// The simulation of this case: the shared equations with its values, or its `own`.
@@ -112,43 +145,43 @@ impl<'a> Worker<'a> {
         Mechanism::derive(model, Vec::new())?.simulation()
     }
 
-    /// Finds the start and runs.
-    fn run(
-        &mut self,
-        mut row: Row,
-        simulation: &Simulation,
-        stop: &dyn Fn() -> bool,
-    ) -> Option<Row> {
-        let Self { study, reducer, .. } = self;
-
-        // The start.
-        row.t = simulation.options().t_start;
-        let start = match simulation.start() {
-            Ok(start) => start,
-            Err(rejected) => {
-                row.ending = Ending::NoStart(rejected.into());
-                return Some(row);
-            }
-        };
-
-        // The run, reduced to its outputs as it goes on.
-        reducer.begin(&study.outputs, simulation.parameters());
-        let mut take = |sample: &Sample| {
-            reducer.take(&study.outputs, &study.channels, sample);
+    /// Runs cases from their starts, reduced to their outputs as they go on.
+    fn run(&mut self, ready: &[Ready], rows: &mut [Option<Row>], stop: &dyn Fn() -> bool) {
+        let Self { study, reducers, .. } = self;
+        let Study { outputs, channels, simulation, .. } = *study;
+        reducers.resize_with(ready.len(), || Reducer::new(outputs, simulation.parameters()));
+        for (reducer, Ready { simulation, .. }) in reducers.iter_mut().zip(ready) {
+            reducer.begin(outputs, simulation.parameters());
+        }
+        let observer = |reducer: &mut Reducer, sample: &Sample| {
+            reducer.take(outputs, channels, sample);
             Control::Continue
         };
-        match simulation.run(&start, &mut take, stop) {
-            Ok(summary) if !summary.reached_end => return None,
-            Ok(summary) => {
-                reducer.finish(&study.outputs, &mut row.outputs);
-                (row.t, row.n_steps) = (summary.t, summary.stats.n_step as u64);
-            }
-            Err(failure) => {
-                let summary = &failure.summary;
-                (row.t, row.n_steps) = (summary.t, summary.stats.n_step as u64);
-                row.ending = Ending::StoppedEarly(simulation.diagnose(&failure).into());
+        let observers = reducers.iter_mut();
+        let mut observers: Vec<_> =
+            observers.map(|reducer| move |sample: &Sample| observer(reducer, sample)).collect();
+        let members: Vec<(&Simulation, &Start)> =
+            ready.iter().map(|Ready { simulation, start, .. }| (simulation, start)).collect();
+        let outcomes = Simulation::run_together(&members, &mut observers, stop);
+        drop(observers);
+
+        // Their rows.
+        for ((Ready { place, simulation, .. }, reducer), outcome) in
+            ready.iter().zip(reducers).zip(outcomes)
+        {
+            let Some(row) = &mut rows[*place] else { continue };
+            match outcome {
+                Ok(summary) if !summary.reached_end => rows[*place] = None,
+                Ok(summary) => {
+                    reducer.finish(outputs, &mut row.outputs);
+                    (row.t, row.n_steps) = (summary.t, summary.stats.n_step as u64);
+                }
+                Err(failure) => {
+                    let summary = &failure.summary;
+                    (row.t, row.n_steps) = (summary.t, summary.stats.n_step as u64);
+                    row.ending = Ending::StoppedEarly(simulation.diagnose(&failure).into());
+                }
             }
         }
-        Some(row)
     }
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::case::Worker;
+use crate::case::{TOGETHER, Worker};
 use crate::error::SweepError;
 use crate::row::Row;
 use crate::study::Study;
@@ -42,15 +42,17 @@ impl<'a> Counter<'a> {
         (self.monitor.stop)()
     }
 
-    /// Does a case and counts it; `None` when it was stopped.
-    fn counted(&self, worker: &mut Worker<'_>, case: u64) -> Option<Row> {
+    /// Does some cases together and counts them; `None` when they were stopped.
+    fn counted(&self, worker: &mut Worker<'_>, cases: Range<u64>) -> Option<Vec<Row>> {
         if self.is_stopped() {
             return None;
         }
-        let row = worker.case(case, self.monitor.stop)?;
-        let n_ended = self.n_ended.fetch_add(1, Ordering::Relaxed) + 1;
-        (self.monitor.progress)(n_ended);
-        Some(row)
+        let rows = worker.cases(cases, self.monitor.stop);
+        for _ in rows.iter().flatten() {
+            let n_ended = self.n_ended.fetch_add(1, Ordering::Relaxed) + 1;
+            (self.monitor.progress)(n_ended);
+        }
+        rows.into_iter().collect()
     }
 }
 
@@ -107,22 +109,32 @@ impl Study {
         // One thread does a part: several at one would begin many before the first is done.
         let part = |&part: &u64| {
             let mut worker = Worker::new(self);
-            let rows = self.cases_of(part).map(|case| counter.counted(&mut worker, case));
-            rows.collect::<Option<Vec<Row>>>().map(|rows| keep(part, rows))
+            let groups = in_groups(self.cases_of(part), TOGETHER as u64);
+            let rows = groups.map(|cases| counter.counted(&mut worker, cases));
+            let rows = rows.collect::<Option<Vec<Vec<Row>>>>();
+            rows.map(|rows| keep(part, rows.into_iter().flatten().collect()))
         };
         Ok(threads(n_jobs)?.install(|| parts.par_iter().map(part).collect()))
     }
 
     /// As [`Study::rows`], on the threads that this is called from.
     fn rows_counted(&self, cases: Range<u64>, counter: &Counter<'_>) -> Option<Vec<Row>> {
-        // Indexed, so that rayon keeps the order and splits evenly.
-        let n = usize::try_from(cases.end - cases.start).expect("a plan has at most 10⁸ cases");
-        let case = |idx: usize| cases.start + idx as u64;
-        (0..n)
+        // As many together as leave every thread something to do.
+        let (n, n_threads) = (cases.end - cases.start, rayon::current_num_threads() as u64);
+        let size = (n / n_threads).clamp(1, TOGETHER as u64);
+        let groups: Vec<Range<u64>> = in_groups(cases, size).collect();
+        let rows: Option<Vec<Vec<Row>>> = groups
             .into_par_iter()
-            .map_init(|| Worker::new(self), |w, idx| counter.counted(w, case(idx)))
-            .collect()
+            .map_init(|| Worker::new(self), |worker, cases| counter.counted(worker, cases))
+            .collect();
+        Some(rows?.into_iter().flatten().collect())
     }
+}
+
+/// Cases in groups of `size`, the last of which may be smaller.
+fn in_groups(cases: Range<u64>, size: u64) -> impl Iterator<Item = Range<u64>> {
+    let starts = (0..(cases.end - cases.start).div_ceil(size)).map(move |k| cases.start + k * size);
+    starts.map(move |start| start..(start + size).min(cases.end))
 }
 
 fn threads(n_jobs: usize) -> Result<ThreadPool, SweepError> {

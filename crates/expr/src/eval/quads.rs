@@ -109,6 +109,17 @@ impl QuadRunner {
         QuadWorkspace { registers: registers.collect(), n }
     }
 
+    /// Gives a lane of a workspace parameters of its own.
+    ///
+    /// # Panics
+    /// When the number of parameters differs from the compiled one, `ws` is of another tape, or there is no such lane.
+    pub fn set_parameters(&self, ws: &mut QuadWorkspace, lane: usize, parameters: &[f64]) {
+        assert_eq!(ws.n, self.tape.n_registers, "a workspace of this tape");
+        let one = self.tape.workspace(parameters).registers;
+        let known = ws.registers.iter_mut().zip(&one[..self.tape.first_body]);
+        known.for_each(|(Quad(all), &one)| all[lane] = one);
+    }
+
     /// Computes all outputs at four points.
     ///
     /// # Panics

@@ -30,7 +30,7 @@ use crate::evaluator::Evaluator;
 use crate::hybrid::EventMonitor;
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::state::State;
-use crate::whole_step::{StepBuffers, StepResults};
+use crate::whole_step::{PendingStep, StepBuffers, StepResults};
 use bksim_model::{self, Outputs, SolveOptions};
 
 /// A mechanism as y′ = f(t, y).
@@ -47,6 +47,8 @@ pub(crate) struct ExplicitMotion<'a> {
     /// Whole steps.
     step: Option<StepBuffers>,
     parameters: Vec<f64>,
+    /// The results of one that was taken together with those of other runs.
+    offered: Option<(StepSpan, Vec<f64>)>,
     last: LastFactors,
 }
 
@@ -90,6 +92,7 @@ impl<'a> ExplicitMotion<'a> {
             lambda: vec![0.0; compiled.nc()],
             lanes: None,
             step: None,
+            offered: None,
             parameters: parameters.to_vec(),
             last: LastFactors::Taken,
         }
@@ -100,6 +103,13 @@ impl<'a> ExplicitMotion<'a> {
         let compiled = self.evaluator.system();
         let lanes = LaneMotion::new(compiled, parameters);
         Self { lanes, holding: Holding::of_lanes(), ..self }
+    }
+
+    /// Whether whole steps serve here: near a singular pose, stages are looked at one by one.
+    fn has_whole_steps(&self) -> bool {
+        !self.holding.is_on
+            && self.multipliers.is_whole(self.evaluator.system().nc())
+            && self.multipliers.rank_margin() >= NOTICEABLE
     }
 
     /// The integrator's settings for a model's options.
@@ -166,15 +176,15 @@ impl Ode for ExplicitMotion<'_> {
         ydot: &[f64],
         results: &mut Vec<f64>,
     ) -> bool {
-        let Self { evaluator, multipliers, holding, step, parameters, least_margin, .. } = self;
-        let system = evaluator.system();
-        // Near a singular pose, stages are looked at one by one.
-        if holding.is_on
-            || !multipliers.is_whole(system.nc())
-            || multipliers.rank_margin() < NOTICEABLE
-            || !system.whole_step(step, parameters, span, (y, ydot), results)
-        {
+        if !self.has_whole_steps() {
             return false;
+        }
+        let Self { evaluator, multipliers, step, parameters, least_margin, offered, .. } = self;
+        let system = evaluator.system();
+        match offered.take() {
+            Some((of, numbers)) if of == span => *results = numbers,
+            _ if system.whole_step(step, parameters, span, (y, ydot), results) => (),
+            _ => return false,
         }
         let StepResults { factors, pivots, .. } = system.step_results(results);
         if !multipliers.accept_stages(pivots, NOTICEABLE) {
@@ -352,6 +362,19 @@ impl Stepper for ExplicitStepper<'_> {
 
     fn last_step(&mut self) -> Result<Step<'_>, SolveError> {
         self.solver.last_step()
+    }
+
+    fn pending(&self) -> Option<PendingStep<'_>> {
+        let motion = self.solver.system();
+        if self.method != ExplicitMethod::DormandPrince || !motion.has_whole_steps() {
+            return None;
+        }
+        let (span, y, ydot) = self.solver.pending()?;
+        Some(PendingStep { parameters: &motion.parameters, span, y, ydot })
+    }
+
+    fn offer(&mut self, span: StepSpan, results: Vec<f64>) {
+        self.solver.system_mut().offered = Some((span, results));
     }
 
     /// Never: the accelerations have a limit in a singular pose. Notes the rank margin of the stages,

@@ -14,7 +14,7 @@
 //! solution. The accelerations have a limit there, explicit steps go on along the tangent, and
 //! their error test keeps them on the branch.
 
-use bksim_dae::{Checkpoint, Control, Noise, SolveError, Stats};
+use bksim_dae::{Checkpoint, Control, Noise, SolveError, Stats, StepSpan};
 
 use super::checkpoint::{Fingerprint, RunCheckpoint, Unfit};
 use super::dense::DenseOutput;
@@ -35,6 +35,7 @@ use crate::held_assembly::AssemblyMonitor;
 use crate::hybrid::{Crossed, NoConsistentModes, Passage};
 use crate::multiplier::MultiplierSystem;
 use crate::state::State;
+use crate::whole_step::PendingStep;
 use bksim_model::Method;
 
 /// A run in progress: [`crate::run::run`] takes it to the end, [`Run::step`] by single steps.
@@ -232,6 +233,21 @@ impl<'a> Run<'a> {
             self.hand_out_last(observer);
         }
         self.or_failure(outcome)
+    }
+
+    /// The step that is tried next, where it may be taken together with those of other runs.
+    pub(super) fn pending(&self) -> Option<PendingStep<'_>> {
+        match &self.progress {
+            Progress::Within(phase) if !self.is_stopping => phase.stepper.pending(),
+            _ => None,
+        }
+    }
+
+    /// Takes the results of the step that was pending.
+    pub(super) fn offer(&mut self, span: StepSpan, results: Vec<f64>) {
+        if let Progress::Within(phase) = &mut self.progress {
+            phase.stepper.offer(span, results);
+        }
     }
 
     /// Hands out changes of uniqueness that the observer does not know.

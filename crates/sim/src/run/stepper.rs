@@ -1,6 +1,6 @@
 //! [`Stepper`]: a method of integration, as the loop over the steps of a run uses it.
 
-use bksim_dae::{Method, Noise, Saver, SolveError, Standstill, Stats, Step};
+use bksim_dae::{Method, Noise, Saver, SolveError, Standstill, Stats, Step, StepSpan};
 
 use super::dense::DenseOutput;
 use super::ending::PhaseEnd;
@@ -8,6 +8,7 @@ use super::singular::{Sighting, SingularMonitor};
 use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;
 use crate::state::State;
+use crate::whole_step::PendingStep;
 
 /// A method that integrates the mechanism in one set of modes.
 ///
@@ -19,6 +20,14 @@ pub(super) trait Stepper: Send + Sync {
     /// # Errors
     /// [`SolveError`] when the integrator cannot go on.
     fn advance(&mut self) -> Result<bool, SolveError>;
+
+    /// The step that [`Stepper::advance`] tries next, where it may be taken together with those of other runs.
+    fn pending(&self) -> Option<PendingStep<'_>> {
+        None
+    }
+
+    /// Takes the results of the step that was [pending](Stepper::pending).
+    fn offer(&mut self, _span: StepSpan, _results: Vec<f64>) {}
 
     /// The step just taken, with its dense output.
     ///
