@@ -92,6 +92,17 @@ pub struct ExplicitSolver<S: Ode> {
     stats: Stats,
 }
 
+/// An attempt at a step.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Advance {
+    /// The run stands at its end.
+    Accepted,
+    /// The run stands where it did, and tries a smaller one next.
+    Rejected,
+    /// None: the end time is reached.
+    Ended,
+}
+
 /// Knowledge of the last step.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum LastStep {
@@ -190,16 +201,27 @@ impl<S: Ode> ExplicitSolver<S> {
     /// # Errors
     /// [`SolveError`] when the run cannot go on.
     pub fn advance(&mut self) -> Result<bool, SolveError> {
-        if self.t == self.t_end {
-            return Ok(false);
-        }
         loop {
-            self.check_limits()?;
-            self.stats.n_step += 1;
-            if self.attempt(self.next_span())? {
-                return Ok(true);
+            match self.advance_once()? {
+                Advance::Accepted => return Ok(true),
+                Advance::Rejected => (),
+                Advance::Ended => return Ok(false),
             }
         }
+    }
+
+    /// Tries one step.
+    ///
+    /// # Errors
+    /// [`SolveError`] when the run cannot go on.
+    pub fn advance_once(&mut self) -> Result<Advance, SolveError> {
+        if self.t == self.t_end {
+            return Ok(Advance::Ended);
+        }
+        self.check_limits()?;
+        self.stats.n_step += 1;
+        let is_accepted = self.attempt(self.next_span())?;
+        Ok(if is_accepted { Advance::Accepted } else { Advance::Rejected })
     }
 
     /// The step that is tried next.

@@ -111,7 +111,7 @@ pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
 pub use events::{Crossing, Event, EventSearch, Events};
 pub use explicit::{
-    ExplicitSolver, N_STEP_VECTORS, Noise, Recorder, STEP_END, record_step, solve_ode,
+    Advance, ExplicitSolver, N_STEP_VECTORS, Noise, Recorder, STEP_END, record_step, solve_ode,
 };
 pub use run::{Control, End, Outcome, Start};
 pub use sensitivity::{SensitivitySolver, SensitivityStart, SensitivityStep, SensitivitySystem};

@@ -79,7 +79,9 @@ pub use certificate::Certificate;
 pub use codegen::{CCode, CodegenError, Program, Quantity, Signature, TestPoint};
 pub use composed::{COMPOSED, Composed, function_names};
 pub use diff::SparseJacobian;
-pub use eval::{Batch, DomainFault, EvalError, Jit, QuadRunner, QuadWorkspace, Runner, Workspace};
+pub use eval::{
+    Batch, DomainFault, EvalError, Jit, LaneRunner, LaneWorkspace, Runner, Workspace, widest_lanes,
+};
 #[cfg(feature = "jit")]
 pub use eval::{JitError, MachineCode};
 pub use listing::ListingError;

@@ -1,7 +1,7 @@
 //! [`Function`]: expressions as one compiled function of groups of symbols and of parameters.
 
 use bksim_dae::{LANES, Lanes};
-use bksim_expr::{Expr, QuadRunner, QuadWorkspace, Runner, SymbolId, Tape, TapeError, Workspace};
+use bksim_expr::{Expr, LaneRunner, LaneWorkspace, Runner, SymbolId, Tape, TapeError, Workspace};
 use bksim_model::Model;
 
 /// Expressions compiled as one function of numbers, as machine code where the model asks for it.
@@ -9,7 +9,7 @@ use bksim_model::Model;
 pub(crate) struct Function {
     runner: Runner,
     /// The same at several points at once, where that is asked for.
-    lanes: Option<QuadRunner>,
+    lanes: Option<LaneRunner<LANES>>,
 }
 
 /// Values of the parameters of a [`Function`], and room for its arguments and results.
@@ -23,7 +23,7 @@ pub(crate) struct Buffers {
 /// The same at several points at once.
 #[derive(Clone, Debug)]
 pub(crate) struct LaneBuffers {
-    workspace: QuadWorkspace,
+    workspace: LaneWorkspace<LANES>,
     arguments: Vec<Lanes>,
     results: Vec<Lanes>,
 }
@@ -52,7 +52,7 @@ impl Function {
 
     /// The same function, which can be evaluated at several points at once, too.
     pub(crate) fn in_lanes(self, model: &Model) -> Self {
-        let lanes = QuadRunner::new(self.tape().clone(), model.solve.jit);
+        let lanes = LaneRunner::new(self.tape().clone(), model.solve.jit);
         Self { lanes: Some(lanes), ..self }
     }
 

@@ -356,15 +356,32 @@ impl MultiplierSystem {
             && solution.as_flattened().iter().fold(true, |all, value| all & value.is_finite())
     }
 
-    /// Looks at the pivots of all stages of a step; false, as if they had never been seen, where the rank margin
-    /// of one of them is less than `margin`.
+    /// Looks at the pivots of the stages of a step, and shows their rank margins to `observe`: as one, the least, where
+    /// that is `regular`. False, as if they had never been seen, where one of them needs a closer look.
     pub(crate) fn accept_stages<const N: usize>(
         &mut self,
         pivots: &[[f64; N]],
-        margin: f64,
+        regular: f64,
+        mut observe: impl FnMut(f64),
     ) -> bool {
         self.factors = Factors::Recorded;
-        self.elimination.accept_stages(pivots, margin)
+        let Self { elimination, .. } = self;
+        elimination.keep_best();
+        if elimination.accept_lanes(pivots.iter().copied()) && elimination.rank_margin() >= regular
+        {
+            observe(elimination.rank_margin());
+            return true;
+        }
+        elimination.restore_best();
+        for stage in 0..N {
+            let is_regular = elimination.accept_lanes(pivots.iter().map(|all| [all[stage]]));
+            if !is_regular || elimination.rank_margin() <= REFINED_BELOW {
+                elimination.restore_best();
+                return false;
+            }
+            observe(elimination.rank_margin());
+        }
+        true
     }
 
     /// Number of coordinates.

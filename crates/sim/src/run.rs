@@ -36,7 +36,7 @@ mod summary;
 use bksim_dae::SolveError;
 
 pub use self::checkpoint::{RunCheckpoint, Unfit};
-pub use self::ensemble::{ENSEMBLE, run_together};
+pub use self::ensemble::{ensemble_size, run_together};
 pub use self::explicit::cheapest_explicit;
 pub use self::observer::{Observer, Segment, WithSensitivities};
 pub use self::pace::Slowness;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use bksim::dae::Control;
 use bksim::model::SolveOptions;
-use bksim::sim::run::{ENSEMBLE, Sample};
+use bksim::sim::run::Sample;
 use bksim::sim::start::Start;
 use bksim::{Mechanism, Rejected, Simulation};
 
@@ -13,9 +13,6 @@ use crate::output::Reducer;
 use crate::row::{Ending, Row};
 use crate::sampling::samples_for;
 use crate::study::Study;
-
-/// Cases that a worker runs together, at most.
-pub(crate) const TOGETHER: usize = ENSEMBLE;
 
 /// Runs cases with buffers of its own, some together.
 pub(crate) struct Worker<'a> {
@@ -57,7 +54,7 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Runs up to [`TOGETHER`] cases; `None` in the place of those that were stopped.
+    /// Runs up to [`ensemble_size`](bksim::sim::run::ensemble_size) cases; `None` in the place of those that were stopped.
     pub(crate) fn cases(&mut self, cases: Range<u64>, stop: &dyn Fn() -> bool) -> Vec<Option<Row>> {
         let mut rows = Vec::new();
         let mut ready = Vec::new();

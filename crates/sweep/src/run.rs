@@ -3,10 +3,11 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use bksim::sim::run::ensemble_size;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::case::{TOGETHER, Worker};
+use crate::case::Worker;
 use crate::error::SweepError;
 use crate::row::Row;
 use crate::study::Study;
@@ -109,7 +110,7 @@ impl Study {
         // One thread does a part: several at one would begin many before the first is done.
         let part = |&part: &u64| {
             let mut worker = Worker::new(self);
-            let groups = in_groups(self.cases_of(part), TOGETHER as u64);
+            let groups = in_groups(self.cases_of(part), ensemble_size() as u64);
             let rows = groups.map(|cases| counter.counted(&mut worker, cases));
             let rows = rows.collect::<Option<Vec<Vec<Row>>>>();
             rows.map(|rows| keep(part, rows.into_iter().flatten().collect()))
@@ -121,7 +122,7 @@ impl Study {
     fn rows_counted(&self, cases: Range<u64>, counter: &Counter<'_>) -> Option<Vec<Row>> {
         // As many together as leave every thread something to do.
         let (n, n_threads) = (cases.end - cases.start, rayon::current_num_threads() as u64);
-        let size = (n / n_threads).clamp(1, TOGETHER as u64);
+        let size = (n / n_threads).clamp(1, ensemble_size() as u64);
         let groups: Vec<Range<u64>> = in_groups(cases, size).collect();
         let rows: Option<Vec<Vec<Row>>> = groups
             .into_par_iter()

@@ -5,7 +5,7 @@
 //! interpreter   a tape at one point: the reference for all that follow
 //! batch         a tape at many points, some dozens of them at each instruction
 //! jit           a tape as machine code, one point at a time (feature `jit`); sections: in several functions
-//! quads         a tape at four points at once, in the lanes of registers
+//! lanes         a tape at one, four or eight points at once, in the lanes of registers
 //! runner        a tape that is interpreted until machine code pays
 //! ```
 //!
@@ -18,7 +18,7 @@ mod batch;
 mod interpreter;
 #[cfg(feature = "jit")]
 mod jit;
-mod quads;
+mod lanes;
 mod reference;
 mod runner;
 #[cfg(feature = "jit")]
@@ -28,6 +28,6 @@ pub use batch::Batch;
 pub use interpreter::Workspace;
 #[cfg(feature = "jit")]
 pub use jit::{JitError, MachineCode};
-pub use quads::{QuadRunner, QuadWorkspace};
+pub use lanes::{LaneRunner, LaneWorkspace, widest_lanes};
 pub use reference::{DomainFault, EvalError};
 pub use runner::{Jit, Runner};

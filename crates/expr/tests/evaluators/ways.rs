@@ -1,6 +1,6 @@
 //! All ways to evaluate a tape, held against the interpreter.
 
-use bksim_expr::{Jit, QuadRunner, Runner, Tape};
+use bksim_expr::{Jit, LaneRunner, Runner, Tape};
 
 /// Values of all outputs at each point, by one evaluator at one set of parameters.
 type Evaluator = fn(&Tape, &[f64], &[Vec<f64>]) -> Vec<Vec<f64>>;
@@ -10,9 +10,12 @@ const EVALUATORS: &[(&str, Evaluator)] = &[
     ("batches of three", in_batches_of_three),
     ("runner", by_runner),
     ("four points, interpreted", |tape, parameters, points| {
-        in_fours(tape, Jit::Off, parameters, points)
+        in_lanes::<4>(tape, Jit::Off, parameters, points)
     }),
-    ("four points", |tape, parameters, points| in_fours(tape, Jit::On, parameters, points)),
+    ("one lane", |tape, parameters, points| in_lanes::<1>(tape, Jit::On, parameters, points)),
+    ("four lanes", |tape, parameters, points| in_lanes::<4>(tape, Jit::On, parameters, points)),
+    // Interpreted where the processor has no registers for them.
+    ("eight lanes", |tape, parameters, points| in_lanes::<8>(tape, Jit::On, parameters, points)),
     #[cfg(feature = "jit")]
     ("jit", by_machine_code),
 ];
@@ -51,16 +54,22 @@ fn by_machine_code(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) -> Vec<
     points.iter().map(&mut evaluate).collect()
 }
 
-/// Four points at once, the last of them repeated where there are fewer.
-fn in_fours(tape: &Tape, jit: Jit, parameters: &[f64], points: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let runner = QuadRunner::new(tape.clone(), jit);
+/// Several points at once, the last of them repeated where there are fewer. The last lane gets its parameters by itself.
+fn in_lanes<const N: usize>(
+    tape: &Tape,
+    jit: Jit,
+    parameters: &[f64],
+    points: &[Vec<f64>],
+) -> Vec<Vec<f64>> {
+    let runner = LaneRunner::<N>::new(tape.clone(), jit);
     let mut workspace = runner.workspace(parameters);
+    runner.set_parameters(&mut workspace, N - 1, parameters);
     let mut results = Vec::new();
-    for points in points.chunks(4) {
+    for points in points.chunks(N) {
         let point = |lane: usize| &points[lane.min(points.len() - 1)];
-        let inputs: Vec<[f64; 4]> =
-            (0..tape.n_inputs()).map(|input| [0, 1, 2, 3].map(|lane| point(lane)[input])).collect();
-        let mut out = vec![[0.0; 4]; tape.n_outputs()];
+        let input = |input: usize| std::array::from_fn(|lane| point(lane)[input]);
+        let inputs: Vec<[f64; N]> = (0..tape.n_inputs()).map(input).collect();
+        let mut out = vec![[0.0; N]; tape.n_outputs()];
         runner.evaluate(&mut workspace, &inputs, &mut out);
         results
             .extend((0..points.len()).map(|lane| out.iter().map(|output| output[lane]).collect()));

@@ -341,21 +341,14 @@ impl Elimination {
         are_regular
     }
 
-    /// The same for the stages of a step; false, with the best pivots as they were, where the rank margin of one of
-    /// them is less than `margin`.
-    pub(crate) fn accept_stages<const N: usize>(
-        &mut self,
-        pivots: &[[f64; N]],
-        margin: f64,
-    ) -> bool {
+    /// Keeps the best pivots in the room of solutions.
+    pub(crate) fn keep_best(&mut self) {
         self.x.copy_from_slice(&self.best);
-        let before = self.rank_margin;
-        if self.accept_lanes(pivots.iter().copied()) && self.rank_margin >= margin {
-            return true;
-        }
+    }
+
+    /// Takes back the best pivots that were kept; nothing may have been solved since.
+    pub(crate) fn restore_best(&mut self) {
         self.best.copy_from_slice(&self.x);
-        self.rank_margin = before;
-        false
     }
 
     /// Takes factors that were computed elsewhere and whose pivots were accepted: the diagonal, then the

@@ -3,7 +3,8 @@
 //! Every run goes its own way, with steps of its own size, events and samples: only the arithmetic of the steps that
 //! are tried next is done at once, one run in each lane of the registers. The bits are those of single runs.
 
-use bksim_dae::{LANES, StepSpan};
+use bksim_dae::StepSpan;
+use bksim_expr::widest_lanes;
 
 use super::observer::Observer;
 use super::problem::Problem;
@@ -12,20 +13,22 @@ use super::summary::{Failure, Summary};
 use crate::compiled::CompiledSystem;
 use crate::whole_step::LaneSteps;
 
-/// Runs that are taken together, at most.
-pub const ENSEMBLE: usize = LANES;
+/// Runs that are taken together, at most: the lanes of this machine.
+pub fn ensemble_size() -> usize {
+    widest_lanes()
+}
 
-/// Integrates up to [`ENSEMBLE`] problems from their starts, each with its observer, as [`run`](super::run()) does one; `stop` is
+/// Integrates up to [`ensemble_size`] problems from their starts, each with its observer, as [`run`](super::run()) does one; `stop` is
 /// asked after every step. Results are in the order of the problems.
 ///
 /// # Panics
-/// When there are more problems than [`ENSEMBLE`].
+/// When there are more problems than that.
 pub fn run_together<O: Observer>(
     problems: &[Problem<'_>],
     observers: &mut [O],
     stop: &dyn Fn() -> bool,
 ) -> Vec<Result<Summary, Box<Failure>>> {
-    assert!(problems.len() <= ENSEMBLE, "{} runs in {ENSEMBLE} lanes", problems.len());
+    assert!(problems.len() <= ensemble_size(), "{} runs in lanes", problems.len());
     let mut members: Vec<Option<Run<'_>>> = Vec::with_capacity(problems.len());
     for (&problem, observer) in problems.iter().zip(&mut *observers) {
         members.push(Some(Run::begin(problem, observer)));

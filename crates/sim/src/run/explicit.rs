@@ -11,9 +11,9 @@
 //! J. Numer. Anal. 30 (1993).
 
 use bksim_dae::{
-    Attempt, Checkpoint, ExplicitMethod, ExplicitSolver, Index, Lanes, Layout, Loader, Method,
-    Noise, NotFinite, Ode, Saver, Settings, SolveError, Standstill, Start as From, Stats, Step,
-    StepControl, StepSpan, Tolerance,
+    Advance, Attempt, Checkpoint, ExplicitMethod, ExplicitSolver, Index, Lanes, Layout, Loader,
+    Method, Noise, NotFinite, Ode, Saver, Settings, SolveError, Standstill, Start as From, Stats,
+    Step, StepControl, StepSpan, Tolerance,
 };
 
 use super::dense::DenseOutput;
@@ -105,11 +105,11 @@ impl<'a> ExplicitMotion<'a> {
         Self { lanes, holding: Holding::of_lanes(), ..self }
     }
 
-    /// Whether whole steps serve here: near a singular pose, stages are looked at one by one.
+    /// Whether whole steps serve here: next to a singular pose, they hardly ever do.
     fn has_whole_steps(&self) -> bool {
         !self.holding.is_on
             && self.multipliers.is_whole(self.evaluator.system().nc())
-            && self.multipliers.rank_margin() >= NOTICEABLE
+            && self.multipliers.rank_margin() >= CLOSE
     }
 
     /// The integrator's settings for a model's options.
@@ -179,7 +179,9 @@ impl Ode for ExplicitMotion<'_> {
         if !self.has_whole_steps() {
             return false;
         }
-        let Self { evaluator, multipliers, step, parameters, least_margin, offered, .. } = self;
+        let Self {
+            evaluator, multipliers, step, parameters, holding, least_margin, offered, ..
+        } = self;
         let system = evaluator.system();
         match offered.take() {
             Some((of, numbers)) if of == span => *results = numbers,
@@ -187,17 +189,20 @@ impl Ode for ExplicitMotion<'_> {
             _ => return false,
         }
         let StepResults { factors, pivots, .. } = system.step_results(results);
-        if !multipliers.accept_stages(pivots, NOTICEABLE) {
+        let observe = |margin: f64| {
+            holding.observe(margin);
+            *least_margin = least_margin.min(margin);
+        };
+        if !multipliers.accept_stages(pivots, NOTICEABLE, observe) {
             return false;
         }
-        *least_margin = least_margin.min(multipliers.rank_margin());
         multipliers.take_stage(factors);
         self.last = LastFactors::Taken;
         true
     }
 
     fn whole_end(&mut self, results: &[f64], y1: &mut [f64], ydot1: &mut [f64]) -> bool {
-        let Self { evaluator, multipliers, least_margin, .. } = self;
+        let Self { evaluator, multipliers, holding, least_margin, .. } = self;
         let StepResults { residuals: [gap, left], end: [end, slope], end_pivots, .. } =
             evaluator.system().step_results(results);
         // As in `project`: a step of Newton's method that was needed, has helped and is enough.
@@ -207,10 +212,13 @@ impl Ode for ExplicitMotion<'_> {
         let is_closed = end_pivots.len() == multipliers.n_coordinates()
             || (left < gap && left <= CLOSED * size);
         let is_finite = end.iter().chain(slope).fold(true, |all, x| all & x.is_finite());
-        if !is_closed || !is_finite || !multipliers.accept_stages(end_pivots, NOTICEABLE) {
+        let observe = |margin: f64| {
+            holding.observe(margin);
+            *least_margin = least_margin.min(margin);
+        };
+        if !is_closed || !is_finite || !multipliers.accept_stages(end_pivots, NOTICEABLE, observe) {
             return false;
         }
-        *least_margin = least_margin.min(multipliers.rank_margin());
         y1.copy_from_slice(end);
         ydot1.copy_from_slice(slope);
         true
@@ -260,6 +268,8 @@ pub(super) struct ExplicitStepper<'a> {
     /// Whether Radau takes over where the motion turns stiff.
     yields_to_radau: bool,
     method: ExplicitMethod,
+    /// Whether its attempts are taken together with those of other runs, each when all are.
+    is_abreast: bool,
 }
 
 /// The explicit method for options that leave the choice, where accelerations can be had in lanes and nothing
@@ -350,14 +360,18 @@ impl<'a> ExplicitStepper<'a> {
             least_margin: 1.0,
             passing,
             method,
+            is_abreast: false,
             yields_to_radau: options.method == bksim_model::Method::Auto && passing.is_none(),
         })
     }
 }
 
 impl Stepper for ExplicitStepper<'_> {
-    fn advance(&mut self) -> Result<bool, SolveError> {
-        self.solver.advance()
+    fn advance(&mut self) -> Result<Advance, SolveError> {
+        if self.is_abreast {
+            return self.solver.advance_once();
+        }
+        Ok(if self.solver.advance()? { Advance::Accepted } else { Advance::Ended })
     }
 
     fn last_step(&mut self) -> Result<Step<'_>, SolveError> {
@@ -374,6 +388,7 @@ impl Stepper for ExplicitStepper<'_> {
     }
 
     fn offer(&mut self, span: StepSpan, results: Vec<f64>) {
+        self.is_abreast = true;
         self.solver.system_mut().offered = Some((span, results));
     }
 

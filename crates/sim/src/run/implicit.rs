@@ -1,7 +1,7 @@
 //! Steps of Radau IIA: the equations of motion as they are formulated.
 
 use bksim_dae::{
-    Checkpoint, Loader, Method, Noise, Saver, Settings, SolveError, Solver, Standstill,
+    Advance, Checkpoint, Loader, Method, Noise, Saver, Settings, SolveError, Solver, Standstill,
     Start as From, Stats, Step, StepControl,
 };
 
@@ -99,8 +99,8 @@ impl<'a> RadauStepper<'a> {
 }
 
 impl Stepper for RadauStepper<'_> {
-    fn advance(&mut self) -> Result<bool, SolveError> {
-        Ok(self.solver.step()?.is_some())
+    fn advance(&mut self) -> Result<Advance, SolveError> {
+        Ok(if self.solver.step()?.is_some() { Advance::Accepted } else { Advance::Ended })
     }
 
     fn last_step(&mut self) -> Result<Step<'_>, SolveError> {

@@ -29,6 +29,8 @@ impl Phase<'_> {
 pub(super) enum Attempt {
     /// A step, nothing of which has been handed out; it ends at the event, if it met one.
     Step(Option<Crossed>),
+    /// None, but another is to be tried.
+    Rejected,
     /// None: the phase ends where the step before it did.
     End(PhaseEnd),
 }

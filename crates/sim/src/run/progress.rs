@@ -356,6 +356,10 @@ impl<'a> Run<'a> {
                 self.progress = Progress::Passing(phase, crossed);
                 Ok(None)
             }
+            Attempt::Rejected => {
+                self.progress = Progress::Within(phase);
+                Ok(Some(StepOutcome::Ongoing))
+            }
             Attempt::End(end) => {
                 self.multipliers.clone_from(phase.stepper.multipliers());
                 self.end_phase(end).map(Some)

@@ -1,6 +1,6 @@
 //! [`Stepper`]: a method of integration, as the loop over the steps of a run uses it.
 
-use bksim_dae::{Method, Noise, Saver, SolveError, Standstill, Stats, Step, StepSpan};
+use bksim_dae::{Advance, Method, Noise, Saver, SolveError, Standstill, Stats, Step, StepSpan};
 
 use super::dense::DenseOutput;
 use super::ending::PhaseEnd;
@@ -15,11 +15,11 @@ use crate::whole_step::PendingStep;
 /// The loop calls the methods below in their order, for every step. Explicit steps and those of
 /// Radau IIA differ in which of the questions they have an answer to.
 pub(super) trait Stepper: Send + Sync {
-    /// Takes one accepted step; false once the end time is reached.
+    /// Takes one accepted step, or, where attempts are taken together with those of other runs, tries one.
     ///
     /// # Errors
     /// [`SolveError`] when the integrator cannot go on.
-    fn advance(&mut self) -> Result<bool, SolveError>;
+    fn advance(&mut self) -> Result<Advance, SolveError>;
 
     /// The step that [`Stepper::advance`] tries next, where it may be taken together with those of other runs.
     fn pending(&self) -> Option<PendingStep<'_>> {

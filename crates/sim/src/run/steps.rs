@@ -1,7 +1,7 @@
 //! The loop over the steps of a phase. A step is taken first, and passed to its end afterwards: whoever holds
 //! the run samples it in between.
 
-use bksim_dae::{Control, SolveError};
+use bksim_dae::{Advance, Control, SolveError};
 
 use super::dense::DenseOutput;
 use super::ending::PhaseEnd;
@@ -26,8 +26,10 @@ impl<'a> Run<'a> {
         let Phase { stepper, monitor } = phase;
 
         // Take an accepted step.
-        if !stepper.advance()? {
-            return Ok(Attempt::End(PhaseEnd::Reached));
+        match stepper.advance()? {
+            Advance::Accepted => (),
+            Advance::Rejected => return Ok(Attempt::Rejected),
+            Advance::Ended => return Ok(Attempt::End(PhaseEnd::Reached)),
         }
         self.sampler.begin_step();
 

@@ -5,14 +5,14 @@ use crate::run::{self, Failure, Observer, Problem, Summary};
 use crate::start::Start;
 
 impl Simulation {
-    /// Runs up to [`ENSEMBLE`](run::ENSEMBLE) simulations, each from its start and with its observer, as [`Simulation::run`] does one, bit for
+    /// Runs up to [`ensemble_size`](run::ensemble_size) simulations, each from its start and with its observer, as [`Simulation::run`] does one, bit for
     /// bit. Those that share their equations, as clones do, take their steps together, in the lanes of registers.
     ///
     /// # Errors
     /// Of each run its [`Failure`], as of [`Simulation::run`].
     ///
     /// # Panics
-    /// When there are more than [`ENSEMBLE`](run::ENSEMBLE).
+    /// When there are more than that.
     pub fn run_together<O: Observer>(
         members: &[(&Self, &Start)],
         observers: &mut [O],

@@ -6,28 +6,24 @@
 //! Operations are those of the interpreter in the same order.
 
 use super::Extra;
-use super::assembler::{Argument, Assembler, Base, Opcode, Operand, Predicate, Vector};
+use super::assembler::{Argument, Assembler, Base, Opcode, Operand, Predicate, Vector, Width};
 use crate::op::Function;
 use crate::tape::{Action, Instruction, Tape};
-
-/// Registers that hold values; the two after them are for the moment.
-const N_VECTORS: u8 = 14;
-const SCRATCH: [Vector; 2] = [Vector(14), Vector(15)];
 
 /// Addresses of the functions that code calls.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Callees {
-    /// `f(angles, n)`: n quads of angles become their sines, and the n after them their cosines.
+    /// `f(angles, n)`: angles become their sines, and the n after them their cosines.
     pub(super) turn: u64,
-    /// `f(a, b, function)`: a quad becomes the function of it and another.
+    /// `f(a, b, function)`: a number becomes the function of it and another.
     pub(super) elementary: u64,
     /// The same for the general power.
     pub(super) power: u64,
 }
 
 /// The bytes of the whole body.
-pub(super) fn assemble(tape: &Tape, callees: Callees) -> Vec<u8> {
-    let mut allocation = Allocation::new(tape, callees);
+pub(super) fn assemble(tape: &Tape, width: Width, callees: Callees) -> Vec<u8> {
+    let mut allocation = Allocation::new(tape, width, callees);
     allocation.code.enter();
     allocation.body();
     allocation.code.leave();
@@ -38,8 +34,11 @@ struct Allocation<'a> {
     tape: &'a Tape,
     callees: Callees,
     code: Assembler,
-    /// The value in each vector register.
-    values: [Option<usize>; N_VECTORS as usize],
+    width: Width,
+    /// The value in each vector register that holds values.
+    values: Vec<Option<usize>>,
+    /// A register for the moment.
+    scratch: Vector,
     /// The vector register of each value.
     vectors: Vec<Option<Vector>>,
     /// Whether memory holds the value.
@@ -92,13 +91,15 @@ fn operands(tape: &Tape, instruction: &Instruction) -> Vec<usize> {
     read.iter().map(|&register| register as usize).collect()
 }
 
-/// The number of a quad in an array.
+/// The place of a number in an array.
 fn number(n: usize) -> i32 {
     i32::try_from(n).expect("tapes that are compiled have fewer than 2^31 registers")
 }
 
 impl<'a> Allocation<'a> {
-    fn new(tape: &'a Tape, callees: Callees) -> Self {
+    fn new(tape: &'a Tape, width: Width, callees: Callees) -> Self {
+        // Two registers are for the moment, one of them for masks.
+        let n_vectors = width.n_vectors() - 2;
         let outputs = tape.outputs.iter().zip(0..);
         let mut outputs: Vec<(usize, i32)> = outputs.map(|(&r, n)| (r as usize, n)).collect();
         outputs.sort_unstable();
@@ -107,8 +108,10 @@ impl<'a> Allocation<'a> {
         Self {
             tape,
             callees,
-            code: Assembler::default(),
-            values: [None; N_VECTORS as usize],
+            code: Assembler::new(width, Vector(n_vectors + 1)),
+            width,
+            values: vec![None; n_vectors as usize],
+            scratch: Vector(n_vectors),
             vectors: vec![None; tape.n_registers],
             is_stored,
             uses: Uses::new(tape),
@@ -162,7 +165,8 @@ impl<'a> Allocation<'a> {
         let inputs = self.tape.input_registers();
         match self.vectors[value] {
             Some(vector) => Operand::Vector(vector),
-            None if inputs.contains(&value) => {
+            // A single input lies in its register, where the bits behind it can be read, too.
+            None if inputs.contains(&value) && self.width != Width::One => {
                 Operand::Memory(Base::Inputs, number(value - inputs.start))
             }
             None => Operand::Memory(Base::Registers, number(value)),
@@ -224,8 +228,8 @@ impl<'a> Allocation<'a> {
         match self.place(a) {
             Operand::Vector(vector) => vector,
             place @ Operand::Memory(..) => {
-                self.code.load(SCRATCH[0], place);
-                SCRATCH[0]
+                self.code.load(self.scratch, place);
+                self.scratch
             }
         }
     }
@@ -247,20 +251,19 @@ impl<'a> Allocation<'a> {
         result: usize,
     ) {
         let vector = self.vector(a);
-        let (other, mask) = (self.place(b), SCRATCH[1]);
+        let other = self.place(b);
         let out = if matches!(function, Function::Min | Function::Max) {
             // `a` where it compares so with `b` or is NaN, else `b`.
             let out = self.free_with(b, &[a, b]);
-            self.code.compare(Predicate::Unordered, mask, vector, Operand::Vector(vector));
-            self.code.blend(out, out, Operand::Vector(vector), mask);
-            self.code.compare(predicate, mask, vector, other);
-            self.code.blend(out, out, Operand::Vector(vector), mask);
+            self.code.compare(Predicate::Unordered, vector, Operand::Vector(vector));
+            self.code.blend(out, out, Operand::Vector(vector));
+            self.code.compare(predicate, vector, other);
+            self.code.blend(out, out, Operand::Vector(vector));
             out
         } else {
             let out = self.free(&[Operand::Vector(vector), other]);
-            self.code.compare(predicate, out, vector, other);
-            let one = Operand::Memory(Base::Registers, self.extra(Extra::One));
-            self.code.operate(Opcode::And, out, out, one);
+            self.code.compare(predicate, vector, other);
+            self.code.keep(out, Operand::Memory(Base::Registers, self.extra(Extra::One)));
             out
         };
         self.bind(result, out);
@@ -274,8 +277,8 @@ impl<'a> Allocation<'a> {
             .map(|extra| Operand::Memory(Base::Registers, self.extra(extra)));
         self.code.operate(Opcode::And, out, vector, sign);
         self.code.operate(Opcode::Or, out, out, one);
-        self.code.compare(Predicate::EqualOrUnordered, SCRATCH[1], vector, zero);
-        self.code.blend(out, out, Operand::Vector(vector), SCRATCH[1]);
+        self.code.compare(Predicate::EqualOrUnordered, vector, zero);
+        self.code.blend(out, out, Operand::Vector(vector));
         self.bind(result, out);
     }
 
@@ -284,11 +287,11 @@ impl<'a> Allocation<'a> {
         let vector = self.vector(a);
         let out = self.free_with(b, &[a, b, c]);
         let zero = Operand::Memory(Base::Registers, self.extra(Extra::Zero));
-        let (other, mask) = (self.place(c), SCRATCH[1]);
-        self.code.compare(Predicate::Equal, mask, vector, zero);
-        self.code.blend(out, out, other, mask);
-        self.code.compare(Predicate::Unordered, mask, vector, Operand::Vector(vector));
-        self.code.blend(out, out, Operand::Vector(vector), mask);
+        let other = self.place(c);
+        self.code.compare(Predicate::Equal, vector, zero);
+        self.code.blend(out, out, other);
+        self.code.compare(Predicate::Unordered, vector, Operand::Vector(vector));
+        self.code.blend(out, out, Operand::Vector(vector));
         self.bind(result, out);
     }
 
@@ -318,16 +321,21 @@ impl<'a> Allocation<'a> {
         self.bind_stored(result);
     }
 
-    /// A stored value into another quad of the registers.
+    /// Number of the vector registers that hold values.
+    fn n_vectors(&self) -> u8 {
+        self.width.n_vectors() - 2
+    }
+
+    /// A stored value into another place of the registers.
     fn copy(&mut self, value: usize, to: i32) {
         let place = self.place(value);
-        self.code.load(SCRATCH[0], place);
-        self.code.store(Base::Registers, to, SCRATCH[0]);
+        self.code.load(self.scratch, place);
+        self.code.store(Base::Registers, to, self.scratch);
     }
 
     /// Puts all values that are still read into memory, and empties the vector registers.
     fn store_all(&mut self) {
-        for vector in 0..N_VECTORS {
+        for vector in 0..self.n_vectors() {
             self.evict(Vector(vector));
         }
     }
@@ -343,13 +351,13 @@ impl<'a> Allocation<'a> {
 
     /// A register that holds nothing, none of those kept.
     fn free(&mut self, kept: &[Operand]) -> Vector {
-        let empty = (0..N_VECTORS).find(|&n| self.values[n as usize].is_none());
+        let empty = (0..self.n_vectors()).find(|&n| self.values[n as usize].is_none());
         if let Some(n) = empty {
             return Vector(n);
         }
         let is_kept = |&n: &u8| kept.contains(&Operand::Vector(Vector(n)));
         let next = |n: u8| self.values[n as usize].and_then(|value| self.uses.next(value));
-        let others = (0..N_VECTORS).filter(|n| !is_kept(n));
+        let others = (0..self.n_vectors()).filter(|n| !is_kept(n));
         // A value that is never read again is the farthest of all.
         let farthest = others.max_by_key(|&n| next(n).unwrap_or(usize::MAX));
         let vector = Vector(farthest.expect("fewer operands than registers"));
@@ -386,8 +394,8 @@ impl<'a> Allocation<'a> {
 
     fn copy_to_outputs(&mut self, value: usize) {
         for n in self.outputs_of(value) {
-            self.code.load(SCRATCH[0], self.place(value));
-            self.code.store(Base::Outputs, self.outputs[n].1, SCRATCH[0]);
+            self.code.load(self.scratch, self.place(value));
+            self.code.store(Base::Outputs, self.outputs[n].1, self.scratch);
         }
     }
 

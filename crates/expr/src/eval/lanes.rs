@@ -1,9 +1,11 @@
-//! A tape at four points at once: every instruction once for four of them, in the lanes of one register.
+//! A tape at several points at once: every instruction once for all of them, in the lanes of registers.
 //!
 //! ```text
 //! interpreter   any machine
-//! code          machine code of 256-bit registers, by an assembler of its own: `assembler`, `allocation`
+//! code          machine code of AVX and AVX-512, by an assembler of its own: `assembler`, `allocation`
 //! ```
+//!
+//! One lane is machine code of one point that is made in a hundredth of the time that cranelift takes.
 
 #[cfg(all(feature = "jit", target_arch = "x86_64"))]
 mod allocation;
@@ -20,66 +22,77 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 #[cfg(all(feature = "jit", target_arch = "x86_64"))]
 use std::sync::{Arc, OnceLock};
 
-/// Points of a [`QuadRunner`].
-pub(super) const LANES: usize = 4;
+/// Lanes that this machine has machine code for: eight with AVX-512, else four.
+pub fn widest_lanes() -> usize {
+    #[cfg(all(feature = "jit", target_arch = "x86_64"))]
+    if assembler::Width::of(8).is_some() {
+        return 8;
+    }
+    4
+}
 
-/// A number at each of the points.
-pub(super) type Lanes = [f64; LANES];
+/// Eight numbers, where no vector straddles two cache lines.
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(64))]
+struct Block([f64; 8]);
 
-/// Numbers of one register, where no vector straddles two cache lines.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(32))]
-struct Quad(Lanes);
-
-/// The registers of a tape at four points, with its parameters set.
+/// The registers of a tape at `N` points, one, four or eight, with its parameters set.
 #[derive(Clone, Debug)]
-pub struct QuadWorkspace {
-    registers: Vec<Quad>,
+pub struct LaneWorkspace<const N: usize> {
+    blocks: Vec<Block>,
     /// Registers of the tape; after them come some that code needs.
     n: usize,
 }
 
-/// A tape to be evaluated at four points at once, as machine code once that pays.
+impl<const N: usize> LaneWorkspace<N> {
+    fn registers(&mut self) -> &mut [[f64; N]] {
+        bytemuck::cast_slice_mut::<Block, f64>(&mut self.blocks).as_chunks_mut().0
+    }
+}
+
+/// A tape to be evaluated at `N` points at once, one, four or eight, as machine code once that pays.
 ///
-/// Points agree bit for bit with those of the interpreter of one point.
+/// Points agree bit for bit with those of the interpreter of one point. Each may have parameters of its own.
 ///
 /// ```
-/// use bksim_expr::{Jit, Pool, QuadRunner, Tape};
+/// use bksim_expr::{Jit, LaneRunner, Pool, Tape};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let pool = Pool::new();
 /// let e = pool.parse("a*x^2")?;
 /// let id = |name| pool.find_symbol(name).expect("was parsed");
-/// let runner = QuadRunner::new(Tape::compile(&pool, &[e], &[id("x")], &[id("a")])?, Jit::On);
+/// let tape = Tape::compile(&pool, &[e], &[id("x")], &[id("a")])?;
+/// let runner = LaneRunner::<4>::new(tape, Jit::On);
 /// let mut workspace = runner.workspace(&[2.0]);
+/// runner.set_parameters(&mut workspace, 3, &[5.0]);
 /// let mut out = [[0.0; 4]];
 /// runner.evaluate(&mut workspace, &[[1.0, 2.0, 3.0, 4.0]], &mut out);
-/// assert_eq!(out, [[2.0, 8.0, 18.0, 32.0]]);
+/// assert_eq!(out, [[2.0, 8.0, 18.0, 80.0]]);
 /// # Ok(())
 /// # }
 /// ```
 #[derive(Clone, Debug)]
-pub struct QuadRunner {
+pub struct LaneRunner<const N: usize> {
     tape: Tape,
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
     jit: Jit,
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-    code: Arc<Code>,
+    code: Arc<Code<N>>,
 }
 
 #[cfg(all(feature = "jit", target_arch = "x86_64"))]
 #[derive(Debug, Default)]
-struct Code {
+struct Code<const N: usize> {
     n_interpreted: AtomicUsize,
     /// `None` where the tape cannot be compiled.
-    compiled: OnceLock<Option<code::QuadCode>>,
+    compiled: OnceLock<Option<code::LaneCode<N>>>,
 }
 
 /// Compiling costs about as much as interpreting the tape so often.
 #[cfg(all(feature = "jit", target_arch = "x86_64"))]
 const EVALUATIONS_PER_COMPILATION: usize = 50;
 
-impl QuadRunner {
+impl<const N: usize> LaneRunner<N> {
     /// A runner of `tape`.
     pub fn new(tape: Tape, jit: Jit) -> Self {
         #[cfg(not(all(feature = "jit", target_arch = "x86_64")))]
@@ -98,46 +111,61 @@ impl QuadRunner {
         &self.tape
     }
 
-    /// Registers with everything computed that depends on parameters only.
+    /// Whether there is machine code, which is made now.
+    pub fn has_code(&self) -> bool {
+        #[cfg(all(feature = "jit", target_arch = "x86_64"))]
+        return self.jit != Jit::Off && self.made().is_some();
+        #[cfg(not(all(feature = "jit", target_arch = "x86_64")))]
+        false
+    }
+
+    /// Registers with everything computed that depends on parameters only, which are the same at all points so far.
     ///
     /// # Panics
     /// When the number of parameters differs from the compiled one.
-    pub fn workspace(&self, parameters: &[f64]) -> QuadWorkspace {
+    pub fn workspace(&self, parameters: &[f64]) -> LaneWorkspace<N> {
         let one = self.tape.workspace(parameters).registers;
         let n = one.len();
-        let registers = one.into_iter().chain(EXTRA).map(|value| Quad([value; LANES]));
-        QuadWorkspace { registers: registers.collect(), n }
+        let n_numbers = N * (n + EXTRA.len());
+        let mut workspace =
+            LaneWorkspace { blocks: vec![Block([0.0; 8]); n_numbers.div_ceil(8)], n };
+        let values = one.into_iter().chain(EXTRA);
+        workspace.registers().iter_mut().zip(values).for_each(|(all, value)| *all = [value; N]);
+        workspace
     }
 
     /// Gives a lane of a workspace parameters of its own.
     ///
     /// # Panics
     /// When the number of parameters differs from the compiled one, `ws` is of another tape, or there is no such lane.
-    pub fn set_parameters(&self, ws: &mut QuadWorkspace, lane: usize, parameters: &[f64]) {
+    pub fn set_parameters(&self, ws: &mut LaneWorkspace<N>, lane: usize, parameters: &[f64]) {
         assert_eq!(ws.n, self.tape.n_registers, "a workspace of this tape");
         let one = self.tape.workspace(parameters).registers;
-        let known = ws.registers.iter_mut().zip(&one[..self.tape.first_body]);
-        known.for_each(|(Quad(all), &one)| all[lane] = one);
+        let known = ws.registers().iter_mut().zip(&one[..self.tape.first_body]);
+        known.for_each(|(all, &one)| all[lane] = one);
     }
 
-    /// Computes all outputs at four points.
+    /// Computes all outputs at all points.
     ///
     /// # Panics
     /// When `inputs` or `out` have another length than was compiled, or `ws` is of another tape.
-    pub fn evaluate(&self, ws: &mut QuadWorkspace, inputs: &[Lanes], out: &mut [Lanes]) {
+    pub fn evaluate(&self, ws: &mut LaneWorkspace<N>, inputs: &[[f64; N]], out: &mut [[f64; N]]) {
         assert_eq!(inputs.len(), self.tape.n_inputs, "number of inputs");
         assert_eq!(out.len(), self.tape.outputs.len(), "number of outputs");
         assert_eq!(ws.n, self.tape.n_registers, "a workspace of this tape");
         #[cfg(all(feature = "jit", target_arch = "x86_64"))]
         if let Some(code) = self.code() {
-            return code.evaluate(&mut ws.registers, inputs, out);
+            if N == 1 {
+                ws.registers()[self.tape.input_registers()].copy_from_slice(inputs);
+            }
+            return code.evaluate(ws.registers(), inputs, out);
         }
-        interpreter::evaluate(&self.tape, &mut ws.registers, inputs, out);
+        interpreter::evaluate(&self.tape, ws.registers(), inputs, out);
     }
 
     /// The machine code if it is there or due now.
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-    fn code(&self) -> Option<&code::QuadCode> {
+    fn code(&self) -> Option<&code::LaneCode<N>> {
         if let Some(compiled) = self.code.compiled.get() {
             return compiled.as_ref();
         }
@@ -150,13 +178,19 @@ impl QuadRunner {
         if self.code.n_interpreted.fetch_add(1, Relaxed) != n_paid {
             return None;
         }
-        self.code.compiled.get_or_init(|| code::QuadCode::of(&self.tape).ok()).as_ref()
+        self.made()
+    }
+
+    /// The machine code, where the tape can be compiled.
+    #[cfg(all(feature = "jit", target_arch = "x86_64"))]
+    fn made(&self) -> Option<&code::LaneCode<N>> {
+        self.code.compiled.get_or_init(|| code::LaneCode::of(&self.tape).ok()).as_ref()
     }
 }
 
 /// Numbers in the registers after those of a tape.
-const EXTRA: [f64; 5] = {
-    let mut extra = [0.0; 5];
+const EXTRA: [f64; 6] = {
+    let mut extra = [0.0; 6];
     extra[Extra::SignMask as usize] = -0.0;
     extra[Extra::AbsMask as usize] = f64::from_bits(!(1 << 63));
     extra[Extra::One as usize] = 1.0;
@@ -175,4 +209,7 @@ enum Extra {
     AbsMask,
     One,
     Zero,
+    /// Never written: bits of one number are read with those behind it.
+    #[expect(dead_code, reason = "the last place of the registers")]
+    Behind,
 }

@@ -2,28 +2,31 @@
 
 #![expect(clippy::inline_always, reason = "the caller's instruction set must reach every loop")]
 
-use super::{LANES, Lanes, Quad};
 use crate::op::{Function, power, select};
 use crate::sincos::sin_cos_lanes;
 use crate::tape::{Action, Tape};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Computes all outputs; lengths have been checked.
-pub(super) fn evaluate(tape: &Tape, registers: &mut [Quad], inputs: &[Lanes], out: &mut [Lanes]) {
-    let places = &mut registers[tape.input_registers()];
-    places.iter_mut().zip(inputs).for_each(|(place, input)| place.0 = *input);
+pub(super) fn evaluate<const N: usize>(
+    tape: &Tape,
+    registers: &mut [[f64; N]],
+    inputs: &[[f64; N]],
+    out: &mut [[f64; N]],
+) {
+    registers[tape.input_registers()].copy_from_slice(inputs);
     Arch::new().dispatch(Run { tape, registers });
     for (value, &register) in out.iter_mut().zip(&tape.outputs) {
-        *value = registers[register as usize].0;
+        *value = registers[register as usize];
     }
 }
 
-struct Run<'a> {
+struct Run<'a, const N: usize> {
     tape: &'a Tape,
-    registers: &'a mut [Quad],
+    registers: &'a mut [[f64; N]],
 }
 
-impl WithSimd for Run<'_> {
+impl<const N: usize> WithSimd for Run<'_, N> {
     type Output = ();
 
     #[inline(always)]
@@ -34,14 +37,14 @@ impl WithSimd for Run<'_> {
             if instruction.action == Action::Turn {
                 let angles = tape.angles_of(instruction);
                 for (sine, &angle) in (next..).zip(angles) {
-                    let (sines, cosines) = sin_cos_lanes(registers[angle as usize].0);
-                    registers[sine].0 = sines;
-                    registers[sine + angles.len()].0 = cosines;
+                    let (sines, cosines) = sin_cos_lanes(registers[angle as usize]);
+                    registers[sine] = sines;
+                    registers[sine + angles.len()] = cosines;
                 }
             } else {
                 let [a, b, c] = [instruction.a, instruction.b, instruction.c]
-                    .map(|register| registers[register as usize].0);
-                registers[next].0 = value(instruction.action, a, b, c);
+                    .map(|register| registers[register as usize]);
+                registers[next] = value(instruction.action, a, b, c);
             }
             next += instruction.n_results();
         }
@@ -49,7 +52,7 @@ impl WithSimd for Run<'_> {
 }
 
 #[inline(always)]
-fn value(action: Action, a: Lanes, b: Lanes, c: Lanes) -> Lanes {
+fn value<const N: usize>(action: Action, a: [f64; N], b: [f64; N], c: [f64; N]) -> [f64; N] {
     match action {
         Action::Add => each(a, b, |a, b| a + b),
         Action::Subtract => each(a, b, |a, b| a - b),
@@ -64,9 +67,9 @@ fn value(action: Action, a: Lanes, b: Lanes, c: Lanes) -> Lanes {
 }
 
 #[inline(always)]
-fn each(a: Lanes, b: Lanes, operation: impl Fn(f64, f64) -> f64) -> Lanes {
-    let mut out = [0.0; LANES];
-    for lane in 0..LANES {
+fn each<const N: usize>(a: [f64; N], b: [f64; N], operation: impl Fn(f64, f64) -> f64) -> [f64; N] {
+    let mut out = [0.0; N];
+    for lane in 0..N {
         out[lane] = operation(a[lane], b[lane]);
     }
     out

@@ -1,0 +1,148 @@
+//! Machine code of a tape in lanes, in memory that can be executed.
+
+#![expect(unsafe_code, reason = "machine code is called through raw pointers")]
+
+use super::allocation::{Callees, assemble};
+use super::assembler::Width;
+use crate::eval::jit::{JitError, MOST_INSTRUCTIONS, Memory};
+use crate::op::{Function, power};
+use crate::sincos::{FEW, sin_cos_few, sin_cos_lanes};
+use crate::tape::Tape;
+
+/// Machine code of one tape at `N` points.
+pub(super) struct LaneCode<const N: usize> {
+    function: Compiled<N>,
+    /// Owns the memory of `function`.
+    _memory: Memory,
+}
+
+type Compiled<const N: usize> =
+    unsafe extern "sysv64" fn(*mut [f64; N], *const [f64; N], *mut [f64; N]);
+
+impl<const N: usize> std::fmt::Debug for LaneCode<N> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("LaneCode").finish_non_exhaustive()
+    }
+}
+
+impl<const N: usize> LaneCode<N> {
+    /// Compiles the body.
+    ///
+    /// # Errors
+    /// [`JitError`] for tapes that are too long, and processors without registers of this width.
+    pub(super) fn of(tape: &Tape) -> Result<Self, JitError> {
+        let Some(width) = Width::of(N) else {
+            return Err(JitError::Host { reason: "no vector registers of this width" });
+        };
+        if tape.body.len() > MOST_INSTRUCTIONS {
+            let (found, limit) = (tape.body.len(), MOST_INSTRUCTIONS);
+            return Err(JitError::TooLong { found, limit });
+        }
+        let turn: unsafe extern "sysv64" fn(*mut f64, usize) = match width {
+            Width::One => turn_one,
+            Width::Four => turn_four,
+            Width::Eight => turn_eight,
+        };
+        let callees = Callees {
+            turn: turn as usize as u64,
+            elementary: elementary::<N> as unsafe extern "sysv64" fn(_, _, _) as usize as u64,
+            power: general_power::<N> as unsafe extern "sysv64" fn(_, _, _) as usize as u64,
+        };
+        let (memory, address) = Memory::of(&assemble(tape, width, callees))?;
+        // SAFETY: the bytes are a function of three pointers in this convention, and their memory lives as
+        // long as `memory`.
+        let function = unsafe { std::mem::transmute::<*const u8, Compiled<N>>(address) };
+        Ok(Self { function, _memory: memory })
+    }
+
+    /// Computes all outputs; lengths have been checked. An input of one point lies in its register, too.
+    pub(super) fn evaluate(
+        &self,
+        registers: &mut [[f64; N]],
+        inputs: &[[f64; N]],
+        out: &mut [[f64; N]],
+    ) {
+        // SAFETY: the code stays within the three arrays, whose lengths were checked against its tape, and
+        // the processor has been found to have its instructions.
+        unsafe { (self.function)(registers.as_mut_ptr(), inputs.as_ptr(), out.as_mut_ptr()) }
+    }
+}
+
+/// Turns `n` angles into their sines, and writes their cosines after them.
+///
+/// # Safety
+/// `angles` leads to `2 n` numbers.
+unsafe extern "sysv64" fn turn_one(angles: *mut f64, n: usize) {
+    // SAFETY: as stated.
+    let numbers = unsafe { std::slice::from_raw_parts_mut(angles, 2 * n) };
+    let (sines, cosines) = numbers.split_at_mut(n);
+    for (sines, cosines) in sines.chunks_mut(FEW).zip(cosines.chunks_mut(FEW)) {
+        let angle = |lane: usize| *sines.get(lane).unwrap_or(&sines[0]);
+        sin_cos_few([angle(0), angle(1), angle(2), angle(3)], sines, cosines);
+    }
+}
+
+/// The same at four points.
+///
+/// # Safety
+/// `angles` leads to `2 n` times four numbers, and the processor has AVX2.
+#[target_feature(enable = "avx2")]
+unsafe extern "sysv64" fn turn_four(angles: *mut f64, n: usize) {
+    // SAFETY: as stated.
+    let numbers = unsafe { std::slice::from_raw_parts_mut(angles.cast::<[f64; 4]>(), 2 * n) };
+    turn_lanes(numbers);
+}
+
+/// The same at eight points.
+///
+/// # Safety
+/// `angles` leads to `2 n` times eight numbers, and the processor has the F and DQ instructions of AVX-512.
+#[target_feature(enable = "avx512f,avx512dq")]
+unsafe extern "sysv64" fn turn_eight(angles: *mut f64, n: usize) {
+    // SAFETY: as stated.
+    let numbers = unsafe { std::slice::from_raw_parts_mut(angles.cast::<[f64; 8]>(), 2 * n) };
+    turn_lanes(numbers);
+}
+
+/// Turns the first half into sines, and writes cosines into the second.
+#[expect(clippy::inline_always, reason = "the caller's instruction set must reach the lanes")]
+#[inline(always)]
+fn turn_lanes<const N: usize>(numbers: &mut [[f64; N]]) {
+    let (sines, cosines) = numbers.split_at_mut(numbers.len() / 2);
+    for (sine, cosine) in sines.iter_mut().zip(cosines) {
+        (*sine, *cosine) = sin_cos_lanes(*sine);
+    }
+}
+
+/// Replaces numbers by a function of them and others.
+///
+/// # Safety
+/// Both pointers lead to numbers in all lanes.
+unsafe extern "sysv64" fn elementary<const N: usize>(
+    a: *mut [f64; N],
+    b: *const [f64; N],
+    function: usize,
+) {
+    let function = Function::from_index(function).expect("code passes the index of a function");
+    // SAFETY: as stated.
+    let (a, b) = unsafe { (&mut *a, &*b) };
+    for lane in 0..N {
+        a[lane] = function.value(a[lane], b[lane]);
+    }
+}
+
+/// Replaces numbers by their powers.
+///
+/// # Safety
+/// Both pointers lead to numbers in all lanes.
+unsafe extern "sysv64" fn general_power<const N: usize>(
+    a: *mut [f64; N],
+    b: *const [f64; N],
+    _: usize,
+) {
+    // SAFETY: as stated.
+    let (a, b) = unsafe { (&mut *a, &*b) };
+    for lane in 0..N {
+        a[lane] = power(a[lane], b[lane]);
+    }
+}
