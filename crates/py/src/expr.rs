@@ -3,7 +3,7 @@
 
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
-use bksim::expr::{self, Function, Notation, Pool, Printer, SymbolId, Tape};
+use bksim::expr::{self, Batch, Function, Notation, Pool, Printer, SymbolId, Tape};
 use numpy::ndarray::Array2;
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::basic::CompareOp;
@@ -306,7 +306,9 @@ impl Expr {
 /// Expressions compiled as functions of symbols.
 #[pyclass(frozen, module = "bksim._bksim")]
 pub(crate) struct Compiled {
-    tape: Tape,
+    n_outputs: usize,
+    /// At no points yet; clones share its machine code.
+    batch: Batch,
     n_inputs: usize,
 }
 
@@ -320,7 +322,8 @@ impl Compiled {
             let outputs: Vec<_> = outputs.iter().map(|e| e.lowered(&pool)).collect();
             let tape = Tape::compile(&pool, &outputs, &symbols?, &[]);
             let tape = tape.map_err(|e| Fault::Value(e.to_string()))?;
-            Ok(Self { tape, n_inputs: inputs.len() })
+            let (n_inputs, n_outputs) = (inputs.len(), tape.n_outputs());
+            Ok(Self { n_outputs, batch: tape.batch(&[]), n_inputs })
         })
     }
 
@@ -339,9 +342,9 @@ impl Compiled {
             }
             let n_points = inputs.ncols();
             let inputs: Vec<f64> = inputs.iter().copied().collect();
-            let mut out = Array2::zeros((self.tape.n_outputs(), n_points));
+            let mut out = Array2::zeros((self.n_outputs, n_points));
             if let Some(out) = out.as_slice_mut() {
-                self.tape.batch(&[]).evaluate(n_points, &inputs, out);
+                self.batch.clone().evaluate(n_points, &inputs, out);
             }
             Ok(out)
         })?;

@@ -29,7 +29,7 @@ use crate::redundancy::{
     resting,
 };
 use crate::sampled::{SampledSignals, Sampling};
-use crate::whole_step::WholeStep;
+use crate::whole_step::{StepParts, WholeStep};
 use bksim_mbs::constraint::Source;
 use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::reaction::{reactions, reported};
@@ -62,8 +62,8 @@ pub struct CompiledSystem {
     pub(crate) bearings: Vec<Bearing>,
     /// v̇, λ and factors of (t, q, v, u), of small mechanisms; see [`UnrolledSolve`].
     pub(crate) unrolled: Option<Function>,
-    /// A whole step of small mechanisms.
-    pub(crate) step: Arc<WholeStep>,
+    /// A whole step of small mechanisms whose loads follow no law.
+    pub(crate) step: Option<Arc<WholeStep>>,
     /// G, g and ∂g/∂t of (t, q).
     pub(crate) constraints: Function,
     /// The same with the branch of each position in place of modes, where joints or drives have kinks: to look for
@@ -140,10 +140,18 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let branching = branching_constraints(written, system);
     let branching_constraints =
         if branching == constraints { None } else { Some(function(&branching, &[&q])?) };
+    let constraints = function(&constraints, &[&q])?;
     let energy = energy_outputs(pool, system);
     let is_powered = !pool.is_zero(energy[2]);
     let power = is_powered.then(|| function(&energy[2..], &[&q, &v, &lambda, u])).transpose()?;
     let power = power.map(|power| if unrolled.is_some() { power.in_lanes(model) } else { power });
+    let inputs = Inputs::of(model);
+    let step = unrolled.as_ref().filter(|_| inputs.is_empty()).map(|line| StepParts {
+        shape: shape.clone(),
+        line: line.tape().clone(),
+        power: power.as_ref().map(|power| power.tape().clone()),
+        constraints: constraints.tape().clone(),
+    });
     let all_reactions = reactions(model, system);
     let reaction_outputs: Vec<Expr> =
         all_reactions.iter().flat_map(|r| [r.force, r.moment].concat()).collect();
@@ -159,13 +167,13 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         joints: model.joints.iter().map(|j| j.name.clone()).collect(),
         couplings: coupling_quantities(model),
         drives: drive_quantities(model),
-        inputs: Inputs::of(model),
+        inputs,
         dynamics: function(&dynamics, &[&q, &v, u, &pressing_lambda])?,
         pressing,
         bearings: bearings(model),
         unrolled,
-        step: Arc::new(WholeStep::new(model.solve.jit)),
-        constraints: function(&constraints, &[&q])?,
+        step: step.map(|parts| Arc::new(WholeStep::new(parts, model.solve.jit))),
+        constraints,
         branching_constraints,
         shape,
         energy: function(&energy, &[&q, &v, &lambda, u])?,

@@ -10,13 +10,13 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use bksim_dae::{N_STEP_VECTORS, Recorder, STEP_END, StepSpan, record_step};
 use bksim_expr::{Composition, Jit, LaneRunner, LaneWorkspace, Tape, Value};
 
-use crate::compiled::CompiledSystem;
 use crate::linear::elimination::Elimination;
+use crate::linear::shape::Shape;
 
 /// Stages of a step whose accelerations are part of it.
 const N_STAGES: usize = 11;
 /// Operations up to which a step is made one function: beyond, code is longer than the cache of a processor, and what
-/// surrounds an evaluation is little beside it.
+/// surrounds an evaluation is little next to it.
 const LARGEST: usize = 20_000;
 /// Steps by which making the function for one state has paid, for each operation of a stage: measured, 0.4 µs an operation
 /// against 0.5 µs a step.
@@ -25,10 +25,23 @@ const STEPS_PER_OPERATION: usize = N_STAGES;
 /// The function, made when it pays; shared by all runs of a mechanism.
 #[derive(Debug)]
 pub(crate) struct WholeStep {
+    parts: StepParts,
     jit: Jit,
     n_steps: AtomicUsize,
     /// `None` where there is no such function.
     made: OnceLock<Option<Made>>,
+}
+
+/// The functions that a step is made of, all of the same parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct StepParts {
+    pub(crate) shape: Shape,
+    /// v̇, λ and factors of (t, q, v).
+    pub(crate) line: Tape,
+    /// The power of (t, q, v, λ), where there is some.
+    pub(crate) power: Option<Tape>,
+    /// G, g and ∂g/∂t of (t, q).
+    pub(crate) constraints: Tape,
 }
 
 /// The function of one state, and of several at once, each translated when it is first called.
@@ -88,41 +101,80 @@ pub(crate) struct StepResults<'a> {
 
 impl WholeStep {
     /// Not made yet.
-    pub(crate) fn new(jit: Jit) -> Self {
-        Self { jit, n_steps: AtomicUsize::new(0), made: OnceLock::new() }
+    pub(crate) fn new(parts: StepParts, jit: Jit) -> Self {
+        Self { parts, jit, n_steps: AtomicUsize::new(0), made: OnceLock::new() }
     }
 
-    fn made(&self, system: &CompiledSystem) -> Option<&Made> {
+    fn made(&self) -> Option<&Made> {
         let make = |tape: Tape| Made {
             one: LaneRunner::new(tape.clone(), Jit::On),
             four: LaneRunner::new(tape.clone(), Jit::On),
             eight: LaneRunner::new(tape, Jit::On),
         };
-        self.made.get_or_init(|| step_tape(system).map(make)).as_ref()
+        self.made.get_or_init(|| step_tape(&self.parts).map(make)).as_ref()
     }
 
     /// The function of one state if it is due now.
-    fn one(&self, system: &CompiledSystem) -> Option<&LaneRunner<1>> {
+    fn one(&self) -> Option<&LaneRunner<1>> {
         let n_paid = match self.jit {
             Jit::Off => return None,
             Jit::On => 0,
-            Jit::Auto => STEPS_PER_OPERATION * system.unrolled.as_ref()?.tape().len(),
+            Jit::Auto => STEPS_PER_OPERATION * self.parts.line.len(),
         };
         if self.n_steps.load(Relaxed) < n_paid {
             self.n_steps.fetch_add(1, Relaxed);
             return None;
         }
-        self.made(system).map(|made| &made.one).filter(|one| one.has_code())
+        self.made().map(|made| &made.one).filter(|one| one.has_code())
+    }
+
+    /// Writes the results of a whole step to `results`; false where it must be taken stage by stage.
+    pub(crate) fn take(
+        &self,
+        buffers: &mut Option<StepBuffers>,
+        parameters: &[f64],
+        StepSpan { t, h, t1 }: StepSpan,
+        (y, ydot): (&[f64], &[f64]),
+        results: &mut Vec<f64>,
+    ) -> bool {
+        let Some(runner) = self.one() else { return false };
+        let StepBuffers { workspace, arguments } = buffers.get_or_insert_with(|| StepBuffers {
+            workspace: runner.workspace(parameters),
+            arguments: vec![[0.0]; runner.tape().n_inputs()],
+        });
+        let (span, states) = arguments.as_flattened_mut().split_at_mut(3);
+        span.copy_from_slice(&[t, h, t1]);
+        let (own_y, own_ydot) = states.split_at_mut(y.len());
+        own_y.copy_from_slice(y);
+        own_ydot.copy_from_slice(ydot);
+        results.resize(runner.tape().n_outputs(), 0.0);
+        runner.evaluate(workspace, arguments, results.as_chunks_mut().0);
+        true
+    }
+
+    /// The results of a whole step by their meaning.
+    pub(crate) fn results<'r>(&self, results: &'r [f64]) -> StepResults<'r> {
+        let Shape { nq, nc, .. } = self.parts.shape;
+        let n = 2 * nq + 1;
+        let (gaps, rest) = results[N_STEP_VECTORS * n..].split_at(2 * nc);
+        let (end, rest) = rest.split_at(2 * n);
+        let (rest, end_pivots) = rest.split_at(rest.len() - nq - nc);
+        let (factors, pivots) = rest.split_at(rest.len() - N_STAGES * (nq + nc));
+        StepResults {
+            residuals: gaps.split_at(nc).into(),
+            end: end.split_at(n).into(),
+            factors,
+            pivots: pivots.as_chunks().0,
+            end_pivots: end_pivots.as_chunks().0,
+        }
     }
 }
 
-/// A step as a function of (t, h, t1, y, f(t, y)) with y = (q, v, W); `None` for a mechanism that is too large or
-/// follows a law.
-fn step_tape(system: &CompiledSystem) -> Option<Tape> {
-    let (nq, nc) = (system.nq(), system.nc());
-    let line = system.unrolled.as_ref()?.tape();
-    let power = system.power.as_ref().map(|power| power.tape());
-    if !system.has_lanes() || N_STAGES * line.len() > LARGEST {
+/// A step as a function of (t, h, t1, y, f(t, y)) with y = (q, v, W); `None` for a mechanism that is too large.
+fn step_tape(parts: &StepParts) -> Option<Tape> {
+    let StepParts { shape, line, power, .. } = parts;
+    let Shape { nq, nc, .. } = *shape;
+    if N_STAGES * line.len() > LARGEST {
         return None;
     }
     let n = 2 * nq + 1;
@@ -156,7 +208,7 @@ fn step_tape(system: &CompiledSystem) -> Option<Tape> {
 
     // The end, projected, and its derivative.
     let y1 = results[STEP_END * n..][..n].to_vec();
-    let (residuals, end) = record_projection(system, recorder, t1, &y1, &factors);
+    let (residuals, end) = record_projection(parts, recorder, t1, &y1, &factors);
     let (slope, end_factors) = derivative(recorder, t1, &end);
     results.extend([residuals, end, slope, factors].concat());
     for pivot in 0..nq + nc {
@@ -169,13 +221,12 @@ fn step_tape(system: &CompiledSystem) -> Option<Tape> {
 /// Records one step of Newton's method for the positions, then the projection of the velocities: g before and
 /// after, and the projected state. See `MultiplierSystem::project`.
 fn record_projection(
-    system: &CompiledSystem,
+    StepParts { shape, constraints, .. }: &StepParts,
     recorder: &mut Composition,
     t: Value,
     y: &[Value],
     factors: &[Value],
 ) -> (Vec<Value>, Vec<Value>) {
-    let CompiledSystem { shape, constraints, .. } = system;
     let (nq, nc) = (shape.nq, shape.nc);
     if nc == 0 {
         return (Vec::new(), y.to_vec());
@@ -190,9 +241,8 @@ fn record_projection(
     // Positions.
     let (q, v) = y[..2 * nq].split_at(nq);
     let n_entries = shape.jacobian.len();
-    let closed = |recorder: &mut Composition, q: &[Value]| {
-        recorder.call(constraints.tape(), &[&[t], q].concat())
-    };
+    let closed =
+        |recorder: &mut Composition, q: &[Value]| recorder.call(constraints, &[&[t], q].concat());
     let gap = closed(recorder, q)[n_entries..][..nc].to_vec();
     let step = elimination.record_step(recorder, factors, &gap);
     let q = subtract(recorder, q, step);
@@ -230,56 +280,13 @@ impl Recorder for StepRecorder {
     }
 }
 
-impl CompiledSystem {
-    /// Writes the results of a whole step to `results`; false where it must be taken stage by stage.
-    pub(crate) fn whole_step(
-        &self,
-        buffers: &mut Option<StepBuffers>,
-        parameters: &[f64],
-        StepSpan { t, h, t1 }: StepSpan,
-        (y, ydot): (&[f64], &[f64]),
-        results: &mut Vec<f64>,
-    ) -> bool {
-        let Some(runner) = self.step.one(self) else { return false };
-        let StepBuffers { workspace, arguments } = buffers.get_or_insert_with(|| StepBuffers {
-            workspace: runner.workspace(parameters),
-            arguments: vec![[0.0]; runner.tape().n_inputs()],
-        });
-        let (span, states) = arguments.as_flattened_mut().split_at_mut(3);
-        span.copy_from_slice(&[t, h, t1]);
-        let (own_y, own_ydot) = states.split_at_mut(y.len());
-        own_y.copy_from_slice(y);
-        own_ydot.copy_from_slice(ydot);
-        results.resize(runner.tape().n_outputs(), 0.0);
-        runner.evaluate(workspace, arguments, results.as_chunks_mut().0);
-        true
-    }
-
-    /// The results of a whole step by their meaning.
-    pub(crate) fn step_results<'r>(&self, results: &'r [f64]) -> StepResults<'r> {
-        let (nq, nc) = (self.nq(), self.nc());
-        let n = 2 * nq + 1;
-        let (gaps, rest) = results[N_STEP_VECTORS * n..].split_at(2 * nc);
-        let (end, rest) = rest.split_at(2 * n);
-        let (rest, end_pivots) = rest.split_at(rest.len() - nq - nc);
-        let (factors, pivots) = rest.split_at(rest.len() - N_STAGES * (nq + nc));
-        StepResults {
-            residuals: gaps.split_at(nc).into(),
-            end: end.split_at(n).into(),
-            factors,
-            pivots: pivots.as_chunks().0,
-            end_pivots: end_pivots.as_chunks().0,
-        }
-    }
-}
-
 impl LaneSteps {
     /// Room for whole steps, all with these parameters so far; `None` where there are none.
-    pub(crate) fn new(system: &CompiledSystem, parameters: &[f64]) -> Option<Self> {
-        if system.step.jit == Jit::Off {
+    pub(crate) fn new(step: &WholeStep, parameters: &[f64]) -> Option<Self> {
+        if step.jit == Jit::Off {
             return None;
         }
-        let Made { four, eight, .. } = system.step.made(system)?;
+        let Made { four, eight, .. } = step.made()?;
         if eight.has_code() {
             return Some(Self::Eight(Lanes::new(eight, parameters)));
         }
@@ -287,17 +294,17 @@ impl LaneSteps {
     }
 
     /// Takes down a step in one of the lanes.
-    pub(crate) fn set(&mut self, system: &CompiledSystem, lane: usize, step: PendingStep<'_>) {
-        let Some(Made { four, eight, .. }) = system.step.made(system) else { return };
+    pub(crate) fn set(&mut self, step: &WholeStep, lane: usize, pending: PendingStep<'_>) {
+        let Some(Made { four, eight, .. }) = step.made() else { return };
         match self {
-            Self::Four(lanes) => lanes.set(four, lane, step),
-            Self::Eight(lanes) => lanes.set(eight, lane, step),
+            Self::Four(lanes) => lanes.set(four, lane, pending),
+            Self::Eight(lanes) => lanes.set(eight, lane, pending),
         }
     }
 
     /// Takes the steps of all lanes.
-    pub(crate) fn take(&mut self, system: &CompiledSystem) {
-        let Some(Made { four, eight, .. }) = system.step.made(system) else { return };
+    pub(crate) fn take(&mut self, step: &WholeStep) {
+        let Some(Made { four, eight, .. }) = step.made() else { return };
         match self {
             Self::Four(lanes) => lanes.take(four),
             Self::Eight(lanes) => lanes.take(eight),

@@ -119,6 +119,14 @@ impl<const N: usize> LaneRunner<N> {
         false
     }
 
+    /// Whether evaluations run machine code from now on.
+    pub fn is_compiled(&self) -> bool {
+        #[cfg(all(feature = "jit", target_arch = "x86_64"))]
+        return matches!(self.code.compiled.get(), Some(Some(_)));
+        #[cfg(not(all(feature = "jit", target_arch = "x86_64")))]
+        false
+    }
+
     /// Registers with everything computed that depends on parameters only, which are the same at all points so far.
     ///
     /// # Panics

@@ -11,7 +11,7 @@ use super::problem::Problem;
 use super::progress::{Run, StepOutcome};
 use super::summary::{Failure, Summary};
 use crate::compiled::CompiledSystem;
-use crate::whole_step::LaneSteps;
+use crate::whole_step::{LaneSteps, WholeStep};
 
 /// Runs that are taken together, at most: the lanes of this machine.
 pub fn ensemble_size() -> usize {
@@ -38,12 +38,12 @@ pub fn run_together<O: Observer>(
     let is_one = |system: &&CompiledSystem| {
         problems.iter().all(|problem| std::ptr::eq(problem.compiled, *system))
     };
-    let system = system.filter(is_one);
+    let step = system.filter(is_one).and_then(|system| system.step.as_deref());
     let mut outcomes: Vec<_> = problems.iter().map(|_| None).collect();
     let mut lanes = None;
     while members.iter().any(Option::is_some) {
-        if let Some(system) = system {
-            take_steps(system, &mut members, &mut lanes);
+        if let Some(step) = step {
+            take_steps(step, &mut members, &mut lanes);
         }
         // Each passes its step to the end, and tries others by itself where that one is rejected.
         for ((member, observer), outcome) in
@@ -60,26 +60,22 @@ pub fn run_together<O: Observer>(
 }
 
 /// Takes the pending steps of the members in lanes, if there are several.
-fn take_steps(
-    system: &CompiledSystem,
-    members: &mut [Option<Run<'_>>],
-    lanes: &mut Option<LaneSteps>,
-) {
+fn take_steps(step: &WholeStep, members: &mut [Option<Run<'_>>], lanes: &mut Option<LaneSteps>) {
     let pending = |member: &Option<Run<'_>>| member.as_ref()?.pending().map(|step| step.span);
     let spans: Vec<Option<StepSpan>> = members.iter().map(pending).collect();
     if spans.iter().flatten().count() < 2 {
         return;
     }
     for (lane, member) in members.iter().enumerate() {
-        let Some(step) = member.as_ref().and_then(Run::pending) else { continue };
+        let Some(pending) = member.as_ref().and_then(Run::pending) else { continue };
         if lanes.is_none() {
-            *lanes = LaneSteps::new(system, step.parameters);
+            *lanes = LaneSteps::new(step, pending.parameters);
         }
         let Some(lanes) = lanes else { return };
-        lanes.set(system, lane, step);
+        lanes.set(step, lane, pending);
     }
     let Some(lanes) = lanes else { return };
-    lanes.take(system);
+    lanes.take(step);
     for (lane, (member, span)) in members.iter_mut().zip(spans).enumerate() {
         if let (Some(run), Some(span)) = (member, span) {
             run.offer(span, lanes.results(lane));

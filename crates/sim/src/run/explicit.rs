@@ -107,8 +107,10 @@ impl<'a> ExplicitMotion<'a> {
 
     /// Whether whole steps serve here: next to a singular pose, they hardly ever do.
     fn has_whole_steps(&self) -> bool {
-        !self.holding.is_on
-            && self.multipliers.is_whole(self.evaluator.system().nc())
+        let system = self.evaluator.system();
+        system.step.is_some()
+            && !self.holding.is_on
+            && self.multipliers.is_whole(system.nc())
             && self.multipliers.rank_margin() >= CLOSE
     }
 
@@ -182,13 +184,13 @@ impl Ode for ExplicitMotion<'_> {
         let Self {
             evaluator, multipliers, step, parameters, holding, least_margin, offered, ..
         } = self;
-        let system = evaluator.system();
+        let Some(whole) = &evaluator.system().step else { return false };
         match offered.take() {
             Some((of, numbers)) if of == span => *results = numbers,
-            _ if system.whole_step(step, parameters, span, (y, ydot), results) => (),
+            _ if whole.take(step, parameters, span, (y, ydot), results) => (),
             _ => return false,
         }
-        let StepResults { factors, pivots, .. } = system.step_results(results);
+        let StepResults { factors, pivots, .. } = whole.results(results);
         let observe = |margin: f64| {
             holding.observe(margin);
             *least_margin = least_margin.min(margin);
@@ -203,8 +205,9 @@ impl Ode for ExplicitMotion<'_> {
 
     fn whole_end(&mut self, results: &[f64], y1: &mut [f64], ydot1: &mut [f64]) -> bool {
         let Self { evaluator, multipliers, holding, least_margin, .. } = self;
+        let Some(whole) = &evaluator.system().step else { return false };
         let StepResults { residuals: [gap, left], end: [end, slope], end_pivots, .. } =
-            evaluator.system().step_results(results);
+            whole.results(results);
         // As in `project`: a step of Newton's method that was needed, has helped and is enough.
         let [gap, left] = [largest(gap), largest(left)];
         let size =
