@@ -292,6 +292,7 @@ impl<'a> Balance<'a> {
                 _ => (0..start.len()).map(|i| start[i] + aside(i)).collect(),
             };
             let Some(q) = self.newton(&guess) else { continue };
+            let q = self.in_turn_of_start(q);
             let is_same =
                 |other: &Vec<f64>| self.apart(&q, other).iter().all(|off| off.abs() < 1e-6);
             if !found.iter().any(is_same) {
@@ -377,8 +378,13 @@ impl<'a> Balance<'a> {
                 break;
             }
         }
-        let lambda = self.balancing(&q)?;
-        self.is_balanced(&q, &lambda, &units).then_some(q)
+        self.is_equilibrium(&q).then_some(q)
+    }
+
+    /// True where joints close and some multipliers balance the forces.
+    pub(crate) fn is_equilibrium(&mut self, q: &[f64]) -> bool {
+        let units = self.units();
+        self.balancing(q).is_some_and(|lambda| self.is_balanced(q, &lambda, &units))
     }
 
     /// True where joints close and the forces are in balance, up to rounding of what they are the sum of.

@@ -68,6 +68,7 @@ mod transmission;
 mod verify;
 mod walk;
 mod watch;
+mod whole_turns;
 mod work;
 mod workspace;
 

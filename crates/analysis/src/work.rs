@@ -91,6 +91,11 @@ impl Balance<'_> {
         if is_at_start {
             found.insert(0, self.loaded.q.clone());
         }
+        if turns.trace.is_closed {
+            // Angles are counted in radians in both.
+            let turn = turns.turn.as_slice();
+            found = found.iter().map(|q| self.in_turn_of_motion(q, turn)).collect();
+        }
         Ok((found, turns.trace.is_closed))
     }
 

@@ -124,6 +124,33 @@ fn an_equilibrium_lies_on_a_branch_that_the_start_does_not_take() {
     }
 }
 
+/// Rods that hang in a row, each with its weight at its end.
+#[test]
+fn equilibria_are_told_in_the_turn_of_the_start() {
+    for n_rods in [1, 2] {
+        for degrees in [-300.0_f64, 40.0, 80.0, 89.0, 200.0, 700.0] {
+            let mut text =
+                "[loads]\ng = { type = \"gravity\", acceleration = [0, -9.81] }\n".to_owned();
+            for k in 0..n_rods {
+                let before = if k == 0 { "ground".to_owned() } else { format!("rod{}.end", k - 1) };
+                text += &format!(
+                    "[bodies.rod{k}]\nmass = 1\ninertia = 0\ncom = [1, 0]\npoints = {{ end = [1, 0] }}\n\
+                     [joints.J{k}]\ntype = \"revolute\"\nbetween = [\"{before}\", \"rod{k}\"]\n\
+                     [initial.J{k}]\nangle = \"{} deg\"\n",
+                    if k == 0 { degrees } else { 0.0 }
+                );
+            }
+            let found = statics(model(&text), &[], &[]).expect("equilibria");
+            assert_eq!(found.equilibria.len(), 1 << n_rods, "from {degrees}");
+            let angles = found.table().column("J0.angle").expect("angles");
+            for angle in angles.iter().map(|angle| angle.to_degrees()) {
+                assert!((angle - degrees).abs() < 180.0, "{angle} from {degrees}");
+                assert!((angle.rem_euclid(180.0) - 90.0).abs() < 1e-6, "{angle}");
+            }
+        }
+    }
+}
+
 /// A weight on a crank that a torsion spring turns back: k (θ − θ₀) + m g l cos θ = 0 has roots in several turns.
 #[test]
 fn equilibria_lie_in_every_turn_that_a_torsion_spring_counts() {
