@@ -96,10 +96,12 @@ impl Positions {
         Ok(Rates::compile(self.model(), self.system(), &functions, &self.mechanism.parameters)?)
     }
 
-    /// A prescribed measure as a quantity.
+    /// A prescribed measure as a quantity, with the names that it has among those of a pose.
     pub(crate) fn quantity_of(&self, name: &str, measure: Measure) -> PoseQuantity {
-        let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
-        let names = [name.to_owned(), format!("{stem}.rate"), format!("{stem}.acceleration")];
+        if let Some(known) = self.quantities.iter().find(|known| known.names[0] == name) {
+            return known.clone();
+        }
+        let names = [name.to_owned(), format!("{name}_dot"), format!("{name}_ddot")];
         let value = self.system().kinematics.measure(self.model(), measure);
         PoseQuantity { names, unit: measure.unit(self.model()), value }
     }

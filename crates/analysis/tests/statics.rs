@@ -133,12 +133,12 @@ fn equilibria_are_told_in_the_turn_of_the_start() {
                 "[loads]\ng = { type = \"gravity\", acceleration = [0, -9.81] }\n".to_owned();
             for k in 0..n_rods {
                 let before = if k == 0 { "ground".to_owned() } else { format!("rod{}.end", k - 1) };
-                text += &format!(
+                text.extend([format!(
                     "[bodies.rod{k}]\nmass = 1\ninertia = 0\ncom = [1, 0]\npoints = {{ end = [1, 0] }}\n\
                      [joints.J{k}]\ntype = \"revolute\"\nbetween = [\"{before}\", \"rod{k}\"]\n\
                      [initial.J{k}]\nangle = \"{} deg\"\n",
                     if k == 0 { degrees } else { 0.0 }
-                );
+                )]);
             }
             let found = statics(model(&text), &[], &[]).expect("equilibria");
             assert_eq!(found.equilibria.len(), 1 << n_rods, "from {degrees}");
