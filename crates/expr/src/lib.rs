@@ -80,7 +80,8 @@ pub use codegen::{CCode, CodegenError, Program, Quantity, Signature, TestPoint};
 pub use composed::{COMPOSED, Composed, function_names};
 pub use diff::SparseJacobian;
 pub use eval::{
-    Batch, DomainFault, EvalError, Jit, LaneRunner, LaneWorkspace, Runner, Workspace, widest_lanes,
+    Batch, DomainFault, EvalError, Jit, LaneRunner, LaneValues, LaneWorkspace, Runner, Workspace,
+    widest_lanes,
 };
 #[cfg(feature = "jit")]
 pub use eval::{JitError, MachineCode};

@@ -1,7 +1,9 @@
 //! [`Function`]: expressions as one compiled function of groups of symbols and of parameters.
 
 use bksim_dae::{LANES, Lanes};
-use bksim_expr::{Expr, LaneRunner, LaneWorkspace, Runner, SymbolId, Tape, TapeError, Workspace};
+use bksim_expr::{
+    Expr, LaneRunner, LaneValues, LaneWorkspace, Runner, SymbolId, Tape, TapeError, Workspace,
+};
 use bksim_model::Model;
 
 /// Expressions compiled as one function of numbers, as machine code where the model asks for it.
@@ -24,8 +26,8 @@ pub(crate) struct Buffers {
 #[derive(Clone, Debug)]
 pub(crate) struct LaneBuffers {
     workspace: LaneWorkspace<LANES>,
-    arguments: Vec<Lanes>,
-    results: Vec<Lanes>,
+    arguments: LaneValues<LANES>,
+    results: LaneValues<LANES>,
 }
 
 impl LaneBuffers {
@@ -79,7 +81,7 @@ impl Function {
     /// point.
     pub(crate) fn lane_buffers(&self, parameters: &[f64]) -> Option<LaneBuffers> {
         let workspace = self.lanes.as_ref()?.workspace(parameters);
-        let zeros = |n| vec![[0.0; LANES]; n];
+        let zeros = LaneValues::zeros;
         let (arguments, results) = (zeros(self.tape().n_inputs()), zeros(self.n_outputs()));
         Some(LaneBuffers { workspace, arguments, results })
     }

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use bksim_dae::{N_STEP_VECTORS, Recorder, STEP_END, StepSpan, record_step};
-use bksim_expr::{Composition, Jit, LaneRunner, LaneWorkspace, Tape, Value};
+use bksim_expr::{Composition, Jit, LaneRunner, LaneValues, LaneWorkspace, Tape, Value};
 
 use crate::linear::elimination::Elimination;
 use crate::linear::shape::Shape;
@@ -69,8 +69,8 @@ pub(crate) enum LaneSteps {
 #[derive(Debug)]
 pub(crate) struct Lanes<const N: usize> {
     workspace: LaneWorkspace<N>,
-    arguments: Vec<[f64; N]>,
-    results: Vec<[f64; N]>,
+    arguments: LaneValues<N>,
+    results: LaneValues<N>,
     parameters: [Vec<f64>; N],
 }
 
@@ -324,8 +324,8 @@ impl<const N: usize> Lanes<N> {
     fn new(runner: &LaneRunner<N>, parameters: &[f64]) -> Self {
         Self {
             workspace: runner.workspace(parameters),
-            arguments: vec![[0.0; N]; runner.tape().n_inputs()],
-            results: vec![[0.0; N]; runner.tape().n_outputs()],
+            arguments: LaneValues::zeros(runner.tape().n_inputs()),
+            results: LaneValues::zeros(runner.tape().n_outputs()),
             parameters: std::array::from_fn(|_| parameters.to_vec()),
         }
     }

@@ -7,7 +7,7 @@
 
 #![expect(clippy::inline_always, reason = "the caller's instruction set must reach every loop")]
 
-use super::lanes::{LaneRunner, LaneWorkspace, widest_lanes};
+use super::lanes::{LaneRunner, LaneValues, LaneWorkspace, widest_lanes};
 use super::runner::Jit;
 use crate::op::{Function, power, select};
 use crate::sincos::sin_cos_lanes;
@@ -73,12 +73,19 @@ enum BatchCode {
 #[derive(Clone, Debug)]
 struct Groups<const N: usize> {
     runner: LaneRunner<N>,
-    workspace: LaneWorkspace<N>,
-    inputs: Vec<[f64; N]>,
-    out: Vec<[f64; N]>,
+    parameters: Vec<f64>,
+    /// Once they are needed.
+    buffers: Option<GroupBuffers<N>>,
 }
 
-/// Points by which machine code has paid: measured, some 0.3 µs an instruction against 0.1 ns a point.
+#[derive(Clone, Debug)]
+struct GroupBuffers<const N: usize> {
+    workspace: LaneWorkspace<N>,
+    inputs: LaneValues<N>,
+    out: LaneValues<N>,
+}
+
+/// Points for which interpreting costs about what making machine code does.
 const POINTS_PER_COMPILATION: usize = 4096;
 
 /// Source of the values of an output.
@@ -141,28 +148,30 @@ impl Tape {
 impl<const N: usize> Groups<N> {
     fn new(tape: &Tape, parameters: &[f64]) -> Self {
         let runner = LaneRunner::new(tape.clone(), Jit::On);
-        Self {
-            workspace: runner.workspace(parameters),
-            inputs: vec![[0.0; N]; tape.n_inputs],
-            out: vec![[0.0; N]; tape.outputs.len()],
-            runner,
-        }
+        Self { runner, parameters: parameters.to_vec(), buffers: None }
     }
 
     /// As [`Batch::evaluate`], if there is machine code, or it pays to make it.
     fn evaluate(&mut self, pays: bool, n_points: usize, inputs: &[f64], out: &mut [f64]) -> bool {
-        if !(self.runner.is_compiled() || pays && self.runner.has_code()) {
+        let Self { runner, parameters, buffers } = self;
+        if !(runner.is_compiled() || pays && runner.has_code()) {
             return false;
         }
+        let GroupBuffers { workspace, inputs: arguments, out: results } = buffers
+            .get_or_insert_with(|| GroupBuffers {
+                workspace: runner.workspace(parameters),
+                inputs: LaneValues::zeros(runner.tape().n_inputs),
+                out: LaneValues::zeros(runner.tape().outputs.len()),
+            });
         for first in (0..n_points).step_by(N) {
-            for (lanes, values) in self.inputs.iter_mut().zip(inputs.chunks_exact(n_points)) {
+            for (lanes, values) in arguments.iter_mut().zip(inputs.chunks_exact(n_points)) {
                 // Lanes without a point repeat the last one.
                 let or_last = |lane: usize| values[(first + lane).min(n_points - 1)];
                 let whole = values[first..].first_chunk().copied();
                 *lanes = whole.unwrap_or_else(|| std::array::from_fn(or_last));
             }
-            self.runner.evaluate(&mut self.workspace, &self.inputs, &mut self.out);
-            for (lanes, values) in self.out.iter().zip(out.chunks_exact_mut(n_points)) {
+            runner.evaluate(workspace, arguments, results);
+            for (lanes, values) in results.iter().zip(out.chunks_exact_mut(n_points)) {
                 match values[first..].first_chunk_mut() {
                     Some(values) => *values = *lanes,
                     None => values[first..].copy_from_slice(&lanes[..n_points - first]),

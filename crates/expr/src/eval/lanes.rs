@@ -17,6 +17,7 @@ mod interpreter;
 
 use super::runner::Jit;
 use crate::tape::Tape;
+use std::ops::{Deref, DerefMut};
 #[cfg(all(feature = "jit", target_arch = "x86_64"))]
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 #[cfg(all(feature = "jit", target_arch = "x86_64"))]
@@ -36,18 +37,39 @@ pub fn widest_lanes() -> usize {
 #[repr(C, align(64))]
 struct Block([f64; 8]);
 
-/// The registers of a tape at `N` points, one, four or eight, with its parameters set.
+/// Numbers at `N` points, so in memory that registers of `N` lanes are loaded from them at once.
 #[derive(Clone, Debug)]
-pub struct LaneWorkspace<const N: usize> {
+pub struct LaneValues<const N: usize> {
     blocks: Vec<Block>,
-    /// Registers of the tape; after them come some that code needs.
     n: usize,
 }
 
-impl<const N: usize> LaneWorkspace<N> {
-    fn registers(&mut self) -> &mut [[f64; N]] {
-        bytemuck::cast_slice_mut::<Block, f64>(&mut self.blocks).as_chunks_mut().0
+impl<const N: usize> LaneValues<N> {
+    /// `n` zeros at all points.
+    pub fn zeros(n: usize) -> Self {
+        Self { blocks: vec![Block([0.0; 8]); (N * n).div_ceil(8)], n }
     }
+}
+
+impl<const N: usize> Deref for LaneValues<N> {
+    type Target = [[f64; N]];
+
+    fn deref(&self) -> &[[f64; N]] {
+        &bytemuck::cast_slice::<Block, f64>(&self.blocks).as_chunks().0[..self.n]
+    }
+}
+
+impl<const N: usize> DerefMut for LaneValues<N> {
+    fn deref_mut(&mut self) -> &mut [[f64; N]] {
+        &mut bytemuck::cast_slice_mut::<Block, f64>(&mut self.blocks).as_chunks_mut().0[..self.n]
+    }
+}
+
+/// The registers of a tape at `N` points, one, four or eight, with its parameters set.
+#[derive(Clone, Debug)]
+pub struct LaneWorkspace<const N: usize> {
+    /// Those of the tape, then some that code needs.
+    registers: LaneValues<N>,
 }
 
 /// A tape to be evaluated at `N` points at once, one, four or eight, as machine code once that pays.
@@ -133,13 +155,10 @@ impl<const N: usize> LaneRunner<N> {
     /// When the number of parameters differs from the compiled one.
     pub fn workspace(&self, parameters: &[f64]) -> LaneWorkspace<N> {
         let one = self.tape.workspace(parameters).registers;
-        let n = one.len();
-        let n_numbers = N * (n + EXTRA.len());
-        let mut workspace =
-            LaneWorkspace { blocks: vec![Block([0.0; 8]); n_numbers.div_ceil(8)], n };
+        let mut registers = LaneValues::zeros(one.len() + EXTRA.len());
         let values = one.into_iter().chain(EXTRA);
-        workspace.registers().iter_mut().zip(values).for_each(|(all, value)| *all = [value; N]);
-        workspace
+        registers.iter_mut().zip(values).for_each(|(all, value)| *all = [value; N]);
+        LaneWorkspace { registers }
     }
 
     /// Gives a lane of a workspace parameters of its own.
@@ -147,9 +166,9 @@ impl<const N: usize> LaneRunner<N> {
     /// # Panics
     /// When the number of parameters differs from the compiled one, `ws` is of another tape, or there is no such lane.
     pub fn set_parameters(&self, ws: &mut LaneWorkspace<N>, lane: usize, parameters: &[f64]) {
-        assert_eq!(ws.n, self.tape.n_registers, "a workspace of this tape");
+        self.check(ws);
         let one = self.tape.workspace(parameters).registers;
-        let known = ws.registers().iter_mut().zip(&one[..self.tape.first_body]);
+        let known = ws.registers.iter_mut().zip(&one[..self.tape.first_body]);
         known.for_each(|(all, &one)| all[lane] = one);
     }
 
@@ -160,15 +179,19 @@ impl<const N: usize> LaneRunner<N> {
     pub fn evaluate(&self, ws: &mut LaneWorkspace<N>, inputs: &[[f64; N]], out: &mut [[f64; N]]) {
         assert_eq!(inputs.len(), self.tape.n_inputs, "number of inputs");
         assert_eq!(out.len(), self.tape.outputs.len(), "number of outputs");
-        assert_eq!(ws.n, self.tape.n_registers, "a workspace of this tape");
+        self.check(ws);
+        let registers = &mut ws.registers;
+        registers[self.tape.input_registers()].copy_from_slice(inputs);
         #[cfg(all(feature = "jit", target_arch = "x86_64"))]
         if let Some(code) = self.code() {
-            if N == 1 {
-                ws.registers()[self.tape.input_registers()].copy_from_slice(inputs);
-            }
-            return code.evaluate(ws.registers(), inputs, out);
+            return code.evaluate(registers, out);
         }
-        interpreter::evaluate(&self.tape, ws.registers(), inputs, out);
+        interpreter::evaluate(&self.tape, registers, out);
+    }
+
+    fn check(&self, ws: &LaneWorkspace<N>) {
+        let n = self.tape.n_registers + EXTRA.len();
+        assert_eq!(ws.registers.len(), n, "a workspace of this tape");
     }
 
     /// The machine code if it is there or due now.

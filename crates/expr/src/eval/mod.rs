@@ -28,6 +28,6 @@ pub use batch::Batch;
 pub use interpreter::Workspace;
 #[cfg(feature = "jit")]
 pub use jit::{JitError, MachineCode};
-pub use lanes::{LaneRunner, LaneWorkspace, widest_lanes};
+pub use lanes::{LaneRunner, LaneValues, LaneWorkspace, widest_lanes};
 pub use reference::{DomainFault, EvalError};
 pub use runner::{Jit, Runner};

@@ -162,13 +162,8 @@ impl<'a> Allocation<'a> {
 
     /// Where a value is.
     fn place(&self, value: usize) -> Operand {
-        let inputs = self.tape.input_registers();
         match self.vectors[value] {
             Some(vector) => Operand::Vector(vector),
-            // A single input lies in its register, where the bits behind it can be read, too.
-            None if inputs.contains(&value) && self.width != Width::One => {
-                Operand::Memory(Base::Inputs, number(value - inputs.start))
-            }
             None => Operand::Memory(Base::Registers, number(value)),
         }
     }

@@ -56,8 +56,6 @@ pub(super) struct Vector(pub(super) u8);
 pub(super) enum Base {
     /// Registers of the tape, rbx.
     Registers = 3,
-    /// Inputs, rbp.
-    Inputs = 5,
     /// Outputs, r14.
     Outputs = 14,
 }
@@ -138,7 +136,7 @@ struct Operation {
     is_zeroing: bool,
 }
 
-/// Collects the bytes of a function `f(registers, inputs, outputs)` in the System V convention.
+/// Collects the bytes of a function `f(registers, outputs)` in the System V convention.
 #[derive(Debug)]
 pub(super) struct Assembler {
     pub(super) bytes: Vec<u8>,
@@ -155,9 +153,9 @@ impl Assembler {
 
     /// Keeps the registers of the caller, and takes the arguments.
     pub(super) fn enter(&mut self) {
-        // push rbx; push rbp; push r14; mov rbx, rdi; mov rbp, rsi; mov r14, rdx
+        // push rbx; push rbp; push r14; mov rbx, rdi; mov r14, rsi; three pushes keep the stack aligned for calls
         self.put(&[0x53, 0x55, 0x41, 0x56]);
-        self.put(&[0x48, 0x89, 0xfb, 0x48, 0x89, 0xf5, 0x49, 0x89, 0xd6]);
+        self.put(&[0x48, 0x89, 0xfb, 0x49, 0x89, 0xf6]);
     }
 
     /// Returns to the caller.
@@ -344,9 +342,9 @@ mod tests {
         check(&[0xc5, 0x7d, 0x51, 0xc7], |it| {
             it.operate(Opcode::Sqrt, Vector(8), Vector(3), Operand::Vector(Vector(7)));
         });
-        // vmovupd 0xa0(%rbp),%ymm15
-        check(&[0xc5, 0x7d, 0x10, 0xbd, 0xa0, 0x00, 0x00, 0x00], |it| {
-            it.load(Vector(15), Operand::Memory(Base::Inputs, 5));
+        // vmovupd 0xa0(%rbx),%ymm15
+        check(&[0xc5, 0x7d, 0x10, 0xbb, 0xa0, 0x00, 0x00, 0x00], |it| {
+            it.load(Vector(15), Operand::Memory(Base::Registers, 5));
         });
         // vmovupd %ymm14,0x80(%r14)
         check(&[0xc4, 0x41, 0x7d, 0x11, 0xb6, 0x80, 0x00, 0x00, 0x00], |it| {
@@ -385,9 +383,9 @@ mod tests {
         check(&[0xc5, 0x3b, 0x51, 0x43, 0x10], |it| {
             it.operate(Opcode::Sqrt, Vector(8), Vector(3), Operand::Memory(Base::Registers, 2));
         });
-        // vmovsd 0x28(%rbp),%xmm15
-        check(&[0xc5, 0x7b, 0x10, 0x7d, 0x28], |it| {
-            it.load(Vector(15), Operand::Memory(Base::Inputs, 5));
+        // vmovsd 0x28(%rbx),%xmm15
+        check(&[0xc5, 0x7b, 0x10, 0x7b, 0x28], |it| {
+            it.load(Vector(15), Operand::Memory(Base::Registers, 5));
         });
         // vmovsd %xmm14,0x400(%r14)
         check(&[0xc4, 0x41, 0x7b, 0x11, 0xb6, 0x00, 0x04, 0x00, 0x00], |it| {
@@ -422,9 +420,9 @@ mod tests {
         check(&[0x62, 0x31, 0xfd, 0x48, 0x51, 0xc1], |it| {
             it.operate(Opcode::Sqrt, Vector(8), Vector(3), Operand::Vector(Vector(17)));
         });
-        // vmovupd 0x140(%rbp),%zmm15
-        check(&[0x62, 0x71, 0xfd, 0x48, 0x10, 0x7d, 0x05], |it| {
-            it.load(Vector(15), Operand::Memory(Base::Inputs, 5));
+        // vmovupd 0x140(%rbx),%zmm15
+        check(&[0x62, 0x71, 0xfd, 0x48, 0x10, 0x7b, 0x05], |it| {
+            it.load(Vector(15), Operand::Memory(Base::Registers, 5));
         });
         // vmovupd %zmm30,0x2000(%rbx)
         check(&[0x62, 0x61, 0xfd, 0x48, 0x11, 0xb3, 0x00, 0x20, 0x00, 0x00], |it| {

@@ -16,8 +16,7 @@ pub(super) struct LaneCode<const N: usize> {
     _memory: Memory,
 }
 
-type Compiled<const N: usize> =
-    unsafe extern "sysv64" fn(*mut [f64; N], *const [f64; N], *mut [f64; N]);
+type Compiled<const N: usize> = unsafe extern "sysv64" fn(*mut [f64; N], *mut [f64; N]);
 
 impl<const N: usize> std::fmt::Debug for LaneCode<N> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -49,22 +48,17 @@ impl<const N: usize> LaneCode<N> {
             power: general_power::<N> as unsafe extern "sysv64" fn(_, _, _) as usize as u64,
         };
         let (memory, address) = Memory::of(&assemble(tape, width, callees))?;
-        // SAFETY: the bytes are a function of three pointers in this convention, and their memory lives as
+        // SAFETY: the bytes are a function of two pointers in this convention, and their memory lives as
         // long as `memory`.
         let function = unsafe { std::mem::transmute::<*const u8, Compiled<N>>(address) };
         Ok(Self { function, _memory: memory })
     }
 
-    /// Computes all outputs; lengths have been checked. An input of one point lies in its register, too.
-    pub(super) fn evaluate(
-        &self,
-        registers: &mut [[f64; N]],
-        inputs: &[[f64; N]],
-        out: &mut [[f64; N]],
-    ) {
-        // SAFETY: the code stays within the three arrays, whose lengths were checked against its tape, and
+    /// Computes all outputs of the inputs in their registers; lengths have been checked.
+    pub(super) fn evaluate(&self, registers: &mut [[f64; N]], out: &mut [[f64; N]]) {
+        // SAFETY: the code stays within the two arrays, whose lengths were checked against its tape, and
         // the processor has been found to have its instructions.
-        unsafe { (self.function)(registers.as_mut_ptr(), inputs.as_ptr(), out.as_mut_ptr()) }
+        unsafe { (self.function)(registers.as_mut_ptr(), out.as_mut_ptr()) }
     }
 }
 

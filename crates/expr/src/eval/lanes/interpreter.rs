@@ -7,14 +7,12 @@ use crate::sincos::sin_cos_lanes;
 use crate::tape::{Action, Tape};
 use pulp::{Arch, Simd, WithSimd};
 
-/// Computes all outputs; lengths have been checked.
+/// Computes all outputs of the inputs in their registers; lengths have been checked.
 pub(super) fn evaluate<const N: usize>(
     tape: &Tape,
     registers: &mut [[f64; N]],
-    inputs: &[[f64; N]],
     out: &mut [[f64; N]],
 ) {
-    registers[tape.input_registers()].copy_from_slice(inputs);
     Arch::new().dispatch(Run { tape, registers });
     for (value, &register) in out.iter_mut().zip(&tape.outputs) {
         *value = registers[register as usize];
