@@ -2,6 +2,7 @@
 //! stated, as near to the guesses as possible, and what stands in the way when there are none.
 
 mod equations;
+mod normal;
 mod parts;
 mod positions;
 mod scale;
@@ -10,6 +11,7 @@ mod sequence;
 mod turns;
 mod velocities;
 mod walk;
+mod ways;
 
 use std::collections::HashMap;
 

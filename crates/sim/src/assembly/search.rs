@@ -8,9 +8,10 @@
 use super::Closing;
 use super::equations::Equations;
 use super::parts::{Part, parts};
-use super::scale::{whole_turns, wrapped};
-use super::sequence;
+use super::scale::wrapped;
+use super::sequence::Sequence;
 use super::walk::{Scaled, Walk};
+use super::ways::{End, Goal, Outcome, Ways};
 use crate::evaluator::Evaluator;
 
 /// Rows hold below this, in units of the mechanism and radians.
@@ -62,8 +63,18 @@ pub(super) struct Ground<'a> {
 pub(super) struct Found {
     /// Assemblies, the nearest to the guesses first.
     pub(super) candidates: Vec<Candidate>,
-    /// Where shapes have come to at first, and the assembly that each has led to in the end, if any.
-    ways: Vec<(Candidate, Option<usize>)>,
+    ways: Ways,
+}
+
+/// A part on its way from a shape.
+struct Going<'a> {
+    part: &'a Part,
+    /// Its place in what is found.
+    i: usize,
+    /// Where it has come to so far.
+    ends: Vec<End>,
+    /// Once it comes where another way has been.
+    outcome: Option<Outcome>,
 }
 
 impl<'a> Ground<'a> {
@@ -194,11 +205,23 @@ impl<'a> Ground<'a> {
 
     /// Whether two assemblies are one.
     pub(super) fn is_same(&self, part: &Part, a: &Candidate, b: &Candidate) -> bool {
-        part.columns.iter().zip(a.q.iter().zip(&b.q)).all(|(&column, (a, b))| {
-            let apart = (a - b) / self.unit_of_column[column];
-            let turns = if self.is_turn[column] { whole_turns(apart) } else { 0.0 };
-            (apart - std::f64::consts::TAU * turns).abs() <= SAME
-        })
+        let mut pairs = part.columns.iter().zip(a.q.iter().zip(&b.q));
+        pairs.all(|(&column, (a, b))| self.agrees(column, *a, *b))
+    }
+
+    /// Whether a part with the coordinates `known` is as in the position `q`.
+    fn is_at(&self, part: &Part, known: &[f64], q: &[f64]) -> bool {
+        let mut columns = part.columns.iter().zip(known);
+        columns.all(|(&column, known)| self.agrees(column, *known, q[column]))
+    }
+
+    fn agrees(&self, column: usize, a: f64, b: f64) -> bool {
+        let apart = (a - b) / self.unit_of_column[column];
+        // Turns are counted only where there may be some.
+        if apart.abs() <= SAME || !self.is_turn[column] {
+            return apart.abs() <= SAME;
+        }
+        wrapped(apart).abs() <= SAME
     }
 
     /// Shapes that a part of this size is led from.
@@ -218,54 +241,66 @@ pub(super) fn search(
     reference: &[f64],
     known: Vec<Vec<Candidate>>,
 ) -> Vec<Found> {
-    let mut found: Vec<Found> =
-        known.into_iter().map(|candidates| Found { candidates, ways: Vec::new() }).collect();
+    let known = known.into_iter().zip(which).map(|(candidates, &part)| {
+        let mut ways = Ways::default();
+        for (place, candidate) in candidates.iter().enumerate() {
+            ways.add(
+                vec![End { goal: Goal::Assembly, q: candidate.q.clone() }],
+                Outcome(Some(place)),
+            );
+        }
+        (Found { candidates, ways }, Sequence::new(ground.parts[part].columns.len()))
+    });
+    let (mut found, sequences): (Vec<Found>, Vec<Sequence>) = known.unzip();
     let mut q = reference.to_vec();
     let mut room =
         Room { at: Equations::new(q.len()), next: Equations::new(q.len()), trial: q.clone() };
     for k in 0..MAX_SHAPES {
         // The parts that go on, each in its next shape.
-        let mut going: Vec<(usize, &Part)> = which
+        let mut going: Vec<Going> = which
             .iter()
-            .map(|&part| &ground.parts[part])
             .enumerate()
-            .filter(|&(i, part)| k < Ground::n_shapes(part) && !is_enough(&found[i], part, k))
+            .map(|(i, &part)| Going {
+                part: &ground.parts[part],
+                i,
+                ends: Vec::new(),
+                outcome: None,
+            })
+            .filter(|Going { part, i, .. }| {
+                k < Ground::n_shapes(part) && !is_enough(&found[*i], part, k)
+            })
             .collect();
         if going.is_empty() {
             break;
         }
-        for (_, part) in &going {
-            shape(ground, part, k, reference, &mut q);
+        for Going { part, i, .. } in &going {
+            shape(ground, part, (k, &sequences[*i]), reference, &mut q);
         }
 
-        // Towards rows and guesses, then to the rows alone; or, as guesses far off can lead where
-        // nothing closes, the other way round.
         ground.write_at(closing, evaluator, &q, &mut room.at);
-        let weights: &[f64] =
-            if leads_by_guesses(k) { &[1.0, 0.1, 0.01, 0.0] } else { &[0.0, 0.01, 0.0] };
-        let mut ways = Vec::new();
-        for (stage, &wish_weight) in weights.iter().enumerate() {
-            let is_open = |part: &&Part| {
+        let goals: &[Goal] = if leads_by_guesses(k) { &Goal::BY_GUESSES } else { &Goal::BY_ROWS };
+        for &goal in goals {
+            let is_open = |Going { part, .. }: &&mut Going| {
                 let is_held = ground.distance(part, &room.at) <= GUESS_HOLDS;
                 !(is_held && ground.open(part, &room.at) <= HOLDS)
             };
-            let open: Vec<&Part> = going.iter().map(|(_, part)| *part).filter(is_open).collect();
+            let mut open: Vec<&mut Going> = going.iter_mut().filter(is_open).collect();
             if !open.is_empty() {
-                walk(closing, evaluator, ground, &open, wish_weight, (&mut q, &mut room));
+                walk(closing, evaluator, ground, (&found, &mut open), goal, (&mut q, &mut room));
             }
-
-            // Where another shape has come to at first, it is known where the rest leads.
-            if stage == 0 {
-                going.retain(|&(i, part)| !found[i].meets_again(ground, part, &room.at, &q));
-                let taken = |(_, part): &(usize, &Part)| ground.taken(part, &room.at, &q);
-                ways = going.iter().map(taken).collect();
+            for going in &mut going {
+                found[going.i].note_end(ground, going, goal, (&room.at, &q));
+            }
+            let is_known = |going: &mut Going| going.outcome.is_some();
+            for Going { i, ends, outcome, .. } in going.extract_if(.., is_known) {
+                found[i].meet_again(ends, outcome.unwrap_or(Outcome(None)));
             }
         }
-        for ((i, part), way) in going.into_iter().zip(ways) {
+        for Going { part, i, ends, .. } in going {
             let place = ground
                 .candidate(part, &room.at, &q)
                 .map(|candidate| found[i].add(ground, part, candidate));
-            found[i].ways.push((way, place));
+            found[i].ways.add(ends, Outcome(place));
         }
     }
     for found in &mut found {
@@ -275,15 +310,32 @@ pub(super) fn search(
 }
 
 impl Found {
-    /// Takes note that a part comes to where it has been led once before, if so: its assembly is met again.
-    fn meets_again(&mut self, ground: &Ground<'_>, part: &Part, at: &Equations, q: &[f64]) -> bool {
-        let here = ground.taken(part, at, q);
-        let known = self.ways.iter().find(|(way, _)| ground.is_same(part, way, &here));
-        let Some(&(_, place)) = known else { return false };
-        if let Some(place) = place {
+    /// Takes note of where a part has come to, and of where that is known to lead.
+    fn note_end(
+        &self,
+        ground: &Ground<'_>,
+        going: &mut Going<'_>,
+        goal: Goal,
+        (at, q): (&Equations, &[f64]),
+    ) {
+        if going.outcome.is_none() {
+            let here = ground.taken(going.part, at, q).q;
+            let agrees = |(&column, (a, b)): (&usize, (&f64, &f64))| ground.agrees(column, *a, *b);
+            let is_here =
+                |known: &[f64]| going.part.columns.iter().zip(known.iter().zip(&here)).all(agrees);
+            going.outcome = self.ways.from(goal, is_here);
+            if going.outcome.is_none() {
+                going.ends.push(End { goal, q: here });
+            }
+        }
+    }
+
+    /// Takes note that a way has come where another has been: its assembly is met again.
+    fn meet_again(&mut self, ends: Vec<End>, outcome: Outcome) {
+        if let Outcome(Some(place)) = outcome {
             self.candidates[place].n_met += 1;
         }
-        true
+        self.ways.add(ends, outcome);
     }
 
     /// Keeps a candidate, each once; returns where.
@@ -317,10 +369,15 @@ fn leads_by_guesses(k: usize) -> bool {
 }
 
 /// Shape `k` of a part: its reference, then shapes all around.
-fn shape(ground: &Ground<'_>, part: &Part, k: usize, reference: &[f64], q: &mut [f64]) {
+fn shape(
+    ground: &Ground<'_>,
+    part: &Part,
+    (k, sequence): (usize, &Sequence),
+    reference: &[f64],
+    q: &mut [f64],
+) {
     const FULL: f64 = std::f64::consts::TAU;
-    let offsets = sequence::point(k, part.columns.len());
-    for (&column, offset) in part.columns.iter().zip(offsets) {
+    for (&column, offset) in part.columns.iter().zip(sequence.point(k)) {
         // A part of a quaternion takes all its values.
         let is_quaternion = ground.quaternions.iter().any(|&i| (i..i + 4).contains(&column));
         let reach = match (ground.is_guessed[column] && leads_by_guesses(k), ground.is_turn[column])
@@ -342,32 +399,44 @@ struct Room {
     trial: Vec<f64>,
 }
 
-/// Leads the parts down from `q`, where the rows are known, and leaves those at its end.
+/// Leads the parts down from `q`, where the rows are known, and leaves those at its end; parts that come where it is
+/// known how they go on are left before it.
 fn walk(
     closing: &mut Closing<'_>,
     evaluator: &mut Evaluator<'_>,
     ground: &Ground<'_>,
-    going: &[&Part],
-    wish_weight: f64,
+    (found, going): (&[Found], &mut [&mut Going<'_>]),
+    goal: Goal,
     (q, room): (&mut [f64], &mut Room),
 ) {
     const MAX_STEPS: usize = 60;
+    // Longer steps may land anywhere.
+    const SHORT: f64 = 0.1;
+    let wish_weight = goal.wish_weight();
     let Room { at, next, trial } = room;
     let mut walks: Vec<Walk> = going
         .iter()
-        .map(|part| Walk::begin(part, &ground.place, &ground.scaled(at), wish_weight))
+        .map(|going| Walk::begin(going.part, &ground.place, &ground.scaled(at), wish_weight))
         .collect();
     let mut is_current = true;
     for _ in 0..MAX_STEPS {
         trial.copy_from_slice(q);
         let mut n_tried = 0;
-        for walk in &mut walks {
+        for (walk, going) in walks.iter_mut().zip(going.iter_mut()) {
             let part = walk.part;
-            if let Some(step) = walk.next_step() {
+            let Some(step) = walk.next_step() else { continue };
+            for (&column, step) in part.columns.iter().zip(step) {
+                trial[column] -= ground.unit_of_column[column] * step;
+            }
+            if step.iter().all(|step| step.abs() <= SHORT) {
+                let is_there = |known: &[f64]| ground.is_at(part, known, trial);
+                going.outcome = found[going.i].ways.from(goal, is_there);
+            }
+            if going.outcome.is_some() {
+                walk.end();
+                part.columns.iter().for_each(|&column| trial[column] = q[column]);
+            } else {
                 n_tried += 1;
-                for (&column, step) in part.columns.iter().zip(step.iter()) {
-                    trial[column] -= ground.unit_of_column[column] * step;
-                }
             }
         }
         if n_tried == 0 {

@@ -62,7 +62,9 @@ impl SparseRows {
     ) {
         let first = self.n_rows();
         for (row, column, value) in entries {
-            self.starts.resize(first + row + 1, self.entries.len());
+            while self.starts.len() <= first + row {
+                self.starts.push(self.entries.len());
+            }
             self.entries.push((column, value));
         }
         self.starts.resize(first + n_rows + 1, self.entries.len());
