@@ -13,7 +13,7 @@ pub struct Composed {
     /// Its arguments, as a message shows them.
     pub arguments: &'static str,
     /// The least and the largest number of arguments.
-    takes: [usize; 2],
+    pub takes: [usize; 2],
 }
 
 const fn row(name: &'static str, arguments: &'static str, takes: [usize; 2]) -> Composed {

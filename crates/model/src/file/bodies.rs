@@ -328,6 +328,7 @@ impl Reader<'_> {
     ) -> Option<VectorValue> {
         let example = format!("[\"{0}\", \"{0}\"]", quantity.example);
         let values = self.array(node, what, "[x, y] or [x, y, z]", &example)?;
+        self.check_commas_of_vector(node, values, what);
         if !(2..=3).contains(&values.len()) {
             let expected = "[x, y] or [x, y, z]";
             self.wrong_kind(node, what, expected, &node.value, &format!("for example {example}"));

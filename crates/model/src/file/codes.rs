@@ -31,6 +31,7 @@ crate::codes! {
     NEEDS_UNIT = "M033", "a number needs its unit";
     LOOKS_LIKE_DEGREES = "M034", "an angle looks like degrees";
     IMPLAUSIBLE_SIZE = "M035", "implausible size or mass";
+    DECIMAL_COMMA = "M036", "a comma that looks decimal";
     BAD_MASS = "M040", "impossible mass";
     BAD_INERTIA = "M041", "impossible moments of inertia";
     INERTIA_ABOUT_PIN = "M042", "impossible inertia about the centre of mass";

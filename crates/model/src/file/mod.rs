@@ -36,6 +36,7 @@ mod compliance;
 mod contacts;
 mod couplings;
 mod curves;
+mod decimal_commas;
 mod definition;
 mod dimension;
 mod expand;

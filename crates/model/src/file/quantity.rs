@@ -108,6 +108,7 @@ impl Reader<'_> {
         }
         match syntax_of(quoted.text, self.nesting, &|name| self.is_own_name(name)) {
             Ok(syntax) => {
+                self.check_commas_of_calls(&syntax, quoted);
                 let is_known = |name: &str| {
                     self.table_named(name).is_some() || Rounding::named(name).is_some()
                 };
