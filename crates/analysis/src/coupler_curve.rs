@@ -33,8 +33,10 @@ pub(crate) struct Sample {
 #[derive(Clone, Debug)]
 pub(crate) struct CouplerCurve {
     pub(crate) samples: Vec<Sample>,
-    /// Whether the motion comes back to where it began.
+    /// Whether the point comes back to where it began, and goes on as before.
     pub(crate) is_closed: bool,
+    /// How often it goes along the way until the motion comes back; `None` where the motion does not.
+    pub(crate) n_laps: Option<usize>,
 }
 
 /// Largest angle between the slopes of neighbours, rad.
@@ -51,6 +53,11 @@ impl Tracer {
             |value| PoseQuantity { names: [const { String::new() }; 3], unit: "m", value };
         let scalars = positions.scalars(&at.map(quantity))?;
         Ok(Self { scalars, size: positions.size })
+    }
+
+    /// Whether the point moves in a pose.
+    pub(crate) fn moves(&self, at: &Sample) -> bool {
+        length(&at.slope) > AT_REST * self.size
     }
 
     /// The tracer at a pose.
@@ -77,7 +84,7 @@ impl Tracer {
         Some(self.at(curve, pose))
     }
 
-    /// The whole way along a trace.
+    /// The whole way along a trace, or one lap of it where laps repeat each other.
     pub(crate) fn along(&mut self, curve: &mut Curve<Path<'_>>, trace: &Trace) -> CouplerCurve {
         let mut samples: Vec<Sample> = Vec::new();
         for pose in &trace.points {
@@ -87,7 +94,9 @@ impl Tracer {
             }
             samples.push(to);
         }
-        CouplerCurve { samples, is_closed: trace.is_closed }
+        let n_laps = trace.is_closed.then_some(1);
+        let way = CouplerCurve { samples, is_closed: trace.is_closed, n_laps };
+        self.once(curve, way)
     }
 
     /// Adds what lies between two samples, as near to each other as the curve bends.
@@ -125,7 +134,7 @@ impl CouplerCurve {
         self.samples.iter().map(|sample| sample.p).collect()
     }
 
-    /// Length of the way over the whole motion, m.
+    /// Length of the way, m.
     pub(crate) fn length(&self) -> f64 {
         self.samples.windows(2).map(|pair| arc(&pair[0], &pair[1])).sum()
     }

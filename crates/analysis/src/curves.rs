@@ -62,9 +62,12 @@ pub struct PointCurves {
 pub struct PointCurve {
     /// Number of the branch, from one.
     pub branch: usize,
-    /// Whether the motion comes back to where it began.
+    /// Whether the point comes back to where it began, and goes on as before.
     pub is_closed: bool,
-    /// Length over the whole motion, m.
+    /// How often it goes along this way until the whole motion comes back, as of a wheel in a train; `None` where the
+    /// motion does not come back.
+    pub n_laps: Option<usize>,
+    /// Length of the way, once, m.
     pub length: f64,
     /// Points along it, as near to each other as it bends, m.
     pub points: Vec<[f64; 3]>,
@@ -111,6 +114,7 @@ pub fn curves(model: Model, request: &CurvesRequest) -> Result<Curves, AnalysisE
         let branch = |(of, way): (usize, &CouplerCurve)| PointCurve {
             branch: of + 1,
             is_closed: way.is_closed,
+            n_laps: way.n_laps,
             length: way.length(),
             points: way.points(),
         };

@@ -6,6 +6,7 @@ use crate::path::Path;
 use crate::positions::Positions;
 use crate::quantity::PoseQuantity;
 use crate::scalar::Scalars;
+use crate::whole_turns::Turn;
 
 /// A pose in which a quantity is largest or smallest for a moment: a dead point of a mechanism that it drives.
 #[derive(Clone, PartialEq, Debug)]
@@ -28,6 +29,8 @@ pub(crate) struct Extremes {
     /// The unit of each, in SI: 1 rad or the longest link.
     units: Vec<f64>,
     unit_names: Vec<&'static str>,
+    /// The turn of a motion that closes, near whose start poses are told.
+    turn: Option<Turn>,
 }
 
 /// Slopes below this are none: a slider does not turn.
@@ -45,7 +48,13 @@ impl Extremes {
             unit_names: watched.iter().map(|q| q.unit).collect(),
             names: watched.into_iter().map(|q| q.names[0].clone()).collect(),
             units,
+            turn: None,
         })
+    }
+
+    /// Tells poses in the turn nearest to where a motion begins; without one in that in which they are reached.
+    pub(crate) fn tell_near_start(&mut self, turn: Option<Turn>) {
+        self.turn = turn;
     }
 
     /// Names of what is watched.
@@ -62,7 +71,9 @@ impl Extremes {
     pub(crate) fn values(&mut self, curve: &Curve<Path<'_>>, point: &Point) -> Vec<f64> {
         let n = curve.equations.rows.n();
         let s = point.z.as_slice().get(n).copied().unwrap_or(0.0);
-        let q = curve.equations.rows.unscaled(&point.z.as_slice()[..n]);
+        let z = self.turn.as_ref().map(|turn| turn.nearest(point.z.as_slice()));
+        let z = z.as_deref().unwrap_or(point.z.as_slice());
+        let q = curve.equations.rows.unscaled(&z[..n]);
         self.scalars.values(curve.equations.time(s), &q)
     }
 

@@ -38,6 +38,7 @@ mod growth;
 mod held;
 mod inverse;
 mod kinematics;
+mod laps;
 mod letters;
 mod limits;
 mod linear;

@@ -18,6 +18,7 @@ use crate::rows::{Clock, Rows};
 use crate::scalar::Rates;
 use crate::trace::Trace;
 use crate::transmission::{Transmission, Transmissions, angles, arms};
+use crate::whole_turns::Turn;
 
 /// The limits that are asked for.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -76,6 +77,10 @@ pub struct RangeOf {
 pub struct OutputLimits {
     /// The output.
     pub name: String,
+    /// The drive.
+    pub drive: String,
+    /// SI units of the drive and of the output.
+    pub units: [&'static str; 2],
     /// Time of the slower stroke over that of the faster, at a constant rate of a drive that turns round.
     pub time_ratio: Option<f64>,
     /// Value of the drive, of the output, and its rate per rate of the drive, where that is extreme.
@@ -108,9 +113,15 @@ pub fn limits(model: Model, request: &LimitsRequest) -> Result<Limits, AnalysisE
         if request.all_assemblies { closed_poses(&positions, &mut rows) } else { Vec::new() };
     let mut curve = free_curve(&mut rows, &positions, &x)?;
     let traces = Trace::all(&mut curve, &x, &others);
-    let branches = traces.iter().map(|trace| Branch {
-        transmissions: transmissions.along(&mut curve, trace),
-        ..branch(&mut curve, trace, &mut extremes, &mut outputs)
+    let is_turn = curve.equations.rows.is_turn.clone();
+    let branches = traces.iter().map(|trace| {
+        let turn = trace.is_closed.then(|| trace.turn(&is_turn));
+        extremes.tell_near_start(turn.clone());
+        if let Some(outputs) = &mut outputs {
+            outputs.turn.clone_from(&turn);
+        }
+        let transmissions = transmissions.along(&mut curve, trace, turn);
+        Branch { transmissions, ..branch(&mut curve, trace, &mut extremes, &mut outputs) }
     });
     Ok(Limits { branches: branches.collect(), four_bars, slider_cranks })
 }
@@ -192,7 +203,10 @@ struct Outputs {
     rates: Rates,
     drive: PoseQuantity,
     names: Vec<String>,
+    units: Vec<&'static str>,
     t: f64,
+    /// The turn of a motion that closes, near whose start poses are told.
+    turn: Option<Turn>,
 }
 
 impl Outputs {
@@ -216,8 +230,10 @@ impl Outputs {
             rows: positions.rows(&[measure], released, Clock::Held)?,
             rates: positions.rates(&all)?,
             drive: quantity,
+            units: outputs.iter().map(|(_, measure)| measure.unit(model)).collect(),
             names: outputs.into_iter().map(|(name, _)| name).collect(),
             t: positions.t(),
+            turn: None,
         }))
     }
 
@@ -225,7 +241,8 @@ impl Outputs {
     fn at(&mut self, point: &Point) -> Option<Vec<[f64; 3]>> {
         let x = point.z.as_slice();
         let [v, a] = self.rows.rates(self.t, x, (&[1.0], &[0.0]))?;
-        let q = self.rows.unscaled(x);
+        let told = self.turn.as_ref().map(|turn| turn.nearest(x));
+        let q = self.rows.unscaled(told.as_deref().unwrap_or(x));
         Some(self.rates.at(self.t, [&q, &v, &a]))
     }
 
@@ -280,6 +297,8 @@ impl Outputs {
             let of_drive: Vec<f64> = of_drive.map(|extreme| extreme.value).collect();
             found.push(OutputLimits {
                 name: name.clone(),
+                drive: self.drive.names[0].clone(),
+                units: [self.drive.unit, self.units[k]],
                 time_ratio,
                 fastest,
                 // Where the drive turns back, every rate is without bound.

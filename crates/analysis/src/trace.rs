@@ -7,6 +7,7 @@ use nalgebra::DVector;
 use crate::curve::{Curve, Equations, Point};
 use crate::path::Path;
 use crate::rows::wrapped;
+use crate::whole_turns::Turn;
 
 /// Positions along one free motion, in order.
 #[derive(Clone, Debug)]
@@ -46,6 +47,17 @@ impl Trace {
             steps = lengths.into_iter().rev().chain(steps).collect();
         }
         Some(Self { points, steps, is_closed, is_endless: end == End::Turning })
+    }
+
+    /// What the way from its first point to its last one adds to angles, in whole turns.
+    pub(crate) fn turn(&self, is_turn: &[bool]) -> Turn {
+        let ends = self.points.first().zip(self.points.last());
+        let [first, last] = ends.map_or_else(Default::default, |(first, last)| {
+            [first, last].map(|point| point.z.as_slice().to_vec())
+        });
+        let turns = |i: usize| ((last[i] - first[i]) / TAU).round();
+        let of = |i: usize| if is_turn.get(i) == Some(&true) { TAU * turns(i) } else { 0.0 };
+        Turn { by: (0..first.len()).map(of).collect(), start: first }
     }
 
     /// The traces through `x` and through those of `others` that lie on none before.

@@ -19,6 +19,7 @@ use crate::path::Path;
 use crate::positions::Positions;
 use crate::quantity::PoseQuantity;
 use crate::trace::Trace;
+use crate::whole_turns::Turn;
 
 /// The transmission angle of a joint over a motion.
 #[derive(Clone, PartialEq, Debug)]
@@ -166,12 +167,14 @@ impl Transmissions {
         Ok(Self { names, extremes: Extremes::of(positions, &more)? })
     }
 
-    /// The least and greatest angles along a trace, its ends among them.
+    /// The least and greatest angles along a trace, its ends among them; poses are told in the turn of the start.
     pub(crate) fn along(
         &mut self,
         curve: &mut Curve<Path<'_>>,
         trace: &Trace,
+        turn: Option<Turn>,
     ) -> Vec<Transmission> {
+        self.extremes.tell_near_start(turn);
         if self.names.is_empty() {
             return Vec::new();
         }

@@ -1,4 +1,4 @@
-//! Whole turns of equilibria: each is told in the turn that is nearest to the start, where the forces are the same in all.
+//! Whole turns: of poses that differ by them alone, that which is nearest to the start is told.
 
 use std::f64::consts::TAU;
 
@@ -9,24 +9,31 @@ use crate::balance::Balance;
 /// Part of a difference of two angles that is rounding.
 const ROUNDING: f64 = 1e-9;
 
-impl Balance<'_> {
-    /// A position of a motion that has the same forces turn after turn, in that turn in which its angles are nearest to the
-    /// start; `turn` is what a turn adds to the coordinates.
-    pub(crate) fn in_turn_of_motion(&self, q: &[f64], turn: &[f64]) -> Vec<f64> {
-        let start = self.start();
-        let farthest = |a: &[f64], b: &[f64]| {
-            let turning = (0..a.len()).filter(|&i| turn[i] != 0.0);
-            turning.map(|i| (a[i] - b[i]).abs()).fold(0.0, f64::max)
-        };
-        let zero = vec![0.0; q.len()];
-        let mut best = q.to_vec();
+/// What a turn of a motion that closes adds to its unknowns, and where it began.
+#[derive(Clone, Debug)]
+pub(crate) struct Turn {
+    /// Unknowns of the start.
+    pub(crate) start: Vec<f64>,
+    /// Whole turns of angles, and zeros.
+    pub(crate) by: Vec<f64>,
+}
+
+impl Turn {
+    /// The same pose in that turn in which its angles are nearest to the start.
+    pub(crate) fn nearest(&self, z: &[f64]) -> Vec<f64> {
+        let turning: Vec<usize> = (0..z.len()).filter(|&i| self.by[i] != 0.0).collect();
+        let farthest =
+            |z: &[f64]| turning.iter().map(|&i| (z[i] - self.start[i]).abs()).fold(0.0, f64::max);
+        let largest = |z: &[f64]| turning.iter().map(|&i| z[i].abs()).fold(0.0, f64::max);
+        let mut best = z.to_vec();
         for number in [-1.0, 1.0] {
             loop {
-                let next: Vec<f64> = best.iter().zip(turn).map(|(q, t)| q + number * t).collect();
-                let gain = farthest(&best, &start) - farthest(&next, &start);
+                let next: Vec<f64> =
+                    best.iter().zip(&self.by).map(|(z, by)| z + number * by).collect();
+                let gain = farthest(&best) - farthest(&next);
                 // Of two that are as near, that with the smaller angles.
                 let is_tie = gain.abs() <= ROUNDING;
-                let is_smaller = farthest(&next, &zero) < farthest(&best, &zero) - ROUNDING;
+                let is_smaller = largest(&next) < largest(&best) - ROUNDING;
                 if !(gain > ROUNDING || is_tie && is_smaller) {
                     break;
                 }
@@ -35,7 +42,9 @@ impl Balance<'_> {
         }
         best
     }
+}
 
+impl Balance<'_> {
     /// An equilibrium with each angle within half a turn of the start, as far as that leaves it an equilibrium: wheels that
     /// mesh and springs that count turns keep theirs.
     pub(crate) fn in_turn_of_start(&mut self, q: Vec<f64>) -> Vec<f64> {

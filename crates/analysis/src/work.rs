@@ -7,8 +7,6 @@
 //!
 //! A motion that closes has the same poses turn after turn; a torsion spring counts turns, and so may laws of angles.
 
-use std::f64::consts::TAU;
-
 use nalgebra::DVector;
 
 use crate::balance::Balance;
@@ -16,6 +14,7 @@ use crate::curve::{Curve, Point};
 use crate::error::AnalysisError;
 use crate::path::{Law, Path};
 use crate::trace::Trace;
+use crate::whole_turns::Turn;
 
 /// Part of the largest work below which a difference of two is rounding.
 const ROUNDING: f64 = 1e-9;
@@ -55,11 +54,7 @@ impl Balance<'_> {
         let Some(trace) = Trace::through(&mut curve, &x) else {
             return Err(AnalysisError::NoEquilibrium);
         };
-        let ends = trace.points.first().zip(trace.points.last());
-        let turn = ends.map_or_else(DVector::default, |(first, last)| {
-            let turns = |i: usize| ((last.z[i] - first.z[i]) / TAU).round();
-            DVector::from_fn(first.z.len(), |i, _| if is_turn[i] { TAU * turns(i) } else { 0.0 })
-        });
+        let turn = DVector::from_vec(trace.turn(&is_turn).by);
         let mut turns = Turns { curve, trace, turn };
 
         let mut values = self.works(&turns, 0.0);
@@ -93,8 +88,8 @@ impl Balance<'_> {
         }
         if turns.trace.is_closed {
             // Angles are counted in radians in both.
-            let turn = turns.turn.as_slice();
-            found = found.iter().map(|q| self.in_turn_of_motion(q, turn)).collect();
+            let turn = Turn { start: self.start(), by: turns.turn.as_slice().to_vec() };
+            found = found.iter().map(|q| turn.nearest(q)).collect();
         }
         Ok((found, turns.trace.is_closed))
     }

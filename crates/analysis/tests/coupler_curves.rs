@@ -3,7 +3,7 @@
 mod support;
 
 use bksim_analysis::{CentrePlace, Curves, CurvesRequest, curves};
-use support::{Problem, model, number};
+use support::{Problem, geometry, model, number};
 
 fn asked(points: &[&str], centrodes: &[&str], all: bool) -> CurvesRequest {
     CurvesRequest {
@@ -258,4 +258,44 @@ B = { angle = -1 }
     let square = |angle: f64| 1.8 * 1.8 + 1.0 + 3.6 * angle.cos();
     let area = 0.5 * (at(1.6) - at(1.0)) * (square(0.4) - square(2.0));
     assert!((found[0].area / area - 1.0).abs() < 5e-3, "{} of {area}", found[0].area);
+}
+
+/// A planetary train with a fixed ring: points of the arm go round once for each of its turns, points of the planet close
+/// after as many turns as the teeth need, and the whole motion comes back after those of the sun.
+#[test]
+fn a_way_that_repeats_itself_is_told_once() {
+    let (arm, planet) = (0.25_f64, 0.15_f64);
+    let text = format!(
+        "[ground]\npoints = {{ O = [0, 0] }}\n[bodies.sun]\n[bodies.arm]\npoints = {{ P = [{arm}, 0] }}\n\
+         [bodies.planet]\npoints = {{ Q = [{planet}, 0], S = [0.07, 0] }}\n\
+         [joints]\nA = {{ type = \"revolute\", between = [\"ground\", \"sun\"] }}\n\
+         B = {{ type = \"revolute\", between = [\"ground\", \"arm\"] }}\n\
+         C = {{ type = \"revolute\", between = [\"arm.P\", \"planet\"] }}\n\
+         [couplings]\n\
+         s = {{ type = \"gear\", between = [\"A\", \"C\"], teeth = [20, 30], carrier = \"arm\" }}\n\
+         r = {{ type = \"gear\", between = [\"C\", \"ground.O\"], teeth = [30, 80], internal = true, carrier = \"arm\" }}\n"
+    );
+    let found =
+        curves(geometry(&text), &asked(&["arm.P", "planet.S"], &[], false)).expect("curves");
+    let [of_arm, of_planet] = found.points.as_slice() else { panic!("two points") };
+
+    // Turns of the arm: the planet turns by 1 − 80/30 = −5/3 for each, the sun by 1 + 80/20 = 5.
+    let circle = &of_arm.branches[0];
+    assert_eq!((circle.is_closed, circle.n_laps), (true, Some(3)));
+    let round = std::f64::consts::TAU * arm;
+    assert!((circle.length / round - 1.0).abs() < 1e-6, "{} against {round}", circle.length);
+    assert!(of_arm.double_points.is_empty());
+
+    // p = arm e^(iφ) + 0.07 e^(−5iφ/3), over three turns.
+    let way = &of_planet.branches[0];
+    assert_eq!((way.is_closed, way.n_laps), (true, Some(1)));
+    let n = 60_000;
+    let speed = |k: i32| {
+        let phi = 3.0 * std::f64::consts::TAU * f64::from(k) / f64::from(n);
+        let (a, b) = (arm, -5.0 / 3.0 * 0.07);
+        (a * a + b * b + 2.0 * a * b * (8.0 / 3.0 * phi).cos()).sqrt()
+    };
+    let sum: f64 = (0..n).map(speed).sum();
+    let length = 3.0 * std::f64::consts::TAU / f64::from(n) * sum;
+    assert!((way.length / length - 1.0).abs() < 1e-6, "{} against {length}", way.length);
 }

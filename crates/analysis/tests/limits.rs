@@ -307,3 +307,39 @@ fn a_train_of_gears_turns_round_although_it_is_long_until_it_is_back() {
         branch.extremes.iter().filter(|extreme| extreme.name == "planet.x").collect();
     assert_eq!(told.len(), 2, "{told:?}");
 }
+
+/// A motion that closes is followed once around from the start: its limits are told to either side of it.
+#[test]
+fn limits_are_told_in_the_turn_of_the_start() {
+    // An inverted slider-crank: the lever through (d, 0) turns back where crank and lever are square.
+    let (r, d) = (0.12_f64, 0.3_f64);
+    for start in [0.2_f64, 3.0, -2.0, 20.0] {
+        let text = format!(
+            "[ground]\npoints = {{ C = [{d}, 0] }}\n[bodies.crank]\npoints = {{ B = [{r}, 0] }}\n\
+             [bodies.lever]\n\
+             [joints]\nA = {{ type = \"revolute\", between = [\"ground\", \"crank\"] }}\n\
+             C = {{ type = \"revolute\", between = [\"ground.C\", \"lever\"] }}\n\
+             S = {{ type = \"slot\", between = [\"lever\", \"crank.B\"], axis = [1, 0] }}\n\
+             [initial]\nA = {{ angle = {start} }}\nC = {{ guess = {{ angle = 3.0 }} }}\n"
+        );
+        let request = LimitsRequest {
+            drive: Some("A.angle".to_owned()),
+            outputs: vec!["lever.angle".to_owned()],
+            ..LimitsRequest::default()
+        };
+        let found = limits(geometry(&text), &request).expect("limits");
+        let branch = &found.branches[0];
+        let poses = of(branch, "lever.angle");
+        assert_eq!(poses.len(), 2, "from {start}");
+        let [output] = branch.outputs.as_slice() else { panic!("one output") };
+        let cranks = poses.iter().map(|pose| value(pose, "A.angle"));
+        for crank in cranks.clone().chain(output.fastest.iter().map(|fastest| fastest[0])) {
+            assert!((crank - start).abs() < TAU / 2.0, "{crank} from {start}");
+        }
+        for crank in cranks {
+            assert!((crank.cos() - r / d).abs() < 1e-10, "{crank}");
+        }
+        let [chain] = found.slider_cranks.as_slice() else { panic!("one chain") };
+        assert_eq!(chain.offset, 0.0);
+    }
+}

@@ -229,6 +229,8 @@ impl Loops<'_> {
         let way = less(self.pin(pairs[1], parts[2]), self.pin(pairs[3], parts[3]));
         let offset = dot(left(self.structure.slides[slide].axis), way).abs();
         let size = a.max(b);
+        // What is left by rounding is none.
+        let offset = if offset <= EQUAL * size { 0.0 } else { offset };
         if !(a.min(b) > EQUAL * size && offset.is_finite()) {
             return None;
         }

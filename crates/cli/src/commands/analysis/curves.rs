@@ -107,7 +107,12 @@ fn point_text(point: &PointCurves) -> String {
             point.name,
             branch.branch,
             shown(branch.length, "m"),
-            if branch.is_closed { "round" } else { "from end to end" }
+            match (branch.is_closed, branch.n_laps) {
+                (false, _) => "from end to end".to_owned(),
+                (true, Some(1)) => "round".to_owned(),
+                (true, Some(n)) => format!("round, {n} times until the motion comes back"),
+                (true, None) => "round, again and again: the motion does not come back".to_owned(),
+            }
         )]);
     }
     let pose = |of: &PoseOf| {
@@ -146,6 +151,7 @@ fn point_json(point: &PointCurves) -> Value {
         "branches": point.branches.iter().map(|branch| json!({
             "branch": branch.branch,
             "closed": branch.is_closed,
+            "laps": branch.n_laps,
             "length": branch.length,
             "points": branch.points,
         })).collect::<Vec<_>>(),

@@ -69,11 +69,17 @@ pub fn told_limits(name: &str, found: &bksim::analysis::Limits) -> Answer {
                 text.extend([format!("\n\n  time ratio of {}: {}", output.name, number(ratio))]);
             }
             if let Some([advantage, drive]) = output.least_advantage {
-                let at = number(drive);
-                let advantage = number(advantage);
+                // Efforts are forces along lengths, and torques about angles.
+                let unit = match output.units {
+                    ["rad", "m"] => "1/m",
+                    ["m", "rad"] => "m",
+                    _ => "",
+                };
+                let advantage = shown(advantage, unit);
+                let at = shown(drive, output.units[0]);
                 text.extend([format!(
-                    "\n\n  least mechanical advantage of {}: {advantage} at {at} (SI) of the drive",
-                    output.name
+                    "\n\n  least mechanical advantage of {}: {advantage} at {} = {at}",
+                    output.name, output.drive
                 )]);
             }
         }
