@@ -115,7 +115,9 @@ mod tests {
         let mut j = DMatrix::zeros(4, 3);
         for (k, (row, value)) in rows.into_iter().enumerate() {
             normal.add(row, value);
-            row.iter().for_each(|&(i, a)| j[(k, i)] = a);
+            for &(i, a) in row {
+                j[(k, i)] = a;
+            }
         }
         let r = DVector::from_iterator(4, rows.iter().map(|(_, value)| *value));
         let damped = j.transpose() * &j + 0.1 * DMatrix::identity(3, 3);
