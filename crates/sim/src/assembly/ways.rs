@@ -3,7 +3,7 @@
 //! Most shapes lead to few places. A walk that comes where another with the same goal has ended is not walked to
 //! its end.
 
-/// Goal of a walk: the rows hold, and the guesses beside them with some weight.
+/// Goal of a walk: the rows hold, and the guesses next to them with some weight.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Goal {
     /// The rows alone, from a shape.
