@@ -17,6 +17,11 @@ pub(crate) struct Drift {
 }
 
 impl MultiplierSystem {
+    /// True where states are projected: not next to a singular pose.
+    pub(crate) fn is_projected(&self) -> bool {
+        self.rank_margin() >= PROJECTED_ABOVE
+    }
+
     /// Moves q, then v, onto the constraints by the least amount in the norm of M, with factors of
     /// this state or one nearby; at most `corrections` Newton steps for q, fewer when they stop
     /// gaining, and none near a singular pose.
@@ -27,7 +32,7 @@ impl MultiplierSystem {
         (q, v): (&mut [f64], &mut [f64]),
         corrections: usize,
     ) -> Drift {
-        if self.rank_margin() < PROJECTED_ABOVE {
+        if !self.is_projected() {
             return self.drift_at(evaluator, t, (q, v));
         }
         self.close(evaluator, t, (q, v), corrections)

@@ -105,7 +105,7 @@ impl<'a> ExplicitMotion<'a> {
         Self { lanes, holding: Holding::of_lanes(), ..self }
     }
 
-    /// Whether whole steps serve here: next to a singular pose, they hardly ever do.
+    /// True where whole steps serve: next to a singular pose, they hardly ever do.
     fn has_whole_steps(&self) -> bool {
         let system = self.evaluator.system();
         system.step.is_some()
@@ -208,6 +208,9 @@ impl Ode for ExplicitMotion<'_> {
         let Some(whole) = &evaluator.system().step else { return false };
         let StepResults { residuals: [gap, left], end: [end, slope], end_pivots, .. } =
             whole.results(results);
+        if !multipliers.is_projected() {
+            return false;
+        }
         // As in `project`: a step of Newton's method that was needed, has helped and is enough.
         let [gap, left] = [largest(gap), largest(left)];
         let size =
@@ -271,7 +274,7 @@ pub(super) struct ExplicitStepper<'a> {
     /// Whether Radau takes over where the motion turns stiff.
     yields_to_radau: bool,
     method: ExplicitMethod,
-    /// Whether its attempts are taken together with those of other runs, each when all are.
+    /// True where its attempts are taken together with those of other runs, each when all are.
     is_abreast: bool,
 }
 
