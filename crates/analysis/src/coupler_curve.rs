@@ -33,7 +33,7 @@ pub(crate) struct Sample {
 #[derive(Clone, Debug)]
 pub(crate) struct CouplerCurve {
     pub(crate) samples: Vec<Sample>,
-    /// Whether the point comes back to where it began, and goes on as before.
+    /// True where the point comes back to where it began, and goes on as before.
     pub(crate) is_closed: bool,
     /// How often it goes along the way until the motion comes back; `None` where the motion does not.
     pub(crate) n_laps: Option<usize>,
@@ -55,7 +55,7 @@ impl Tracer {
         Ok(Self { scalars, size: positions.size })
     }
 
-    /// Whether the point moves in a pose.
+    /// True where the point moves in a pose.
     pub(crate) fn moves(&self, at: &Sample) -> bool {
         length(&at.slope) > AT_REST * self.size
     }

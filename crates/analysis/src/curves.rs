@@ -62,7 +62,7 @@ pub struct PointCurves {
 pub struct PointCurve {
     /// Number of the branch, from one.
     pub branch: usize,
-    /// Whether the point comes back to where it began, and goes on as before.
+    /// True where the point comes back to where it began, and goes on as before.
     pub is_closed: bool,
     /// How often it goes along this way until the whole motion comes back, as of a wheel in a train; `None` where the
     /// motion does not come back.

@@ -49,7 +49,7 @@ impl Trace {
         Some(Self { points, steps, is_closed, is_endless: end == End::Turning })
     }
 
-    /// What the way from its first point to its last one adds to angles, in whole turns.
+    /// Whole turns that the way from its first point to its last one adds to angles.
     pub(crate) fn turn(&self, is_turn: &[bool]) -> Turn {
         let ends = self.points.first().zip(self.points.last());
         let [first, last] = ends.map_or_else(Default::default, |(first, last)| {

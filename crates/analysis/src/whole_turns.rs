@@ -9,7 +9,7 @@ use crate::balance::Balance;
 /// Part of a difference of two angles that is rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// What a turn of a motion that closes adds to its unknowns, and where it began.
+/// A turn of a motion that closes: its addition to the unknowns, and where it began.
 #[derive(Clone, Debug)]
 pub(crate) struct Turn {
     /// Unknowns of the start.

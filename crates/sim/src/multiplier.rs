@@ -389,7 +389,7 @@ impl MultiplierSystem {
         self.nq
     }
 
-    /// Whether the recorded elimination of all rows serves.
+    /// True where the recorded elimination of all rows serves.
     pub(crate) fn is_whole(&self, nc: usize) -> bool {
         self.active.len() == nc && self.augmented.is_none()
     }

@@ -32,7 +32,7 @@ pub(super) struct StageWork {
     unit: Unit,
     /// The results of a whole step at once.
     whole: Vec<f64>,
-    /// Whether stages 1 to 10 are there alone.
+    /// True where stages 1 to 10 are among the results of a whole step alone.
     is_whole: bool,
     /// In the place of the stages.
     extrapolation: Option<Box<(Extrapolation, Picard)>>,

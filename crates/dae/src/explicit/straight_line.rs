@@ -60,7 +60,7 @@ impl<'a> StepVectors<'a> {
         [self.vector(N_STAGES + 1), self.vector(N_STAGES + 2)]
     }
 
-    /// Whether every number is finite.
+    /// True where every number is finite.
     pub(super) fn are_finite(&self) -> bool {
         // What is finite leaves nothing, all else leaves NaN; without a branch, several are looked at together.
         let (blocks, rest) = self.results.as_chunks::<8>();

@@ -133,7 +133,7 @@ impl<const N: usize> LaneRunner<N> {
         &self.tape
     }
 
-    /// Whether there is machine code, which is made now.
+    /// True where there is machine code, which is made now.
     pub fn has_code(&self) -> bool {
         #[cfg(all(feature = "jit", target_arch = "x86_64"))]
         return self.jit != Jit::Off && self.made().is_some();
@@ -141,7 +141,7 @@ impl<const N: usize> LaneRunner<N> {
         false
     }
 
-    /// Whether evaluations run machine code from now on.
+    /// True once evaluations run machine code.
     pub fn is_compiled(&self) -> bool {
         #[cfg(all(feature = "jit", target_arch = "x86_64"))]
         return matches!(self.code.compiled.get(), Some(Some(_)));

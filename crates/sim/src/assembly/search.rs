@@ -209,7 +209,7 @@ impl<'a> Ground<'a> {
         pairs.all(|(&column, (a, b))| self.agrees(column, *a, *b))
     }
 
-    /// Whether a part with the coordinates `known` is as in the position `q`.
+    /// True where a part with the coordinates `known` is as in the position `q`.
     fn is_at(&self, part: &Part, known: &[f64], q: &[f64]) -> bool {
         let mut columns = part.columns.iter().zip(known);
         columns.all(|(&column, known)| self.agrees(column, *known, q[column]))

@@ -123,7 +123,7 @@ const MAP_0F3A: u8 = 3;
 struct Operation {
     map: u8,
     opcode: u8,
-    /// Whether one lane is taken as a whole register: bits have no instructions of their own on a part of it.
+    /// True where one lane is taken as a whole register: bits have no instructions of their own on a part of it.
     is_packed: bool,
     /// Written, or the source of a store.
     reg: Vector,
