@@ -15,6 +15,7 @@ mod holding;
 pub(crate) mod implicit;
 mod lanes;
 pub(crate) mod mechanism;
+mod motion;
 mod observer;
 mod pace;
 mod passage;

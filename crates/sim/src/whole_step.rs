@@ -203,18 +203,18 @@ fn step_tape(parts: &StepParts) -> Option<Tape> {
         slope
     };
     let mut results = record_step(&mut recorder, [t, h], (y, f0), stage);
-    let recorder = &mut recorder.0;
+    let StepRecorder(mut recorder) = recorder;
 
     // The end, projected, and its derivative.
     let y1 = results[STEP_END * n..][..n].to_vec();
-    let (residuals, end) = record_projection(parts, recorder, t1, &y1, &factors);
-    let (slope, end_factors) = derivative(recorder, t1, &end);
+    let (residuals, end) = record_projection(parts, &mut recorder, t1, &y1, &factors);
+    let (slope, end_factors) = derivative(&mut recorder, t1, &end);
     results.extend([residuals, end, slope, factors].concat());
     for pivot in 0..nq + nc {
         results.extend(pivots.iter().map(|stage| stage[pivot]));
     }
     results.extend(&end_factors[..nq + nc]);
-    Some(std::mem::replace(recorder, Composition::new(0, 0)).finish(&results))
+    Some(recorder.finish(&results))
 }
 
 /// Records one step of Newton's method for the positions, then the projection of the velocities: g before and

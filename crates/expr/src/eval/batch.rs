@@ -7,8 +7,8 @@
 
 #![expect(clippy::inline_always, reason = "the caller's instruction set must reach every loop")]
 
+use super::due::Jit;
 use super::lanes::{LaneRunner, LaneValues, LaneWorkspace, widest_lanes};
-use super::runner::Jit;
 use crate::op::{Function, power, select};
 use crate::sincos::sin_cos_lanes;
 use crate::tape::{Action, Instruction, Tape};

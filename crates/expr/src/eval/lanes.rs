@@ -15,13 +15,13 @@ mod assembler;
 mod code;
 mod interpreter;
 
-use super::runner::Jit;
+#[cfg(all(feature = "jit", target_arch = "x86_64"))]
+use super::due::Due;
+use super::due::Jit;
 use crate::tape::Tape;
 use std::ops::{Deref, DerefMut};
 #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-#[cfg(all(feature = "jit", target_arch = "x86_64"))]
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// Lanes that this machine has machine code for: eight with AVX-512, else four.
 pub fn widest_lanes() -> usize {
@@ -99,15 +99,7 @@ pub struct LaneRunner<const N: usize> {
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
     jit: Jit,
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-    code: Arc<Code<N>>,
-}
-
-#[cfg(all(feature = "jit", target_arch = "x86_64"))]
-#[derive(Debug, Default)]
-struct Code<const N: usize> {
-    n_interpreted: AtomicUsize,
-    /// `None` where the tape cannot be compiled.
-    compiled: OnceLock<Option<code::LaneCode<N>>>,
+    code: Arc<Due<code::LaneCode<N>>>,
 }
 
 /// Compiling costs about as much as interpreting the tape so often.
@@ -136,7 +128,7 @@ impl<const N: usize> LaneRunner<N> {
     /// True where there is machine code, which is made now.
     pub fn has_code(&self) -> bool {
         #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-        return self.jit != Jit::Off && self.made().is_some();
+        return self.jit != Jit::Off && self.code.made(|| self.make()).is_some();
         #[cfg(not(all(feature = "jit", target_arch = "x86_64")))]
         false
     }
@@ -144,7 +136,7 @@ impl<const N: usize> LaneRunner<N> {
     /// True once evaluations run machine code.
     pub fn is_compiled(&self) -> bool {
         #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-        return matches!(self.code.compiled.get(), Some(Some(_)));
+        return self.code.is_compiled();
         #[cfg(not(all(feature = "jit", target_arch = "x86_64")))]
         false
     }
@@ -197,25 +189,13 @@ impl<const N: usize> LaneRunner<N> {
     /// The machine code if it is there or due now.
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
     fn code(&self) -> Option<&code::LaneCode<N>> {
-        if let Some(compiled) = self.code.compiled.get() {
-            return compiled.as_ref();
-        }
-        let n_paid = match self.jit {
-            Jit::Off => return None,
-            Jit::On => 0,
-            Jit::Auto => EVALUATIONS_PER_COMPILATION,
-        };
-        // Exactly one evaluation reaches the count: other threads go on interpreting meanwhile.
-        if self.code.n_interpreted.fetch_add(1, Relaxed) != n_paid {
-            return None;
-        }
-        self.made()
+        self.code.code(self.jit, EVALUATIONS_PER_COMPILATION, || self.make())
     }
 
-    /// The machine code, where the tape can be compiled.
+    /// New machine code, where the tape can be compiled.
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-    fn made(&self) -> Option<&code::LaneCode<N>> {
-        self.code.compiled.get_or_init(|| code::LaneCode::of(&self.tape).ok()).as_ref()
+    fn make(&self) -> Option<code::LaneCode<N>> {
+        code::LaneCode::of(&self.tape).ok()
     }
 }
 

@@ -6,7 +6,7 @@
 //! batch         a tape at many points, some dozens of them at each instruction
 //! jit           a tape as machine code, one point at a time (feature `jit`); sections: in several functions
 //! lanes         a tape at one, four or eight points at once, in the lanes of registers
-//! runner        a tape that is interpreted until machine code pays
+//! runner        a tape that is interpreted until machine code pays; due: when that is
 //! ```
 //!
 //! **All evaluators of a tape agree bit for bit** at every input, where all NaN count as one: they
@@ -15,6 +15,7 @@
 //! alone. `tests/evaluators.rs` holds each of them to it.
 
 mod batch;
+mod due;
 mod interpreter;
 #[cfg(feature = "jit")]
 mod jit;
@@ -25,9 +26,10 @@ mod runner;
 mod sections;
 
 pub use batch::Batch;
+pub use due::Jit;
 pub use interpreter::Workspace;
 #[cfg(feature = "jit")]
 pub use jit::{JitError, MachineCode};
 pub use lanes::{LaneRunner, LaneValues, LaneWorkspace, widest_lanes};
 pub use reference::{DomainFault, EvalError};
-pub use runner::{Jit, Runner};
+pub use runner::Runner;

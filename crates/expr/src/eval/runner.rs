@@ -1,28 +1,14 @@
 //! A tape that is interpreted until machine code pays.
 
+#[cfg(feature = "jit")]
+use super::due::Due;
+use super::due::Jit;
 use super::interpreter::Workspace;
 #[cfg(feature = "jit")]
 use super::jit::MachineCode;
 use crate::tape::Tape;
 #[cfg(feature = "jit")]
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-#[cfg(feature = "jit")]
-use std::sync::{Arc, OnceLock};
-
-/// The time at which a tape is compiled to machine code.
-///
-/// Results do not depend on it: interpreter and machine code agree bit for bit.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum Jit {
-    /// Once interpreting has cost about what compiling costs, so that the two together never take
-    /// twice as long as the better of them would have.
-    #[default]
-    Auto,
-    /// At the first evaluation.
-    On,
-    /// Never.
-    Off,
-}
+use std::sync::Arc;
 
 /// A tape with the choice of its evaluator: clones share the machine code.
 ///
@@ -52,16 +38,7 @@ pub struct Runner {
     #[cfg(feature = "jit")]
     jit: Jit,
     #[cfg(feature = "jit")]
-    code: Arc<Code>,
-}
-
-/// The machine code shared by the clones of a runner.
-#[cfg(feature = "jit")]
-#[derive(Debug, Default)]
-struct Code {
-    n_interpreted: AtomicUsize,
-    /// `None` where the tape cannot be compiled.
-    compiled: OnceLock<Option<MachineCode>>,
+    code: Arc<Due<MachineCode>>,
 }
 
 /// Compiling costs as much as interpreting the tape so often, whatever its length: measured,
@@ -91,7 +68,7 @@ impl Runner {
     /// Whether evaluations run machine code from now on.
     pub fn is_compiled(&self) -> bool {
         #[cfg(feature = "jit")]
-        return matches!(self.code.compiled.get(), Some(Some(_)));
+        return self.code.is_compiled();
         #[cfg(not(feature = "jit"))]
         false
     }
@@ -111,19 +88,7 @@ impl Runner {
     /// The machine code if it is there or due now.
     #[cfg(feature = "jit")]
     fn code(&self) -> Option<&MachineCode> {
-        if let Some(compiled) = self.code.compiled.get() {
-            return compiled.as_ref();
-        }
-        let n_paid = match self.jit {
-            Jit::Off => return None,
-            Jit::On => 0,
-            // Evaluations are counted, not time: runs can be repeated exactly.
-            Jit::Auto => EVALUATIONS_PER_COMPILATION,
-        };
-        // Exactly one evaluation reaches the count: other threads go on interpreting meanwhile.
-        if self.code.n_interpreted.fetch_add(1, Relaxed) != n_paid {
-            return None;
-        }
-        self.code.compiled.get_or_init(|| self.tape.machine_code().ok()).as_ref()
+        let make = || self.tape.machine_code().ok();
+        self.code.code(self.jit, EVALUATIONS_PER_COMPILATION, make)
     }
 }

@@ -9,7 +9,7 @@
 
 use bksim_dae::Ode;
 
-use super::explicit::ExplicitMotion;
+use super::motion::ExplicitMotion;
 use super::progress::Run;
 
 /// Iterations, and those of them that only turn `w` to the fastest part of the motion.
