@@ -1,5 +1,5 @@
 //! Work against precision: correct digits and CPU time of our integrators, of Fortran's RADAU5 and
-//! DOP853 and of SUNDIALS' IDA.
+//! DOP853, of SUNDIALS' IDA and of heyoka.
 //!
 //! Every solver runs with rtol = atol = 10⁻² … 10⁻¹². Digits are those of the state at the end
 //! against a reference of 18 digits and more; time is that of the integration alone, of the fastest
@@ -31,11 +31,12 @@ use crate::timing::Effort;
 const LEVELS: [f64; 4] = [4.0, 6.0, 8.0, 10.0];
 
 /// Goals: a solver, another one, and how many times faster the first must be at equal digits.
-const GOALS: [(&str, &str, f64); 4] = [
+const GOALS: [(&str, &str, f64); 5] = [
     ("bksim radau", "RADAU5", 2.0),
     ("bksim auto", "DOP853", 1.5),
     ("bksim radau", "IDA", 10.0),
     ("bksim auto", "IDA", 10.0),
+    ("bksim auto", "heyoka", 1.0),
 ];
 
 /// The chosen problems; all of them if none is.

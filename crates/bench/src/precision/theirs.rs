@@ -1,4 +1,5 @@
-//! Fortran's RADAU5 and DOP853 and SUNDIALS' IDA, on the hand-written C of `native/precision`.
+//! Fortran's RADAU5 and DOP853 and SUNDIALS' IDA, on the hand-written C of `native/precision`, and heyoka on the same
+//! equations in Python.
 
 use std::path::{Path, PathBuf};
 
@@ -19,11 +20,13 @@ pub(crate) enum Solver {
     Dop853,
     /// IDA, index 1.
     Ida,
+    /// heyoka's Taylor series of the multiplier system.
+    Heyoka,
 }
 
 impl Solver {
     /// All of them.
-    pub(crate) const ALL: [Self; 3] = [Self::Radau5, Self::Dop853, Self::Ida];
+    pub(crate) const ALL: [Self; 4] = [Self::Radau5, Self::Dop853, Self::Ida, Self::Heyoka];
 
     /// Name in the report.
     pub(crate) fn name(self) -> &'static str {
@@ -31,11 +34,12 @@ impl Solver {
             Self::Radau5 => "RADAU5",
             Self::Dop853 => "DOP853",
             Self::Ida => "IDA",
+            Self::Heyoka => "heyoka",
         }
     }
 }
 
-/// A solver compiled with one problem.
+/// A solver with one problem, compiled where its equations are C.
 #[derive(Debug)]
 pub(crate) struct Compiled {
     solver: Solver,
@@ -68,6 +72,7 @@ impl Compiled {
                 flags.extend(["-shared", "-fPIC"]);
                 peers.compile(&[&driver("dop853.c")], &flags, &[], &path)?;
             }
+            Solver::Heyoka => (),
         }
         Ok(Self { solver, path })
     }
@@ -80,16 +85,18 @@ impl Compiled {
         peers: &Peers,
         effort: Effort,
     ) -> Result<Curve, Absent> {
-        let rows = if self.solver == Solver::Dop853 {
-            let input = json!({
-                "library": self.path, "t_end": problem.t_end, "q": problem.start.q,
-                "v": problem.start.v, "tolerances": tolerances, "n_max": effort.max_runs,
-                "enough_s": effort.enough_s,
-            });
-            peers.python("dop853", &input)?
-        } else {
-            let output = program(&self.path, &input(problem, tolerances, effort))?;
-            serde_json::from_str(&output).map_err(|error| error.to_string())?
+        let request = json!({
+            "problem": problem.definition.name, "library": self.path, "t_end": problem.t_end,
+            "q": problem.start.q, "v": problem.start.v, "tolerances": tolerances,
+            "n_max": effort.max_runs, "enough_s": effort.enough_s,
+        });
+        let rows = match self.solver {
+            Solver::Dop853 => peers.python("dop853", &request)?,
+            Solver::Heyoka => peers.python("heyoka_precision", &request)?,
+            Solver::Radau5 | Solver::Ida => {
+                let output = program(&self.path, &input(problem, tolerances, effort))?;
+                serde_json::from_str(&output).map_err(|error| error.to_string())?
+            }
         };
         let rows = rows.as_array().ok_or("it printed no list")?;
         let points = rows.iter().map(|row| point(problem, row)).collect();
