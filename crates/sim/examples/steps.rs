@@ -16,6 +16,7 @@ use std::time::Instant;
 
 use bksim_dae::Control;
 use bksim_dae::Stats;
+use bksim_model::file::{Source, read};
 use bksim_model::{Jit, Method};
 use bksim_sim::Mechanism;
 use bksim_sim::run::Sample;
@@ -54,10 +55,12 @@ fn measure(
     tolerance: f64,
     runs: usize,
 ) -> (usize, usize, f64, Vec<f64>) {
-    let mut mechanism = Mechanism::from_toml(text, "steps").expect("a model");
-    let solve = &mut mechanism.model.solve;
+    // Options are those that the equations are compiled with.
+    let mut model = read(&Source::new(text, "steps")).model.expect("a model");
+    let solve = &mut model.solve;
     (solve.rtol, solve.atol, solve.jit, solve.method) = (tolerance, tolerance, Jit::On, method);
     solve.every = Some(solve.t_end - solve.t_start);
+    let mechanism = Mechanism::derive(model, Vec::new()).expect("equations");
     let start = mechanism.start().expect("a start");
     let simulation = mechanism.simulation().expect("compiles");
     let mut last = Sample::default();
