@@ -87,10 +87,18 @@ impl Checkpoint {
 /// assert_eq!((loader.count()?, loader.slice()?), (3, &[0.5, 0.25][..]));
 /// # Ok::<(), bksim_dae::SolveError>(())
 /// ```
-#[derive(Clone, Default, Debug)]
+#[derive(Clone, Debug)]
 pub struct Saver {
     counts: Vec<u64>,
     reals: Vec<f64>,
+}
+
+/// Empty, with room for the numbers of small systems.
+impl Default for Saver {
+    fn default() -> Self {
+        const ROOM: usize = 256;
+        Self { counts: Vec::with_capacity(ROOM), reals: Vec::with_capacity(ROOM) }
+    }
 }
 
 impl Saver {

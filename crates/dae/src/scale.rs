@@ -89,11 +89,32 @@ impl Scale {
         }
     }
 
-    /// Takes the weights of unknowns of these magnitudes, all of index 1.
-    pub(crate) fn weigh(&mut self, unit: &Unit, sizes: impl Iterator<Item = f64>) {
-        for (i, (weight, size)) in self.weight.iter_mut().zip(sizes).enumerate() {
-            *weight = 1.0 / unit.of(i, size);
+    /// Takes the weights of unknowns, all of index 1: of each the larger magnitude in two states.
+    pub(crate) fn weigh(&mut self, unit: &Unit, [a, b]: [&[f64]; 2]) {
+        let larger = |a: f64, b: f64| a.abs().max(b.abs());
+        let sizes = a.iter().zip(b).map(|(&a, &b)| larger(a, b));
+        let weights = self.weight.iter_mut();
+        // One loop for each kind, without a choice at every unknown.
+        match unit {
+            Unit::Tolerance { rtol, atol: Tolerance::PerUnknown(atol) } => weights
+                .zip(atol)
+                .zip(sizes)
+                .for_each(|((weight, atol), size)| *weight = 1.0 / (atol + rtol * size)),
+            Unit::Tolerance { .. } | Unit::Magnitude => weights
+                .zip(sizes)
+                .enumerate()
+                .for_each(|(i, (weight, size))| *weight = 1.0 / unit.of(i, size)),
         }
+    }
+
+    /// Root mean square of the weighted differences of two vectors of length `n`.
+    pub(crate) fn rms_of_difference(&self, a: &[f64], b: &[f64]) -> f64 {
+        let square = |((a, b), weight): ((&f64, &f64), &f64)| {
+            let scaled = (a - b) * weight;
+            scaled * scaled
+        };
+        let sum: f64 = a.iter().zip(b).zip(&self.weight).map(square).sum();
+        (sum / self.weight.len().max(1) as f64).sqrt()
     }
 
     /// Root mean square of the weighted entries of `x`: one or more vectors of length `n`.

@@ -358,23 +358,23 @@ impl MultiplierSystem {
 
     /// Looks at the pivots of the stages of a step, and shows their rank margins to `observe`: as one, the least, where
     /// that is `regular`. False, as if they had never been seen, where one of them needs a closer look.
-    pub(crate) fn accept_stages<const N: usize>(
+    pub(crate) fn accept_stages(
         &mut self,
-        pivots: &[[f64; N]],
+        pivots: &[f64],
         regular: f64,
         mut observe: impl FnMut(f64),
     ) -> bool {
         self.factors = Factors::Recorded;
+        let n = self.x.len();
         let Self { elimination, .. } = self;
         elimination.keep_best();
-        if elimination.accept_lanes(pivots.iter().copied()) && elimination.rank_margin() >= regular
-        {
+        if elimination.accept_states(pivots) && elimination.rank_margin() >= regular {
             observe(elimination.rank_margin());
             return true;
         }
         elimination.restore_best();
-        for stage in 0..N {
-            let is_regular = elimination.accept_lanes(pivots.iter().map(|all| [all[stage]]));
+        for stage in pivots.chunks_exact(n) {
+            let is_regular = elimination.accept_states(stage);
             if !is_regular || elimination.rank_margin() <= REFINED_BELOW {
                 elimination.restore_best();
                 return false;

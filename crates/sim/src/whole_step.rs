@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use bksim_dae::{N_STEP_VECTORS, Recorder, STEP_END, StepSpan, record_step};
-use bksim_expr::{Composition, Jit, LaneRunner, LaneValues, LaneWorkspace, Tape, Value};
+use bksim_expr::{Composition, Function, Jit, LaneRunner, LaneValues, LaneWorkspace, Tape, Value};
 
 use crate::linear::elimination::Elimination;
 use crate::linear::shape::Shape;
@@ -86,16 +86,17 @@ pub(crate) struct PendingStep<'a> {
 
 /// The results of a step by their meaning. All but the vectors belong to the mechanism.
 pub(crate) struct StepResults<'a> {
-    /// |g| at the end of the step, before a step of Newton's method and after it, m or rad.
-    pub(crate) residuals: [&'a [f64]; 2],
+    /// The largest |g| at the end of the step, before a step of Newton's method and after it, m or rad; the step is
+    /// taken where the second is less. Nothing where there are no constraints.
+    pub(crate) gaps: &'a [f64],
     /// The projected end (q, v, W) and its derivative.
     pub(crate) end: [&'a [f64]; 2],
     /// Factors of stage 11, see `Elimination::take`.
     pub(crate) factors: &'a [f64],
-    /// The pivots of stages 1 to 11, one of each pivot after the other.
-    pub(crate) pivots: &'a [[f64; N_STAGES]],
+    /// The pivots of stages 1 to 11, stage by stage.
+    pub(crate) pivots: &'a [f64],
     /// The pivots at the projected end.
-    pub(crate) end_pivots: &'a [[f64; 1]],
+    pub(crate) end_pivots: &'a [f64],
 }
 
 impl WholeStep {
@@ -155,17 +156,11 @@ impl WholeStep {
     pub(crate) fn results<'r>(&self, results: &'r [f64]) -> StepResults<'r> {
         let Shape { nq, nc, .. } = self.parts.shape;
         let n = 2 * nq + 1;
-        let (gaps, rest) = results[N_STEP_VECTORS * n..].split_at(2 * nc);
+        let (gaps, rest) = results[N_STEP_VECTORS * n..].split_at(if nc > 0 { 2 } else { 0 });
         let (end, rest) = rest.split_at(2 * n);
         let (rest, end_pivots) = rest.split_at(rest.len() - nq - nc);
         let (factors, pivots) = rest.split_at(rest.len() - N_STAGES * (nq + nc));
-        StepResults {
-            residuals: gaps.split_at(nc).into(),
-            end: end.split_at(n).into(),
-            factors,
-            pivots: pivots.as_chunks().0,
-            end_pivots: end_pivots.as_chunks().0,
-        }
+        StepResults { gaps, end: end.split_at(n).into(), factors, pivots, end_pivots }
     }
 }
 
@@ -198,7 +193,7 @@ fn step_tape(parts: &StepParts) -> Option<Tape> {
     let (mut factors, mut pivots) = (Vec::new(), Vec::new());
     let stage = |StepRecorder(recorder): &mut StepRecorder, t: Value, y: &[Value]| {
         let (slope, own_factors) = derivative(recorder, t, y);
-        pivots.push(own_factors[..nq + nc].to_vec());
+        pivots.extend(&own_factors[..nq + nc]);
         factors = own_factors;
         slope
     };
@@ -207,18 +202,15 @@ fn step_tape(parts: &StepParts) -> Option<Tape> {
 
     // The end, projected, and its derivative.
     let y1 = results[STEP_END * n..][..n].to_vec();
-    let (residuals, end) = record_projection(parts, &mut recorder, t1, &y1, &factors);
+    let (gaps, end) = record_projection(parts, &mut recorder, t1, &y1, &factors);
     let (slope, end_factors) = derivative(&mut recorder, t1, &end);
-    results.extend([residuals, end, slope, factors].concat());
-    for pivot in 0..nq + nc {
-        results.extend(pivots.iter().map(|stage| stage[pivot]));
-    }
+    results.extend([gaps, end, slope, factors, pivots].concat());
     results.extend(&end_factors[..nq + nc]);
     Some(recorder.finish(&results))
 }
 
-/// Records one step of Newton's method for the positions, then the projection of the velocities: g before and
-/// after, and the projected state. See `MultiplierSystem::project`.
+/// Records one step of Newton's method for the positions, kept where it closes the gap further, then the projection of
+/// the velocities: the largest |g| before and after, and the projected state. See `MultiplierSystem::project`.
 fn record_projection(
     StepParts { shape, constraints, .. }: &StepParts,
     recorder: &mut Composition,
@@ -236,28 +228,42 @@ fn record_projection(
         let differences = from.iter().zip(step).map(|(&x, step)| recorder.subtract(x, step));
         differences.collect::<Vec<_>>()
     };
+    let largest = |recorder: &mut Composition, values: &[Value]| {
+        let none = recorder.constant(0.0);
+        values.iter().fold(none, |largest, &value| {
+            let size = recorder.apply(Function::Abs, &[value]);
+            recorder.apply(Function::Max, &[largest, size])
+        })
+    };
 
     // Positions.
     let (q, v) = y[..2 * nq].split_at(nq);
     let n_entries = shape.jacobian.len();
     let closed =
         |recorder: &mut Composition, q: &[Value]| recorder.call(constraints, &[&[t], q].concat());
-    let gap = closed(recorder, q)[n_entries..][..nc].to_vec();
-    let step = elimination.record_step(recorder, factors, &gap);
-    let q = subtract(recorder, q, step);
+    let before = closed(recorder, q);
+    let residual = &before[n_entries..][..nc];
+    let step = elimination.record_step(recorder, factors, residual);
+    let trial = subtract(recorder, q, step);
+    let after = closed(recorder, &trial);
+    let gaps = [residual, &after[n_entries..][..nc]].map(|values| largest(recorder, values));
+    let has_gained = recorder.apply(Function::Lt, &[gaps[1], gaps[0]]);
+    let mut choose = |after: &[Value], before: &[Value]| {
+        let choice = |(&after, &before)| recorder.apply(Function::If, &[has_gained, after, before]);
+        after.iter().zip(before).map(choice).collect::<Vec<_>>()
+    };
+    let q = choose(&trial, q);
 
     // Velocities, with the rows there.
-    let at = closed(recorder, &q);
-    let (jacobian, rest) = at.split_at(n_entries);
-    let (left, rate) = rest.split_at(nc);
-    let mut drift = rate.to_vec();
-    for (&(row, i), &value) in shape.jacobian.iter().zip(jacobian) {
+    let jacobian = choose(&after[..n_entries], &before[..n_entries]);
+    let mut drift = choose(&after[n_entries + nc..], &before[n_entries + nc..]);
+    for (&(row, i), value) in shape.jacobian.iter().zip(jacobian) {
         let product = recorder.multiply(value, v[i]);
         drift[row] = recorder.add(drift[row], product);
     }
     let step = elimination.record_step(recorder, factors, &drift);
     let v = subtract(recorder, v, step);
-    ([&gap, left].concat(), [&q[..], &v, &y[2 * nq..]].concat())
+    (gaps.to_vec(), [&q[..], &v, &y[2 * nq..]].concat())
 }
 
 /// Writes the arithmetic of a step into a composition.

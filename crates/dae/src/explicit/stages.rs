@@ -32,7 +32,7 @@ pub(super) struct StageWork {
     unit: Unit,
     /// The results of a whole step at once.
     whole: Vec<f64>,
-    /// True where stages 1 to 10 are among the results of a whole step alone.
+    /// True where the stages, the end before any projection and the errors are among those alone.
     is_whole: bool,
     /// In the place of the stages.
     extrapolation: Option<Box<(Extrapolation, Picard)>>,
@@ -125,13 +125,16 @@ impl StageWork {
         if !step.are_finite() {
             return false;
         }
-        let [five, three] = step.errors();
-        self.k.column_mut(N_STAGES - 1).copy_from_slice(step.k(N_STAGES - 1));
-        self.last_argument.values_mut().copy_from_slice(step.last_argument());
         self.y1.values_mut().copy_from_slice(step.y1());
-        self.error5.values_mut().copy_from_slice(five);
-        self.error3.values_mut().copy_from_slice(three);
         true
+    }
+
+    /// The error estimates of order 5 and 3.
+    fn errors(&self) -> [&[f64]; 2] {
+        if self.is_whole {
+            return StepVectors::new(self.f1.len(), &self.whole).errors();
+        }
+        [self.error5.values(), self.error3.values()]
     }
 
     /// `y1` by extrapolation; what stage 11 is otherwise, a state near it is here.
@@ -167,8 +170,7 @@ impl StageWork {
     /// The error estimate in units of the tolerance, and [`StageWork::worst`] prepared.
     pub(super) fn error(&mut self, h: f64, y: &[f64]) -> f64 {
         // The larger of both ends is the magnitude an error is relative to.
-        let ends = y.iter().zip(self.y1.values());
-        self.scale.weigh(&self.unit, ends.map(|(y, y1)| y.abs().max(y1.abs())));
+        self.scale.weigh(&self.unit, [y, self.y1.values()]);
         if self.extrapolation.is_some() {
             return self.scale.rms(self.error5.values());
         }
@@ -176,7 +178,7 @@ impl StageWork {
             combine(h, E5, &self.k, None, &mut self.error5);
             combine(h, E3, &self.k, None, &mut self.error3);
         }
-        let [five, three] = [&self.error5, &self.error3].map(|e| self.scale.rms(e.values()));
+        let [five, three] = self.errors().map(|error| self.scale.rms(error));
         if five == 0.0 && three == 0.0 {
             return 0.0;
         }
@@ -203,18 +205,15 @@ impl StageWork {
     }
 
     /// `|h| ρ`, see `stiffness`.
-    pub(super) fn stability(&mut self, h: f64) -> f64 {
-        let last = self.k.column(N_STAGES - 1);
-        for (difference, (f1, k)) in
-            self.error5.values_mut().iter_mut().zip(self.f1.iter().zip(last))
-        {
-            *difference = f1 - k;
-        }
-        let ends = self.y1.values().iter().zip(self.last_argument.values());
-        for (difference, (y1, argument)) in self.error3.values_mut().iter_mut().zip(ends) {
-            *difference = y1 - argument;
-        }
-        let ratio = self.scale.rms(self.error5.values()) / self.scale.rms(self.error3.values());
+    pub(super) fn stability(&self, h: f64) -> f64 {
+        let (last, argument) = if self.is_whole {
+            let step = StepVectors::new(self.f1.len(), &self.whole);
+            (step.k(N_STAGES - 1), step.last_argument())
+        } else {
+            (self.k.column(N_STAGES - 1), self.last_argument.values())
+        };
+        let change = self.scale.rms_of_difference(&self.f1, last);
+        let ratio = change / self.scale.rms_of_difference(self.y1.values(), argument);
         if ratio.is_finite() { ratio * h.abs() } else { 0.0 }
     }
 
@@ -232,9 +231,9 @@ impl StageWork {
             let ends = (self.k.column(0), y1, f1);
             return method.1.extend(system, last, ends, &self.scale, stats);
         }
-        if std::mem::take(&mut self.is_whole) {
+        if self.is_whole {
             let step = StepVectors::new(n, &self.whole);
-            (1..N_STAGES - 1).for_each(|i| self.k.column_mut(i).copy_from_slice(step.k(i)));
+            (1..N_STAGES).for_each(|i| self.k.column_mut(i).copy_from_slice(step.k(i)));
         }
         self.k.column_mut(N_STAGES).copy_from_slice(f1);
         for i in N_STAGES + 1..N_EXTENDED {
@@ -259,7 +258,7 @@ impl StageWork {
         (y, f): (&[f64], &[f64]),
         stats: &mut Stats,
     ) -> f64 {
-        self.scale.weigh(&self.unit, y.iter().copied());
+        self.scale.weigh(&self.unit, [y, y]);
         let (size, slope) = (self.scale.rms(y), self.scale.rms(f));
         let trial = if size.min(slope) <= 1e-5 { 1e-6 } else { 0.01 * size / slope };
         let trial = trial.min(span.abs()).copysign(span);
@@ -288,6 +287,6 @@ impl StageWork {
 
     /// The unknowns with the largest scaled error of order 5 in the last estimate.
     pub(super) fn worst(&self, layout: &Layout) -> Vec<WorstUnknown> {
-        self.scale.worst(layout, self.error5.values())
+        self.scale.worst(layout, self.errors()[0])
     }
 }

@@ -2,7 +2,12 @@
 //!
 //! Operations are those of [`StageWork`](super::stages::StageWork) in the same order, so that the code gives the same bits.
 
+#![expect(clippy::inline_always, reason = "kernels are compiled with the registers of `run`")]
+
+use pulp::{Simd, WithSimd};
+
 use super::coefficients::{A, C, E3, E5, N_STAGES, Term};
+use crate::lanes::run;
 
 /// Arithmetic that is written down, to be carried out often: straight-line code in the making.
 pub trait Recorder {
@@ -62,13 +67,26 @@ impl<'a> StepVectors<'a> {
 
     /// True where every number is finite.
     pub(super) fn are_finite(&self) -> bool {
-        // What is finite leaves nothing, all else leaves NaN; without a branch, several are looked at together.
-        let (blocks, rest) = self.results.as_chunks::<8>();
+        run(Remainder(self.results)).is_finite()
+    }
+}
+
+/// The sum of the numbers, each times zero: what is finite leaves nothing, all else leaves NaN.
+struct Remainder<'a>(&'a [f64]);
+
+impl WithSimd for Remainder<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let (blocks, rest) = self.0.as_chunks::<8>();
         let mut left = [0.0; 8];
         for block in blocks {
-            left.iter_mut().zip(block).for_each(|(left, x)| *left += 0.0 * x);
+            for lane in 0..8 {
+                left[lane] += 0.0 * block[lane];
+            }
         }
-        left.iter().chain(rest).all(|x| x.is_finite())
+        left.iter().chain(rest).fold(0.0, |sum, x| sum + 0.0 * x)
     }
 }
 

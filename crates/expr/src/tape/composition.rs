@@ -4,6 +4,7 @@
 use super::emitter::Emitter;
 use super::register::{Register, index};
 use super::{Action, Instruction, Tape};
+use crate::op::Function;
 
 /// A number of a [`Composition`]: an input, a constant, or a result.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -83,6 +84,16 @@ impl Composition {
     /// `a/b`.
     pub fn divide(&mut self, a: Value, b: Value) -> Value {
         self.emit(Action::Divide, a, b)
+    }
+
+    /// A function at as many values as it takes.
+    ///
+    /// # Panics
+    /// When it takes another number of them.
+    pub fn apply(&mut self, function: Function, operands: &[Value]) -> Value {
+        assert_eq!(function.arity(), operands.len(), "number of operands");
+        let [a, b, c] = std::array::from_fn(|i| operands.get(i).unwrap_or(&operands[0]).0);
+        Value(self.emitter.emit(Action::Call(function), a, b, c))
     }
 
     fn emit(&mut self, action: Action, Value(a): Value, Value(b): Value) -> Value {

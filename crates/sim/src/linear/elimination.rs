@@ -11,6 +11,7 @@
 //! pivot has to be searched for while the motion goes on. The updates are recorded as a list of
 //! positions and repeated for every state: work and memory grow with the fill, not with the size.
 
+mod pivots;
 mod written;
 
 use std::cmp::Reverse;
@@ -64,6 +65,10 @@ pub(crate) struct Elimination {
     rank_margin: f64,
     /// Right side, then solution, in the order of elimination.
     x: Vec<f64>,
+    /// Of each pivot: those of multipliers are negative.
+    signs: Vec<f64>,
+    /// Room for what states have in common.
+    extremes: [Vec<f64>; 2],
 }
 
 impl Elimination {
@@ -136,6 +141,8 @@ impl Elimination {
             best: vec![0.0; n],
             x: vec![0.0; n],
             rank_margin: 1.0,
+            extremes: [vec![0.0; n], vec![0.0; n]],
+            signs: nodes.iter().map(|&node| if node < shape.nq { 1.0 } else { -1.0 }).collect(),
             nodes,
             starts,
             rows,
@@ -209,46 +216,6 @@ impl Elimination {
     /// Number of multiplications and subtractions of the elimination.
     pub(crate) fn n_updates(&self) -> usize {
         self.n_updates
-    }
-
-    /// Looks at pivots that were computed elsewhere, in this order of elimination; false where one of them
-    /// vanishes, has the wrong sign or is not finite.
-    pub(crate) fn accept_pivots(&mut self, pivots: &[f64]) -> bool {
-        self.accept_lanes(pivots.iter().map(|&pivot| [pivot]))
-    }
-
-    /// The same for the pivots of several states at once.
-    pub(crate) fn accept_lanes<const N: usize>(
-        &mut self,
-        pivots: impl Iterator<Item = [f64; N]>,
-    ) -> bool {
-        let Self { nq, nodes, best, .. } = self;
-        let (mut are_regular, mut margin) = (true, 1.0);
-        for ((best, &node), pivots) in best.iter_mut().zip(&*nodes).zip(pivots) {
-            let is_multiplier = node >= *nq;
-            let magnitudes = pivots.map(|pivot| if is_multiplier { -pivot } else { pivot });
-            let largest = magnitudes.iter().fold(*best, |a, &b| if b > a { b } else { a });
-            *best = largest;
-            // NaN fails the comparison.
-            let floor = SMALLEST_PIVOT * largest;
-            are_regular &= magnitudes.iter().filter(|&&m| m > floor).count() == N;
-            let least = magnitudes.iter().fold(largest, |a, &b| if b < a { b } else { a });
-            if is_multiplier && least < margin * largest {
-                margin = least / largest;
-            }
-        }
-        self.rank_margin = if are_regular { margin } else { 0.0 };
-        are_regular
-    }
-
-    /// Keeps the best pivots in the room of solutions.
-    pub(crate) fn keep_best(&mut self) {
-        self.x.copy_from_slice(&self.best);
-    }
-
-    /// Takes back the best pivots that were kept; nothing may have been solved since.
-    pub(crate) fn restore_best(&mut self) {
-        self.best.copy_from_slice(&self.x);
     }
 
     /// Takes factors that were computed elsewhere and whose pivots were accepted: the diagonal, then the

@@ -19,7 +19,7 @@ use super::lanes::LaneMotion;
 use super::singular::{CLOSE, NOTICEABLE};
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
-use crate::multiplier::{MultiplierSystem, largest};
+use crate::multiplier::MultiplierSystem;
 use crate::whole_step::{StepBuffers, StepResults};
 use bksim_model::SolveOptions;
 
@@ -196,18 +196,21 @@ impl Ode for ExplicitMotion<'_> {
     fn whole_end(&mut self, results: &[f64], y1: &mut [f64], ydot1: &mut [f64]) -> bool {
         let Self { evaluator, multipliers, holding, least_margin, .. } = self;
         let Some(whole) = &evaluator.system().step else { return false };
-        let StepResults { residuals: [gap, left], end: [end, slope], end_pivots, .. } =
-            whole.results(results);
+        let StepResults { gaps, end: [end, slope], end_pivots, .. } = whole.results(results);
         if !multipliers.is_projected() {
             return false;
         }
-        // As in `project`: a step of Newton's method that was needed, has helped and is enough.
-        let [gap, left] = [largest(gap), largest(left)];
-        let size =
-            y1[..multipliers.n_coordinates()].iter().fold(1.0, |size: f64, q| size.max(q.abs()));
-        let is_closed = end_pivots.len() == multipliers.n_coordinates()
-            || (left < gap && left <= CLOSED * size);
-        let is_finite = end.iter().chain(slope).fold(true, |all, x| all & x.is_finite());
+        // As in `project`: a step of Newton's method is enough, or does not help.
+        let is_closed = match *gaps {
+            [before, after] => {
+                let q = &y1[..multipliers.n_coordinates()];
+                let size = q.iter().fold(1.0, |size: f64, q| size.max(q.abs()));
+                after <= CLOSED * size || after >= before
+            }
+            _ => true,
+        };
+        let are_finite = |numbers: &[f64]| numbers.iter().fold(true, |all, x| all & x.is_finite());
+        let is_finite = are_finite(end) && are_finite(slope);
         let observe = |margin: f64| {
             holding.observe(margin);
             *least_margin = least_margin.min(margin);

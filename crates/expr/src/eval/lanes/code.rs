@@ -6,7 +6,7 @@ use super::allocation::{Callees, assemble};
 use super::assembler::Width;
 use crate::eval::jit::{JitError, MOST_INSTRUCTIONS, Memory};
 use crate::op::{Function, power};
-use crate::sincos::{FEW, sin_cos_few, sin_cos_lanes};
+use crate::sincos::{sin_cos, sin_cos_lanes};
 use crate::tape::Tape;
 
 /// Machine code of one tape at `N` points.
@@ -65,14 +65,26 @@ impl<const N: usize> LaneCode<N> {
 /// Turns `n` angles into their sines, and writes their cosines after them.
 ///
 /// # Safety
-/// `angles` leads to `2 n` numbers.
+/// `angles` leads to `2 n` numbers, and the processor has AVX2.
+#[target_feature(enable = "avx2")]
 unsafe extern "sysv64" fn turn_one(angles: *mut f64, n: usize) {
     // SAFETY: as stated.
     let numbers = unsafe { std::slice::from_raw_parts_mut(angles, 2 * n) };
     let (sines, cosines) = numbers.split_at_mut(n);
-    for (sines, cosines) in sines.chunks_mut(FEW).zip(cosines.chunks_mut(FEW)) {
-        let angle = |lane: usize| *sines.get(lane).unwrap_or(&sines[0]);
-        sin_cos_few([angle(0), angle(1), angle(2), angle(3)], sines, cosines);
+    let (sines, last_sines) = sines.as_chunks_mut::<4>();
+    let (cosines, last_cosines) = cosines.split_at_mut(4 * sines.len());
+    for (sines, cosines) in sines.iter_mut().zip(cosines.as_chunks_mut::<4>().0) {
+        (*sines, *cosines) = sin_cos_lanes(*sines);
+    }
+    match (last_sines, last_cosines) {
+        ([], _) => (),
+        ([sine], [cosine]) => (*sine, *cosine) = sin_cos(*sine),
+        (sines, cosines) => {
+            let angle = |lane: usize| *sines.get(lane).unwrap_or(&sines[0]);
+            let (s, c) = sin_cos_lanes([angle(0), angle(1), angle(2), angle(3)]);
+            sines.iter_mut().zip(s).for_each(|(to, sine)| *to = sine);
+            cosines.iter_mut().zip(c).for_each(|(to, cosine)| *to = cosine);
+        }
     }
 }
 
