@@ -1,10 +1,9 @@
 //! The common ground of the facade's tests: models from files and text, expressions measured on samples,
 //! comparisons that print the numbers that matter.
 
-#![allow(dead_code, reason = "every test file uses its own part of it")]
+#![allow(dead_code, reason = "every program of tests uses its own part of it")]
 
 pub(crate) mod elements;
-pub(crate) mod worked;
 
 use std::path::{Path, PathBuf};
 

@@ -1,0 +1,14 @@
+//! What machines are built of: loads and friction, belts and ropes, couplings, cylinders, and the balance of their energy.
+
+mod belts;
+mod couplings;
+mod cylinders;
+mod energy;
+mod friction;
+mod hydraulics;
+mod loads;
+mod machines;
+mod reeving;
+
+#[path = "../support/mod.rs"]
+mod support;

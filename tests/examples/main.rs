@@ -1,0 +1,17 @@
+//! The examples, and runs of them: against textbooks and balances, drawn, played back, and read by other programs.
+
+mod conformance;
+mod drawings;
+mod mechanics;
+mod paper;
+mod playback;
+mod viewers;
+mod worked;
+mod worked_examples;
+mod worked_machines;
+mod worth;
+
+#[path = "../../crates/cad/tests/common/python.rs"]
+mod python;
+#[path = "../support/mod.rs"]
+mod support;

@@ -1,0 +1,5 @@
+//! The house itself: the storeys of its crates, the words of its code, and the links of its book.
+
+mod book;
+mod rooms;
+mod words;

@@ -1,0 +1,13 @@
+//! Mechanisms in space: their joints in every way to write them, orientations, and coordinates that change nothing.
+
+mod coordinates;
+mod joints;
+mod orientation;
+mod particles;
+mod space;
+mod spatial;
+mod three_ways;
+mod tumbling;
+
+#[path = "../support/mod.rs"]
+mod support;
