@@ -1,5 +1,5 @@
 //! Reference problems from files, and comparisons with them.
-#![allow(dead_code, reason = "each test binary uses a part of it")]
+#![allow(dead_code, reason = "each program of tests uses a part of it")]
 
 use std::f64::consts::TAU;
 use std::path::Path;

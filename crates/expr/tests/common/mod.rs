@@ -1,7 +1,7 @@
 //! Expressions for property tests: recipes over every operator and function, with shared parts,
 //! built in any order, and a value that owes nothing to the library.
 
-#![allow(dead_code, reason = "each test file uses its own part of this")]
+#![allow(dead_code, reason = "each program of tests uses its own part of this")]
 #![allow(clippy::disallowed_methods, reason = "these values owe nothing to the library")]
 
 use bksim_expr::{Expr, Function, Pool, SymbolId};

@@ -1,0 +1,226 @@
+//! Linear systems and modes against references of 15 digits.
+
+use crate::support::{Problem, model, number};
+use bksim_analysis::{About, Channels, Modes, bode, exported_linear, linearize, modes};
+
+fn close(found: f64, expected: f64, tolerance: f64) {
+    let off = (found - expected).abs();
+    assert!(off <= tolerance * expected.abs().max(1.0), "{found} instead of {expected}");
+}
+
+fn entry(found: &Modes, mode: usize, name: &str) -> [f64; 2] {
+    let idx = found.quantities.iter().position(|q| q.name == name).expect("a quantity");
+    found.modes[mode].shape[idx]
+}
+
+#[test]
+fn four_bar_from_torque_to_angle() {
+    let problem = Problem::load("lti-four-bar");
+    let one = |name: &str| vec![name.to_owned()];
+    let channels = Channels {
+        inputs: one("crank.angle"),
+        outputs: one("rocker.angle"),
+        states: one("crank.angle"),
+    };
+    let found = linearize(problem.model(), About::Static, &channels).expect("a linear system");
+    let values = &problem.0["values"];
+    for (i, row) in values["A"].as_array().expect("A").iter().enumerate() {
+        for (j, value) in row.as_array().expect("a row").iter().enumerate() {
+            close(found.a[(i, j)], number(value), 1e-10);
+        }
+        close(found.b[(i, 0)], number(&values["B"][i]), 1e-10);
+        close(found.c[(0, i)], number(&values["C"][i]), 1e-10);
+    }
+    assert_eq!(found.states[1].name, "crank.rate");
+}
+
+#[test]
+fn undamped_pendulums_of_two_and_three_links() {
+    for name in ["mode-string-2", "mode-physical-2", "mode-physical-3"] {
+        let problem = Problem::load(name);
+        let found = modes(problem.model(), About::Static).expect("modes");
+        assert_eq!(found.modes.len(), problem.rows().len());
+        for (k, row) in problem.rows().iter().enumerate() {
+            close(found.modes[k].omega / row[0], 1.0, 1e-11);
+            close(found.modes[k].shares.iter().sum::<f64>(), 1.0, 1e-12);
+            for (i, expected) in row[2..].iter().enumerate() {
+                let [re, im] = entry(&found, k, &format!("link{}.angle", i + 1));
+                close(re, *expected, 1e-9);
+                close(im, 0.0, 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
+fn pendulum_with_dampers() {
+    let problem = Problem::load("mode-damped-pendulum");
+    let found = modes(problem.model(), About::Static).expect("modes");
+    let rows = problem.rows();
+    assert_eq!(found.modes.len(), rows.len());
+    for (k, row) in rows.iter().enumerate() {
+        let mode = &found.modes[k];
+        close(mode.s[0], row[0], 1e-11);
+        close(mode.s[1], row[1], 1e-11);
+        close(mode.damping, row[3], 1e-11);
+        for (i, name) in ["link1.angle", "link2.angle"].iter().enumerate() {
+            let [re, im] = entry(&found, k, name);
+            close(re, row[4 + 2 * i], 1e-9);
+            close(im, row[5 + 2 * i], 1e-9);
+        }
+    }
+}
+
+/// Point masses on strings: ω² = g x with x the zeros of Laguerre's polynomial.
+#[test]
+fn masses_on_strings_in_three_kinds_of_coordinates() {
+    let expected: [&[f64]; 3] = [
+        &[2.397_199_397_9, 5.787_351_298_0],
+        &[2.019_591_147_2, 4.744_142_739_7, 7.855_212_362_7],
+        &[1.162_649_537_0, 2.675_060_584_5, 4.211_869_402_8],
+    ];
+    for (n, omegas) in [2, 3, 10].into_iter().zip(expected) {
+        for kind in ["relative", "absolute", "links"] {
+            let found = modes(model(&strings(n, kind)), About::Static).expect("modes");
+            // Particles on links turn freely besides.
+            let swinging: Vec<_> = found.modes.iter().filter(|mode| mode.omega > 1e-6).collect();
+            assert_eq!(swinging.len(), n, "{kind}: {:?}", found.modes);
+            for (mode, omega) in swinging.into_iter().zip(omegas) {
+                close(mode.omega, *omega, 1e-9);
+            }
+        }
+    }
+}
+
+fn strings(n: usize, kind: &str) -> String {
+    let mut text = String::new();
+    if kind == "absolute" {
+        text += "coordinates = \"absolute\"\n";
+    }
+    for k in 1..=n {
+        if kind == "links" {
+            text.extend([format!("[bodies.m{k}]\nmass = 1\ninertia = 1\n")]);
+        } else {
+            text.extend([format!(
+                "[bodies.m{k}]\nmass = 1\ninertia = 0\ncom = [1, 0]\npoints = {{ P = [0, 0], Q = [1, 0] }}\n"
+            )]);
+        }
+    }
+    text += "[joints]\n";
+    for k in 1..=n {
+        let before = if k == 1 { "ground".to_owned() } else { format!("m{}", k - 1) };
+        if kind == "links" {
+            text.extend([format!(
+                "L{k} = {{ type = \"link\", between = [\"{before}\", \"m{k}\"], length = 1 }}\n"
+            )]);
+        } else {
+            let before = if k == 1 { before } else { format!("{before}.Q") };
+            text.extend([format!(
+                "J{k} = {{ type = \"revolute\", between = [\"{before}\", \"m{k}.P\"] }}\n"
+            )]);
+        }
+    }
+    text += "[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n";
+    text += "[initial]\n";
+    for k in 1..=n {
+        if kind == "links" {
+            text.extend([format!(
+                "m{k} = {{ guess = {{ x = 0, y = {}, angle = 0 }} }}\n",
+                -(k as f64)
+            )]);
+        } else {
+            text.extend([format!("m{k} = {{ angle = \"-90 deg\" }}\n")]);
+        }
+    }
+    text
+}
+
+/// A pendulum on a ball joint, which turns by a quaternion: ω² = m g l / J about two axes, and none about
+/// the vertical.
+#[test]
+fn a_pendulum_on_a_ball() {
+    let text = "space = \"spatial\"\n[bodies.bob]\nmass = 1\ninertia = [0.02, 0.03, 0.04]\n\
+                com = [0, 0, -0.5]\n[joints.ball]\ntype = \"spherical\"\nbetween = [\"ground\", \"bob\"]\n\
+                [loads.g]\ntype = \"gravity\"\nacceleration = [0, 0, -9.81]\n\
+                [initial]\nbob = { rpy = [0.1, 0.1, 0.1] }\n";
+    let found = modes(model(text), About::Static).expect("modes");
+    let omegas: Vec<f64> = found.modes.iter().map(|mode| mode.omega).collect();
+    let expected = [0.0, (9.81_f64 * 0.5 / 0.28).sqrt(), (9.81_f64 * 0.5 / 0.27).sqrt()];
+    assert_eq!(omegas.len(), 3, "{omegas:?}");
+    for (found, expected) in omegas.iter().zip(expected) {
+        close(*found, expected, 1e-9);
+    }
+}
+
+/// A point mass on a rod with a torque u: θ̈ = (u − m g l θ)/(m l²), and the pin carries m l θ̈ across.
+#[test]
+fn the_reaction_of_a_driven_pendulum_is_an_output() {
+    let (m, l, g) = (2.0, 0.7, 9.81);
+    for policy in ["relative", "absolute"] {
+        let text = format!(
+            "coordinates = \"{policy}\"\n[parameters]\nu = \"0 N*m\"\n[bodies.rod]\nmass = {m}\ninertia = 0\ncom = [{l}, 0]\n\
+             [joints]\nA = {{ type = \"revolute\", between = [\"ground\", \"rod\"] }}\n\
+             [loads]\ng = {{ type = \"gravity\", acceleration = [0, -{g}] }}\n\
+             m = {{ type = \"torque\", on = \"rod\", value = \"u\" }}\n\
+             [io]\ninput = [\"u\"]\noutput = [\"reactions.A.fx\", \"reactions.A.fy\", \"rod.angle\"]\n\
+             [initial]\nrod = {{ angle = \"-90 deg\" }}\n"
+        );
+        let named = Channels { states: vec!["rod.angle".to_owned()], ..Channels::default() };
+        let found = linearize(model(&text), About::Static, &named).expect("a linear system");
+        let expected = [[-m * g, 0.0, 1.0 / l], [0.0; 3], [1.0, 0.0, 0.0]];
+        for (i, row) in expected.iter().enumerate() {
+            close(found.c[(i, 0)], row[0], 1e-12);
+            close(found.c[(i, 1)], row[1], 1e-12);
+            close(found.d[(i, 0)], row[2], 1e-12);
+        }
+        // As code, a column at a time.
+        let function = exported_linear("pendulum", &found).expect("a function");
+        let whole = |i: usize, j: usize| match (i < 2, j < 2) {
+            (true, true) => found.a[(i, j)],
+            (true, false) => found.b[(i, j - 2)],
+            (false, true) => found.c[(i - 2, j)],
+            (false, false) => found.d[(i - 2, j - 2)],
+        };
+        for j in 0..3 {
+            let inputs: Vec<f64> = (0..3).map(|k| f64::from(u8::from(k == j))).collect();
+            let mut outputs = vec![0.0; 5];
+            function.tape.evaluate(&mut function.tape.workspace(&[]), &inputs, &mut outputs);
+            let expected: Vec<f64> = (0..5).map(|i| whole(i, j)).collect();
+            assert_eq!(outputs, expected);
+        }
+        // fx/u = s²/(l (s² + g/l)): two zeros at the origin.
+        let response = bode(model(&text), About::Static, &named, None).expect("a response");
+        let transfer = &response.transfers[0];
+        assert_eq!(transfer.zeros.len(), 2, "{:?}", transfer.zeros);
+        assert!(transfer.zeros.iter().all(|[re, im]| re.hypot(*im) < 1e-5), "{:?}", transfer.zeros);
+        let last = transfer.gain.len() - 1;
+        let w = response.omega[last];
+        close(transfer.gain[last], w * w / (l * (w * w - g / l)), 1e-10);
+    }
+}
+
+#[test]
+fn motions_that_nothing_acts_on_are_modes_of_zero_and_nothing_else() {
+    // An arm of two links without gravity; the slide at its end has a spring and a damper.
+    let arm = model(
+        "[bodies]\na = { mass = 5, inertia = 0.07, com = [0.2, 0], points = { E = [0.4, 0] } }\n\
+         b = { mass = 3, inertia = 0.03, com = [0.15, 0], points = { W = [0.3, 0] } }\n\
+         c = { mass = 2, inertia = 0.01 }\n\
+         [joints]\nA = { type = \"revolute\", between = [\"ground\", \"a\"] }\n\
+         B = { type = \"revolute\", between = [\"a.E\", \"b\"] }\n\
+         C = { type = \"prismatic\", between = [\"b.W\", \"c\"], axis = [1, 0] }\n\
+         [loads]\nspring = { type = \"spring\", joint = \"C\", stiffness = 500, length = 0, damping = 5 }\n\
+         [initial]\nA = { angle = 0.5 }\nB = { angle = 0.8 }\nC = { position = 0 }\n",
+    );
+    let found = modes(arm, About::Start).expect("modes");
+    let s: Vec<[f64; 2]> = found.modes.iter().map(|mode| mode.s).collect();
+    assert_eq!(s.len(), 3, "{s:?}");
+    assert_eq!(s[..2], [[0.0; 2]; 2]);
+    // Along the slide acts the mass of c as the arm lets it: s² m + 5 s + 500 = 0 for some m below 2 kg.
+    let mass = -5.0 / (2.0 * s[2][0]);
+    assert!(mass > 0.5 && mass < 2.0, "{mass}");
+    close(s[2][1], (500.0 / mass - s[2][0] * s[2][0]).sqrt(), 1e-9);
+    for mode in &found.modes[..2] {
+        assert!(mode.shares.iter().all(|share| (-1e-12..1.0 + 1e-12).contains(share)));
+    }
+}

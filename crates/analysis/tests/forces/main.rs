@@ -1,0 +1,17 @@
+//! Forces: equilibria, efforts and reactions, and motions near a state.
+
+mod bode;
+mod continuation;
+mod controllers;
+mod families;
+mod inverse;
+mod letters;
+mod linear;
+mod matrices;
+mod shares;
+mod spatial_four_bar;
+mod statics;
+mod verify;
+
+#[path = "../support/mod.rs"]
+mod support;

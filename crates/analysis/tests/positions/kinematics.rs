@@ -1,0 +1,78 @@
+//! Positions, velocities and accelerations over a range against references of 15 digits.
+
+use crate::support::{Problem, compare, geometry};
+use bksim_analysis::{Drive, Prescribed, kinematics};
+
+/// Follows the crank over the angles of the reference, with its rate and acceleration.
+fn follows(name: &str, tolerance: f64) {
+    let problem = Problem::load(name);
+    let rows = problem.rows();
+    let model = problem.model();
+    let values = format!("{}:{}:{}", rows[0][0], rows[rows.len() - 1][0], rows.len());
+    let mut drive = Drive::parse(&model, "crank.angle", &values).expect("a drive");
+    (drive.rate, drive.acceleration) = (3.7, -2.1);
+    let prescribed = Prescribed::Drives { drives: vec![drive], through: false };
+    let found = kinematics(model, &prescribed).expect("the range is followed");
+    assert_eq!(found.stopped, None, "{name}: {} rows", found.table.rows.len());
+    compare(&found.table, &problem.columns(), &rows, tolerance);
+}
+
+#[test]
+fn crank_rocker() {
+    follows("kin-crank-rocker", 1e-10);
+}
+
+#[test]
+fn double_rocker_within_its_range() {
+    follows("kin-double-rocker", 1e-10);
+}
+
+#[test]
+fn drag_link() {
+    follows("kin-drag-link", 1e-10);
+}
+
+#[test]
+fn quick_return_with_a_slot() {
+    follows("kin-whitworth", 1e-10);
+}
+
+#[test]
+fn six_bar() {
+    follows("kin-stephenson", 1e-10);
+}
+
+#[test]
+fn crossed_parallelogram_between_its_change_points() {
+    follows("kin-antiparallelogram", 1e-9);
+}
+
+/// A jack of two slides: what drives is named as among all quantities, and is told once.
+#[test]
+fn columns_of_a_drive_have_the_names_of_its_motion() {
+    let jack = "[ground]\npoints = { H = [0.3, -0.2] }\n\
+        [bodies.boom]\npoints = { K = [0.6, 0.1] }\n[bodies.cylinder]\n[bodies.rod]\n\
+        [joints]\nO = { type = \"revolute\", between = [\"ground\", \"boom\"] }\n\
+        H = { type = \"revolute\", between = [\"ground.H\", \"cylinder\"] }\n\
+        guide = { type = \"prismatic\", between = [\"cylinder\", \"rod\"], axis = [1, 0] }\n\
+        K = { type = \"revolute\", between = [\"rod\", \"boom.K\"] }\n\
+        [initial]\nO = { guess = { angle = 0.5 } }\nguide = { guess = { position = 0.5 } }\n\
+        H = { guess = { angle = 1.0 } }\n";
+    for (drive, expected) in [
+        ("guide.position", ["guide.position", "guide.velocity", "guide.acceleration"]),
+        ("boom.K.y", ["boom.K.y", "boom.K.vy", "boom.K.ay"]),
+        ("boom.angle", ["boom.angle", "boom.rate", "boom.acceleration"]),
+    ] {
+        let model = geometry(jack);
+        let drive =
+            Drive { rate: 0.1, ..Drive::parse(&model, drive, "0.5:0.52").expect("a drive") };
+        let prescribed = Prescribed::Drives { drives: vec![drive], through: false };
+        let found = kinematics(model, &prescribed).expect("the range is followed");
+        let names: Vec<&str> = found.table.columns.iter().map(|c| c.name.as_str()).collect();
+        assert_eq!(names[..3], expected);
+        let mut once = names.clone();
+        once.sort_unstable();
+        once.dedup();
+        assert_eq!(once.len(), names.len(), "{names:?}");
+    }
+}

@@ -1,0 +1,13 @@
+//! Positions: kinematics, coupler curves and polygons, limits, assemblies and freedoms.
+
+mod assemblies;
+mod coupler_curves;
+mod doctor;
+mod held_assembly;
+mod interval_search;
+mod kinematics;
+mod limits;
+mod polygons;
+
+#[path = "../support/mod.rs"]
+mod support;

@@ -1,0 +1,11 @@
+//! Values and derivatives: every evaluator, generated code, and other programs.
+
+mod codegen;
+mod derivatives;
+mod differential;
+mod evaluators;
+mod gradient;
+mod ways;
+
+#[path = "../common/mod.rs"]
+mod common;

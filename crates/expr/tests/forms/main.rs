@@ -1,0 +1,8 @@
+//! Forms of expressions, read and written: text, notations, lists of steps.
+
+mod listing;
+mod notations;
+mod text;
+
+#[path = "../common/mod.rs"]
+mod common;
