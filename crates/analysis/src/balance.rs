@@ -9,11 +9,9 @@
 //! those coordinates: in balance their rates are zero, and small motions decide about stability.
 
 use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
-use bksim_model::{Measure, ParameterId};
+use bksim_model::{Measure, MotionKind, ParameterId};
 use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
-use rand::{RngExt, SeedableRng};
-use rand_pcg::Pcg64;
 
 use crate::equilibrium::{Equilibrium, Stability};
 use crate::error::AnalysisError;
@@ -25,6 +23,7 @@ use crate::quantity::PoseQuantity;
 use crate::reduced::Reduced;
 use crate::rows::wrapped;
 use crate::scalar::Scalars;
+use crate::stops::{Stops, bearing};
 
 /// Forces at rest.
 pub(crate) struct Balance<'a> {
@@ -38,6 +37,8 @@ pub(crate) struct Balance<'a> {
     parameters: Vec<f64>,
     /// Everything that a pose shows.
     pose: Scalars,
+    /// Stops that no row holds.
+    pub(crate) stops: Stops,
     /// Measures that the stiffness is by, and their slopes.
     by: (Vec<PoseQuantity>, Scalars),
     /// No velocities.
@@ -74,6 +75,7 @@ impl<'a> Balance<'a> {
             p: free.iter().map(|id| loaded.parameters[id.0]).collect(),
             parameters: loaded.parameters.clone(),
             pose: loaded.scalars(&loaded.quantities)?,
+            stops: Stops::of(loaded)?,
             by: (by, slopes),
             rest: vec![0.0; loaded.q.len()],
             states: loaded.state_coordinates(),
@@ -92,6 +94,14 @@ impl<'a> Balance<'a> {
         let coordinates = self.loaded.system().coordinates();
         let unit = |kind| if kind == CoordinateKind::Length { self.loaded.size } else { 1.0 };
         DVector::from_iterator(coordinates.len(), coordinates.iter().map(|c| unit(c.kind)))
+    }
+
+    /// Unit of the motion that the effort of a constraint row works on: 1 rad, or the longest link.
+    pub(crate) fn unit_of_row(&self, row: usize) -> f64 {
+        match self.loaded.system().constraints[row].effort {
+            MotionKind::Rotation => 1.0,
+            MotionKind::Translation => self.loaded.size,
+        }
     }
 
     /// The position of the start, states in their places.
@@ -116,6 +126,7 @@ impl<'a> Balance<'a> {
         self.p = p.to_vec();
         self.parameters = self.loaded.parameters_with(&self.free, p);
         self.pose.set_parameters(&self.parameters);
+        self.stops.set_parameters(&self.parameters);
         self.by.1.set_parameters(&self.parameters);
     }
 
@@ -239,6 +250,8 @@ impl<'a> Balance<'a> {
         Ok(Equilibrium {
             q: q.to_vec(),
             open,
+            bearing: bearing((loaded.model(), loaded.system()), &loaded.kept, &lambda),
+            beyond: self.stops.passed(q),
             lambda,
             stability,
             stiffness,
@@ -246,63 +259,6 @@ impl<'a> Balance<'a> {
             pose: self.pose_at(q),
             reactions,
         })
-    }
-
-    /// Positions of all equilibria, and whether there are no others on the assembly of the start.
-    pub(crate) fn all(&mut self) -> Result<(Vec<Vec<f64>>, bool), AnalysisError> {
-        let lambda = vec![0.0; self.forces.nc()];
-        let q = self.start();
-        let jacobian = self.at(&q, &lambda).jacobian;
-        let n_free = Reduced::at(self.loaded, &jacobian, &[]).map_or(2, |reduced| reduced.n());
-        match n_free {
-            _ if !self.states.is_empty() => Ok((self.search_many_poses(), false)),
-            0 => Ok((vec![q], true)),
-            1 => self.along_free_motion(),
-            _ => Ok((self.search_many_poses(), false)),
-        }
-    }
-
-    /// Newton's iteration on all equations from the start and many other poses.
-    fn search_many_poses(&mut self) -> Vec<Vec<f64>> {
-        const N_POSES: usize = 300;
-        /// Where they are not isolated.
-        const N_POSES_OF_FAMILIES: usize = 60;
-        let mut random = Pcg64::seed_from_u64(1);
-        let start = self.start();
-        let coordinates = self.loaded.system().coordinates();
-        let kinds: Vec<CoordinateKind> = coordinates.iter().map(|c| c.kind).collect();
-        let size = self.loaded.size;
-        let mut found: Vec<Vec<f64>> = Vec::new();
-        let mut n_poses = N_POSES;
-        for k in 0..N_POSES {
-            if k >= n_poses {
-                break;
-            }
-            let mut aside = |i: usize| {
-                let share: f64 = random.random_range(-1.0..1.0);
-                share
-                    * match kinds[i] {
-                        CoordinateKind::Angle => std::f64::consts::PI,
-                        CoordinateKind::Length => 2.0 * size,
-                        CoordinateKind::Quaternion | CoordinateKind::Integral => 1.0,
-                    }
-            };
-            let guess: Vec<f64> = match k {
-                0 => start.clone(),
-                _ => (0..start.len()).map(|i| start[i] + aside(i)).collect(),
-            };
-            let Some(q) = self.newton(&guess) else { continue };
-            let q = self.in_turn_of_start(q);
-            let is_same =
-                |other: &Vec<f64>| self.apart(&q, other).iter().all(|off| off.abs() < 1e-6);
-            if !found.iter().any(is_same) {
-                if found.is_empty() && self.family(&q).is_some() {
-                    n_poses = N_POSES_OF_FAMILIES;
-                }
-                found.push(q);
-            }
-        }
-        found
     }
 
     /// By how much the coordinates of two poses differ: angles modulo 2π, lengths in units of the mechanism,
@@ -400,31 +356,6 @@ impl<'a> Balance<'a> {
         let loads = loads.max(1e-3 * self.load_size(q, lambda));
         let closure = if at.closure.is_empty() { 0.0 } else { at.closure.amax() };
         closure < 1e-9 * self.loaded.size.max(1.0) && work(&at.residual) <= 1e-9 * loads
-    }
-
-    /// The equilibrium nearest to the start: a stable one, if there is any.
-    pub(crate) fn nearest(&mut self) -> Result<Equilibrium, AnalysisError> {
-        let (poses, _) = self.all()?;
-        let start = self.start();
-        let coordinates = self.loaded.system().coordinates();
-        // Whole turns count where forces differ by them.
-        let is_turn = |i: usize| self.counts_turns && coordinates[i].kind == CoordinateKind::Angle;
-        let distance = |q: &[f64]| -> f64 {
-            let off = self.apart(q, &start).into_iter().enumerate();
-            let off = off.map(|(i, off)| if is_turn(i) { q[i] - start[i] } else { off });
-            off.map(|off| off.powi(2)).sum()
-        };
-        let mut order: Vec<Vec<f64>> = poses;
-        order.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let mut first = None;
-        for q in order {
-            let found = self.equilibrium(&q)?;
-            if found.stability != Stability::Unstable {
-                return Ok(found);
-            }
-            first = first.or(Some(found));
-        }
-        first.ok_or(AnalysisError::NoEquilibrium)
     }
 }
 

@@ -23,6 +23,32 @@ pub struct Family {
     pub moves: Vec<String>,
 }
 
+/// A stop that is closed.
+#[derive(Clone, PartialEq, Debug)]
+pub struct BearingStop {
+    /// Its name.
+    pub name: String,
+    /// `min` or `max`.
+    pub limit: &'static str,
+    /// The force or moment that it bears; above zero it pushes.
+    pub effort: f64,
+    /// `N` or `N*m`.
+    pub unit: &'static str,
+}
+
+/// A stop that a pose lies beyond.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PassedStop {
+    /// Its name.
+    pub name: String,
+    /// `min` or `max`.
+    pub limit: &'static str,
+    /// How far beyond the limit.
+    pub depth: f64,
+    /// `rad` or `m`.
+    pub unit: &'static str,
+}
+
 /// A pose at rest in which all forces are balanced.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Equilibrium {
@@ -40,6 +66,10 @@ pub struct Equilibrium {
     pub pose: Vec<(String, f64, &'static str)>,
     /// Reactions of the joints on their second bodies: force, then moment, world axes.
     pub reactions: Vec<[f64; 6]>,
+    /// Stops that are closed in it.
+    pub bearing: Vec<BearingStop>,
+    /// Stops that are open at the start and that it lies beyond: the mechanism cannot come to rest there.
+    pub beyond: Vec<PassedStop>,
     /// The reactions that equilibrium leaves open.
     pub open: OpenReactions,
 }

@@ -156,6 +156,13 @@ pub enum AnalysisError {
     /// No equilibrium was found.
     #[error("no equilibrium was found")]
     NoEquilibrium,
+    /// Stops that are open at the start leave no equilibrium before them.
+    #[error("no equilibrium lies before {} {}", if .stops.len() == 1 { "stop" } else { "stops" },
+        listed(&.stops.iter().map(String::as_str).collect::<Vec<_>>()))]
+    StopsBefore {
+        /// Their names.
+        stops: Vec<String>,
+    },
     /// Equilibria over a parameter that are not isolated.
     #[error("the equilibria over `{parameter}` are families: {} can be anywhere", listed(&.moves.iter().map(String::as_str).collect::<Vec<_>>()))]
     NotIsolated {

@@ -14,8 +14,9 @@ use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 
 use crate::balance::Balance;
-use crate::equilibrium::Family;
+use crate::equilibrium::{Equilibrium, Family, Stability};
 use crate::error::AnalysisError;
+use crate::poses::Poses;
 use crate::reduced::{null_space, pseudo_inverse};
 
 /// A family with its directions at one of its members.
@@ -42,6 +43,8 @@ const FAR: f64 = 0.1;
 const FREE: f64 = 1e-9;
 /// Part of the loads that is left by rounding.
 const IN_BALANCE: f64 = 1e-10;
+/// Equilibria this near to each other that have no stiffness are one, rad or parts of the longest link.
+const CLOSE: f64 = 0.05;
 /// Differences of poses that are the same.
 const SAME: f64 = 1e-6;
 
@@ -51,7 +54,9 @@ impl Balance<'_> {
     /// # Errors
     /// [`AnalysisError::NotIsolated`] where there are others alone.
     pub(crate) fn isolated(&mut self, name: &str) -> Result<Vec<Vec<f64>>, AnalysisError> {
-        let (mut poses, _) = self.all()?;
+        let Poses { balanced, beyond, .. } = self.all()?;
+        // Over a parameter, a branch may come back from beyond a stop.
+        let mut poses = [balanced, beyond].concat();
         let mut family = None;
         poses.retain(|q| {
             let own = self.family(q);
@@ -66,6 +71,42 @@ impl Balance<'_> {
             }
             _ => Ok(poses),
         }
+    }
+
+    /// The equilibria at positions, of each family the first.
+    pub(crate) fn distinct<'q>(
+        &mut self,
+        poses: impl Iterator<Item = &'q Vec<f64>>,
+    ) -> Result<Vec<Equilibrium>, AnalysisError> {
+        let mut equilibria: Vec<Equilibrium> = Vec::new();
+        let mut families: Vec<(usize, FamilyAt)> = Vec::new();
+        for q in poses {
+            let family = self.family(q);
+            if let Some(at) = &family {
+                let mut known = families.iter().filter(|(_, known)| known.family == at.family);
+                if known.any(|(k, known)| self.is_of_family(&equilibria[*k].q, known, q)) {
+                    continue;
+                }
+            }
+            let mut found = self.equilibrium(q)?;
+            // A search comes only near to one whose stiffness vanishes.
+            let is_near = |e: &Equilibrium| {
+                e.stability == Stability::Neutral
+                    && self.apart(&e.q, q).iter().all(|off| off.abs() < CLOSE)
+            };
+            if family.is_none()
+                && found.stability == Stability::Neutral
+                && equilibria.iter().any(is_near)
+            {
+                continue;
+            }
+            if let Some(at) = family {
+                found.family = Some(at.family.clone());
+                families.push((equilibria.len(), at));
+            }
+            equilibria.push(found);
+        }
+        Ok(equilibria)
     }
 
     /// The family that an equilibrium belongs to, unless it is isolated.

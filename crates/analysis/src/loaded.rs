@@ -168,6 +168,24 @@ impl Loaded {
         self.kept.iter().filter_map(name).collect()
     }
 
+    /// An answer with the constraint row of one more contact held.
+    pub(crate) fn with_closed<T>(&mut self, row: usize, answer: impl FnOnce(&Self) -> T) -> T {
+        let (kept, parameters) = (self.kept.clone(), self.parameters.clone());
+        let mode = self.system.contacts.iter().find(|contact| contact.row == row);
+        let mode = mode.map(|contact| contact.closed);
+        let symbols = self.system.parameters(self.model());
+        for (value, symbol) in self.parameters.iter_mut().zip(symbols) {
+            if Some(symbol) == mode {
+                *value = 1.0;
+            }
+        }
+        self.kept.push(row);
+        self.kept.sort_unstable();
+        let answer = answer(self);
+        (self.kept, self.parameters) = (kept, parameters);
+        answer
+    }
+
     /// Coordinates whose velocities are states.
     pub(crate) fn state_coordinates(&self) -> Vec<usize> {
         let coordinates = self.system().coordinates().iter().enumerate();

@@ -9,12 +9,13 @@
 use bksim_model::Model;
 
 use crate::balance::Balance;
-use crate::equilibrium::{Equilibrium, Stability, cells, columns};
+use crate::equilibrium::{BearingStop, Equilibrium, cells, columns};
 use crate::error::AnalysisError;
-use crate::families::FamilyAt;
 use crate::loaded::Loaded;
 use crate::open_reactions::ReactionBound;
-use crate::table::Table;
+use crate::poses::Poses;
+use crate::rests::on_open_stops;
+use crate::table::{Column, Table};
 
 /// All equilibria that were found.
 #[derive(Clone, PartialEq, Debug)]
@@ -23,19 +24,20 @@ pub struct Statics {
     pub joints: Vec<String>,
     /// The independent quantities that the stiffness is by, with their units.
     pub by: Vec<(String, &'static str)>,
-    /// In order along the free motion, from the start; else by their distance from the start.
+    /// In order along the free motion, from the start, else by the poses that the search began in; then those on stops that are
+    /// open at the start.
     pub equilibria: Vec<Equilibrium>,
+    /// Poses in balance beyond stops that are open at the start, in which the mechanism cannot be.
+    pub left_out: Vec<Equilibrium>,
     /// Whether these are all on the assembly of the start.
     pub is_complete: bool,
     /// Stops and friction that count as constraints.
     pub held: Vec<String>,
 }
 
-/// Equilibria this near to each other that have no stiffness are one, rad or parts of the longest link.
-const NEAR: f64 = 0.05;
-
 /// Finds the equilibria of `model`, in which states of controllers have no rates; of a family of equilibria the first that is
-/// found. The stiffness is by the measures `by`, else by coordinates. Reactions that are not unique keep to `bounds`.
+/// found. The stiffness is by the measures `by`, else by coordinates; on a stop it is by coordinates. Reactions that are not
+/// unique keep to `bounds`.
 ///
 /// # Errors
 /// [`AnalysisError`] when there is no start, or no equilibrium.
@@ -44,56 +46,58 @@ pub fn statics(
     by: &[String],
     bounds: &[ReactionBound],
 ) -> Result<Statics, AnalysisError> {
-    let loaded = Loaded::of(model)?;
-    let mut balance = Balance::of(&loaded, by, &[])?;
+    let mut loaded = Loaded::of(model)?;
+    let (mut found, poses, none) = with_the_contacts_of_the_start(&loaded, by, bounds)?;
+    found.equilibria.extend(on_open_stops(&mut loaded, bounds, poses.on_stops.as_deref())?);
+    if found.equilibria.is_empty() { Err(none) } else { Ok(found) }
+}
+
+/// The equilibria in which no other stop is closed than at the start, their poses, and the fault of a mechanism that has none.
+fn with_the_contacts_of_the_start(
+    loaded: &Loaded,
+    by: &[String],
+    bounds: &[ReactionBound],
+) -> Result<(Statics, Poses, AnalysisError), AnalysisError> {
+    let mut balance = Balance::of(loaded, by, &[])?;
     balance.bounds = bounds.to_vec();
-    let (poses, is_complete) = balance.all()?;
-    let mut equilibria: Vec<Equilibrium> = Vec::new();
-    let mut families: Vec<(usize, FamilyAt)> = Vec::new();
-    for q in poses {
-        // The first of a family stands for all.
-        let family = balance.family(&q);
-        if let Some(at) = &family {
-            let mut known = families.iter().filter(|(_, known)| known.family == at.family);
-            if known.any(|(k, known)| balance.is_of_family(&equilibria[*k].q, known, &q)) {
-                continue;
-            }
-        }
-        let mut found = balance.equilibrium(&q)?;
-        // A search comes only near to one whose stiffness vanishes.
-        let is_near = |e: &Equilibrium| {
-            e.stability == Stability::Neutral
-                && balance.apart(&e.q, &q).iter().all(|off| off.abs() < NEAR)
-        };
-        if family.is_none()
-            && found.stability == Stability::Neutral
-            && equilibria.iter().any(is_near)
-        {
-            continue;
-        }
-        if let Some(at) = family {
-            found.family = Some(at.family.clone());
-            families.push((equilibria.len(), at));
-        }
-        equilibria.push(found);
-    }
-    if equilibria.is_empty() {
-        return Err(AnalysisError::NoEquilibrium);
-    }
-    Ok(Statics {
-        joints: loaded.mechanism.compiled.joints.clone(),
-        by: balance.by_names(&equilibria[0].q)?,
-        equilibria,
-        is_complete,
-        held: loaded.held_contacts(),
-    })
+    let poses = balance.all()?;
+    let distinct = balance.distinct(poses.balanced.iter().chain(&poses.beyond))?;
+    let (equilibria, left_out): (Vec<_>, Vec<_>) =
+        distinct.into_iter().partition(|equilibrium| equilibrium.beyond.is_empty());
+    let on_stops = poses.on_stops.as_deref().unwrap_or_default();
+    let none = balance.without_equilibrium(&poses.beyond, on_stops);
+    let known = equilibria.iter().chain(&left_out).map(|equilibrium| &equilibrium.q);
+    let first = known.chain(on_stops.iter().map(|(_, q)| q)).next();
+    let by = match first {
+        Some(q) => balance.by_names(q)?,
+        None => balance.by_names(&balance.start()).unwrap_or_default(),
+    };
+    let joints = loaded.mechanism.compiled.joints.clone();
+    let (is_complete, held) = (poses.is_complete, loaded.held_contacts());
+    Ok((Statics { joints, by, equilibria, left_out, is_complete, held }, poses, none))
 }
 
 impl Statics {
     /// A row for each equilibrium: stability (1, 0, −1: stable, neutral, unstable), the smallest stiffness, the
-    /// pose, the reactions.
+    /// pose, the reactions, then what each stop bears that is closed in any of them.
     pub fn table(&self) -> Table {
-        let rows = self.equilibria.iter().map(cells).collect();
-        Table { columns: columns(self.equilibria.first(), &self.joints), rows }
+        let name = |stop: &BearingStop| format!("{}.{}", stop.name, stop.limit);
+        let mut stops: Vec<Column> = Vec::new();
+        for stop in self.equilibria.iter().flat_map(|equilibrium| &equilibrium.bearing) {
+            if stops.iter().all(|known| known.name != name(stop)) {
+                stops.push(Column::new(name(stop), stop.unit));
+            }
+        }
+        let effort = |equilibrium: &Equilibrium, column: &Column| {
+            let own = equilibrium.bearing.iter().find(|stop| name(stop) == column.name);
+            own.map_or(0.0, |stop| stop.effort)
+        };
+        let row = |equilibrium: &Equilibrium| {
+            let efforts = stops.iter().map(|column| effort(equilibrium, column));
+            cells(equilibrium).into_iter().chain(efforts).collect()
+        };
+        let rows = self.equilibria.iter().map(row).collect();
+        let columns = columns(self.equilibria.first(), &self.joints);
+        Table { columns: columns.into_iter().chain(stops).collect(), rows }
     }
 }

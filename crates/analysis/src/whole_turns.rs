@@ -8,6 +8,8 @@ use crate::balance::Balance;
 
 /// Part of a difference of two angles that is rounding.
 const ROUNDING: f64 = 1e-9;
+/// Turns to either side that are searched at most.
+pub(crate) const MOST_TURNS: usize = 20;
 
 /// A turn of a motion that closes: its addition to the unknowns, and where it began.
 #[derive(Clone, Debug)]
@@ -28,8 +30,7 @@ impl Turn {
         let mut best = z.to_vec();
         for number in [-1.0, 1.0] {
             loop {
-                let next: Vec<f64> =
-                    best.iter().zip(&self.by).map(|(z, by)| z + number * by).collect();
+                let next = self.later(&best, number);
                 let gain = farthest(&best) - farthest(&next);
                 // Of two that are as near, that with the smaller angles.
                 let is_tie = gain.abs() <= ROUNDING;
@@ -42,9 +43,22 @@ impl Turn {
         }
         best
     }
+
+    /// The same pose some turns later.
+    pub(crate) fn later(&self, z: &[f64], number: f64) -> Vec<f64> {
+        z.iter().zip(&self.by).map(|(z, by)| z + number * by).collect()
+    }
 }
 
 impl Balance<'_> {
+    /// The same pose in the turn nearest to the start of those that stops allow; in the nearest of all where they allow none.
+    pub(crate) fn allowed_turn(&mut self, turn: &Turn, q: &[f64]) -> Vec<f64> {
+        let nearest = turn.nearest(q);
+        let numbers = (0..=MOST_TURNS).flat_map(|k| [k as f64, -(k as f64)]);
+        let mut turned = numbers.map(|number| turn.later(&nearest, number));
+        turned.find(|q| self.stops.allow(q)).unwrap_or(nearest)
+    }
+
     /// An equilibrium with each angle within half a turn of the start, as far as that leaves it an equilibrium: wheels that
     /// mesh and springs that count turns keep theirs.
     pub(crate) fn in_turn_of_start(&mut self, q: Vec<f64>) -> Vec<f64> {

@@ -13,15 +13,14 @@ use crate::balance::Balance;
 use crate::curve::{Curve, Point};
 use crate::error::AnalysisError;
 use crate::path::{Law, Path};
+use crate::poses::Poses;
 use crate::trace::Trace;
-use crate::whole_turns::Turn;
+use crate::whole_turns::{MOST_TURNS, Turn};
 
 /// Part of the largest work below which a difference of two is rounding.
 const ROUNDING: f64 = 1e-9;
 /// Part of what joints bear below which work along the motion is rounding.
 const NO_WORK: f64 = 1e-12;
-/// Turns to either side that are searched at most.
-const MOST_TURNS: usize = 20;
 
 /// One free motion with whole turns of its angles.
 struct Turns<'r> {
@@ -40,11 +39,11 @@ impl Turns<'_> {
 }
 
 impl Balance<'_> {
-    /// Positions of the equilibria along the one free motion, and whether there are no others.
+    /// Positions of the equilibria along the one free motion, and those in which a stop closes and is pressed on.
     ///
     /// # Errors
     /// [`AnalysisError`] when there is not one free motion.
-    pub(crate) fn along_free_motion(&mut self) -> Result<(Vec<Vec<f64>>, bool), AnalysisError> {
+    pub(crate) fn along_free_motion(&mut self) -> Result<Poses, AnalysisError> {
         let mut rows = self.loaded.rows()?;
         let is_turn = rows.is_turn.clone();
         let x = rows.scaled(&self.loaded.q);
@@ -63,7 +62,7 @@ impl Balance<'_> {
         let lambda = self.balancing(&self.loaded.q).unwrap_or_default();
         let rounding = NO_WORK * self.load_size(&self.loaded.q, &lambda);
         if size <= rounding {
-            return Ok((vec![self.loaded.q.clone()], true));
+            return Ok(self.sorted(vec![self.loaded.q.clone()], Some(Vec::new()), true));
         }
         values.iter_mut().filter(|value| value.abs() <= rounding).for_each(|value| *value = 0.0);
         let is_at_start = values[0] == 0.0;
@@ -72,7 +71,9 @@ impl Balance<'_> {
             let off = values.iter().zip(&next).map(|(a, b)| (a - b).abs());
             if off.fold(0.0, f64::max) > ROUNDING * size {
                 self.counts_turns = true;
-                return Ok(self.over_turns(&mut turns, &values));
+                let (found, is_complete) = self.over_turns(&mut turns, &values);
+                let on_stops = self.on_stops(&mut turns, rounding);
+                return Ok(self.sorted(found, Some(on_stops), is_complete));
             }
             // One pose, one value: rounding after a whole turn could hide an equilibrium in the start.
             let last = values.len() - 1;
@@ -88,10 +89,82 @@ impl Balance<'_> {
         }
         if turns.trace.is_closed {
             // Angles are counted in radians in both.
-            let turn = Turn { start: self.start(), by: turns.turn.as_slice().to_vec() };
-            found = found.iter().map(|q| turn.nearest(q)).collect();
+            let turn = self.turn(&turns);
+            found = found.iter().map(|q| self.allowed_turn(&turn, q)).collect();
         }
-        Ok((found, turns.trace.is_closed))
+        let on_stops = self.on_stops(&mut turns, rounding);
+        Ok(self.sorted(found, Some(on_stops), turns.trace.is_closed))
+    }
+
+    /// A turn as coordinates count it.
+    fn turn(&self, turns: &Turns<'_>) -> Turn {
+        let by = turns.curve.equations.rows.unscaled(turns.turn.as_slice());
+        Turn { start: self.start(), by }
+    }
+
+    /// Positions in which an open stop closes and forces press on it that do more work than `rounding`, each with the number of
+    /// the stop.
+    fn on_stops(&mut self, turns: &mut Turns<'_>, rounding: f64) -> Vec<(usize, Vec<f64>)> {
+        let mut found = Vec::new();
+        let turn = self.turn(turns);
+        for stop in 0..self.stops.n() {
+            // The trace once, or turn after turn where the stop counts turns.
+            let first = self.stops.penetrations(&turn.start)[stop];
+            let further = self.stops.penetrations(&turn.later(&turn.start, 1.0))[stop];
+            let counts = turns.trace.is_closed && (further - first).abs() > ROUNDING;
+            let most = if counts { MOST_TURNS } else { 0 };
+            for point in self.closing(turns, stop, most) {
+                let rows = &turns.curve.equations.rows;
+                let mut q = rows.unscaled(point.z.as_slice());
+                if turns.trace.is_closed && !counts {
+                    q = turn.nearest(&q);
+                }
+                let direction = turns.curve.equations.rows.unscaled(point.tangent.as_slice());
+                let work = self.work_of(&q, &direction);
+                let slope = self.stops.along(&q, &direction)[stop];
+                let is_pressed = slope != 0.0 && work * slope.signum() > rounding;
+                // An angle that is known within a turn alone jumps, too.
+                if is_pressed && self.stops.is_closed(stop, &q) && self.stops.allow(&q) {
+                    found.push((stop, q));
+                }
+            }
+        }
+        found
+    }
+
+    /// Points of the trace in which the penetration of a stop is zero, over so many turns to either side.
+    fn closing(&mut self, turns: &mut Turns<'_>, stop: usize, most: usize) -> Vec<Point> {
+        let n_steps = turns.trace.steps.len();
+        let turn_of = |k: usize| (k / n_steps.max(1)) as f64 - most as f64;
+        // Where turns meet one point has one value.
+        let last = (2 * most + 1) * n_steps;
+        let place = |k: usize| {
+            if k == last { (most as f64, n_steps) } else { (turn_of(k), k % n_steps.max(1)) }
+        };
+        let mut depths = Vec::with_capacity(last + 1);
+        for k in 0..=last {
+            let (number, at) = place(k);
+            let z = turns.point(at, number).z;
+            let q = turns.curve.equations.rows.unscaled(z.as_slice());
+            depths.push(self.stops.penetrations(&q)[stop]);
+        }
+        if turns.trace.is_closed && most == 0 {
+            depths[last] = depths[0];
+        }
+        let mut found = Vec::new();
+        for k in 1..=last {
+            let (before, after) = (depths[k - 1], depths[k]);
+            if before == 0.0 || (before > 0.0) == (after > 0.0) && after != 0.0 {
+                continue;
+            }
+            let (number, at) = place(k - 1);
+            let (from, step) = (turns.point(at, number), turns.trace.steps[at]);
+            found.extend(turns.curve.root(&from, step, (before, after), &mut |curve, point| {
+                let q = curve.equations.rows.unscaled(point.z.as_slice());
+                self.stops.penetrations(&q)[stop]
+            }));
+        }
+        found
     }
 
     /// Equilibria of a motion that closes under forces that count its turns, those of `first` in the turn of the start.
@@ -178,10 +251,14 @@ impl Balance<'_> {
     fn work_at(&mut self, curve: &Curve<Path<'_>>, point: &Point) -> f64 {
         let rows = &curve.equations.rows;
         let q = rows.unscaled(point.z.as_slice());
-        let direction = rows.unscaled(point.tangent.as_slice());
+        self.work_of(&q, &rows.unscaled(point.tangent.as_slice()))
+    }
+
+    /// Work of the forces along a direction, at rest.
+    fn work_of(&mut self, q: &[f64], direction: &[f64]) -> f64 {
         let nothing = vec![0.0; self.forces.nc()];
-        let residual = self.at(&q, &nothing).residual;
-        -residual.iter().zip(&direction).map(|(r, d)| r * d).sum::<f64>()
+        let residual = self.at(q, &nothing).residual;
+        -residual.iter().zip(direction).map(|(r, d)| r * d).sum::<f64>()
     }
 }
 

@@ -210,6 +210,39 @@ fn equilibria_over_a_parameter_are_told_and_written() {
     assert_eq!(output.status.code(), Some(2), "one or the other");
 }
 
+/// A tailgate that its weight opens onto a stop.
+#[test]
+fn rests_on_stops_are_told_and_what_lies_beyond_is_left_out() {
+    let place = Scratch::new();
+    place.write(
+        "tailgate.toml",
+        "[bodies.tailgate]\nmass = 10\ninertia = 1\ncom = [0.5, 0]\n\
+         [joints]\nhinge = { type = \"revolute\", between = [\"ground\", \"tailgate\"] }\n\
+         [loads]\ngravity = { type = \"gravity\", acceleration = [0, -10] }\n\
+         top = { type = \"stop\", joint = \"hinge\", min = \"-60 deg\", max = \"30 deg\" }\n",
+    );
+    let output = place.run("static tailgate.toml -o rests.csv");
+    let report = text(&output.stdout);
+    for line in [
+        "tailgate: 1 equilibrium, there are no others on this assembly",
+        "2 poses in balance are left out: stop `top` lies before them",
+        "stop `top` (min), which bears 25 N*m",
+        "stop `top` (max)",
+    ] {
+        assert!(report.contains(line), "{line}: {report}");
+    }
+    let table = std::fs::read_to_string(place.path().join("rests.csv")).expect("a table");
+    assert!(table.lines().next().is_some_and(|heads| heads.ends_with(",top.min")), "{table}");
+
+    let answer = json(&place, &["static", "tailgate.toml"]);
+    let bearing = &answer["equilibria"][0]["bearing"][0];
+    assert_eq!([&bearing["stop"], &bearing["limit"], &bearing["unit"]], ["top", "min", "N*m"]);
+    assert!((bearing["effort"].as_f64().expect("a number") - 25.0).abs() < 1e-9, "{bearing}");
+    let left_out = answer["left_out"].as_array().expect("poses");
+    assert_eq!(left_out.len(), 2);
+    assert!(left_out.iter().all(|pose| pose["beyond"][0]["stop"] == "top"), "{answer}");
+}
+
 #[test]
 fn inputs_and_outputs_of_the_model_are_those_of_a_response() {
     let place = Scratch::new();

@@ -84,6 +84,14 @@ def test_equilibria_over_a_parameter_and_balanced() -> None:
     assert aside.static(solve="k")["k"][0] == pytest.approx(2 * 9.81 * 0.4 * np.sin(0.3) / 0.7)
 
 
+def test_a_rest_on_a_stop_has_what_the_stop_bears() -> None:
+    stop = '[loads.end]\ntype = "stop"\njoint = "A"\nmin = "20 deg"\nmax = "50 deg"\n[initial]\nA = { angle = "30 deg" }\n'
+    found = bksim.loads(PENDULUM + stop).static()
+    bearing = [stop for one in found.facts["equilibria"] for stop in one["bearing"]]
+    assert bearing and all(one["stop"] == "end" and one["effort"] > 0 for one in bearing)
+    assert found.facts["left_out"] and found.facts["left_out"][0]["beyond"][0]["stop"] == "end"
+
+
 def test_a_linear_system_has_the_poles_of_its_modes() -> None:
     m = pendulum()
     system = m.linearize("A", "A.angle")

@@ -97,6 +97,11 @@ impl AnalysisError {
                 codes::NO_EQUILIBRIUM,
                 "add what holds the mechanism: a spring, a drive, a stop".to_owned(),
             ),
+            Self::StopsBefore { .. } => (
+                codes::NO_EQUILIBRIUM,
+                "begin where the stop is closed, so that it counts as a constraint, or write other limits"
+                    .to_owned(),
+            ),
             Self::NotIsolated { .. } => (
                 codes::NO_EQUILIBRIUM,
                 "hold what can be anywhere by a drive or a spring, or ask `bksim static` without `--over`"

@@ -202,3 +202,130 @@ fn equilibria_lie_in_every_turn_that_a_torsion_spring_counts() {
     let cubic = "[loads.s]\ntype = \"torque\"\njoint = \"A\"\nvalue = \"-0.3 N m*A.angle^3\"";
     assert!(!statics(rod(cubic), &[], &[]).expect("equilibria").is_complete);
 }
+
+/// A bar of mass m with its centre of mass at the distance c, whose angle `stop` limits.
+fn bar_on_a_stop(start: &str, stop: &str) -> bksim_analysis::Statics {
+    let text = format!(
+        "[bodies.bar]\nmass = 3\ninertia = 1\ncom = [0.8, 0]\n\
+         [joints]\nhinge = {{ type = \"revolute\", between = [\"ground\", \"bar\"] }}\n\
+         [loads]\ng = {{ type = \"gravity\", acceleration = [0, -10] }}\n\
+         end = {{ type = \"stop\", joint = \"hinge\", {stop} }}\n\
+         [initial]\nhinge = {{ angle = \"{start}\" }}\n"
+    );
+    statics(model(&text), &["hinge.angle".to_owned()], &[]).expect("equilibria")
+}
+
+/// Angles of equilibria in degrees, with the moments of the stop that they are on.
+fn rests(found: &bksim_analysis::Statics) -> Vec<(f64, Option<f64>)> {
+    let angles = found.table().column("hinge.angle").expect("angles");
+    let efforts = found.equilibria.iter().map(|e| e.bearing.first().map(|stop| stop.effort));
+    angles.iter().map(|angle| angle.to_degrees()).zip(efforts).collect()
+}
+
+#[test]
+fn a_bar_rests_on_the_stop_that_its_weight_presses_on() {
+    // m g c cos θ turns it back; the lower stop pushes with that moment, the upper one would have to pull.
+    let found = bar_on_a_stop("10 deg", "min = \"-60 deg\", max = \"30 deg\"");
+    assert!(found.is_complete);
+    let rests_at = rests(&found);
+    assert_eq!(rests_at.len(), 1, "{rests_at:?}");
+    let (angle, effort) = rests_at[0];
+    let moment = 3.0 * 10.0 * 0.8 * f64::cos((-60_f64).to_radians());
+    assert!((angle + 60.0).abs() < 1e-9, "{angle}");
+    assert!((effort.expect("an effort") - moment).abs() < 1e-9 * moment, "{effort:?}");
+    let stop = &found.equilibria[0].bearing[0];
+    assert_eq!((stop.name.as_str(), stop.limit, stop.unit), ("end", "min", "N*m"));
+    assert_eq!(found.equilibria[0].stability, Stability::Stable);
+    // The joint takes the whole weight, as the stop gives a moment alone.
+    let weight = found.table().column("hinge.fy").expect("a reaction");
+    assert!((weight[0] - 30.0).abs() < 1e-9, "{weight:?}");
+    assert_eq!(found.table().column("end.min").expect("an effort"), [effort.expect("an effort")]);
+    // Hanging and standing lie beyond.
+    let beyond = found.left_out.iter().map(|e| (e.stability, e.beyond[0].limit, e.beyond[0].depth));
+    let beyond: Vec<_> = beyond.map(|(s, limit, depth)| (s, limit, depth.to_degrees())).collect();
+    let [(Stability::Unstable, "max", up), (Stability::Stable, "min", down)] = beyond[..] else {
+        panic!("{beyond:?}")
+    };
+    assert!((up - 60.0).abs() < 1e-6 && (down - 30.0).abs() < 1e-6, "{up}, {down}");
+
+    // Between stops on both sides of the upright, the bar leans on either.
+    let found = bar_on_a_stop("80 deg", "min = \"70 deg\", max = \"140 deg\"");
+    let mut rests_at = rests(&found);
+    rests_at.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let [(left, Some(a)), (up, None), (right, Some(b))] = rests_at[..] else {
+        panic!("{rests_at:?}")
+    };
+    assert!((left - 70.0).abs() < 1e-9 && (right - 140.0).abs() < 1e-9, "{left}, {right}");
+    assert!((up - 90.0).abs() < 1e-9, "{up}");
+    assert!((a - 24.0 * f64::cos(70_f64.to_radians())).abs() < 1e-9, "{a}");
+    assert!((b + 24.0 * f64::cos(140_f64.to_radians())).abs() < 1e-9, "{b}");
+    assert_eq!(found.left_out.len(), 1);
+}
+
+#[test]
+fn stops_count_whole_turns() {
+    // It may hang at 270° alone, though -90° is nearer to the start.
+    let found = bar_on_a_stop("0 deg", "min = \"-80 deg\", max = \"300 deg\"");
+    let mut rests_at = rests(&found);
+    rests_at.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let [(low, Some(_)), (up, None), (down, None)] = rests_at[..] else { panic!("{rests_at:?}") };
+    assert!((low + 80.0).abs() < 1e-9 && (up - 90.0).abs() < 1e-9, "{low}, {up}");
+    assert!((down - 270.0).abs() < 1e-9, "{down}");
+    assert!(found.left_out.is_empty());
+
+    // A stop turns further on.
+    let found = bar_on_a_stop("750 deg", "min = \"700 deg\", max = \"760 deg\"");
+    let rests_at = rests(&found);
+    let [(angle, Some(moment))] = rests_at[..] else { panic!("{rests_at:?}") };
+    assert!((angle - 700.0).abs() < 1e-9, "{angle}");
+    assert!((moment - 24.0 * f64::cos(20_f64.to_radians())).abs() < 1e-9, "{moment}");
+}
+
+#[test]
+fn a_weight_that_only_a_stop_holds_rests_on_it() {
+    let text = "[bodies.weight]\nmass = 2\n[joints.guide]\ntype = \"prismatic\"\n\
+                between = [\"ground\", \"weight\"]\naxis = [0, 1]\n\
+                [loads]\ng = { type = \"gravity\", acceleration = [0, -10] }\n\
+                floor = { type = \"stop\", joint = \"guide\", min = -0.4 }\n";
+    let found = statics(model(text), &[], &[]).expect("a rest");
+    assert_eq!(found.table().column("guide.position").expect("a position").len(), 1);
+    let rest = &found.equilibria[0];
+    assert!((rest.q[0] + 0.4).abs() < 1e-9, "{:?}", rest.q);
+    assert_eq!((rest.bearing[0].limit, rest.bearing[0].unit), ("min", "N"));
+    assert!((rest.bearing[0].effort - 20.0).abs() < 1e-9, "{:?}", rest.bearing);
+    assert!(rest.pose.iter().any(|(name, ..)| name == "guide.position"));
+
+    // Small motions have nothing to be about.
+    let fault = linearize(model(text), About::Static, &Channels::default()).expect_err("no motion");
+    assert_eq!(fault.to_string(), "no equilibrium lies before stop `floor`");
+}
+
+/// Two bars in a row: the second one hangs, and the first one lies on its stop.
+#[test]
+fn one_of_two_free_motions_rests_on_a_stop() {
+    let text = "[bodies.first]\nmass = 2\ninertia = 0\ncom = [0.5, 0]\npoints = { end = [1, 0] }\n\
+                [bodies.second]\nmass = 1\ninertia = 0\ncom = [0.3, 0]\n\
+                [joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"first\"]\n\
+                [joints.B]\ntype = \"revolute\"\nbetween = [\"first.end\", \"second\"]\n\
+                [loads]\ng = { type = \"gravity\", acceleration = [0, -10] }\n\
+                end = { type = \"stop\", joint = \"A\", min = \"-30 deg\", max = \"60 deg\" }\n\
+                [initial]\nA = { angle = \"20 deg\" }\n";
+    let found = statics(model(text), &[], &[]).expect("equilibria");
+    // The weights turn the first one down, wherever the second one stands.
+    let moment = (2.0 * 10.0 * 0.5 + 10.0) * f64::cos(30_f64.to_radians());
+    let mut turned: Vec<(f64, Stability)> = Vec::new();
+    for rest in &found.equilibria {
+        let value = |name: &str| rest.pose.iter().find(|(own, ..)| own == name).expect(name).1;
+        assert_eq!(rest.bearing[0].limit, "min");
+        assert!((value("A.angle").to_degrees() + 30.0).abs() < 1e-9);
+        assert!((rest.bearing[0].effort - moment).abs() < 1e-9, "{:?}", rest.bearing);
+        turned.push((value("second.angle").to_degrees().rem_euclid(360.0), rest.stability));
+    }
+    turned.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let [(up, Stability::Unstable), (down, Stability::Stable)] = turned[..] else {
+        panic!("{turned:?}")
+    };
+    assert!((up - 90.0).abs() < 1e-6 && (down - 270.0).abs() < 1e-6, "{up}, {down}");
+    // The first one neither stands nor hangs.
+    assert_eq!((found.equilibria.len(), found.left_out.len()), (2, 4));
+}

@@ -1,9 +1,9 @@
 //! `bksim static`: equilibria, their stability, the reactions in them.
 
 use bksim::analysis::{
-    AnalysisError, Balanced, BranchPoint, Continuation, Equilibrium, Family, OpenReactions,
-    PointKind, Range, ReactionBound, Stability, Statics, balanced, compliances, statics,
-    statics_over,
+    AnalysisError, Balanced, BearingStop, BranchPoint, Continuation, Equilibrium, Family,
+    OpenReactions, PassedStop, PointKind, Range, ReactionBound, Stability, Statics, balanced,
+    compliances, statics, statics_over,
 };
 use bksim::model::Model;
 use serde_json::{Value, json};
@@ -72,17 +72,26 @@ pub fn told(name: &str, found: &Statics) -> Answer {
     let by = names(&found.by);
     let row = |e: &Equilibrium| {
         let least = e.stiffness.first().map_or(String::new(), |k| number(*k));
-        vec![word(e.stability).to_owned(), least, position(&found.by, e)]
+        vec![word(e.stability).to_owned(), least, position(&found.by, e), on_stops(e)]
     };
-    let rows = found.equilibria.iter().map(row).collect();
+    let mut rows: Vec<_> = found.equilibria.iter().map(row).collect();
+    let mut heads = vec!["", "least stiffness", "where", "on"];
+    if found.equilibria.iter().all(|e| e.bearing.is_empty()) {
+        heads.pop();
+        for row in &mut rows {
+            row.truncate(heads.len());
+        }
+    }
     let count = counted(found.equilibria.len(), "equilibrium", "equilibria");
     let whether =
         if found.is_complete { "there are no others on this assembly" } else { "of a search" };
     let mut text = format!(
-        "{name}: {count}, {whether}{}\n\n{}",
+        "{name}: {count}, {whether}{}{}\n\n{}",
+        left_out(&found.left_out),
         held(&found.held),
-        lines(&["", "least stiffness", "where"], rows)
+        lines(&heads, rows)
     );
+    text.extend(left_out_text(&found.by, &found.left_out));
     for (k, e) in found.equilibria.iter().enumerate() {
         text.extend(e.family.as_ref().map(|family| family_text(k + 1, family)));
     }
@@ -90,13 +99,61 @@ pub fn told(name: &str, found: &Statics) -> Answer {
         text.extend([open_text(k + 1, &e.open)]);
     }
     let equilibria = found.equilibria.iter().map(|e| equilibrium_json(&found.joints, e));
+    let left_out = found.left_out.iter().map(|e| equilibrium_json(&found.joints, e));
     let json = json!({
         "by": by,
         "complete": found.is_complete,
         "held": found.held,
         "equilibria": equilibria.collect::<Vec<_>>(),
+        "left_out": left_out.collect::<Vec<_>>(),
     });
     Answer { command: "static", json, text, table: found.table() }
+}
+
+/// The stops that are closed in an equilibrium, with what they bear.
+fn on_stops(e: &Equilibrium) -> String {
+    let on = |stop: &BearingStop| {
+        let (name, limit) = (&stop.name, stop.limit);
+        match stop.effort {
+            effort if effort < 0.0 => format!("stop `{name}` ({limit}), which would have to pull"),
+            effort => format!("stop `{name}` ({limit}), which bears {}", shown(effort, stop.unit)),
+        }
+    };
+    e.bearing.iter().map(on).collect::<Vec<_>>().join(", ")
+}
+
+/// The stops that a pose lies beyond.
+fn beyond(e: &Equilibrium) -> String {
+    let beyond = |stop: &PassedStop| format!("stop `{}` ({})", stop.name, stop.limit);
+    e.beyond.iter().map(beyond).collect::<Vec<_>>().join(", ")
+}
+
+/// The note about poses in balance that are no equilibria.
+fn left_out(poses: &[Equilibrium]) -> String {
+    let mut stops: Vec<String> = Vec::new();
+    for stop in poses.iter().flat_map(|e| &e.beyond) {
+        let name = format!("`{}`", stop.name);
+        if !stops.contains(&name) {
+            stops.push(name);
+        }
+    }
+    let before = match stops.as_slice() {
+        [] => return String::new(),
+        [stop] => format!("stop {stop} lies"),
+        stops => format!("stops {} lie", stops.join(", ")),
+    };
+    let count = counted(poses.len(), "pose in balance is", "poses in balance are");
+    format!(
+        "\n  {count} left out: {before} before {}",
+        if poses.len() == 1 { "it" } else { "them" }
+    )
+}
+
+/// These poses in a table.
+fn left_out_text(by: &[(String, &'static str)], poses: &[Equilibrium]) -> Option<String> {
+    let row = |e: &Equilibrium| vec![position(by, e), beyond(e)];
+    let rows = poses.iter().map(row).collect();
+    (!poses.is_empty()).then(|| format!("\n\n{}", lines(&["left out", "beyond"], rows)))
 }
 
 fn names<'a>(by: &'a [(String, &'static str)]) -> Vec<&'a str> {
@@ -123,6 +180,12 @@ fn equilibrium_json(joints: &[String], e: &Equilibrium) -> Value {
         "family": e.family.as_ref().map(|family| {
             json!({ "dimension": family.dimension, "moves": family.moves })
         }),
+        "bearing": e.bearing.iter().map(|stop| {
+            json!({ "stop": stop.name, "limit": stop.limit, "effort": stop.effort, "unit": stop.unit })
+        }).collect::<Vec<_>>(),
+        "beyond": e.beyond.iter().map(|stop| {
+            json!({ "stop": stop.name, "limit": stop.limit, "depth": stop.depth, "unit": stop.unit })
+        }).collect::<Vec<_>>(),
         "pose": pose_json(&e.pose),
         "multipliers": e.lambda,
         "open": open_json(&e.open),
@@ -214,6 +277,10 @@ pub fn told_over(name: &str, found: &Continuation) -> Answer {
                 (PointKind::Crossing, Some(name)) => format!("branch point {name}"),
                 (PointKind::End, _) => "lost".to_owned(),
                 _ => word(point.equilibrium.stability).to_owned(),
+            };
+            let what = match beyond(&point.equilibrium) {
+                stops if stops.is_empty() => what,
+                stops => format!("{what}, beyond {stops}"),
             };
             let least = point.equilibrium.stiffness.first().map_or(String::new(), |k| number(*k));
             let value = shown(point.value, &parameter.unit);
