@@ -122,6 +122,12 @@ pub enum AnalysisError {
         /// Number of modes.
         n: usize,
     },
+    /// Modes about a state that moves.
+    #[error("modes are about a pose at rest, not about the run at t = {t} s")]
+    NotAtRest {
+        /// s.
+        t: f64,
+    },
     /// Ranges with different numbers of values.
     #[error("all ranges must have the same number of values, not {first} and {other}")]
     Counts {

@@ -36,6 +36,7 @@ mod follow;
 mod forces;
 mod growth;
 mod held;
+mod instant;
 mod inverse;
 mod kinematics;
 mod laps;

@@ -14,12 +14,15 @@
 //! Source: the linearisation of multibody systems in the null space of their constraints, e.g. J. García
 //! de Jalón and E. Bayo, *Kinematic and Dynamic Simulation of Multibody Systems* (1994), chapter 8.
 
+use std::str::FromStr;
+
 use bksim_mbs::quantity::{coordinate_units, rate_unit};
 use bksim_model::{Model, ParameterId};
 use nalgebra::{DMatrix, DVector};
 
 use crate::balance::{Balance, named_quantity, pose_of};
 use crate::channels::{Channels, Input};
+use crate::drive::quantity;
 use crate::eigenvalues::eigenvalues;
 use crate::equilibrium::Equilibrium;
 use crate::error::AnalysisError;
@@ -30,13 +33,34 @@ use crate::reduced::{Reduced, pseudo_inverse};
 use crate::table::{Column, Table};
 
 /// The state that equations are linearised about.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub enum About {
     /// The equilibrium nearest to the start, stable if there is a stable one.
     #[default]
     Static,
     /// The start as it is, moving if the model says so.
     Start,
+    /// The state of the run at this time, s.
+    Instant(f64),
+}
+
+impl FromStr for About {
+    type Err = String;
+
+    /// Reads `static`, `start` or an instant, `t=1 s`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let time = || {
+            let after = text.trim().strip_prefix('t')?.trim_start().strip_prefix('=')?;
+            quantity(after, "s").ok()
+        };
+        match text {
+            "static" => Ok(Self::Static),
+            "start" => Ok(Self::Start),
+            _ => time().map(Self::Instant).ok_or_else(|| {
+                "expected `static`, `start` or an instant of the run, such as `t=1 s`".to_owned()
+            }),
+        }
+    }
 }
 
 /// A linear system, SI.
@@ -70,7 +94,10 @@ pub struct Linear {
 /// [`AnalysisError`] when there is no such state, or a name is unknown.
 pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Linear, AnalysisError> {
     let channels = &channels.or_stated(&model);
-    let loaded = Loaded::of(model)?;
+    let mut loaded = Loaded::of(model)?;
+    if let About::Instant(t) = about {
+        loaded.run_to(t)?;
+    }
     let model = loaded.model();
     let (free, inputs) = inputs_of(&loaded, &channels.inputs)?;
 
@@ -248,7 +275,7 @@ fn state_of(
 ) -> Result<Moving, AnalysisError> {
     let of_kept = |all: &[f64]| loaded.kept.iter().map(|&row| all[row]).collect::<Vec<f64>>();
     match about {
-        About::Start => {
+        About::Start | About::Instant(_) => {
             let lambda = of_kept(&loaded.lambda);
             Ok((loaded.q.clone(), loaded.v.clone(), loaded.a.clone(), lambda))
         }

@@ -1,5 +1,6 @@
 //! [`Loaded`]: a mechanism at its start with masses and loads, and what holds there.
 
+use bksim_expr::SymbolId;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::modes::with_branches;
@@ -166,6 +167,22 @@ impl Loaded {
             _ => None,
         };
         self.kept.iter().filter_map(name).collect()
+    }
+
+    /// Holds the rows of the contacts that are closed by the parameters, but for `dependent` ones.
+    pub(crate) fn keep_active(&mut self, dependent: &[usize]) {
+        let symbols = self.system.parameters(self.model());
+        let value = |of: SymbolId| {
+            let at = symbols.iter().position(|symbol| *symbol == of);
+            at.and_then(|at| self.parameters.get(at)).copied()
+        };
+        let is_active = |row: &usize| {
+            let contact = self.system.contacts.iter().find(|contact| contact.row == *row);
+            contact.is_none_or(|contact| {
+                value(contact.closed) == Some(1.0) && !dependent.contains(row)
+            })
+        };
+        self.kept = (0..self.system.constraints.len()).filter(is_active).collect();
     }
 
     /// An answer with the constraint row of one more contact held.

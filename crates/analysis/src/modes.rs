@@ -75,6 +75,7 @@ pub(crate) fn modes_of(loaded: &Loaded, about: About) -> Result<Modes, AnalysisE
     let found = match about {
         About::Static => balance.nearest()?,
         About::Start => balance.equilibrium(&balance.start())?,
+        About::Instant(t) => return Err(AnalysisError::NotAtRest { t }),
     };
     let lambda: Vec<f64> = loaded.kept.iter().map(|&row| found.lambda[row]).collect();
     let at = balance.at(&found.q, &lambda);

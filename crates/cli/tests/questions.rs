@@ -244,6 +244,18 @@ fn rests_on_stops_are_told_and_what_lies_beyond_is_left_out() {
 }
 
 #[test]
+fn an_instant_is_a_state_to_be_linear_about() {
+    let place = Scratch::new();
+    place.write("rod.toml", format!("{ROD}[initial]\nA = {{ rate = 1 }}\n"));
+    let answer = json(&place, &["linearize", "rod.toml", "--at", "t=0.5 s"]);
+    let start = json(&place, &["linearize", "rod.toml", "--at", "start"]);
+    assert_ne!(answer["pose"]["A.angle"], start["pose"]["A.angle"], "{answer}");
+    let output = place.run("linearize rod.toml --at later");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("an instant of the run, such as `t=1 s`"));
+}
+
+#[test]
 fn inputs_and_outputs_of_the_model_are_those_of_a_response() {
     let place = Scratch::new();
     place.write("rod.toml", ROD.replace("3 N m/rad", "6 N m/rad"));

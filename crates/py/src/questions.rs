@@ -46,14 +46,8 @@ fn ask<'py>(
 
 /// The state of a word.
 fn about(at: &str) -> PyResult<About> {
-    match at {
-        "static" => Ok(About::Static),
-        "start" => Ok(About::Start),
-        other => {
-            let words = format!("at = {other:?} is none of \"static\" and \"start\"");
-            Err(pyo3::exceptions::PyValueError::new_err(words))
-        }
-    }
+    at.parse::<About>()
+        .map_err(|words| pyo3::exceptions::PyValueError::new_err(format!("at = {at:?}: {words}")))
 }
 
 /// Positions with their rates over a range.

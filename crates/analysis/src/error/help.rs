@@ -86,6 +86,11 @@ impl AnalysisError {
             Self::NoMode { .. } => {
                 (codes::UNKNOWN_NAME, "write a number that `bksim modes` counts".to_owned())
             }
+            Self::NotAtRest { .. } => (
+                codes::NO_EQUILIBRIUM,
+                "write `static` or `start` for it; `bksim linearize --at t=…` has the poles about an instant"
+                    .to_owned(),
+            ),
             Self::NotReached { .. } => (
                 codes::NOT_REACHED,
                 "write a range within the limits that `bksim kinematics --limits` shows".to_owned(),

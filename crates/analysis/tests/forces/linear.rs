@@ -224,3 +224,57 @@ fn motions_that_nothing_acts_on_are_modes_of_zero_and_nothing_else() {
         assert!(mode.shares.iter().all(|share| (-1e-12..1.0 + 1e-12).contains(share)));
     }
 }
+
+/// A pendulum with θ″ = −(g/l) cos θ from the horizontal, by the classical Runge–Kutta method of order four.
+fn swung(g_by_l: f64, t: f64) -> [f64; 2] {
+    let rates = |[angle, rate]: [f64; 2]| [rate, -g_by_l * angle.cos()];
+    let n = 20_000;
+    let h = t / f64::from(n);
+    let mut y = [0.0, 0.0];
+    for _ in 0..n {
+        let ahead = |k: [f64; 2], h: f64| [y[0] + h * k[0], y[1] + h * k[1]];
+        let k1 = rates(y);
+        let k2 = rates(ahead(k1, 0.5 * h));
+        let k3 = rates(ahead(k2, 0.5 * h));
+        let k4 = rates(ahead(k3, h));
+        for i in 0..2 {
+            y[i] += h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
+        }
+    }
+    y
+}
+
+#[test]
+fn equations_are_linear_about_an_instant_of_the_run() {
+    let pendulum = |more: &str| {
+        model(&format!(
+            "[bodies.bob]\nmass = 2\ninertia = 0\ncom = [0.5, 0]\n\
+             [joints]\nA = {{ type = \"revolute\", between = [\"ground\", \"bob\"] }}\n\
+             [loads]\ng = {{ type = \"gravity\", acceleration = [0, -10] }}\n{more}\
+             [initial]\nA = {{ angle = 0, rate = 0 }}\n\
+             [solve]\nt_end = 0.1\nrtol = 1e-10\natol = 1e-12\n"
+        ))
+    };
+    // Later than the run of the model ends.
+    let about: About = "t = 300 ms".parse().expect("an instant");
+    assert_eq!(about, About::Instant(0.3));
+    let found = linearize(pendulum(""), about, &Channels::default()).expect("a system");
+    let [angle, _] = swung(20.0, 0.3);
+    close(found.pose.iter().find(|(name, ..)| name == "A.angle").expect("a pose").1, angle, 1e-8);
+    // θ″ = −(g/l) cos θ has the slope (g/l) sin θ.
+    close(found.a[(1, 0)], 20.0 * angle.sin(), 1e-7);
+    assert_eq!(found.a.row(0).iter().copied().collect::<Vec<_>>(), [0.0, 1.0]);
+
+    // On the stop that it has fallen on by then, nothing is free; it was in the start.
+    let stop = "end = { type = \"stop\", joint = \"A\", min = \"-20 deg\" }\n";
+    let at = |about| linearize(pendulum(stop), about, &Channels::default()).expect("a system");
+    assert_eq!((at(About::Start).a.nrows(), at(About::Start).held.len()), (2, 0));
+    let fallen = at(About::Instant(2.0));
+    assert_eq!((fallen.a.nrows(), fallen.held), (0, vec!["stop `end`".to_owned()]));
+
+    for text in ["t=", "t=1 m", "1", "end", "run.mcap"] {
+        assert!(text.parse::<About>().expect_err(text).contains("`t=1 s`"));
+    }
+    let fault = modes(pendulum(""), About::Instant(0.3)).expect_err("moving");
+    assert_eq!(fault.to_string(), "modes are about a pose at rest, not about the run at t = 0.3 s");
+}

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use bksim::analysis::About;
 use clap::Args;
 
-use super::mode::{About, ModeArgs};
+use super::mode::ModeArgs;
 use super::render::Render;
 use super::time::time;
 use super::{ModelArgs, assignment};
@@ -184,8 +185,9 @@ pub(crate) struct Static {
 pub(crate) struct Linearize {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// The state that the equations are linear about.
-    #[arg(long, value_enum, default_value_t = About::Static)]
+    /// The state that the equations are linear about: `static`, the equilibrium nearest to the start, a stable one if there is any;
+    /// `start` as it is, or the run at an instant, `t=1 s`.
+    #[arg(long, value_name = "STATE", default_value = "static")]
     pub(crate) at: About,
     /// An input: a parameter of loads, or a measure that an effort works on, `crank.angle` for a torque on
     /// the crank; may be repeated.
@@ -209,8 +211,9 @@ pub(crate) struct Linearize {
 pub struct Modes {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// The state that motions are small about.
-    #[arg(long, value_enum, default_value_t = About::Static)]
+    /// The pose that motions are small about: `static`, the equilibrium nearest to the start, a stable one if there is any, or
+    /// `start`.
+    #[arg(long, value_name = "STATE", default_value = "static")]
     pub(crate) at: About,
     /// The mode that a film or picture shows: 1 is the first one, which it is unless given.
     #[arg(long, value_name = "N")]
@@ -245,8 +248,9 @@ impl Modes {
 pub struct Bode {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// The state that the equations are linear about.
-    #[arg(long, value_enum, default_value_t = About::Static)]
+    /// The state that the equations are linear about: `static`, the equilibrium nearest to the start, a stable one if there is any;
+    /// `start` as it is, or the run at an instant, `t=1 s`.
+    #[arg(long, value_name = "STATE", default_value = "static")]
     pub(crate) at: About,
     /// An input, as of `bksim linearize`; may be repeated.
     #[arg(long, value_name = "NAME")]

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
+use bksim::analysis::About;
 use clap::{Args, ValueEnum};
 
 use super::ModelArgs;
-use super::mode::About;
 
 #[derive(Args, Debug)]
 pub(crate) struct Code {
@@ -24,8 +24,8 @@ pub(crate) struct Code {
     /// With `--part linear`: an output, as of `bksim linearize`; may be repeated.
     #[arg(long = "of", value_name = "NAME")]
     pub(crate) of: Vec<String>,
-    /// With `--part linear`: the state that the equations are linear about.
-    #[arg(long, value_enum, default_value_t = About::Static)]
+    /// With `--part linear`: the state that the equations are linear about, as of `bksim linearize`.
+    #[arg(long, value_name = "STATE", default_value = "static")]
     pub(crate) at: About,
     /// The folder for the files; it is made where it does not exist.
     #[arg(short, long, value_name = "DIR")]

@@ -1,16 +1,7 @@
 //! The mode of small motions that is shown in place of a run, and the state that it is about.
 
-use bksim::analysis::{AnalysisError, ModeRequest, quantity};
-use clap::{Args, ValueEnum};
-
-/// The state that equations are linearised about.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub enum About {
-    /// The equilibrium nearest to the start, a stable one if there is any.
-    Static,
-    /// The start as it is.
-    Start,
-}
+use bksim::analysis::{About, AnalysisError, ModeRequest, quantity};
+use clap::Args;
 
 /// A mode of small motions in place of the run.
 #[derive(Args, Clone, Debug)]
@@ -21,8 +12,9 @@ pub struct ModeArgs {
     /// The mode's largest change of a body's angle, `10 deg`, or, where no body turns, of a position, `5 mm`.
     #[arg(long, value_name = "SIZE", requires = "mode")]
     pub amplitude: Option<String>,
-    /// The state that the mode is about.
-    #[arg(long, value_enum, default_value_t = About::Static, requires = "mode")]
+    /// The pose that the mode is about: `static`, the equilibrium nearest to the start, a stable one if there is any, or
+    /// `start`.
+    #[arg(long, value_name = "STATE", default_value = "static", requires = "mode")]
     pub mode_at: About,
 }
 
@@ -35,10 +27,6 @@ impl ModeArgs {
         let Some(number) = self.mode else { return Ok(None) };
         let read = |text: &String| quantity(text, "rad").or_else(|_| quantity(text, "m"));
         let amplitude = self.amplitude.as_ref().map(read).transpose()?;
-        let about = match self.mode_at {
-            About::Static => bksim::analysis::About::Static,
-            About::Start => bksim::analysis::About::Start,
-        };
-        Ok(Some(ModeRequest { number, amplitude, about }))
+        Ok(Some(ModeRequest { number, amplitude, about: self.mode_at }))
     }
 }

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use bksim::analysis::About;
 use bksim_scene::request::{Background, DENSITIES, FACTORS, MOST_GHOSTS, SIDES};
 use bksim_scene::{Section, StandardView};
 use clap::{Args, ValueEnum};
 
-use super::mode::{About, ModeArgs};
+use super::mode::ModeArgs;
 use super::time::time;
 use super::{DrawingArgs, ModelArgs, assignment};
 

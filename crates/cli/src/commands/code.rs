@@ -12,7 +12,6 @@ use bksim::model::Model;
 use bksim::model::message::counted;
 use serde_json::{Value, json};
 
-use super::analysis::linearize::about;
 use crate::args::code::{Code, Language, Part as PartArg};
 use crate::exit::{Failure, Status};
 use crate::origin::{is_of_model, stamped};
@@ -106,7 +105,7 @@ fn of_linear(model: Model, args: &Code) -> Result<Vec<ExportedFunction>, Analysi
     let name = model.name.clone();
     let channels =
         Channels { inputs: args.input.clone(), outputs: args.of.clone(), states: Vec::new() };
-    let linear = linearize(model, about(args.at), &channels)?;
+    let linear = linearize(model, args.at, &channels)?;
     Ok(vec![exported_linear(&name, &linear)?])
 }
 

@@ -260,7 +260,8 @@ class Questions:
         at: str = "static",
         letters: bool = False,
     ) -> LinearSystem:
-        """The equations, linear about the equilibrium nearest to the start, or about the start (``at="start"``).
+        """The equations, linear about the equilibrium nearest to the start, about the start (``at="start"``), or the run at an
+        instant (``at="t=1 s"``).
 
         An input is a parameter of loads or a joint that an effort works on, an output a measure. With ``letters``,
         ``facts["letters"]`` has A, B, C and D in letters with a certificate, of small mechanisms at rest.

@@ -4,7 +4,7 @@ use bksim::analysis::{AnalysisError, Channels, Frequencies, Range, Response, Tra
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked_drawn, columns_json, failed, lines, pose_json};
-use super::linearize::{about, pole};
+use super::linearize::pole;
 use super::statics::held;
 use crate::args::analysis::Bode as Args;
 use crate::exit::{Failure, Status};
@@ -32,7 +32,7 @@ pub fn run(
     let channels =
         Channels { inputs: args.input.clone(), outputs: args.output.clone(), states: Vec::new() };
     let frequencies = args.omega.as_deref().map(frequencies).transpose().map_err(&failed)?;
-    let found = bode(model, about(args.at), &channels, frequencies).map_err(&failed)?;
+    let found = bode(model, args.at, &channels, frequencies).map_err(&failed)?;
     let content = match (file, draw) {
         (Some(file), Some(draw)) => {
             let summary = counted(2 * found.transfers.len(), "curve", "curves");

@@ -1,12 +1,11 @@
 //! `bksim linearize`: A, B, C and D.
 
-use bksim::analysis::{About, Channels, Letters, Linear, letters, linearize};
+use bksim::analysis::{Channels, Letters, Linear, letters, linearize};
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked_drawn, columns_json, failed, lines, pose_json};
 use super::statics::held;
 use crate::args::analysis::Linearize as Args;
-use crate::args::mode::About as AboutArg;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
 use crate::output_file::check_ending;
@@ -25,7 +24,7 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
         states: args.state.clone(),
     };
     let twin = args.letters.then(|| model.snapshot());
-    let found = linearize(model, about(args.at), &channels).map_err(failed(&source))?;
+    let found = linearize(model, args.at, &channels).map_err(failed(&source))?;
     let mut answer = told(&name, &found);
     if let Some(twin) = twin {
         let written = letters(twin.to_model(), &channels).map_err(failed(&source))?;
@@ -127,13 +126,6 @@ pub fn told(name: &str, found: &Linear) -> Answer {
         "held": found.held,
     });
     Answer { command: "linearize", json, text, table }
-}
-
-pub(crate) fn about(word: AboutArg) -> About {
-    match word {
-        AboutArg::Static => About::Static,
-        AboutArg::Start => About::Start,
-    }
 }
 
 /// A complex number, 1/s.

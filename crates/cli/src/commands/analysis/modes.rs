@@ -4,7 +4,7 @@ use bksim::analysis::{Mode, Modes, modes};
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked, failed, lines};
-use super::linearize::{about, pole};
+use super::linearize::pole;
 use super::statics::{held, word};
 use crate::args::analysis::Modes as Args;
 use crate::exit::{Failure, Status};
@@ -13,7 +13,7 @@ use crate::output::{counted, number};
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
     let name = model.name.clone();
-    let found = modes(model, about(args.at)).map_err(failed(&source))?;
+    let found = modes(model, args.at).map_err(failed(&source))?;
     Asked::answer(&source, &warnings, file, told(&name, &found), as_json)
 }
 
