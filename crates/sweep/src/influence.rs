@@ -11,12 +11,14 @@ pub struct Influence {
     pub rank: f64,
 }
 
+/// Differences of an output below this part of its size, or below this number, are rounding.
+const ROUNDING: [f64; 2] = [1e-9, 1e-13];
 /// More values than this are gathered in classes.
 const N_CLASSES: usize = 20;
 
 impl Influence {
-    /// Of the cases where both are numbers; `None` where the output or the input is the same in all, or there are
-    /// fewer than three.
+    /// Of the cases where both are numbers; `None` where the input is the same in all, or the output but for rounding, or
+    /// there are fewer than three.
     pub fn of(input: &[f64], output: &[f64]) -> Option<Self> {
         let pairs = input.iter().zip(output).map(|(x, y)| (*x, *y));
         let mut pairs: Vec<(f64, f64)> =
@@ -25,7 +27,7 @@ impl Influence {
         let ys: Vec<f64> = pairs.iter().map(|pair| pair.1).collect();
         let xs: Vec<f64> = pairs.iter().map(|pair| pair.0).collect();
         let whole = spread(&ys);
-        if pairs.len() < 3 || xs.first() == xs.last() || whole <= 0.0 {
+        if pairs.len() < 3 || xs.first() == xs.last() || !changes(&ys) || whole <= 0.0 {
             return None;
         }
 
@@ -37,6 +39,14 @@ impl Influence {
         let share = (1.0 - within / whole * by_chance).max(0.0);
         Some(Self { share, rank: correlation(&ranks(&xs), &ranks(&ys)) })
     }
+}
+
+/// True where values differ by more than rounding.
+fn changes(values: &[f64]) -> bool {
+    let [least, most] = [f64::min, f64::max].map(|of| values.iter().copied().reduce(of));
+    least.zip(most).is_some_and(|(least, most)| {
+        most - least > ROUNDING[1].max(ROUNDING[0] * least.abs().max(most.abs()))
+    })
 }
 
 /// Sum of the squares of the deviations from the mean.
@@ -127,5 +137,7 @@ mod tests {
         assert_eq!(Influence::of(&vec![1.0; y.len()], &z), None);
         assert_eq!(Influence::of(&y, &vec![2.0; y.len()]), None);
         assert_eq!(Influence::of(&[1.0, 2.0], &[1.0, 2.0]), None);
+        let rounded: Vec<f64> = x.iter().map(|x| 1e3 * (1.0 + 1e-13 * x)).collect();
+        assert_eq!(Influence::of(&x, &rounded), None);
     }
 }

@@ -131,7 +131,7 @@ fn words(columns: &Columns<'_>, influences: &[Vec<Option<Influence>>]) -> String
             format!("{name} {:.0} % (rank correlation {rank:+.2})", 100.0 * share)
         });
         let told: Vec<String> = told.collect();
-        let told = if told.is_empty() { "does not vary".to_owned() } else { told.join(", ") };
+        let told = if told.is_empty() { "does not change".to_owned() } else { told.join(", ") };
         lines.push(format!("  {}: {told}", table.outputs[output].0.name));
     }
     format!("variance that each input explains alone\n{}", lines.join("\n"))
