@@ -1,7 +1,9 @@
 //! Keys of other programs, or of other tables: where what they say is written here.
 
+use super::tree::{Entry, Value};
+
 /// Keys of a joint that say what acts in it or how it starts, with where that stands; `@` is the joint.
-const OF_JOINTS: [(&[&str], &str); 5] = [
+const OF_JOINTS: [(&[&str], &str); 6] = [
     (
         &["friction", "mu", "coulomb"],
         "friction is a load: `[loads.NAME]` with `type = \"friction\"`, `joint = \"@\"` and `force`, `torque` or `mu`",
@@ -14,6 +16,11 @@ const OF_JOINTS: [(&[&str], &str); 5] = [
         &["spring", "stiffness", "damping", "damper"],
         "springs and dampers are loads: `[loads.NAME]` with `type = \"spring\"` where the joint slides and \
          `\"torsion\"` where it turns, and `joint = \"@\"`",
+    ),
+    (
+        &["force", "torque", "moment", "effort", "load", "loads"],
+        "what acts in a joint is a load: `[loads.NAME]` with `type = \"force\"` where it slides and `\"torque\"` where it \
+         turns, `joint = \"@\"` and `value`",
     ),
     (
         &["motor", "drive", "motion", "actuator", "speed"],
@@ -96,4 +103,21 @@ pub(super) fn misplaced(owner: &str, key: &str) -> Option<String> {
     };
     let row = rows.iter().find(|(keys, _)| keys.contains(&key))?;
     Some(row.1.replace('@', name.trim_matches('`')))
+}
+
+/// Keys of a force or torque that say its size.
+const SIZES: [&str; 6] = ["force", "torque", "moment", "effort", "magnitude", "size"];
+
+/// The key that an unknown one of a force or torque stands for: of `free` ones that which takes what it says.
+pub(super) fn size_key<'k>(
+    owner: &str,
+    entry: &Entry,
+    has_point: bool,
+    free: &[&'k str],
+) -> Option<&'k str> {
+    let is_size = owner.starts_with("load ") && SIZES.contains(&entry.key.as_str());
+    let is_vector =
+        matches!(entry.node.value, Value::Array(_)) || has_point && free.contains(&"axes");
+    let meant = if is_vector { "vector" } else { "value" };
+    free.iter().copied().find(|known| is_size && *known == meant)
 }

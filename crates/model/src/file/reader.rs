@@ -6,7 +6,7 @@ use bksim_expr::{Expr, Pool};
 use super::codes;
 use super::definition::ParameterState;
 use super::grids::MeasuredTable;
-use super::misplaced::misplaced;
+use super::misplaced::{misplaced, size_key};
 use super::names::{Names, SampledName};
 use super::replay::{Constant, Constants};
 use super::tree::{Entry, Node, Quoted, Table, Value};
@@ -275,6 +275,14 @@ impl<'t> Fields<'t> {
             if let Some(help) = misplaced(&owner, key) {
                 let message = format!("unknown key `{key}` in {owner}");
                 let fault = Diagnostic::error(codes::UNKNOWN_KEY, message);
+                reader.report(fault.at(entry.key_span.clone(), "not a key here").help(help));
+                continue;
+            }
+            if let Some(meant) = size_key(&owner, entry, table.get("on").is_some(), &free) {
+                excused.push(meant);
+                let message = format!("unknown key `{key}` in {owner}");
+                let fault = Diagnostic::error(codes::UNKNOWN_KEY, message);
+                let help = format!("write `{meant}` for it");
                 reader.report(fault.at(entry.key_span.clone(), "not a key here").help(help));
                 continue;
             }
