@@ -45,6 +45,7 @@
 //! # }
 //! ```
 
+mod arctangent;
 mod arena;
 mod build;
 mod call;
@@ -52,6 +53,7 @@ mod certificate;
 mod codegen;
 mod composed;
 mod diff;
+mod elementary;
 mod eval;
 mod handle;
 mod kink;

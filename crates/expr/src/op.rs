@@ -1,12 +1,14 @@
 //! The operator table: the name, arity and value of every function. Derivatives, which build
 //! expressions, are rows of `diff::rules`.
 //!
-//! Only this module calls the elementary functions of `f64`, except for sine and cosine, which
-//! `sincos` computes; all evaluators and constant folding take their values from here, so they
-//! agree bit for bit.
+//! Only this module calls the elementary functions of `f64`; `sincos`, `elementary` and `arctangent`
+//! compute those that lanes take together. All evaluators and constant folding take their values
+//! from here, so they agree bit for bit.
 
 #![expect(clippy::disallowed_methods, reason = "the only module that may call them")]
 
+use crate::arctangent::{atan2, atan2_lanes};
+use crate::elementary::{exp, exp_lanes, ln, ln_lanes, tanh, tanh_lanes};
 use crate::sincos::sin_cos;
 
 /// A named function of one, two or three arguments.
@@ -84,17 +86,17 @@ const TABLE: [FunctionRow; 23] = [
     row(F::Tan,   "tan",   1, |a, _| a.tan()),
     row(F::Asin,  "asin",  1, |a, _| a.asin()),
     row(F::Acos,  "acos",  1, |a, _| a.acos()),
-    row(F::Atan,  "atan",  1, |a, _| a.atan()),
+    row(F::Atan,  "atan",  1, |a, _| atan2(a, 1.0)),
     row(F::Sinh,  "sinh",  1, |a, _| a.sinh()),
     row(F::Cosh,  "cosh",  1, |a, _| a.cosh()),
-    row(F::Tanh,  "tanh",  1, |a, _| a.tanh()),
-    row(F::Exp,   "exp",   1, |a, _| a.exp()),
-    row(F::Ln,    "ln",    1, |a, _| a.ln()),
+    row(F::Tanh,  "tanh",  1, |a, _| tanh(a)),
+    row(F::Exp,   "exp",   1, |a, _| exp(a)),
+    row(F::Ln,    "ln",    1, |a, _| ln(a)),
     row(F::Sqrt,  "sqrt",  1, |a, _| a.sqrt()),
     row(F::Abs,   "abs",   1, |a, _| a.abs()),
     row(F::Sign,  "sign",  1, |a, _| sign(a)),
     row(F::Floor, "floor", 1, |a, _| a.floor()),
-    row(F::Atan2, "atan2", 2, f64::atan2),
+    row(F::Atan2, "atan2", 2, atan2),
     row(F::Min,   "min",   2, |a, b| if a <= b || a.is_nan() { a } else { b }),
     row(F::Max,   "max",   2, |a, b| if a >= b || a.is_nan() { a } else { b }),
     row(F::Lt,    "lt",    2, |a, b| f64::from(a < b)),
@@ -141,9 +143,23 @@ impl Function {
         TABLE.iter().map(|row| row.name)
     }
 
-    /// Value at `a` (and `b` for two arguments), as `f64` computes it.
+    /// Value at `a` (and `b` for two arguments).
     pub(crate) fn value(self, a: f64, b: f64) -> f64 {
         (self.row().value)(a, b)
+    }
+
+    /// Values at `a` (and `b`) in `N` lanes, bit for bit those of [`Self::value`].
+    #[expect(clippy::inline_always, reason = "the caller's instruction set must reach the lanes")]
+    #[inline(always)]
+    pub(crate) fn lanes<const N: usize>(self, a: [f64; N], b: [f64; N]) -> [f64; N] {
+        match self {
+            F::Exp => exp_lanes(a),
+            F::Ln => ln_lanes(a),
+            F::Tanh => tanh_lanes(a),
+            F::Atan => atan2_lanes(a, [1.0; N]),
+            F::Atan2 => atan2_lanes(a, b),
+            _ => std::array::from_fn(|lane| self.value(a[lane], b[lane])),
+        }
     }
 }
 

@@ -392,7 +392,7 @@ fn execute(step: &SlotInstruction, registers: &mut [Wide]) {
         }
         #[expect(clippy::disallowed_methods, reason = "exact everywhere, so lanes may have it")]
         Action::Call(Function::Sqrt) => each(step, registers, |a, _| a.sqrt()),
-        Action::Call(function) => each(step, registers, |a, b| function.value(a, b)),
+        Action::Call(function) => call(step, registers, function),
     }
 }
 
@@ -403,6 +403,15 @@ fn each(step: &SlotInstruction, registers: &mut [Wide], operation: impl Fn(f64, 
         let (a, b) = (registers[step.a as usize].0[block], registers[step.b as usize].0[block]);
         let lane = |lane| operation(a[lane], b[lane]);
         registers[step.out as usize].0[block] = std::array::from_fn(lane);
+    }
+}
+
+/// Applies a function of two operands at all points.
+#[inline(always)]
+fn call(step: &SlotInstruction, registers: &mut [Wide], function: Function) {
+    for block in 0..BLOCKS {
+        let (a, b) = (registers[step.a as usize].0[block], registers[step.b as usize].0[block]);
+        registers[step.out as usize].0[block] = function.lanes(a, b);
     }
 }
 

@@ -11,7 +11,7 @@
 //!
 //! **All evaluators of a tape agree bit for bit** at every input, where all NaN count as one: they
 //! carry out the same operations, none fuses a product into a sum, and elementary functions come
-//! from [`Function::value`](crate::op::Function::value) and [`sin_cos`](crate::sincos::sin_cos)
+//! from [`Function::value`](crate::op::Function::value), its lanes and [`sin_cos`](crate::sincos::sin_cos)
 //! alone. `tests/evaluation/evaluators.rs` holds each of them to it.
 
 mod batch;

@@ -18,7 +18,7 @@ fn id(pool: &Pool, name: &str) -> SymbolId {
 const INPUTS: [&str; 3] = ["x", "y", "z"];
 const PARAMETERS: [&str; 2] = ["a", "b"];
 
-fn compile(pool: &Pool, outputs: &[Expr]) -> Tape {
+pub(crate) fn compile(pool: &Pool, outputs: &[Expr]) -> Tape {
     let (inputs, parameters) = (INPUTS.map(|n| id(pool, n)), PARAMETERS.map(|n| id(pool, n)));
     Tape::compile(pool, outputs, &inputs, &parameters).expect("all bound")
 }
@@ -75,7 +75,7 @@ const SPECIAL: [f64; 27] = [
 ];
 
 /// All pairs of special values, with a third that varies.
-fn special_points() -> Vec<Vec<f64>> {
+pub(crate) fn special_points() -> Vec<Vec<f64>> {
     let pairs = SPECIAL.iter().flat_map(|&x| SPECIAL.map(|y| [x, y]));
     pairs.zip(SPECIAL.iter().cycle().skip(5)).map(|([x, y], &z)| vec![x, y, z]).collect()
 }
@@ -125,32 +125,6 @@ fn signs_of_zero_and_domain_errors_are_those_of_ieee_754() {
     assert!(values[1][2].is_nan() && values[1][5].is_nan(), "√ and ln of −1: {:?}", values[1]);
     assert!(values[2][..2].iter().all(|v| v.is_nan()), "sin and cos of ∞: {:?}", values[2]);
     assert!(values[2][7].is_nan(), "asin of ∞: {:?}", values[2][7]);
-}
-
-/// Distance in units in the last place of `b`.
-fn ulps(a: f64, b: f64) -> u64 {
-    if a == b { 0 } else { a.to_bits().abs_diff(b.to_bits()) }
-}
-
-/// Within 0.8 units of the truth, as the standard library is within 0.52: neighbours at most.
-#[test]
-#[expect(clippy::disallowed_methods, reason = "the standard library is what is compared with")]
-fn sine_and_cosine_are_neighbours_of_the_standard_ones() {
-    let pool = Pool::new();
-    let outputs = ["sin(x)", "cos(x)"].map(|text| pool.parse(text).expect("valid"));
-    let quarter = std::f64::consts::FRAC_PI_2;
-    let near_quarters = (0..4000).map(|k| f64::from(k * k) * quarter);
-    let dense = (-20_000..20_000).map(|i| f64::from(i) * 7.3e-4);
-    let wide = (0..4000).map(|i| f64::from(i).powi(5) * 1e-9 - 5e7);
-    let large = (6..300).map(|exponent| 1.7 * 10f64.powi(exponent));
-    let angles: Vec<f64> = near_quarters.chain(dense).chain(wide).chain(large).collect();
-    let points: Vec<Vec<f64>> = angles.iter().map(|&x| vec![x, 0.0, 0.0]).collect();
-    let values = check_agreement(&compile(&pool, &outputs), &[0.0; 2], &points);
-    for (x, values) in angles.iter().zip(values) {
-        for (found, expected) in values.into_iter().zip([x.sin(), x.cos()]) {
-            assert!(ulps(found, expected) <= 1, "at {x:?}: {found:?} instead of {expected:?}");
-        }
-    }
 }
 
 /// Angles are gathered in lanes: their number and their company must not change a bit.

@@ -1,5 +1,6 @@
 //! Values and derivatives: every evaluator, generated code, and other programs.
 
+mod accuracy;
 mod codegen;
 mod derivatives;
 mod differential;

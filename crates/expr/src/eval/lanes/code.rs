@@ -17,6 +17,10 @@ pub(super) struct LaneCode<const N: usize> {
 }
 
 type Compiled<const N: usize> = unsafe extern "sysv64" fn(*mut [f64; N], *mut [f64; N]);
+/// A function of angles and their number.
+type Turn = unsafe extern "sysv64" fn(*mut f64, usize);
+/// A function of two operands and the index of a [`Function`].
+type Elementary = unsafe extern "sysv64" fn(*mut f64, *const f64, usize);
 
 impl<const N: usize> std::fmt::Debug for LaneCode<N> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -37,14 +41,14 @@ impl<const N: usize> LaneCode<N> {
             let (found, limit) = (tape.body.len(), MOST_INSTRUCTIONS);
             return Err(JitError::TooLong { found, limit });
         }
-        let turn: unsafe extern "sysv64" fn(*mut f64, usize) = match width {
-            Width::One => turn_one,
-            Width::Four => turn_four,
-            Width::Eight => turn_eight,
+        let (turn, elementary): (Turn, Elementary) = match width {
+            Width::One => (turn_one, elementary_one),
+            Width::Four => (turn_four, elementary_four),
+            Width::Eight => (turn_eight, elementary_eight),
         };
         let callees = Callees {
             turn: turn as usize as u64,
-            elementary: elementary::<N> as unsafe extern "sysv64" fn(_, _, _) as usize as u64,
+            elementary: elementary as usize as u64,
             power: general_power::<N> as unsafe extern "sysv64" fn(_, _, _) as usize as u64,
         };
         let (memory, address) = Memory::of(&assemble(tape, width, callees))?;
@@ -120,21 +124,40 @@ fn turn_lanes<const N: usize>(numbers: &mut [[f64; N]]) {
     }
 }
 
-/// Replaces numbers by a function of them and others.
+/// Replaces a number by a function of it and another.
 ///
 /// # Safety
-/// Both pointers lead to numbers in all lanes.
-unsafe extern "sysv64" fn elementary<const N: usize>(
-    a: *mut [f64; N],
-    b: *const [f64; N],
-    function: usize,
-) {
-    let function = Function::from_index(function).expect("code passes the index of a function");
+/// Both pointers lead to a number.
+unsafe extern "sysv64" fn elementary_one(a: *mut f64, b: *const f64, function: usize) {
     // SAFETY: as stated.
-    let (a, b) = unsafe { (&mut *a, &*b) };
-    for lane in 0..N {
-        a[lane] = function.value(a[lane], b[lane]);
-    }
+    let (a, b) = unsafe { (&mut *a, *b) };
+    *a = function_at(function).value(*a, b);
+}
+
+/// The same at four points.
+///
+/// # Safety
+/// Both pointers lead to four numbers, and the processor has AVX2.
+#[target_feature(enable = "avx2")]
+unsafe extern "sysv64" fn elementary_four(a: *mut f64, b: *const f64, function: usize) {
+    // SAFETY: as stated.
+    let (a, b) = unsafe { (&mut *a.cast::<[f64; 4]>(), *b.cast()) };
+    *a = function_at(function).lanes(*a, b);
+}
+
+/// The same at eight points.
+///
+/// # Safety
+/// Both pointers lead to eight numbers, and the processor has the F and DQ instructions of AVX-512.
+#[target_feature(enable = "avx512f,avx512dq")]
+unsafe extern "sysv64" fn elementary_eight(a: *mut f64, b: *const f64, function: usize) {
+    // SAFETY: as stated.
+    let (a, b) = unsafe { (&mut *a.cast::<[f64; 8]>(), *b.cast()) };
+    *a = function_at(function).lanes(*a, b);
+}
+
+fn function_at(index: usize) -> Function {
+    Function::from_index(index).expect("code passes the index of a function")
 }
 
 /// Replaces numbers by their powers.

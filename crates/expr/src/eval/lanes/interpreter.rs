@@ -59,7 +59,7 @@ fn value<const N: usize>(action: Action, a: [f64; N], b: [f64; N], c: [f64; N]) 
         Action::Negate => a.map(|a| -a),
         Action::Power => each(a, b, power),
         Action::Call(Function::If) => std::array::from_fn(|lane| select(a[lane], b[lane], c[lane])),
-        Action::Call(function) => each(a, b, |a, b| function.value(a, b)),
+        Action::Call(function) => function.lanes(a, b),
         Action::Turn => unreachable!("turns are executed elsewhere"),
     }
 }
