@@ -1,4 +1,4 @@
-//! What machines are built of: loads and friction, belts and ropes, couplings, cylinders, and the balance of their energy.
+//! Parts that machines are built of: loads and friction, belts and ropes, couplings, cylinders, and the balance of their energy.
 
 mod belts;
 mod couplings;

@@ -88,7 +88,6 @@ impl Balance<'_> {
             found.insert(0, self.loaded.q.clone());
         }
         if turns.trace.is_closed {
-            // Angles are counted in radians in both.
             let turn = self.turn(&turns);
             found = found.iter().map(|q| self.allowed_turn(&turn, q)).collect();
         }

@@ -91,7 +91,8 @@ def andrews(of, _t, q, v):
     fx, fy = zf * of.cos(q[5] + q[6]), zf * of.sin(q[5] + q[6])
     ux, uy = u * of.sin(q[6]), u * of.cos(q[6])
     first = [{0: dy - ry, 1: dy}, {0: rx - dx, 1: -dx}]
-    others = [{2: -gy}, {2: -gx}, {3: -ey, 4: ty - ey}, {3: -ex, 4: -ex - tx}, {5: fy, 6: fy - uy}, {5: -fx, 6: -fx - ux}]
+    others = [{2: -gy}, {2: -gx}, {3: -ey, 4: ty - ey}, {3: -ex, 4: -ex - tx}, {5: fy, 6: fy - uy},
+              {5: -fx, 6: -fx - ux}]
     jacobian = [{**first[k % 2], **row} for k, row in enumerate(others)]
     b2, t2, g2, z2, u2 = v[0] * v[0], (v[0] + v[1]) ** 2, v[2] * v[2], v[4] * v[4], v[6] * v[6]
     e2, f2 = (v[3] + v[4]) ** 2, (v[5] + v[6]) ** 2
