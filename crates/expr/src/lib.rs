@@ -100,4 +100,4 @@ pub use solve::{LinearSolution, SolveError};
 pub use syntax::{
     BinaryOperator, ParseError, ParseErrorKind, Syntax, SyntaxKind, SyntaxNode, UnitFactor,
 };
-pub use tape::{Composition, Tape, TapeError, Value};
+pub use tape::{Coefficient, Composition, Tape, TapeError, TapeSeries, Value};

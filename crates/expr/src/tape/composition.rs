@@ -96,8 +96,23 @@ impl Composition {
         Value(self.emitter.emit(Action::Call(function), a, b, c))
     }
 
-    fn emit(&mut self, action: Action, Value(a): Value, Value(b): Value) -> Value {
-        Value(self.emitter.emit(action, a, b, a))
+    /// Parameter number `i`.
+    pub(super) fn parameter(&self, i: usize) -> Value {
+        Value(Register::Parameter(index(i)))
+    }
+
+    pub(super) fn n_parameters(&self) -> usize {
+        self.n_parameters
+    }
+
+    /// Any operation; operands that it does not take are not read.
+    pub(super) fn emit_three(&mut self, action: Action, operands: [Value; 3]) -> Value {
+        let [a, b, c] = operands.map(|Value(register)| register);
+        Value(self.emitter.emit(action, a, b, c))
+    }
+
+    fn emit(&mut self, action: Action, a: Value, b: Value) -> Value {
+        self.emit_three(action, [a, b, a])
     }
 
     /// The outputs of a tape at these inputs.

@@ -16,12 +16,14 @@ mod composition;
 mod emitter;
 mod register;
 mod schedule;
+mod series;
 mod share;
 
 use crate::op::Function;
 use crate::pool::SymbolId;
 
 pub use self::composition::{Composition, Value};
+pub use self::series::{Coefficient, TapeSeries};
 
 /// Reason why outputs cannot be compiled.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]

@@ -6,6 +6,7 @@ mod derivatives;
 mod differential;
 mod evaluators;
 mod gradient;
+mod series;
 mod ways;
 
 #[path = "../common/mod.rs"]
