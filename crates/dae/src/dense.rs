@@ -2,9 +2,11 @@
 
 mod collocation;
 mod extension;
+mod taylor;
 
 pub(crate) use self::collocation::CollocationPolynomial;
 pub(crate) use self::extension::{ContinuousExtension, basis};
+pub(crate) use self::taylor::TaylorPolynomial;
 use crate::stats::Stats;
 
 /// The dense output of either method.
@@ -12,6 +14,7 @@ use crate::stats::Stats;
 pub(crate) enum Interpolant<'a> {
     Collocation(&'a CollocationPolynomial),
     Explicit(&'a ContinuousExtension),
+    Taylor(&'a TaylorPolynomial),
 }
 
 /// An accepted step, with the solution at its end and everywhere between.
@@ -31,6 +34,7 @@ impl<'a> Step<'a> {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.t0,
             Interpolant::Explicit(extension) => extension.t0,
+            Interpolant::Taylor(series) => series.t0,
         }
     }
 
@@ -44,6 +48,7 @@ impl<'a> Step<'a> {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.h,
             Interpolant::Explicit(extension) => extension.h,
+            Interpolant::Taylor(series) => series.h,
         }
     }
 
@@ -52,6 +57,7 @@ impl<'a> Step<'a> {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => &polynomial.y0,
             Interpolant::Explicit(extension) => &extension.y0,
+            Interpolant::Taylor(series) => &series.y0,
         }
     }
 
@@ -75,6 +81,7 @@ impl<'a> Step<'a> {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.n_stages(),
             Interpolant::Explicit(extension) => extension.n_stages,
+            Interpolant::Taylor(series) => series.order,
         }
     }
 
@@ -83,6 +90,7 @@ impl<'a> Step<'a> {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.n_stages(),
             Interpolant::Explicit(extension) => extension.degree,
+            Interpolant::Taylor(series) => series.order.max(3),
         }
     }
 
@@ -101,6 +109,7 @@ impl<'a> Step<'a> {
             match self.polynomial {
                 Interpolant::Collocation(polynomial) => polynomial.value_into(tau, y),
                 Interpolant::Explicit(extension) => extension.value_into(tau, y),
+                Interpolant::Taylor(series) => series.value_into(tau, y),
             }
         }
     }
@@ -112,6 +121,7 @@ impl<'a> Step<'a> {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.derivative_into(tau, ydot),
             Interpolant::Explicit(extension) => extension.derivative_into(tau, ydot),
+            Interpolant::Taylor(series) => series.derivative_into(tau, ydot),
         }
     }
 }

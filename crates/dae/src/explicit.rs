@@ -20,6 +20,7 @@ mod stages;
 mod stiffness;
 mod straight_line;
 mod sums;
+mod taylor;
 #[cfg(test)]
 mod tests;
 
@@ -30,7 +31,7 @@ use self::stiffness::StiffnessTest;
 pub use self::straight_line::{N_STEP_VECTORS, Recorder, STEP_END, record_step};
 use crate::accessors::accessors;
 use crate::checkpoint::{Checkpoint, Loader, Method, Saver};
-use crate::dense::{ContinuousExtension, Interpolant, Step};
+use crate::dense::{ContinuousExtension, Interpolant, Step, TaylorPolynomial};
 use crate::error::{Cause, SolveError, Standstill};
 use crate::limits::{check_finite, check_length, next_adaptive, next_fixed, step_floor};
 use crate::run::{Control, End, Outcome, Start};
@@ -86,6 +87,8 @@ pub struct ExplicitSolver<S: Ode> {
     grid: (f64, usize),
     stages: StageWork,
     last: ContinuousExtension,
+    /// The same of a step by a series.
+    last_series: Option<TaylorPolynomial>,
     last_state: LastStep,
     controller: PiController,
     stiffness: StiffnessTest,
@@ -112,6 +115,8 @@ enum LastStep {
     Taken { error: Option<f64> },
     /// Its extension is known.
     Extended { error: Option<f64> },
+    /// It is a series.
+    Series { error: Option<f64> },
 }
 
 impl<S: Ode> ExplicitSolver<S> {
@@ -135,6 +140,7 @@ impl<S: Ode> ExplicitSolver<S> {
         let stages = StageWork::new(n, &settings);
         let mut solver = Self {
             last: stages.extension(),
+            last_series: stages.polynomial(),
             stages,
             last_state: LastStep::Missing,
             controller: PiController::new(settings.explicit.order_of_estimate()),
@@ -161,7 +167,10 @@ impl<S: Ode> ExplicitSolver<S> {
             let at = self.standstill(0.0, Cause::NotFinite { row });
             return Err(SolveError::NotFinite { row, at });
         }
-        self.h = self.first_step_size();
+        self.h = match self.develop() {
+            Some(h) if self.settings.h_initial.is_none() => h,
+            _ => self.first_step_size(),
+        };
         Ok(())
     }
 
@@ -250,7 +259,7 @@ impl<S: Ode> ExplicitSolver<S> {
             LastStep::Missing => {
                 return Err(SolveError::InvalidStart { what: "step", value: f64::NAN });
             }
-            LastStep::Extended { error } => error,
+            LastStep::Extended { error } | LastStep::Series { error } => error,
             LastStep::Taken { error } => {
                 let Self { system, stages, stats, last, y, ydot, .. } = self;
                 if let Err(NotFinite { row }) = stages.extend(system, last, y, ydot, stats) {
@@ -261,8 +270,10 @@ impl<S: Ode> ExplicitSolver<S> {
                 error
             }
         };
+        let series = self.last_series.as_ref();
+        let series = series.filter(|_| matches!(self.last_state, LastStep::Series { .. }));
         Ok(Step {
-            polynomial: Interpolant::Explicit(&self.last),
+            polynomial: series.map_or(Interpolant::Explicit(&self.last), Interpolant::Taylor),
             t1: self.t,
             y1: &self.y,
             ydot1: &self.ydot,
@@ -306,6 +317,7 @@ impl<S: Ode> ExplicitSolver<S> {
         saver.real(self.controller.noise.log_error);
         saver.count(self.stiffness.n_beyond);
         saver.count(self.stiffness.n_within);
+        saver.flag(self.stages.has_series());
         saver.stats(&self.stats);
         saver.finish(Method::Explicit)
     }
@@ -333,6 +345,9 @@ impl<S: Ode> ExplicitSolver<S> {
         solver.controller.noise = Noise { count: loader.count()?, log_error: loader.real()? };
         solver.stiffness.n_beyond = loader.count()?;
         solver.stiffness.n_within = loader.count()?;
+        if !loader.flag()? {
+            solver.stages.forget_series();
+        }
         solver.stats = loader.stats()?;
         Ok(solver)
     }
@@ -372,19 +387,44 @@ impl<S: Ode> ExplicitSolver<S> {
     fn accept(&mut self, h: f64, t1: f64, error: Option<f64>) {
         self.stats.n_accept += 1;
         self.grid.1 += 1;
-        self.last.t0 = self.t;
-        self.last.h = h;
-        self.last.y0.copy_from_slice(&self.y);
-        self.last_state = LastStep::Taken { error };
+        self.keep_dense_output(h, error);
         let stable_range = self.settings.explicit.stable_range();
         self.stiffness.observe(self.stages.stability(h), stable_range);
         self.t = t1;
         self.y.copy_from_slice(self.stages.y1.values());
         std::mem::swap(&mut self.ydot, &mut self.stages.f1);
         if let Some(error) = error {
-            let next = self.controller.after_accept(h, error);
+            let next = self.develop();
+            let next = next.unwrap_or_else(|| self.controller.after_accept(h, error));
             self.h = next.signum() * next.abs().min(self.settings.h_max);
         }
+    }
+
+    /// Keeps what the dense output of the step follows from, before the run moves to its end.
+    fn keep_dense_output(&mut self, h: f64, error: Option<f64>) {
+        let Self { t, y, stages, last, last_series, last_state, .. } = self;
+        match last_series {
+            Some(series) if stages.has_series() => {
+                (series.t0, series.h) = (*t, h);
+                series.y0.copy_from_slice(y);
+                stages.hand_over(series);
+                *last_state = LastStep::Series { error };
+            }
+            _ => {
+                (last.t0, last.h) = (*t, h);
+                last.y0.copy_from_slice(y);
+                *last_state = LastStep::Taken { error };
+            }
+        }
+    }
+
+    /// The size of the next step, signed, where it is taken by a series.
+    fn develop(&mut self) -> Option<f64> {
+        let Self { system, stages, t, y, t_end, settings, stats, .. } = self;
+        let span = *t_end - *t;
+        let longest = span.abs().min(settings.h_max);
+        let size = stages.develop(system, (*t, y), longest, stats)?;
+        Some(size.copysign(span))
     }
 
     /// `f` has no value somewhere in the step.

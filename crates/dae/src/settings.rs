@@ -133,6 +133,10 @@ impl Order {
     }
 }
 
+/// The last term of a step by a series, in tolerances. What follows it is a part of it that falls with the order, and the
+/// error of a run less still: as many digits come out as Dormand and Prince give for the same tolerance.
+pub(crate) const LAST_TERM: f64 = 4.0;
+
 /// The explicit method.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum ExplicitMethod {
@@ -145,6 +149,12 @@ pub enum ExplicitMethod {
         /// Columns that are extrapolated. Range `3 ..= 7`; seven take 13 evaluations of all lanes.
         columns: usize,
     },
+    /// The Taylor series of the solution, where [`crate::Ode::series`] knows it, and the method of Dormand and Prince
+    /// elsewhere: for equations of few operations. Its dense output costs nothing.
+    Taylor {
+        /// Terms of the series. Range `4 ..= 32`.
+        order: usize,
+    },
 }
 
 impl ExplicitMethod {
@@ -155,7 +165,13 @@ impl ExplicitMethod {
             // Code of `DOP853`.
             Self::DormandPrince => 6.1,
             Self::Extrapolation { columns } => 1.28 + 0.75 * columns as f64,
+            Self::Taylor { order } => 1.3 + 0.37 * order as f64,
         }
+    }
+
+    /// The way of a step by a series of this order, in radii of convergence, for this relative tolerance.
+    pub fn way_of_series(order: usize, rtol: f64) -> f64 {
+        (LAST_TERM * rtol).powf(1.0 / order as f64)
     }
 
     /// The order of the error estimate plus one.
@@ -163,6 +179,8 @@ impl ExplicitMethod {
         match self {
             Self::DormandPrince => 8,
             Self::Extrapolation { columns } => 2 * columns - 1,
+            // Of its steps by stages.
+            Self::Taylor { .. } => 8,
         }
     }
 }
@@ -293,6 +311,9 @@ impl Settings {
         check("max_steps", self.max_steps as f64, "at least 1", |x| x >= 1.0)?;
         if let ExplicitMethod::Extrapolation { columns } = self.explicit {
             check("explicit.columns", columns as f64, "3 ..= 7", |x| (3.0..=7.0).contains(&x))?;
+        }
+        if let ExplicitMethod::Taylor { order } = self.explicit {
+            check("explicit.order", order as f64, "4 ..= 32", |x| (4.0..=32.0).contains(&x))?;
         }
         // Newton's iteration.
         if let Some(kappa) = self.newton.kappa {

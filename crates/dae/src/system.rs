@@ -160,6 +160,33 @@ pub trait Ode {
         false
     }
 
+    /// Writes the coefficients `c_1 … c_p` of the Taylor series `y + Σ c_k (τ − t)^k` of the solution through `(t, y)`,
+    /// of `n` numbers each, to `results`, where they are known; false where steps from there must be taken by stages, as
+    /// they must by default. `results` takes as many numbers as the system likes, those of the coefficients first; its
+    /// length never shrinks.
+    fn series(&mut self, _t: f64, _y: &[f64], _order: usize, _results: &mut Vec<f64>) -> bool {
+        false
+    }
+
+    /// True where nothing that the equations divide by vanishes within a step of this size by the series whose
+    /// `results` these are.
+    fn series_holds(&self, _h: f64, _results: &[f64]) -> bool {
+        true
+    }
+
+    /// Writes `f` at `near`, a state at the end of a step by a series, and in the place of the end `y1` what it is
+    /// projected to, with the derivative there; false, with nothing written, where [`Ode::derivative`] at `near`,
+    /// [`Ode::project`], and [`Ode::derivative`] must find them, in this order.
+    fn series_end(
+        &mut self,
+        _t1: f64,
+        _near: (&[f64], &mut [f64]),
+        _y1: &mut [f64],
+        _ydot1: &mut [f64],
+    ) -> bool {
+        false
+    }
+
     /// Takes note of how the attempts at steps go. What [`Ode::derivative`] continues the equations by, away from
     /// their solutions, may change between two of them, but not within one. By default nothing is done.
     fn note(&mut self, _attempt: Attempt) {}
@@ -212,6 +239,24 @@ impl<S: Ode + ?Sized> Ode for &mut S {
 
     fn whole_end(&mut self, results: &[f64], y1: &mut [f64], ydot1: &mut [f64]) -> bool {
         (**self).whole_end(results, y1, ydot1)
+    }
+
+    fn series(&mut self, t: f64, y: &[f64], order: usize, results: &mut Vec<f64>) -> bool {
+        (**self).series(t, y, order, results)
+    }
+
+    fn series_holds(&self, h: f64, results: &[f64]) -> bool {
+        (**self).series_holds(h, results)
+    }
+
+    fn series_end(
+        &mut self,
+        t1: f64,
+        near: (&[f64], &mut [f64]),
+        y1: &mut [f64],
+        ydot1: &mut [f64],
+    ) -> bool {
+        (**self).series_end(t1, near, y1, ydot1)
     }
 
     fn note(&mut self, attempt: Attempt) {

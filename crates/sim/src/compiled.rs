@@ -29,6 +29,7 @@ use crate::redundancy::{
     resting,
 };
 use crate::sampled::{SampledSignals, Sampling};
+use crate::series_step::SeriesStep;
 use crate::whole_step::{StepParts, WholeStep};
 use bksim_mbs::constraint::Source;
 use bksim_mbs::coordinate::CoordinateKind;
@@ -64,6 +65,8 @@ pub struct CompiledSystem {
     pub(crate) unrolled: Option<Function>,
     /// A whole step of small mechanisms whose loads follow no law.
     pub(crate) step: Option<Arc<WholeStep>>,
+    /// The same by Taylor series, where nothing has power.
+    pub(crate) series: Option<Arc<SeriesStep>>,
     /// G, g and ∂g/∂t of (t, q).
     pub(crate) constraints: Function,
     /// The same with the branch of each position in place of modes, where joints or drives have kinks: to look for
@@ -172,6 +175,10 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         pressing,
         bearings: bearings(model),
         unrolled,
+        series: step
+            .clone()
+            .filter(|parts| parts.power.is_none())
+            .map(|parts| Arc::new(SeriesStep::new(parts, model.solve.jit))),
         step: step.map(|parts| Arc::new(WholeStep::new(parts, model.solve.jit))),
         constraints,
         branching_constraints,

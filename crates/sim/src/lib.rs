@@ -31,6 +31,7 @@ pub mod redundancy;
 pub mod run;
 pub mod sampled;
 pub mod sensitivity;
+mod series_step;
 mod simulation;
 pub mod start;
 mod start_error;

@@ -38,7 +38,7 @@ use bksim_dae::SolveError;
 
 pub use self::checkpoint::{RunCheckpoint, Unfit};
 pub use self::ensemble::{ensemble_size, run_together};
-pub use self::explicit::cheapest_explicit;
+pub use self::explicit::explicit_method;
 pub use self::observer::{Observer, Segment, WithSensitivities};
 pub use self::pace::Slowness;
 pub use self::problem::Problem;

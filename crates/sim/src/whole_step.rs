@@ -164,9 +164,29 @@ impl WholeStep {
     }
 }
 
+impl StepParts {
+    /// Records rates, accelerations and power at a state, with the factors they come from.
+    pub(crate) fn record_derivative(
+        &self,
+        recorder: &mut Composition,
+        t: Value,
+        y: &[Value],
+    ) -> (Vec<Value>, Vec<Value>) {
+        let Shape { nq, nc, .. } = self.shape;
+        let state = &y[..2 * nq];
+        let solved = recorder.call(&self.line, &[&[t], state].concat());
+        let (solution, factors) = solved.split_at(nq + nc);
+        let work = match &self.power {
+            Some(power) => recorder.call(power, &[&[t], state, &solution[nq..]].concat())[0],
+            None => recorder.constant(0.0),
+        };
+        ([&state[nq..], &solution[..nq], &[work]].concat(), factors.to_vec())
+    }
+}
+
 /// A step as a function of (t, h, t1, y, f(t, y)) with y = (q, v, W); `None` for a mechanism that is too large.
 fn step_tape(parts: &StepParts) -> Option<Tape> {
-    let StepParts { shape, line, power, .. } = parts;
+    let StepParts { shape, line, .. } = parts;
     let Shape { nq, nc, .. } = *shape;
     if N_STAGES * line.len() > LARGEST {
         return None;
@@ -177,22 +197,10 @@ fn step_tape(parts: &StepParts) -> Option<Tape> {
     let [t, h, t1] = [inputs[0], inputs[1], inputs[2]];
     let (y, f0) = inputs[3..].split_at(n);
 
-    // Rates, accelerations and power at a state, with the factors they come from.
-    let derivative = |recorder: &mut Composition, t: Value, y: &[Value]| {
-        let state = &y[..2 * nq];
-        let solved = recorder.call(line, &[&[t], state].concat());
-        let (solution, factors) = solved.split_at(nq + nc);
-        let work = match power {
-            Some(power) => recorder.call(power, &[&[t], state, &solution[nq..]].concat())[0],
-            None => recorder.constant(0.0),
-        };
-        ([&state[nq..], &solution[..nq], &[work]].concat(), factors.to_vec())
-    };
-
     // The stages and their sums.
     let (mut factors, mut pivots) = (Vec::new(), Vec::new());
     let stage = |StepRecorder(recorder): &mut StepRecorder, t: Value, y: &[Value]| {
-        let (slope, own_factors) = derivative(recorder, t, y);
+        let (slope, own_factors) = parts.record_derivative(recorder, t, y);
         pivots.extend(&own_factors[..nq + nc]);
         factors = own_factors;
         slope
@@ -203,7 +211,7 @@ fn step_tape(parts: &StepParts) -> Option<Tape> {
     // The end, projected, and its derivative.
     let y1 = results[STEP_END * n..][..n].to_vec();
     let (gaps, end) = record_projection(parts, &mut recorder, t1, &y1, &factors);
-    let (slope, end_factors) = derivative(&mut recorder, t1, &end);
+    let (slope, end_factors) = parts.record_derivative(&mut recorder, t1, &end);
     results.extend([gaps, end, slope, factors, pivots].concat());
     results.extend(&end_factors[..nq + nc]);
     Some(recorder.finish(&results))
@@ -211,7 +219,7 @@ fn step_tape(parts: &StepParts) -> Option<Tape> {
 
 /// Records one step of Newton's method for the positions, kept where it closes the gap further, then the projection of
 /// the velocities: the largest |g| before and after, and the projected state. See `MultiplierSystem::project`.
-fn record_projection(
+pub(crate) fn record_projection(
     StepParts { shape, constraints, .. }: &StepParts,
     recorder: &mut Composition,
     t: Value,

@@ -6,7 +6,8 @@ use super::extrapolation::{Ends, Extrapolation};
 use super::picard::{self, Picard};
 use super::straight_line::StepVectors;
 use super::sums::{Columns, combine};
-use crate::dense::ContinuousExtension;
+use super::taylor::TaylorSeries;
+use crate::dense::{ContinuousExtension, TaylorPolynomial};
 use crate::error::WorstUnknown;
 use crate::scale::{Scale, Unit};
 use crate::settings::{ExplicitMethod, Settings};
@@ -36,6 +37,8 @@ pub(super) struct StageWork {
     is_whole: bool,
     /// In the place of the stages.
     extrapolation: Option<Box<(Extrapolation, Picard)>>,
+    /// In the place of the stages wherever it is known.
+    series: Option<Box<TaylorSeries>>,
 }
 
 impl StageWork {
@@ -55,10 +58,16 @@ impl StageWork {
             whole: Vec::new(),
             is_whole: false,
             extrapolation: match settings.explicit {
-                ExplicitMethod::DormandPrince => None,
                 ExplicitMethod::Extrapolation { columns } => {
                     Some(Box::new((Extrapolation::new(n, columns), Picard::new(n))))
                 }
+                _ => None,
+            },
+            series: match settings.explicit {
+                ExplicitMethod::Taylor { order } => {
+                    Some(Box::new(TaylorSeries::new(n, order, settings.rtol)))
+                }
+                _ => None,
             },
         }
     }
@@ -69,6 +78,47 @@ impl StageWork {
         match &self.extrapolation {
             None => ContinuousExtension::new(n, N_TERMS, N_STAGES),
             Some(method) => ContinuousExtension::new(n, picard::N_TERMS, method.0.n_stages()),
+        }
+    }
+
+    /// Room for the dense output of a step by a series.
+    pub(super) fn polynomial(&self) -> Option<TaylorPolynomial> {
+        self.series.as_ref().map(|series| series.polynomial())
+    }
+
+    /// Whether the next step is taken by a series.
+    pub(super) fn has_series(&self) -> bool {
+        known(&self.series).is_some()
+    }
+
+    /// Has the next step taken by stages.
+    pub(super) fn forget_series(&mut self) {
+        if let Some(series) = &mut self.series {
+            series.forget();
+        }
+    }
+
+    /// Develops the solution through `(t, y)`, where the method is one of series; the size of the step that they
+    /// serve for, or `None` where it is taken by stages.
+    pub(super) fn develop<S: Ode>(
+        &mut self,
+        system: &mut S,
+        (t, y): (f64, &[f64]),
+        longest: f64,
+        stats: &mut Stats,
+    ) -> Option<f64> {
+        let Self { series, scale, unit, .. } = self;
+        let series = series.as_mut()?;
+        scale.weigh(unit, [y, y]);
+        stats.n_residual += 1;
+        series.develop(system, (t, y), scale, longest)
+    }
+
+    /// Hands the series of the step that was just accepted over to its dense output.
+    pub(super) fn hand_over(&mut self, polynomial: &mut TaylorPolynomial) {
+        let Self { series, y1, .. } = self;
+        if let Some(series) = series {
+            series.hand_over(polynomial, y1.values());
         }
     }
 
@@ -85,7 +135,7 @@ impl StageWork {
         derivative(system, t, y, out, stats)
     }
 
-    /// Stages 1 to 11 and `y1`, from `(y, f(t, y))`.
+    /// Stages 1 to 11, or the series, and `y1`, from `(y, f(t, y))`.
     pub(super) fn step<S: Ode>(
         &mut self,
         system: &mut S,
@@ -95,6 +145,12 @@ impl StageWork {
     ) -> Result<(), NotFinite> {
         self.y0.values_mut().copy_from_slice(y);
         self.k.column_mut(0).copy_from_slice(ydot);
+        self.is_whole = false;
+        if let Some(series) = known_mut(&mut self.series) {
+            series.step(h, &self.y0);
+            self.y1.clone_from(&series.end);
+            return Ok(());
+        }
         if self.extrapolation.is_some() {
             return self.extrapolate(system, (t, h), ydot, stats);
         }
@@ -131,6 +187,9 @@ impl StageWork {
 
     /// The error estimates of order 5 and 3.
     fn errors(&self) -> [&[f64]; 2] {
+        if let Some(series) = known(&self.series) {
+            return [series.last_term.values(); 2];
+        }
         if self.is_whole {
             return StepVectors::new(self.f1.len(), &self.whole).errors();
         }
@@ -169,6 +228,9 @@ impl StageWork {
 
     /// The error estimate in units of the tolerance, and [`StageWork::worst`] prepared.
     pub(super) fn error(&mut self, h: f64, y: &[f64]) -> f64 {
+        if let Some(series) = known(&self.series) {
+            return series.error(h);
+        }
         // The larger of both ends is the magnitude an error is relative to.
         self.scale.weigh(&self.unit, [y, self.y1.values()]);
         if self.extrapolation.is_some() {
@@ -192,6 +254,14 @@ impl StageWork {
         t1: f64,
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
+        if let Some(series) = known_mut(&mut self.series) {
+            stats.n_residual += 2;
+            let (y1, f1) = (self.y1.values_mut(), &mut self.f1);
+            if system.series_end(t1, (series.near.values(), &mut series.f_near), y1, f1) {
+                return Ok(());
+            }
+            derivative(system, t1, series.near.values(), &mut series.f_near, stats)?;
+        }
         if self.is_whole && system.whole_end(&self.whole, self.y1.values_mut(), &mut self.f1) {
             stats.n_residual += 1;
             return Ok(());
@@ -204,16 +274,24 @@ impl StageWork {
         found
     }
 
-    /// `|h| ρ`, see `stiffness`.
+    /// `|h| ρ`, see `stiffness`; zero where the two states are as good as one.
     pub(super) fn stability(&self, h: f64) -> f64 {
-        let (last, argument) = if self.is_whole {
+        /// The last term of a step by a series that is shorter than its error asks for, in tolerances: rounding.
+        const NOTHING: f64 = 1e-2;
+        let series = known(&self.series);
+        let (last, argument) = if let Some(series) = series {
+            (&series.f_near[..], series.near.values())
+        } else if self.is_whole {
             let step = StepVectors::new(self.f1.len(), &self.whole);
             (step.k(N_STAGES - 1), step.last_argument())
         } else {
             (self.k.column(N_STAGES - 1), self.last_argument.values())
         };
-        let change = self.scale.rms_of_difference(&self.f1, last);
-        let ratio = change / self.scale.rms_of_difference(self.y1.values(), argument);
+        let distance = self.scale.rms_of_difference(self.y1.values(), argument);
+        if series.is_some() && distance < NOTHING {
+            return 0.0;
+        }
+        let ratio = self.scale.rms_of_difference(&self.f1, last) / distance;
         if ratio.is_finite() { ratio * h.abs() } else { 0.0 }
     }
 
@@ -289,4 +367,13 @@ impl StageWork {
     pub(super) fn worst(&self, layout: &Layout) -> Vec<WorstUnknown> {
         self.scale.worst(layout, self.errors()[0])
     }
+}
+
+/// The series from where the run is, if the next step is taken by it.
+fn known(series: &Option<Box<TaylorSeries>>) -> Option<&TaylorSeries> {
+    series.as_deref().filter(|series| series.is_known())
+}
+
+fn known_mut(series: &mut Option<Box<TaylorSeries>>) -> Option<&mut TaylorSeries> {
+    series.as_deref_mut().filter(|series| series.is_known())
 }

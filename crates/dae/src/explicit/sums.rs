@@ -11,9 +11,9 @@ use super::coefficients::Term;
 use crate::lanes::run;
 
 /// Unknowns of a block.
-const WIDTH: usize = 8;
+pub(super) const WIDTH: usize = 8;
 
-type Block = [f64; WIDTH];
+pub(super) type Block = [f64; WIDTH];
 
 /// Columns of a table that is extrapolated, at most.
 pub(crate) const MOST_COLUMNS: usize = 7;
@@ -41,6 +41,16 @@ impl Columns {
     /// The same, to be overwritten.
     pub(super) fn column_mut(&mut self, j: usize) -> &mut [f64] {
         &mut self.blocks[j * self.n_blocks..].as_flattened_mut()[..self.n]
+    }
+
+    /// A block of the only column.
+    pub(super) fn block(&self, b: usize) -> &Block {
+        &self.blocks[b]
+    }
+
+    /// The same, to be overwritten.
+    pub(super) fn block_mut(&mut self, b: usize) -> &mut Block {
+        &mut self.blocks[b]
     }
 
     /// The numbers of the only column.

@@ -13,6 +13,7 @@ use super::problem::Problem;
 use super::race::LARGE;
 use super::singular::{CLOSE, FLAT, NOTICEABLE, REGULAR, Sighting, SingularMonitor};
 use super::stepper::Stepper;
+use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::hybrid::EventMonitor;
 use crate::multiplier::MultiplierSystem;
@@ -36,9 +37,28 @@ pub(super) struct ExplicitStepper<'a> {
     is_abreast: bool,
 }
 
-/// The explicit method for options that leave the choice, where accelerations can be had in lanes and nothing
-/// switches. Extrapolation has dear dense output, so that outputs must be few.
-pub fn cheapest_explicit(options: &SolveOptions) -> ExplicitMethod {
+/// The explicit method of a mechanism: what its options ask for, or the one with the least work, where nothing keeps its
+/// steps from being taken: for all but Dormand and Prince, no singular pose is passed, and no event can end them.
+pub fn explicit_method(compiled: &CompiledSystem, options: &SolveOptions) -> ExplicitMethod {
+    if options.method != bksim_model::Method::Auto || options.step.is_some() {
+        return ExplicitMethod::DormandPrince;
+    }
+    let is_extrapolated = compiled.has_lanes() && pays_extrapolated(options);
+    let rtol = ExplicitMotion::settings(options, compiled.nq()).rtol;
+    let series = compiled.series.as_ref();
+    if let Some(order) = series.and_then(|series| series.cheapest_order(rtol, is_extrapolated)) {
+        return ExplicitMethod::Taylor { order };
+    }
+    if is_extrapolated {
+        ExplicitMethod::Extrapolation { columns: 7 }
+    } else {
+        ExplicitMethod::DormandPrince
+    }
+}
+
+/// True where extrapolation needs less work than the method of Dormand and Prince. Its dense output is dear, so that
+/// outputs must be few.
+fn pays_extrapolated(options: &SolveOptions) -> bool {
     const FEW: f64 = 20.0;
     let n_outputs = match &options.outputs {
         Outputs::Even => (options.t_end - options.t_start).abs() / options.interval(),
@@ -48,15 +68,7 @@ pub fn cheapest_explicit(options: &SolveOptions) -> ExplicitMethod {
     };
     // Measured on four mechanisms: at looser tolerances steps are so few and long that fewer stages are as cheap, at
     // tighter ones rounding is near.
-    let is_fine = (1e-11..=1e-8).contains(&options.rtol);
-    if options.method != bksim_model::Method::Auto
-        || options.step.is_some()
-        || n_outputs > FEW
-        || !is_fine
-    {
-        return ExplicitMethod::DormandPrince;
-    }
-    ExplicitMethod::Extrapolation { columns: 7 }
+    n_outputs <= FEW && (1e-11..=1e-8).contains(&options.rtol)
 }
 
 /// The state that a phase of explicit steps begins with.
@@ -90,15 +102,22 @@ impl<'a> ExplicitStepper<'a> {
         let from = From { t: *t, ydot: vec![0.0; y.len()], y };
         let mut settings = ExplicitMotion::settings(options, q.len());
         let is_whole = multipliers.active_rows().len() == mechanism.compiled().nc();
-        let has_lanes = mechanism.compiled().has_lanes() && is_whole;
-        if has_lanes && monitor.is_none() && passing.is_none() {
-            settings.explicit = cheapest_explicit(options);
-        }
-        let method = settings.explicit;
-        let motion = match method {
-            ExplicitMethod::DormandPrince => motion,
-            ExplicitMethod::Extrapolation { .. } => motion.in_lanes(parameters),
+        let compiled = mechanism.compiled();
+        let is_regular = is_whole && passing.is_none() && monitor.is_none();
+        let (method, motion) = match explicit_method(compiled, options) {
+            by_series @ ExplicitMethod::Taylor { order } if is_regular => {
+                let functions = compiled.series.as_ref().and_then(|series| series.functions(order));
+                match functions {
+                    Some(functions) => (by_series, motion.by_series(functions)),
+                    None => (ExplicitMethod::DormandPrince, motion),
+                }
+            }
+            in_lanes @ ExplicitMethod::Extrapolation { .. } if is_regular => {
+                (in_lanes, motion.in_lanes(parameters))
+            }
+            _ => (ExplicitMethod::DormandPrince, motion),
         };
+        settings.explicit = method;
         let mut margin = 1.0;
         let solver = match saved {
             None => ExplicitSolver::new(motion, from, t_end, settings)?,
@@ -217,7 +236,7 @@ impl Stepper for ExplicitStepper<'_> {
         match self.method {
             ExplicitMethod::DormandPrince => self.solver.stability(),
             // Of its longer steps, accuracy leaves less of the stable range.
-            ExplicitMethod::Extrapolation { .. } => {
+            ExplicitMethod::Extrapolation { .. } | ExplicitMethod::Taylor { .. } => {
                 const FAR: f64 = 0.6;
                 self.solver.stability() * LARGE / (FAR * self.method.stable_range())
             }

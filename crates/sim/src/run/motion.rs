@@ -10,6 +10,8 @@
 //! coordinate projection method applied to mechanical systems with algebraic constraints*, SIAM
 //! J. Numer. Anal. 30 (1993).
 
+use std::sync::Arc;
+
 use bksim_dae::{
     Attempt, Index, Lanes, Layout, NotFinite, Ode, Settings, StepControl, StepSpan, Tolerance,
 };
@@ -20,6 +22,7 @@ use super::singular::{CLOSE, NOTICEABLE};
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;
+use crate::series_step::{SeriesFunctions, SeriesWork};
 use crate::whole_step::{StepBuffers, StepResults};
 use bksim_model::SolveOptions;
 
@@ -36,6 +39,8 @@ pub(crate) struct ExplicitMotion<'a> {
     lanes: Option<LaneMotion<'a>>,
     /// Whole steps.
     step: Option<StepBuffers>,
+    /// Steps by series, where those are asked for.
+    series: Option<SeriesWork>,
     pub(super) parameters: Vec<f64>,
     /// The results of one that was taken together with those of other runs.
     pub(super) offered: Option<(StepSpan, Vec<f64>)>,
@@ -82,6 +87,7 @@ impl<'a> ExplicitMotion<'a> {
             lambda: vec![0.0; compiled.nc()],
             lanes: None,
             step: None,
+            series: None,
             offered: None,
             parameters: parameters.to_vec(),
             last: LastFactors::Taken,
@@ -95,6 +101,12 @@ impl<'a> ExplicitMotion<'a> {
         Self { lanes, holding: Holding::of_lanes(), ..self }
     }
 
+    /// The same motion by series, with these functions.
+    pub(super) fn by_series(self, functions: Arc<SeriesFunctions>) -> Self {
+        let series = SeriesWork::new(functions, &self.parameters);
+        Self { series: Some(series), ..self }
+    }
+
     /// True where whole steps serve: next to a singular pose, they hardly ever do.
     pub(super) fn has_whole_steps(&self) -> bool {
         let system = self.evaluator.system();
@@ -102,6 +114,39 @@ impl<'a> ExplicitMotion<'a> {
             && !self.holding.is_on
             && self.multipliers.is_whole(system.nc())
             && self.multipliers.rank_margin() >= CLOSE
+    }
+
+    /// Looks at the pivots of states, see [`MultiplierSystem::accept_stages`].
+    fn accept_pivots(&mut self, pivots: &[f64]) -> bool {
+        let Self { multipliers, holding, least_margin, .. } = self;
+        multipliers.accept_stages(pivots, NOTICEABLE, |margin| {
+            holding.observe(margin);
+            *least_margin = least_margin.min(margin);
+        })
+    }
+
+    /// Takes the projected end of a step and its derivative, unless it needs a closer look.
+    fn take_end(&mut self, results: &StepResults<'_>, y1: &mut [f64], ydot1: &mut [f64]) -> bool {
+        let StepResults { gaps, end: [end, slope], end_pivots, .. } = *results;
+        if !self.multipliers.is_projected() {
+            return false;
+        }
+        // As in `project`: a step of Newton's method is enough, or does not help.
+        let is_closed = match *gaps {
+            [before, after] => {
+                let q = &y1[..self.multipliers.n_coordinates()];
+                let size = q.iter().fold(1.0, |size: f64, q| size.max(q.abs()));
+                after <= CLOSED * size || after >= before
+            }
+            _ => true,
+        };
+        let is_finite = are_finite(end) && are_finite(slope);
+        if !is_closed || !is_finite || !self.accept_pivots(end_pivots) {
+            return false;
+        }
+        y1.copy_from_slice(end);
+        ydot1.copy_from_slice(slope);
+        true
     }
 
     /// The integrator's settings for a model's options.
@@ -116,6 +161,11 @@ impl<'a> ExplicitMotion<'a> {
         };
         Settings { rtol, atol: Tolerance::PerUnknown(atol), step, ..Settings::default() }
     }
+}
+
+/// Without a branch at each, several are looked at together.
+fn are_finite(numbers: &[f64]) -> bool {
+    numbers.iter().fold(true, |all, x| all & x.is_finite())
 }
 
 impl Ode for ExplicitMotion<'_> {
@@ -171,9 +221,7 @@ impl Ode for ExplicitMotion<'_> {
         if !self.has_whole_steps() {
             return false;
         }
-        let Self {
-            evaluator, multipliers, step, parameters, holding, least_margin, offered, ..
-        } = self;
+        let Self { evaluator, step, parameters, offered, .. } = self;
         let Some(whole) = &evaluator.system().step else { return false };
         match offered.take() {
             Some((of, numbers)) if of == span => *results = numbers,
@@ -181,46 +229,48 @@ impl Ode for ExplicitMotion<'_> {
             _ => return false,
         }
         let StepResults { factors, pivots, .. } = whole.results(results);
-        let observe = |margin: f64| {
-            holding.observe(margin);
-            *least_margin = least_margin.min(margin);
-        };
-        if !multipliers.accept_stages(pivots, NOTICEABLE, observe) {
+        if !self.accept_pivots(pivots) {
             return false;
         }
-        multipliers.take_stage(factors);
+        self.multipliers.take_stage(factors);
         self.last = LastFactors::Taken;
         true
     }
 
     fn whole_end(&mut self, results: &[f64], y1: &mut [f64], ydot1: &mut [f64]) -> bool {
-        let Self { evaluator, multipliers, holding, least_margin, .. } = self;
-        let Some(whole) = &evaluator.system().step else { return false };
-        let StepResults { gaps, end: [end, slope], end_pivots, .. } = whole.results(results);
-        if !multipliers.is_projected() {
+        let Some(whole) = self.evaluator.system().step.clone() else { return false };
+        self.take_end(&whole.results(results), y1, ydot1)
+    }
+
+    fn series(&mut self, t: f64, y: &[f64], _: usize, results: &mut Vec<f64>) -> bool {
+        let is_whole = self.multipliers.is_whole(self.evaluator.system().nc());
+        if self.holding.is_on || !is_whole || self.multipliers.rank_margin() < NOTICEABLE {
             return false;
         }
-        // As in `project`: a step of Newton's method is enough, or does not help.
-        let is_closed = match *gaps {
-            [before, after] => {
-                let q = &y1[..multipliers.n_coordinates()];
-                let size = q.iter().fold(1.0, |size: f64, q| size.max(q.abs()));
-                after <= CLOSED * size || after >= before
-            }
-            _ => true,
-        };
-        let are_finite = |numbers: &[f64]| numbers.iter().fold(true, |all, x| all & x.is_finite());
-        let is_finite = are_finite(end) && are_finite(slope);
-        let observe = |margin: f64| {
-            holding.observe(margin);
-            *least_margin = least_margin.min(margin);
-        };
-        if !is_closed || !is_finite || !multipliers.accept_stages(end_pivots, NOTICEABLE, observe) {
-            return false;
-        }
-        y1.copy_from_slice(end);
-        ydot1.copy_from_slice(slope);
+        let Some(series) = &mut self.series else { return false };
+        series.develop(t, y, results);
         true
+    }
+
+    fn series_holds(&self, h: f64, results: &[f64]) -> bool {
+        self.series.as_ref().is_some_and(|series| series.holds(h, results))
+    }
+
+    fn series_end(
+        &mut self,
+        t1: f64,
+        (near, f_near): (&[f64], &mut [f64]),
+        y1: &mut [f64],
+        ydot1: &mut [f64],
+    ) -> bool {
+        let Some(mut series) = self.series.take() else { return false };
+        let (slope, results) = series.end(t1, near, y1);
+        let is_taken = are_finite(slope) && self.take_end(&results, y1, ydot1);
+        if is_taken {
+            f_near.copy_from_slice(slope);
+        }
+        self.series = Some(series);
+        is_taken
     }
 
     fn note(&mut self, attempt: Attempt) {

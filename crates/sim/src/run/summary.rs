@@ -66,8 +66,8 @@ pub struct MethodChange {
 /// Method that integrates the equations of motion.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Integrator {
-    /// Dormand–Prince 8(5,3), or extrapolation, on the accelerations, with projection; see
-    /// [`cheapest_explicit`](crate::run::cheapest_explicit).
+    /// Dormand–Prince 8(5,3), extrapolation or Taylor series, on the accelerations, with projection; see
+    /// [`explicit_method`](crate::run::explicit_method).
     Explicit,
     /// Radau IIA on the formulation asked for.
     Radau,

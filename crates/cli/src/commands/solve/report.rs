@@ -7,10 +7,10 @@ use bksim::Mechanism;
 use bksim::dae::ExplicitMethod;
 use bksim::describe;
 use bksim::model::message::counted;
-use bksim::model::{Formulation, Outputs, SolveOptions};
+use bksim::model::{Formulation, Outputs};
 use bksim::options::described;
 use bksim::sim::mobility::Mobility;
-use bksim::sim::run::{Integrator, Summary, cheapest_explicit};
+use bksim::sim::run::{Integrator, Summary, explicit_method};
 use bksim::sim::sensitivity::Sensitive;
 use serde_json::{Map, Value, json};
 
@@ -125,10 +125,11 @@ impl Report<'_> {
             None => format!("rtol {:e}, atol {:e}", solve.rtol, solve.atol),
         };
         let Some((first, changes)) = self.summary.methods.split_first() else { return Vec::new() };
-        let mut rows = vec![("method", format!("{}, {mode}", method(solve, first.method)))];
+        let mut rows =
+            vec![("method", format!("{}, {mode}", method(self.mechanism, first.method)))];
         let told = changes.iter().take(CHANGES_TOLD);
         rows.extend(told.map(|change| {
-            let (t, method) = (number(change.t), method(solve, change.method));
+            let (t, method) = (number(change.t), method(self.mechanism, change.method));
             ("", format!("from t = {t} s {method}: {}", describe::reason_words(change.reason)))
         }));
         if changes.len() > CHANGES_TOLD {
@@ -240,7 +241,8 @@ fn some_of(names: &[&str]) -> String {
 }
 
 /// A method in words.
-fn method(solve: &SolveOptions, method: Integrator) -> String {
+fn method(mechanism: &Mechanism, method: Integrator) -> String {
+    let solve = &mechanism.model.solve;
     let formulation = match solve.formulation {
         Formulation::Ggl => "stabilised index 2",
         Formulation::Index2 => "index 2",
@@ -248,11 +250,12 @@ fn method(solve: &SolveOptions, method: Integrator) -> String {
         Formulation::Index1 => "index 1 with projection",
     };
     match method {
-        Integrator::Explicit => match cheapest_explicit(solve) {
+        Integrator::Explicit => match explicit_method(&mechanism.compiled, solve) {
             ExplicitMethod::DormandPrince => "explicit, Dormand–Prince 8(5,3)".to_owned(),
             ExplicitMethod::Extrapolation { .. } => {
                 "explicit, extrapolation or Dormand–Prince 8(5,3)".to_owned()
             }
+            ExplicitMethod::Taylor { order } => format!("explicit, Taylor series of order {order}"),
         },
         Integrator::Radau => {
             let order = if solve.step.is_some() { "order 5" } else { "variable order" };

@@ -1,0 +1,154 @@
+//! Runs by series against those of Dormand and Prince.
+
+use crate::dense::Step;
+use crate::explicit::{ExplicitSolver, solve_ode};
+use crate::run::{Control, Start};
+use crate::settings::{ExplicitMethod, Settings, Tolerance};
+use crate::system::{Index, Layout, NotFinite, Ode};
+
+/// `x″ = −x³`, with its series or without.
+struct Duffing {
+    layout: Layout,
+    has_series: bool,
+    n_series: usize,
+}
+
+impl Duffing {
+    fn new(has_series: bool) -> Self {
+        Self { layout: Layout::from_groups(&[(2, Index::One)]), has_series, n_series: 0 }
+    }
+}
+
+impl Ode for Duffing {
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    fn derivative(&mut self, _: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite> {
+        (ydot[0], ydot[1]) = (y[1], -y[0].powi(3));
+        Ok(())
+    }
+
+    fn series(&mut self, _: f64, y: &[f64], order: usize, results: &mut Vec<f64>) -> bool {
+        self.n_series += 1;
+        let (mut x, mut square, mut v) = (vec![y[0]], Vec::new(), vec![y[1]]);
+        for k in 0..order {
+            let product = |a: &[f64], b: &[f64]| (0..=k).map(|i| a[i] * b[k - i]).sum::<f64>();
+            square.push(product(&x, &x));
+            let cube = product(&x, &square);
+            let part = 1.0 / (k + 1) as f64;
+            x.push(part * v[k]);
+            v.push(-part * cube);
+            (results[2 * k], results[2 * k + 1]) = (x[k + 1], v[k + 1]);
+        }
+        self.has_series
+    }
+
+    /// As if something vanished two seconds ahead.
+    fn series_holds(&self, h: f64, _: &[f64]) -> bool {
+        h.abs() < 2.0
+    }
+}
+
+fn by_series(order: usize, rtol: f64) -> Settings {
+    Settings {
+        explicit: ExplicitMethod::Taylor { order },
+        rtol,
+        atol: Tolerance::Scalar(rtol),
+        ..Settings::default()
+    }
+}
+
+fn from_rest() -> Start {
+    Start { t: 0.0, y: vec![1.0, 0.0], ydot: vec![0.0; 2] }
+}
+
+#[test]
+fn series_are_exact_to_the_tolerance_at_the_ends_of_steps_and_between_them() {
+    for (rtol, order, t_end) in [(1e-6, 10, 30.0), (1e-9, 14, -30.0), (1e-12, 20, 30.0)] {
+        let exact = |t: f64| {
+            let settings = Settings { explicit: ExplicitMethod::default(), ..by_series(4, 1e-14) };
+            let mut keep = |_: &Step<'_>| Control::Continue;
+            solve_ode(Duffing::new(false), from_rest(), t, settings, &mut keep).expect("it runs").y
+        };
+        let (mut n_steps, mut worst) = (0, 0.0f64);
+        let mut energies = Vec::new();
+        let mut observe = |step: &Step<'_>| {
+            n_steps += 1;
+            assert!(step.h().abs() < 2.0, "what must not vanish does not");
+            let mut y = [0.0; 2];
+            for part in [0.21, 0.55, 0.87] {
+                step.at(step.t0() + part * step.h(), &mut y);
+                energies.push(0.5 * y[1] * y[1] + 0.25 * y[0].powi(4));
+                let mut slope = [0.0; 2];
+                step.derivative_at(step.t0() + part * step.h(), &mut slope);
+                worst = worst.max((slope[0] - y[1]).abs());
+            }
+            Control::Continue
+        };
+        let mut system = Duffing::new(true);
+        let settings = by_series(order, rtol);
+        let end = solve_ode(&mut system, from_rest(), t_end, settings, &mut observe);
+        let end = end.expect("it runs");
+        let error = end.y.iter().zip(exact(t_end)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(error < 60.0 * rtol, "{error:e} at {rtol:e}");
+        let drift = energies.iter().map(|energy| (energy - 0.25).abs()).fold(0.0, f64::max);
+        assert!(drift < 60.0 * rtol && worst < 60.0 * rtol, "{drift:e}, {worst:e} at {rtol:e}");
+        assert_eq!((end.stats.n_reject, system.n_series), (0, n_steps + 1));
+    }
+}
+
+/// Of `x″ = −x³` from the origin, every fourth coefficient alone is not zero.
+#[test]
+fn series_with_gaps_have_steps_as_others_have() {
+    for order in 8..=16 {
+        let mut longest = 0.0f64;
+        let mut observe = |step: &Step<'_>| {
+            longest = longest.max(step.h());
+            Control::Stop
+        };
+        let start = Start { t: 0.0, y: vec![0.0, 0.5], ydot: vec![0.0; 2] };
+        let settings = by_series(order, 1e-8);
+        solve_ode(Duffing::new(true), start, 20.0, settings, &mut observe).expect("it runs");
+        assert!(longest < 1.9, "order {order}: a first step of {longest} s");
+    }
+}
+
+#[test]
+fn steps_without_a_series_are_those_of_dormand_and_prince() {
+    let run = |settings: Settings, has_series: bool| {
+        let mut ends = Vec::new();
+        let mut observe = |step: &Step<'_>| {
+            ends.push((step.t1().to_bits(), step.y1()[0].to_bits()));
+            Control::Continue
+        };
+        let system = Duffing::new(has_series);
+        solve_ode(system, from_rest(), 20.0, settings, &mut observe).expect("it runs");
+        ends
+    };
+    let plain = Settings { explicit: ExplicitMethod::default(), ..by_series(4, 1e-9) };
+    assert_eq!(run(by_series(14, 1e-9), false), run(plain, false));
+    assert_ne!(run(by_series(14, 1e-9), true), run(by_series(14, 1e-9), false));
+}
+
+#[test]
+fn a_run_by_series_goes_on_where_it_was_saved() {
+    let new = || ExplicitSolver::new(Duffing::new(true), from_rest(), 20.0, by_series(14, 1e-9));
+    let finish = |solver: &mut ExplicitSolver<Duffing>| {
+        let mut trace = Vec::new();
+        while solver.advance().expect("no failure") {
+            trace.push((solver.t().to_bits(), solver.y()[0].to_bits()));
+        }
+        trace
+    };
+    let undisturbed = finish(&mut new().expect("valid"));
+    for after in [0, 1, undisturbed.len() / 2] {
+        let mut solver = new().expect("valid");
+        for _ in 0..after {
+            solver.advance().expect("no failure");
+        }
+        let resumed =
+            ExplicitSolver::resume(Duffing::new(true), &solver.save(), 20.0, by_series(14, 1e-9));
+        assert_eq!(finish(&mut resumed.expect("it fits")), undisturbed[after..]);
+    }
+}
