@@ -103,23 +103,28 @@ impl WithSimd for Few<'_> {
 /// Sines and cosines of `N` angles; inlined, so that the caller's instruction set is used.
 #[inline(always)]
 pub(crate) fn sin_cos_lanes<const N: usize>(angles: [f64; N]) -> ([f64; N], [f64; N]) {
+    let are_small = angles.iter().fold(true, |all, x| all & (x.abs() <= LARGEST));
+    if are_small { each(angles, reduced) } else { each(angles, any) }
+}
+
+#[inline(always)]
+fn each<const N: usize>(
+    angles: [f64; N],
+    sin_cos: impl Fn(f64) -> (f64, f64),
+) -> ([f64; N], [f64; N]) {
     let (mut sines, mut cosines) = ([0.0; N], [0.0; N]);
     for lane in 0..N {
-        (sines[lane], cosines[lane]) = reduced(angles[lane]);
-    }
-    let are_small = angles.iter().fold(true, |all, x| all & (x.abs() <= LARGEST));
-    if !are_small {
-        large_lanes(&angles, &mut sines, &mut cosines);
+        (sines[lane], cosines[lane]) = sin_cos(angles[lane]);
     }
     (sines, cosines)
 }
 
+/// [`sin_cos`], seldom needed. It takes one angle: results of a call that takes all of them are in memory, and those of
+/// small angles would be put there too.
 #[cold]
 #[inline(never)]
-fn large_lanes(angles: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
-    for (lane, x) in angles.iter().enumerate() {
-        (sines[lane], cosines[lane]) = sin_cos(*x);
-    }
+fn any(x: f64) -> (f64, f64) {
+    sin_cos(x)
 }
 
 /// Sine and cosine of an angle of at most [`LARGEST`]; without branches, for the lanes.
