@@ -8,7 +8,7 @@
 #![expect(clippy::inline_always, reason = "the caller's instruction set must reach every loop")]
 
 use super::due::Jit;
-use super::lanes::{LaneRunner, LaneValues, LaneWorkspace, widest_lanes};
+use super::lanes::{Group, LaneRunner, LaneValues, LaneWorkspace, Layout, widest_lanes};
 use crate::op::{Function, power, select};
 use crate::sincos::sin_cos_lanes;
 use crate::tape::{Action, Instruction, Tape};
@@ -69,7 +69,7 @@ enum BatchCode {
     Eight(Groups<8>),
 }
 
-/// A tape at `N` points at once, group by group.
+/// A tape at `N` points at once, group by group, where they stand in their columns.
 #[derive(Clone, Debug)]
 struct Groups<const N: usize> {
     runner: LaneRunner<N>,
@@ -81,6 +81,7 @@ struct Groups<const N: usize> {
 #[derive(Clone, Debug)]
 struct GroupBuffers<const N: usize> {
     workspace: LaneWorkspace<N>,
+    /// Of a last group of fewer points.
     inputs: LaneValues<N>,
     out: LaneValues<N>,
 }
@@ -147,7 +148,7 @@ impl Tape {
 
 impl<const N: usize> Groups<N> {
     fn new(tape: &Tape, parameters: &[f64]) -> Self {
-        let runner = LaneRunner::new(tape.clone(), Jit::On);
+        let runner = LaneRunner::with_layout(tape.clone(), Jit::On, Layout::Columns);
         Self { runner, parameters: parameters.to_vec(), buffers: None }
     }
 
@@ -157,28 +158,39 @@ impl<const N: usize> Groups<N> {
         if !(runner.is_compiled() || pays && runner.has_code()) {
             return false;
         }
-        let GroupBuffers { workspace, inputs: arguments, out: results } = buffers
-            .get_or_insert_with(|| GroupBuffers {
-                workspace: runner.workspace(parameters),
-                inputs: LaneValues::zeros(runner.tape().n_inputs),
-                out: LaneValues::zeros(runner.tape().outputs.len()),
-            });
-        for first in (0..n_points).step_by(N) {
-            for (lanes, values) in arguments.iter_mut().zip(inputs.chunks_exact(n_points)) {
-                // Lanes without a point repeat the last one.
-                let or_last = |lane: usize| values[(first + lane).min(n_points - 1)];
-                let whole = values[first..].first_chunk().copied();
-                *lanes = whole.unwrap_or_else(|| std::array::from_fn(or_last));
-            }
-            runner.evaluate(workspace, arguments, results);
-            for (lanes, values) in results.iter().zip(out.chunks_exact_mut(n_points)) {
-                match values[first..].first_chunk_mut() {
-                    Some(values) => *values = *lanes,
-                    None => values[first..].copy_from_slice(&lanes[..n_points - first]),
-                }
-            }
+        let buffers = buffers.get_or_insert_with(|| GroupBuffers {
+            workspace: runner.workspace(parameters),
+            inputs: LaneValues::zeros(runner.tape().n_inputs),
+            out: LaneValues::zeros(runner.tape().outputs.len()),
+        });
+        let n_whole = n_points - n_points % N;
+        for first in (0..n_whole).step_by(N) {
+            let group = Group { n_points, first };
+            runner.evaluate_group(&mut buffers.workspace, group, inputs, out);
+        }
+        if n_whole < n_points {
+            buffers.evaluate_last(runner, Group { n_points, first: n_whole }, inputs, out);
         }
         true
+    }
+}
+
+impl<const N: usize> GroupBuffers<N> {
+    /// Computes all outputs at a last group of fewer points; lanes without one repeat the last one.
+    fn evaluate_last(
+        &mut self,
+        runner: &LaneRunner<N>,
+        Group { n_points, first }: Group,
+        inputs: &[f64],
+        out: &mut [f64],
+    ) {
+        for (lanes, values) in self.inputs.iter_mut().zip(inputs.chunks_exact(n_points)) {
+            *lanes = std::array::from_fn(|lane| values[(first + lane).min(n_points - 1)]);
+        }
+        runner.evaluate(&mut self.workspace, &self.inputs, &mut self.out);
+        for (lanes, values) in self.out.iter().zip(out.chunks_exact_mut(n_points)) {
+            values[first..].copy_from_slice(&lanes[..n_points - first]);
+        }
     }
 }
 

@@ -72,6 +72,24 @@ pub struct LaneWorkspace<const N: usize> {
     registers: LaneValues<N>,
 }
 
+/// Places of inputs and outputs: numbers of the first quantity at all points, then of the second and so on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Layout {
+    /// There are as many points as lanes; code knows the place of every number.
+    Packed,
+    /// There may be more; code is told how many.
+    Columns,
+}
+
+/// Neighbouring points, one in each lane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Group {
+    /// Points that there are numbers of.
+    pub(super) n_points: usize,
+    /// The point in the first lane.
+    pub(super) first: usize,
+}
+
 /// A tape to be evaluated at `N` points at once, one, four or eight, as machine code once that pays.
 ///
 /// Points agree bit for bit with those of the interpreter of one point. Each may have parameters of its own.
@@ -96,6 +114,7 @@ pub struct LaneWorkspace<const N: usize> {
 #[derive(Clone, Debug)]
 pub struct LaneRunner<const N: usize> {
     tape: Tape,
+    layout: Layout,
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
     jit: Jit,
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
@@ -109,10 +128,15 @@ const EVALUATIONS_PER_COMPILATION: usize = 50;
 impl<const N: usize> LaneRunner<N> {
     /// A runner of `tape`.
     pub fn new(tape: Tape, jit: Jit) -> Self {
+        Self::with_layout(tape, jit, Layout::Packed)
+    }
+
+    pub(super) fn with_layout(tape: Tape, jit: Jit, layout: Layout) -> Self {
         #[cfg(not(all(feature = "jit", target_arch = "x86_64")))]
         let _ = jit;
         Self {
             tape,
+            layout,
             #[cfg(all(feature = "jit", target_arch = "x86_64"))]
             jit,
             #[cfg(all(feature = "jit", target_arch = "x86_64"))]
@@ -169,16 +193,39 @@ impl<const N: usize> LaneRunner<N> {
     /// # Panics
     /// When `inputs` or `out` have another length than was compiled, or `ws` is of another tape.
     pub fn evaluate(&self, ws: &mut LaneWorkspace<N>, inputs: &[[f64; N]], out: &mut [[f64; N]]) {
-        assert_eq!(inputs.len(), self.tape.n_inputs, "number of inputs");
-        assert_eq!(out.len(), self.tape.outputs.len(), "number of outputs");
+        let group = Group { n_points: N, first: 0 };
+        self.evaluate_group(ws, group, inputs.as_flattened(), out.as_flattened_mut());
+    }
+
+    /// Computes all outputs at the points of a group from where inputs stand to where outputs shall stand.
+    ///
+    /// # Panics
+    /// When `inputs` or `out` do not hold the numbers of all points, these end before the last lane, they are not as many as
+    /// lanes where they are packed, or `ws` is of another tape.
+    pub(super) fn evaluate_group(
+        &self,
+        ws: &mut LaneWorkspace<N>,
+        group: Group,
+        inputs: &[f64],
+        out: &mut [f64],
+    ) {
+        let Group { n_points, first } = group;
+        // Checked products: code relies on these lengths, and adds up places without looking at them again.
+        let length = |n_columns: usize| n_points.checked_mul(n_columns);
+        assert_eq!(Some(inputs.len()), length(self.tape.n_inputs), "values of all inputs");
+        assert_eq!(Some(out.len()), length(self.tape.outputs.len()), "values of all outputs");
+        assert!(first < n_points && N <= n_points - first, "a point in each lane");
+        assert!(
+            n_points == N || self.layout == Layout::Columns,
+            "as many points as there are lanes"
+        );
         self.check(ws);
         let registers = &mut ws.registers;
-        registers[self.tape.input_registers()].copy_from_slice(inputs);
         #[cfg(all(feature = "jit", target_arch = "x86_64"))]
         if let Some(code) = self.code() {
-            return code.evaluate(registers, out);
+            return code.evaluate(registers, group, inputs, out);
         }
-        interpreter::evaluate(&self.tape, registers, out);
+        interpreter::evaluate(&self.tape, registers, group, inputs, out);
     }
 
     fn check(&self, ws: &LaneWorkspace<N>) {
@@ -195,7 +242,7 @@ impl<const N: usize> LaneRunner<N> {
     /// New machine code, where the tape can be compiled.
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
     fn make(&self) -> Option<code::LaneCode<N>> {
-        code::LaneCode::of(&self.tape).ok()
+        code::LaneCode::of(&self.tape, self.layout).ok()
     }
 }
 

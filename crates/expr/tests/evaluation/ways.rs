@@ -1,6 +1,6 @@
 //! All ways to evaluate a tape, held against the interpreter.
 
-use bksim_expr::{Jit, LaneRunner, Runner, Tape};
+use bksim_expr::{Batch, Jit, LaneRunner, Runner, Tape};
 
 /// Values of all outputs at each point, by one evaluator at one set of parameters.
 type Evaluator = fn(&Tape, &[f64], &[Vec<f64>]) -> Vec<Vec<f64>>;
@@ -9,6 +9,7 @@ const EVALUATORS: &[(&str, Evaluator)] = &[
     ("batch", in_one_batch),
     ("batches of three", in_batches_of_three),
     ("a batch that is machine code", in_a_long_batch),
+    ("growing batches of machine code", in_growing_batches),
     ("runner", by_runner),
     ("four points, interpreted", |tape, parameters, points| {
         in_lanes::<4>(tape, Jit::Off, parameters, points)
@@ -82,15 +83,40 @@ pub(crate) fn in_one_batch(tape: &Tape, parameters: &[f64], points: &[Vec<f64>])
     in_batches(tape, parameters, points, points.len().max(1))
 }
 
-/// The points again after so many that machine code has paid; long tapes have none.
+/// Points after which machine code has paid.
+const MANY: usize = 5000;
+/// Longer tapes have none.
+const MOST_OPERATIONS: usize = 10_000;
+
+/// The points again after so many that machine code has paid.
 fn in_a_long_batch(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    const MANY: usize = 5000;
-    if tape.operation_count() > 10_000 {
+    if tape.operation_count() > MOST_OPERATIONS {
         return in_one_batch(tape, parameters, points);
     }
     let first = points.iter().cycle().take(if points.is_empty() { 0 } else { MANY });
     let repeated: Vec<Vec<f64>> = first.chain(points).cloned().collect();
     in_one_batch(tape, parameters, &repeated).split_off(repeated.len() - points.len())
+}
+
+/// Machine code at one point, then at the next two, and so on: lanes without a point among them.
+fn in_growing_batches(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut batch = tape.batch(parameters);
+    let (mut results, mut rest) = (Vec::new(), points);
+    if let Some(first) = points.first()
+        && tape.operation_count() <= MOST_OPERATIONS
+    {
+        let inputs: Vec<f64> = first.iter().flat_map(|&x| std::iter::repeat_n(x, MANY)).collect();
+        batch.evaluate(MANY, &inputs, &mut vec![0.0; MANY * tape.n_outputs()]);
+    }
+    for n in 1.. {
+        if rest.is_empty() {
+            break;
+        }
+        let (next, later) = rest.split_at(n.min(rest.len()));
+        results.extend(at_once(tape, &mut batch, next));
+        rest = later;
+    }
+    results
 }
 
 fn in_batches_of_three(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) -> Vec<Vec<f64>> {
@@ -99,18 +125,18 @@ fn in_batches_of_three(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) -> 
 
 fn in_batches(tape: &Tape, parameters: &[f64], points: &[Vec<f64>], n: usize) -> Vec<Vec<f64>> {
     let mut batch = tape.batch(parameters);
-    let mut results = Vec::new();
-    for points in points.chunks(n) {
-        let inputs: Vec<f64> = (0..tape.n_inputs())
-            .flat_map(|input| points.iter().map(move |point| point[input]))
-            .collect();
-        let mut out = vec![0.0; points.len() * tape.n_outputs()];
-        batch.evaluate(points.len(), &inputs, &mut out);
-        results.extend((0..points.len()).map(|point| -> Vec<f64> {
-            out.iter().skip(point).step_by(points.len()).copied().collect()
-        }));
-    }
-    results
+    points.chunks(n).flat_map(|points| at_once(tape, &mut batch, points)).collect()
+}
+
+/// All points in one call.
+fn at_once(tape: &Tape, batch: &mut Batch, points: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let inputs: Vec<f64> = (0..tape.n_inputs())
+        .flat_map(|input| points.iter().map(move |point| point[input]))
+        .collect();
+    let mut out = vec![0.0; points.len() * tape.n_outputs()];
+    batch.evaluate(points.len(), &inputs, &mut out);
+    let of_point = |point: usize| out.iter().skip(point).step_by(points.len()).copied().collect();
+    (0..points.len()).map(of_point).collect()
 }
 
 pub(crate) fn is_same(a: f64, b: f64) -> bool {

@@ -5,8 +5,8 @@
 //! Where registers are short, the value whose next use is farthest goes to memory (L. A. Belady 1966).
 //! Operations are those of the interpreter in the same order.
 
-use super::Extra;
 use super::assembler::{Argument, Assembler, Base, Opcode, Operand, Predicate, Vector, Width};
+use super::{Extra, Layout};
 use crate::op::Function;
 use crate::tape::{Action, Instruction, Tape};
 
@@ -22,8 +22,8 @@ pub(super) struct Callees {
 }
 
 /// The bytes of the whole body.
-pub(super) fn assemble(tape: &Tape, width: Width, callees: Callees) -> Vec<u8> {
-    let mut allocation = Allocation::new(tape, width, callees);
+pub(super) fn assemble(tape: &Tape, width: Width, layout: Layout, callees: Callees) -> Vec<u8> {
+    let mut allocation = Allocation::new(tape, width, layout, callees);
     allocation.code.enter();
     allocation.body();
     allocation.code.leave();
@@ -97,7 +97,7 @@ fn number(n: usize) -> i32 {
 }
 
 impl<'a> Allocation<'a> {
-    fn new(tape: &'a Tape, width: Width, callees: Callees) -> Self {
+    fn new(tape: &'a Tape, width: Width, layout: Layout, callees: Callees) -> Self {
         // Two registers are for the moment, one of them for masks.
         let n_vectors = width.n_vectors() - 2;
         let outputs = tape.outputs.iter().zip(0..);
@@ -108,7 +108,7 @@ impl<'a> Allocation<'a> {
         Self {
             tape,
             callees,
-            code: Assembler::new(width, Vector(n_vectors + 1)),
+            code: Assembler::new(width, layout, Vector(n_vectors + 1)),
             width,
             values: vec![None; n_vectors as usize],
             scratch: Vector(n_vectors),
@@ -162,8 +162,12 @@ impl<'a> Allocation<'a> {
 
     /// Where a value is.
     fn place(&self, value: usize) -> Operand {
+        let inputs = self.tape.input_registers();
         match self.vectors[value] {
             Some(vector) => Operand::Vector(vector),
+            None if inputs.contains(&value) => {
+                Operand::Memory(Base::Inputs, number(value - inputs.start))
+            }
             None => Operand::Memory(Base::Registers, number(value)),
         }
     }

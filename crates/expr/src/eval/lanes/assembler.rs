@@ -4,6 +4,8 @@
 //! Encodings: Intel 64 and IA-32 Architectures Software Developer's Manual, volume 2, §2.3 (the VEX prefix), §2.7 (the
 //! EVEX prefix) and the pages of the instructions.
 
+use super::Layout;
+
 /// Numbers in the lanes of a register.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Width {
@@ -58,6 +60,8 @@ pub(super) enum Base {
     Registers = 3,
     /// Outputs, r14.
     Outputs = 14,
+    /// Inputs, r15.
+    Inputs = 15,
 }
 
 /// The last operand of an instruction.
@@ -136,33 +140,36 @@ struct Operation {
     is_zeroing: bool,
 }
 
-/// Collects the bytes of a function `f(registers, outputs)` in the System V convention.
+/// Collects the bytes of a function `f(registers, inputs, outputs, stride)` in the System V convention.
 #[derive(Debug)]
 pub(super) struct Assembler {
     pub(super) bytes: Vec<u8>,
     width: Width,
+    /// Of inputs and outputs; r12 holds the stride of columns, in bytes.
+    layout: Layout,
     /// The mask of the last comparison, where masks are vectors.
     mask: Vector,
 }
 
 impl Assembler {
     /// No code yet; `mask` takes the masks of comparisons.
-    pub(super) fn new(width: Width, mask: Vector) -> Self {
-        Self { bytes: Vec::new(), width, mask }
+    pub(super) fn new(width: Width, layout: Layout, mask: Vector) -> Self {
+        Self { bytes: Vec::new(), width, layout, mask }
     }
 
     /// Keeps the registers of the caller, and takes the arguments.
     pub(super) fn enter(&mut self) {
-        // push rbx; push rbp; push r14; mov rbx, rdi; mov r14, rsi; three pushes keep the stack aligned for calls
-        self.put(&[0x53, 0x55, 0x41, 0x56]);
-        self.put(&[0x48, 0x89, 0xfb, 0x49, 0x89, 0xf6]);
+        // push rbx; push rbp; push r12; push r14; push r15; an odd number keeps the stack aligned for calls
+        self.put(&[0x53, 0x55, 0x41, 0x54, 0x41, 0x56, 0x41, 0x57]);
+        // mov rbx, rdi; mov r15, rsi; mov r14, rdx; mov r12, rcx
+        self.put(&[0x48, 0x89, 0xfb, 0x49, 0x89, 0xf7, 0x49, 0x89, 0xd6, 0x49, 0x89, 0xcc]);
     }
 
     /// Returns to the caller.
     pub(super) fn leave(&mut self) {
-        // pop r14; pop rbp; pop rbx; ret
+        // pop r15; pop r14; pop r12; pop rbp; pop rbx; ret
         self.clear_upper();
-        self.put(&[0x41, 0x5e, 0x5d, 0x5b, 0xc3]);
+        self.put(&[0x41, 0x5f, 0x41, 0x5e, 0x41, 0x5c, 0x5d, 0x5b, 0xc3]);
     }
 
     /// `out = a op b`; a square root reads `b` alone.
@@ -248,14 +255,24 @@ impl Assembler {
     }
 
     fn instruction(&mut self, operation: &Operation) {
+        let Operation { opcode, reg, last, .. } = *operation;
+        let column = self.column(last);
+        if let Some(column) = column {
+            // imul rax, r12, imm32
+            self.put(&[0x49, 0x69, 0xc4]);
+            self.put(&column.to_le_bytes());
+        }
         match self.width {
             Width::Eight => self.evex(operation),
             Width::One | Width::Four => self.vex(operation),
         }
-        let Operation { opcode, reg, last, .. } = *operation;
         let reg = (reg.0 & 7) << 3;
         match last {
             Operand::Vector(Vector(number)) => self.put(&[opcode, 0xc0 | reg | number & 7]),
+            // [base + rax]
+            Operand::Memory(base, _) if column.is_some() => {
+                self.put(&[opcode, 0x04 | reg, base as u8 & 7]);
+            }
             Operand::Memory(base, number) => {
                 let base = base as u8 & 7;
                 // Short displacements are counted in bytes, and by EVEX in operands.
@@ -269,6 +286,16 @@ impl Assembler {
                     self.put(&displacement.to_le_bytes());
                 }
             }
+        }
+    }
+
+    /// The column that an operand is in, where columns are a stride apart.
+    fn column(&self, operand: Operand) -> Option<i32> {
+        match operand {
+            Operand::Memory(Base::Inputs | Base::Outputs, column) => {
+                (self.layout == Layout::Columns).then_some(column)
+            }
+            _ => None,
         }
     }
 
@@ -326,9 +353,35 @@ mod tests {
 
     /// The bytes of one instruction, against those of GNU `as`.
     fn check(width: Width, expected: &[u8], emit: impl Fn(&mut Assembler)) {
-        let mut assembler = Assembler::new(width, Vector(15));
+        check_in(Layout::Packed, width, expected, emit);
+    }
+
+    fn check_in(layout: Layout, width: Width, expected: &[u8], emit: impl Fn(&mut Assembler)) {
+        let mut assembler = Assembler::new(width, layout, Vector(15));
         emit(&mut assembler);
         assert_eq!(assembler.bytes, expected, "{:02x?}", assembler.bytes);
+    }
+
+    #[test]
+    fn columns_are_found_by_their_stride() {
+        let check = |width, bytes: &[u8], emit: fn(&mut Assembler)| {
+            check_in(Layout::Columns, width, bytes, emit);
+        };
+        // imul $0x12c,%r12,%rax; vmovsd (%r15,%rax,1),%xmm9
+        let bytes = [0x49, 0x69, 0xc4, 0x2c, 1, 0, 0, 0xc4, 0x41, 0x7b, 0x10, 0x0c, 0x07];
+        check(Width::One, &bytes, |it| it.load(Vector(9), Operand::Memory(Base::Inputs, 300)));
+        // imul $0x1,%r12,%rax; vdivpd (%r14,%rax,1),%ymm5,%ymm6
+        let bytes = [0x49, 0x69, 0xc4, 1, 0, 0, 0, 0xc4, 0xc1, 0x55, 0x5e, 0x34, 0x06];
+        check(Width::Four, &bytes, |it| {
+            it.operate(Opcode::Divide, Vector(6), Vector(5), Operand::Memory(Base::Outputs, 1));
+        });
+        // imul $0x1,%r12,%rax; vmovupd %zmm26,(%r14,%rax,1)
+        let bytes = [0x49, 0x69, 0xc4, 1, 0, 0, 0, 0x62, 0x41, 0xfd, 0x48, 0x11, 0x14, 0x06];
+        check(Width::Eight, &bytes, |it| it.store(Base::Outputs, 1, Vector(26)));
+        // vmovupd 0x20(%rbx),%ymm15
+        check(Width::Four, &[0xc5, 0x7d, 0x10, 0x7b, 0x20], |it| {
+            it.load(Vector(15), Operand::Memory(Base::Registers, 1));
+        });
     }
 
     #[test]

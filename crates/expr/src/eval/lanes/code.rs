@@ -4,6 +4,7 @@
 
 use super::allocation::{Callees, assemble};
 use super::assembler::Width;
+use super::{Group, Layout};
 use crate::eval::jit::{JitError, MOST_INSTRUCTIONS, Memory};
 use crate::op::{Function, power};
 use crate::sincos::{sin_cos, sin_cos_lanes};
@@ -16,7 +17,9 @@ pub(super) struct LaneCode<const N: usize> {
     _memory: Memory,
 }
 
-type Compiled<const N: usize> = unsafe extern "sysv64" fn(*mut [f64; N], *mut [f64; N]);
+/// A function of registers, inputs, outputs and the bytes from each column of the latter two to the next.
+type Compiled<const N: usize> =
+    unsafe extern "sysv64" fn(*mut [f64; N], *const f64, *mut f64, usize);
 /// A function of angles and their number.
 type Turn = unsafe extern "sysv64" fn(*mut f64, usize);
 /// A function of two operands and the index of a [`Function`].
@@ -33,7 +36,7 @@ impl<const N: usize> LaneCode<N> {
     ///
     /// # Errors
     /// [`JitError`] for tapes that are too long, and processors without registers of this width.
-    pub(super) fn of(tape: &Tape) -> Result<Self, JitError> {
+    pub(super) fn of(tape: &Tape, layout: Layout) -> Result<Self, JitError> {
         let Some(width) = Width::of(N) else {
             return Err(JitError::Host { reason: "no vector registers of this width" });
         };
@@ -51,18 +54,29 @@ impl<const N: usize> LaneCode<N> {
             elementary: elementary as usize as u64,
             power: general_power::<N> as unsafe extern "sysv64" fn(_, _, _) as usize as u64,
         };
-        let (memory, address) = Memory::of(&assemble(tape, width, callees))?;
-        // SAFETY: the bytes are a function of two pointers in this convention, and their memory lives as
+        let (memory, address) = Memory::of(&assemble(tape, width, layout, callees))?;
+        // SAFETY: the bytes are a function of these arguments in this convention, and their memory lives as
         // long as `memory`.
         let function = unsafe { std::mem::transmute::<*const u8, Compiled<N>>(address) };
         Ok(Self { function, _memory: memory })
     }
 
-    /// Computes all outputs of the inputs in their registers; lengths have been checked.
-    pub(super) fn evaluate(&self, registers: &mut [[f64; N]], out: &mut [[f64; N]]) {
-        // SAFETY: the code stays within the two arrays, whose lengths were checked against its tape, and
-        // the processor has been found to have its instructions.
-        unsafe { (self.function)(registers.as_mut_ptr(), out.as_mut_ptr()) }
+    /// Computes all outputs at the points of a group; lengths have been checked, and that a packed group is whole.
+    pub(super) fn evaluate(
+        &self,
+        registers: &mut [[f64; N]],
+        Group { n_points, first }: Group,
+        inputs: &[f64],
+        out: &mut [f64],
+    ) {
+        // Wrapping: where there are no columns, there may be any number of points.
+        let inputs = inputs.as_ptr().wrapping_add(first);
+        let out = out.as_mut_ptr().wrapping_add(first);
+        let stride = n_points.wrapping_mul(size_of::<f64>());
+        // SAFETY: the code stays within the registers, whose length was checked against its tape, and within `N` numbers of
+        // each column from `first` on: the columns hold `first + N` numbers or more, and there is one for each of its inputs
+        // and outputs. The processor has been found to have its instructions.
+        unsafe { (self.function)(registers.as_mut_ptr(), inputs, out, stride) }
     }
 }
 

@@ -2,20 +2,27 @@
 
 #![expect(clippy::inline_always, reason = "the caller's instruction set must reach every loop")]
 
+use super::Group;
 use crate::op::{Function, power, select};
 use crate::sincos::sin_cos_lanes;
 use crate::tape::{Action, Tape};
 use pulp::{Arch, Simd, WithSimd};
 
-/// Computes all outputs of the inputs in their registers; lengths have been checked.
+/// Computes all outputs at the points of a group; lengths have been checked.
 pub(super) fn evaluate<const N: usize>(
     tape: &Tape,
     registers: &mut [[f64; N]],
-    out: &mut [[f64; N]],
+    Group { n_points, first }: Group,
+    inputs: &[f64],
+    out: &mut [f64],
 ) {
+    let arguments = registers[tape.input_registers()].iter_mut();
+    for (value, column) in arguments.zip(inputs.chunks_exact(n_points)) {
+        value.copy_from_slice(&column[first..][..N]);
+    }
     Arch::new().dispatch(Run { tape, registers });
-    for (value, &register) in out.iter_mut().zip(&tape.outputs) {
-        *value = registers[register as usize];
+    for (column, &register) in out.chunks_exact_mut(n_points).zip(&tape.outputs) {
+        column[first..][..N].copy_from_slice(&registers[register as usize]);
     }
 }
 
