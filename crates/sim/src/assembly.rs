@@ -12,12 +12,13 @@ mod turns;
 mod velocities;
 mod walk;
 mod ways;
+mod weighted;
 
 use std::collections::HashMap;
 
 use bksim_expr::{Expr, SymbolId, Tape, TapeError};
 
-use self::equations::{Equations, SlopeBuffers, WithSlopes};
+use self::equations::{Equations, Numbers, SlopeBuffers, WithSlopes};
 use self::scale::Units;
 use crate::evaluator::Evaluator;
 use crate::start_error::Moved;
@@ -255,6 +256,21 @@ impl Closing<'_> {
         rows
     }
 
+    /// Writes the numbers of [`Self::position_rows`].
+    fn write_position_numbers(
+        &mut self,
+        evaluator: &mut Evaluator,
+        (which, with_constraints): (&[usize], bool),
+        (t, q): (f64, &[f64]),
+        to: &mut Numbers,
+    ) {
+        to.clear();
+        if with_constraints {
+            evaluator.constraints(t, q).add_numbers_to(to);
+        }
+        self.add_numbers(which, (t, q), to);
+    }
+
     /// Measures of the initial values that `which` selects: value minus stated value, gradient.
     fn rows(&mut self, which: &[usize], t: f64, q: &[f64], v: &[f64]) -> Equations {
         let mut rows = Equations::new(q.len());
@@ -275,6 +291,26 @@ impl Closing<'_> {
         let mut rows = Equations::new(q.len());
         self.add_sense_rows(t, q, &mut rows);
         rows
+    }
+
+    /// Adds the numbers of [`Self::rows`] of measures of positions.
+    fn add_numbers(&mut self, which: &[usize], (t, q): (f64, &[f64]), to: &mut Numbers) {
+        let Self { of, measures, stated, .. } = self;
+        let first = to.values.len();
+        if which.iter().all(|&k| of.own[k].is_some()) {
+            // Coordinates need no functions.
+            to.values.extend(which.iter().filter_map(|&k| of.own[k]).map(|column| q[column]));
+            to.slopes.resize(to.slopes.len() + which.len(), 1.0);
+        } else {
+            of.measures.add_numbers_to(to, measures, which.iter().copied(), (t, q, q));
+        }
+        to.values[first..].iter_mut().zip(which).for_each(|(value, &k)| *value -= stated[k]);
+    }
+
+    /// Adds the numbers of [`Self::sense_rows`].
+    fn add_sense_numbers(&mut self, (t, q): (f64, &[f64]), to: &mut Numbers) {
+        let Self { of, senses, .. } = self;
+        of.senses.add_numbers_to(to, senses, 0..of.joint_of_sense.len(), (t, q, q));
     }
 
     /// Adds [`Self::sense_rows`] to other equations.

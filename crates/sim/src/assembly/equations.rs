@@ -1,6 +1,7 @@
 //! [`Equations`] of a start near a state, and [`WithSlopes`], the compiled functions that they come from.
 //!
-//! A search evaluates them some hundred times for each start, so all of them are written into room that is kept.
+//! A search evaluates them some hundred times for each start. Which entries they have never changes: it takes their
+//! [`Numbers`] alone, into room that is kept.
 
 use bksim_expr::{Expr, Pool, SymbolId, Tape, TapeError, Workspace};
 
@@ -20,12 +21,6 @@ impl Equations {
         Self { values: Vec::new(), gradients: SparseRows::new(n_unknowns) }
     }
 
-    /// Takes all equations out.
-    pub(super) fn clear(&mut self) {
-        self.values.clear();
-        self.gradients.clear();
-    }
-
     /// These and some more.
     pub(super) fn with(mut self, more: &Self) -> Self {
         self.values.extend(&more.values);
@@ -36,11 +31,38 @@ impl Equations {
     }
 }
 
+/// Numbers of equations whose entries are known.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Numbers {
+    pub(super) values: Vec<f64>,
+    /// The slopes of each row, one row after the other.
+    pub(super) slopes: Vec<f64>,
+}
+
+impl Numbers {
+    /// Takes all equations out.
+    pub(super) fn clear(&mut self) {
+        self.values.clear();
+        self.slopes.clear();
+    }
+
+    /// Adds rows: their values, and all their slopes.
+    pub(super) fn add(&mut self, values: &[f64], slopes: &[f64]) {
+        self.values.extend_from_slice(values);
+        self.slopes.extend_from_slice(slopes);
+    }
+}
+
 impl ConstraintsAt<'_> {
     /// Adds g = 0 with the rows of G.
     pub(super) fn add_to(&self, equations: &mut Equations) {
         equations.values.extend(self.value);
         self.add_jacobian_rows_to(&mut equations.gradients);
+    }
+
+    /// Adds the numbers of these rows.
+    pub(super) fn add_numbers_to(&self, numbers: &mut Numbers) {
+        numbers.add(self.value, self.jacobian);
     }
 }
 
@@ -98,22 +120,50 @@ impl WithSlopes {
         equations: &mut Equations,
         buffers: &mut SlopeBuffers,
         which: impl ExactSizeIterator<Item = usize>,
-        (t, q, v): (f64, &[f64], &[f64]),
+        state: (f64, &[f64], &[f64]),
     ) {
         if which.len() == 0 {
             return;
         }
+        self.evaluate(buffers, state);
+        for k in which {
+            let (value, slopes) = self.outcome(buffers, k);
+            equations.values.push(value);
+            equations.gradients.push(self.moving[k].iter().copied().zip(slopes.iter().copied()));
+        }
+    }
+
+    /// Adds the numbers of these equations.
+    pub(super) fn add_numbers_to(
+        &self,
+        numbers: &mut Numbers,
+        buffers: &mut SlopeBuffers,
+        which: impl ExactSizeIterator<Item = usize>,
+        state: (f64, &[f64], &[f64]),
+    ) {
+        if which.len() == 0 {
+            return;
+        }
+        self.evaluate(buffers, state);
+        for k in which {
+            let (value, slopes) = self.outcome(buffers, k);
+            numbers.add(&[value], slopes);
+        }
+    }
+
+    /// Evaluates all functions at a state.
+    fn evaluate(&self, buffers: &mut SlopeBuffers, (t, q, v): (f64, &[f64], &[f64])) {
         let SlopeBuffers { workspace, inputs, outputs } = buffers;
         inputs.clear();
         inputs.push(t);
         inputs.extend_from_slice(q);
         inputs.extend_from_slice(v);
         self.tape.evaluate(workspace, inputs, outputs);
-        for k in which {
-            let (moving, of_function) = (&self.moving[k], &outputs[self.first[k]..]);
-            equations.values.push(of_function[0]);
-            let slopes = of_function[1..].iter().copied();
-            equations.gradients.push(moving.iter().copied().zip(slopes));
-        }
+    }
+
+    /// A function with its slopes, as evaluated last.
+    fn outcome<'b>(&self, buffers: &'b SlopeBuffers, k: usize) -> (f64, &'b [f64]) {
+        let first = self.first[k];
+        (buffers.outputs[first], &buffers.outputs[first + 1..][..self.moving[k].len()])
     }
 }

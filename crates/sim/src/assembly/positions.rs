@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use super::equations::Numbers;
 use super::parts::Part;
 use super::scale::{whole_turns, wrapped};
 use super::search::{Candidate, GUESS_HOLDS, Ground, HOLDS, search};
@@ -373,6 +374,7 @@ impl Closing<'_> {
     ) -> f64 {
         const MAX_STEPS: usize = 200;
         let mut rows = self.position_rows(evaluator, which, with_constraints, t, q);
+        let (mut trial, mut next) = (q.clone(), Numbers::default());
         for _ in 0..MAX_STEPS {
             let norm = length(&rows.values);
             if !(norm > 0.0 && norm.is_finite()) {
@@ -381,13 +383,19 @@ impl Closing<'_> {
             let step = shortest_solution(&rows.gradients, &rows.values);
             let mut damping = 1.0;
             let improved = loop {
-                let trial: Vec<f64> =
-                    q.iter().zip(step.iter()).map(|(q, s)| q - damping * s).collect();
-                let next = self.position_rows(evaluator, which, with_constraints, t, &trial);
+                let all = trial.iter_mut().zip(&*q).zip(&step);
+                all.for_each(|((trial, q), s)| *trial = q - damping * s);
+                // Shorter steps would lead nowhere, too.
+                if trial == *q {
+                    break false;
+                }
+                let what = (which, with_constraints);
+                self.write_position_numbers(evaluator, what, (t, &trial), &mut next);
                 let reached = length(&next.values);
                 if reached < norm * (1.0 - 1e-4 * damping) {
-                    *q = trial;
-                    rows = next;
+                    std::mem::swap(q, &mut trial);
+                    std::mem::swap(&mut rows.values, &mut next.values);
+                    rows.gradients.set_values(&next.slopes);
                     break true;
                 }
                 damping *= 0.5;

@@ -6,13 +6,15 @@
 //! evaluations as one.
 
 use super::Closing;
-use super::equations::Equations;
+use super::equations::{Equations, Numbers};
 use super::parts::{Part, parts};
 use super::scale::wrapped;
 use super::sequence::Sequence;
-use super::walk::{Scaled, Walk};
+use super::walk::Walk;
 use super::ways::{End, Goal, Outcome, Ways};
+use super::weighted::Weighted;
 use crate::evaluator::Evaluator;
+use crate::linear::rows::SparseRows;
 
 /// Rows hold below this, in units of the mechanism and radians.
 pub(super) const HOLDS: f64 = 1e-9;
@@ -52,8 +54,9 @@ pub(super) struct Ground<'a> {
     /// Coordinates that are guessed themselves: every shape has them as guessed.
     is_guessed: Vec<bool>,
     unit_of_column: Vec<f64>,
-    place: Vec<usize>,
     pub(super) parts: Vec<Part>,
+    /// Which slopes the rows have, fixed coordinates included.
+    gradients: SparseRows,
     /// Initial values that hold, then those that are guesses.
     which: Vec<usize>,
 }
@@ -112,22 +115,31 @@ impl<'a> Ground<'a> {
             weight_of_row: is_length.iter().map(weight).collect(),
             unit_of_column: units.is_length.iter().map(unit).collect(),
             is_angle,
-            place: vec![usize::MAX; q.len()],
             parts: Vec::new(),
+            gradients: SparseRows::new(q.len()),
             which: [stated, guesses].concat(),
         };
-        let at = ground.at(closing, evaluator, q);
+        ground.gradients = ground.slopes(closing, evaluator, q);
         let first_guess = ground.is_angle.len() - guesses.len();
         let rows = 0..ground.is_angle.len();
         let is_wish: Vec<bool> =
             rows.map(|row| row >= first_guess || released.contains(&row)).collect();
-        ground.parts = parts(&at.gradients, &ground.is_fixed, &is_wish);
-        for part in &ground.parts {
-            for (place, &column) in part.columns.iter().enumerate() {
-                ground.place[column] = place;
-            }
-        }
+        ground.parts = parts(&ground.gradients, &ground.is_fixed, &is_wish);
         ground
+    }
+
+    /// The slopes of the rows of [`Self::at`], with their columns.
+    fn slopes(
+        &self,
+        closing: &mut Closing<'_>,
+        evaluator: &mut Evaluator<'_>,
+        q: &[f64],
+    ) -> SparseRows {
+        let mut rows = Equations::new(q.len());
+        evaluator.constraints(self.t, q).add_to(&mut rows);
+        closing.add_sense_rows(self.t, q, &mut rows);
+        closing.add_rows(&self.which, (self.t, q, q), &mut rows);
+        rows.gradients
     }
 
     /// The rows of constraints, senses, stated values and guesses; angles modulo 2π.
@@ -136,55 +148,57 @@ impl<'a> Ground<'a> {
         closing: &mut Closing<'_>,
         evaluator: &mut Evaluator<'_>,
         q: &[f64],
-    ) -> Equations {
-        let mut at = Equations::new(q.len());
+    ) -> Numbers {
+        let mut at = Numbers::default();
         self.write_at(closing, evaluator, q, &mut at);
         at
     }
 
-    /// Writes [`Self::at`] into the room of other equations.
+    /// Writes [`Self::at`] into the room of other numbers.
     fn write_at(
         &self,
         closing: &mut Closing<'_>,
         evaluator: &mut Evaluator<'_>,
         q: &[f64],
-        at: &mut Equations,
+        at: &mut Numbers,
     ) {
         at.clear();
-        evaluator.constraints(self.t, q).add_to(at);
-        closing.add_sense_rows(self.t, q, at);
-        // Measures of positions do not ask for velocities.
-        closing.add_rows(&self.which, (self.t, q, q), at);
-        for (value, _) in at.values.iter_mut().zip(&self.is_angle).filter(|(_, is)| **is) {
-            *value = wrapped(*value);
+        evaluator.constraints(self.t, q).add_numbers_to(at);
+        closing.add_sense_numbers((self.t, q), at);
+        closing.add_numbers(&self.which, (self.t, q), at);
+        for (value, is_angle) in at.values.iter_mut().zip(&self.is_angle) {
+            if *is_angle {
+                *value = wrapped(*value);
+            }
         }
     }
 
-    fn scaled<'b>(&'b self, equations: &'b Equations) -> Scaled<'b> {
-        let Self { weight_of_row, unit_of_column, .. } = self;
-        Scaled { equations, weight_of_row, unit_of_column }
+    /// Room for the walks of a part.
+    fn walk_of(&self, part: &Part) -> Walk {
+        let units = (self.weight_of_row.as_slice(), self.unit_of_column.as_slice());
+        Walk::new(Weighted::of(part, &self.gradients, units), part.columns.len())
     }
 
     /// Largest row of a part that must hold, in its unit.
-    pub(super) fn open(&self, part: &Part, at: &Equations) -> f64 {
+    pub(super) fn open(&self, part: &Part, at: &Numbers) -> f64 {
         let size = |&row: &usize| (self.weight_of_row[row] * at.values[row]).abs();
         // A value that is not finite holds nothing.
         part.rows.iter().map(size).fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) })
     }
 
     /// How far the guesses of a part are.
-    pub(super) fn distance(&self, part: &Part, at: &Equations) -> f64 {
+    pub(super) fn distance(&self, part: &Part, at: &Numbers) -> f64 {
         let square = |&row: &usize| (self.weight_of_row[row] * at.values[row]).powi(2);
         part.wishes.iter().map(square).sum::<f64>().sqrt()
     }
 
     /// The assembly of `part` in the position `q`, if its rows hold there.
-    fn candidate(&self, part: &Part, at: &Equations, q: &[f64]) -> Option<Candidate> {
+    fn candidate(&self, part: &Part, at: &Numbers, q: &[f64]) -> Option<Candidate> {
         (self.open(part, at) <= HOLDS).then(|| self.taken(part, at, q))
     }
 
     /// The part as it is in the position `q`.
-    pub(super) fn taken(&self, part: &Part, at: &Equations, q: &[f64]) -> Candidate {
+    pub(super) fn taken(&self, part: &Part, at: &Numbers, q: &[f64]) -> Candidate {
         let distance = self.distance(part, at);
         let mut q = q.to_vec();
         self.take_sides(&mut q);
@@ -253,8 +267,12 @@ pub(super) fn search(
     });
     let (mut found, sequences): (Vec<Found>, Vec<Sequence>) = known.unzip();
     let mut q = reference.to_vec();
-    let mut room =
-        Room { at: Equations::new(q.len()), next: Equations::new(q.len()), trial: q.clone() };
+    let mut room = Room {
+        at: Numbers::default(),
+        next: Numbers::default(),
+        trial: q.clone(),
+        walks: which.iter().map(|_| None).collect(),
+    };
     for k in 0..MAX_SHAPES {
         // The parts that go on, each in its next shape.
         let mut going: Vec<Going> = which
@@ -316,7 +334,7 @@ impl Found {
         ground: &Ground<'_>,
         going: &mut Going<'_>,
         goal: Goal,
-        (at, q): (&Equations, &[f64]),
+        (at, q): (&Numbers, &[f64]),
     ) {
         if going.outcome.is_none() {
             let here = ground.taken(going.part, at, q).q;
@@ -394,9 +412,11 @@ fn shape(
 /// Room of walks.
 struct Room {
     /// The rows where the parts are, and at the end of the step that is tried.
-    at: Equations,
-    next: Equations,
+    at: Numbers,
+    next: Numbers,
     trial: Vec<f64>,
+    /// Of each part that is searched, once it goes.
+    walks: Vec<Option<Walk>>,
 }
 
 /// Leads the parts down from `q`, where the rows are known, and leaves those at its end; parts that come where it is
@@ -413,17 +433,16 @@ fn walk(
     // Longer steps may land anywhere.
     const SHORT: f64 = 0.1;
     let wish_weight = goal.wish_weight();
-    let Room { at, next, trial } = room;
-    let mut walks: Vec<Walk> = going
-        .iter()
-        .map(|going| Walk::begin(going.part, &ground.place, &ground.scaled(at), wish_weight))
-        .collect();
+    let Room { at, next, trial, walks } = room;
+    for Going { part, i, .. } in going.iter().map(|going| &**going) {
+        walks[*i].get_or_insert_with(|| ground.walk_of(part)).begin(at, wish_weight);
+    }
     let mut is_current = true;
     for _ in 0..MAX_STEPS {
         trial.copy_from_slice(q);
         let mut n_tried = 0;
-        for (walk, going) in walks.iter_mut().zip(going.iter_mut()) {
-            let part = walk.part;
+        for going in &mut *going {
+            let (part, Some(walk)) = (going.part, &mut walks[going.i]) else { continue };
             let Some(step) = walk.next_step() else { continue };
             for (&column, step) in part.columns.iter().zip(step) {
                 trial[column] -= ground.unit_of_column[column] * step;
@@ -444,11 +463,10 @@ fn walk(
         }
         ground.write_at(closing, evaluator, trial, next);
         let mut n_taken = 0;
-        for walk in &mut walks {
-            let part = walk.part;
-            if walk.judge(&ground.place, &ground.scaled(next)) {
+        for going in &*going {
+            if walks[going.i].as_mut().is_some_and(|walk| walk.judge(next)) {
                 n_taken += 1;
-                part.columns.iter().for_each(|&column| q[column] = trial[column]);
+                going.part.columns.iter().for_each(|&column| q[column] = trial[column]);
             }
         }
         // Steps of some parts alone lead where no rows are known.

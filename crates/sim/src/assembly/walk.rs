@@ -4,25 +4,16 @@
 //! Source: K. Madsen, H. B. Nielsen, O. Tingleff, *Methods for Non-Linear Least Squares Problems*
 //! (2004), §3.2, algorithm 3.16: damping follows the ratio of gained to promised decrease.
 
-use super::equations::Equations;
+use super::equations::Numbers;
 use super::normal::Normal;
-use super::parts::Part;
+use super::weighted::Weighted;
 
 /// Sum of squares below which all rows hold, in units of the mechanism and radians.
 const HOLDING: f64 = 1e-26;
 
-/// Equations with the units of their rows and columns.
-pub(super) struct Scaled<'a> {
-    pub(super) equations: &'a Equations,
-    /// 1 for an angle, 1 by the size of the mechanism for a length.
-    pub(super) weight_of_row: &'a [f64],
-    /// 1 rad, or the size of the mechanism.
-    pub(super) unit_of_column: &'a [f64],
-}
-
 /// Walk of one part.
-pub(super) struct Walk<'a> {
-    pub(super) part: &'a Part,
+pub(super) struct Walk {
+    rows: Weighted,
     wish_weight: f64,
     normal: Normal,
     damping: f64,
@@ -30,39 +21,37 @@ pub(super) struct Walk<'a> {
     step: Vec<f64>,
     /// Decrease of Σ r² that the linear rows promise of the step.
     promised: f64,
-    /// Room for one row.
-    row: Vec<(usize, f64)>,
     /// Steps in a row that gained next to nothing.
     n_idle: usize,
     is_over: bool,
 }
 
-impl<'a> Walk<'a> {
-    pub(super) fn begin(
-        part: &'a Part,
-        place: &[usize],
-        at: &Scaled<'_>,
-        wish_weight: f64,
-    ) -> Self {
-        const FIRST_DAMPING: f64 = 1e-2;
-        let n = part.columns.len();
-        let mut walk = Self {
-            part,
-            wish_weight,
-            normal: Normal::new(n),
+impl Walk {
+    /// Room for the walks of a part of `n` coordinates.
+    pub(super) fn new(rows: Weighted, n: usize) -> Self {
+        Self {
+            wish_weight: 0.0,
+            normal: Normal::new(n, &rows.unknowns()),
+            rows,
             damping: 0.0,
             growth: 2.0,
             step: vec![0.0; n],
             promised: 0.0,
-            row: Vec::new(),
             n_idle: 0,
-            is_over: false,
-        };
-        walk.take(place, at);
-        walk.damping = FIRST_DAMPING * walk.normal.largest();
-        let is_held = walk.normal.cost() <= HOLDING;
-        walk.is_over = is_held || walk.damping.is_nan() || walk.damping <= 0.0;
-        walk
+            is_over: true,
+        }
+    }
+
+    /// Begins where the rows have these numbers.
+    pub(super) fn begin(&mut self, at: &Numbers, wish_weight: f64) {
+        const FIRST_DAMPING: f64 = 1e-2;
+        self.wish_weight = wish_weight;
+        self.take(at);
+        self.damping = FIRST_DAMPING * self.normal.largest();
+        self.growth = 2.0;
+        self.n_idle = 0;
+        let is_held = self.normal.cost() <= HOLDING;
+        self.is_over = is_held || self.damping.is_nan() || self.damping <= 0.0;
     }
 
     /// The step to be tried, in units of the columns, at most a radian or the size of the mechanism
@@ -96,14 +85,14 @@ impl<'a> Walk<'a> {
     }
 
     /// Whether the step tried last is taken; `at` has the rows at its end.
-    pub(super) fn judge(&mut self, place: &[usize], at: &Scaled<'_>) -> bool {
+    pub(super) fn judge(&mut self, at: &Numbers) -> bool {
         const IDLE: f64 = 1e-3;
         const MAX_IDLE: usize = 4;
         const SMALLEST_STEP: f64 = 1e-14;
         if self.is_over {
             return false;
         }
-        let reached = cost(self.part, at, self.wish_weight);
+        let reached = self.rows.cost(at, self.wish_weight);
         let gained = self.normal.cost() - reached;
         if gained.is_nan() || gained <= 0.0 {
             self.damping *= self.growth;
@@ -115,36 +104,15 @@ impl<'a> Walk<'a> {
         let ratio = 2.0 * gained / self.promised - 1.0;
         self.damping *= (1.0 - ratio.powi(3)).clamp(1.0 / 3.0, 2.0);
         self.growth = 2.0;
-        self.take(place, at);
+        self.take(at);
         self.is_over = self.normal.cost() <= HOLDING || self.n_idle >= MAX_IDLE;
         true
     }
 
     /// The normal equations at a point.
-    fn take(&mut self, place: &[usize], at: &Scaled<'_>) {
-        let Self { normal, row: room, .. } = self;
-        normal.clear();
-        let mut add = |row: usize, weight: f64| {
-            let weight = weight * at.weight_of_row[row];
-            room.clear();
-            for &(column, g) in at.equations.gradients.row(row) {
-                if place[column] != usize::MAX {
-                    room.push((place[column], weight * g * at.unit_of_column[column]));
-                }
-            }
-            normal.add(room, weight * at.equations.values[row]);
-        };
-        self.part.rows.iter().for_each(|&row| add(row, 1.0));
-        self.part.wishes.iter().for_each(|&row| add(row, self.wish_weight));
+    fn take(&mut self, at: &Numbers) {
+        self.rows.write_to(&mut self.normal, at, self.wish_weight);
     }
-}
-
-/// Σ r² of a part.
-fn cost(part: &Part, at: &Scaled<'_>, wish_weight: f64) -> f64 {
-    let square = |&row: &usize| (at.weight_of_row[row] * at.equations.values[row]).powi(2);
-    let held: f64 = part.rows.iter().map(square).sum();
-    let wished: f64 = part.wishes.iter().map(square).sum();
-    held + wish_weight * wish_weight * wished
 }
 
 fn largest(step: &[f64]) -> f64 {

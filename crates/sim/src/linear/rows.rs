@@ -8,6 +8,8 @@
 //! independent, and repeating takes the slack away again (iterated Tikhonov regularisation; P. C.
 //! Hansen, *Rank-Deficient and Discrete Ill-Posed Problems*, 1998, §5.1.5).
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::linear::dense::least_squares;
@@ -70,12 +72,6 @@ impl SparseRows {
         self.starts.resize(first + n_rows + 1, self.entries.len());
     }
 
-    /// Takes all rows out.
-    pub(crate) fn clear(&mut self) {
-        self.starts.truncate(1);
-        self.entries.clear();
-    }
-
     /// Adds a row.
     pub(crate) fn push(&mut self, entries: impl IntoIterator<Item = (usize, f64)>) {
         self.entries.extend(entries);
@@ -86,9 +82,20 @@ impl SparseRows {
         self.starts.len() - 1
     }
 
+    /// Replaces the values of all entries, row by row.
+    pub(crate) fn set_values(&mut self, values: &[f64]) {
+        assert_eq!(values.len(), self.entries.len(), "a value for every entry");
+        self.entries.iter_mut().zip(values).for_each(|((_, entry), &value)| *entry = value);
+    }
+
+    /// Places of a row among all entries.
+    pub(crate) fn places(&self, row: usize) -> Range<usize> {
+        self.starts[row]..self.starts[row + 1]
+    }
+
     /// Columns and values of a row.
     pub(crate) fn row(&self, row: usize) -> &[(usize, f64)] {
-        &self.entries[self.starts[row]..self.starts[row + 1]]
+        &self.entries[self.places(row)]
     }
 
     /// All `(row, column, value)`, row by row.
