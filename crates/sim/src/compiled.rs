@@ -5,6 +5,7 @@
 //! serves every parameter value.
 
 use crate::input::{Law, input_symbols, without_inputs};
+use crate::linear::plan::EliminationPlan;
 use crate::linear::shape::Shape;
 use bksim_mbs::levels::constraint_gamma;
 use bksim_mbs::quantity::{
@@ -25,8 +26,7 @@ use crate::modes::Modes;
 use crate::modes::indicators::EventIndicators;
 use crate::pressing::{Bearing, PressingMultipliers, bearings, pressing_symbols};
 use crate::redundancy::{
-    Effort, MovingInstant, RepeatedCondition, SelfStress, Transmissions, Uniqueness, Yields,
-    resting,
+    Effort, MovingInstant, Redundancy, SelfStress, Transmissions, Uniqueness, Yields, resting,
 };
 use crate::sampled::{SampledSignals, Sampling};
 use crate::series_step::SeriesStep;
@@ -73,6 +73,7 @@ pub struct CompiledSystem {
     /// positions. Contacts are as in the modes.
     pub(crate) branching_constraints: Option<Function>,
     pub(crate) shape: Shape,
+    pub(crate) elimination: EliminationPlan,
     /// T, V and the power of (t, q, v, λ, u).
     pub(crate) energy: Function,
     /// The power alone; `None` where nothing acts but forces with a potential.
@@ -183,6 +184,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         constraints,
         branching_constraints,
         shape,
+        elimination: EliminationPlan::default(),
         energy: function(&energy, &[&q, &v, &lambda, u])?,
         power,
         reactions: function(&reaction_outputs, &[&q, &v, &a, &lambda, u])?,
@@ -286,25 +288,17 @@ impl CompiledSystem {
         self.transmissions.are_shared()
     }
 
-    /// As [`CompiledSystem::uniqueness`], of the joints alone.
+    /// As [`CompiledSystem::uniqueness`], with that of the joints alone.
     pub(crate) fn redundancy(
         &self,
         parameters: &[f64],
         at: MovingInstant<'_>,
         modes: &Modes,
-    ) -> Uniqueness {
+    ) -> Redundancy {
         let parameters = modes.parameters_with_modes(parameters);
-        self.transmissions.uniqueness(&parameters, at, &|_| false, Yields::Never)
-    }
-
-    /// The conditions of joints and couplings that follow from others, from an instant on.
-    pub(crate) fn repeated_conditions(
-        &self,
-        parameters: &[f64],
-        at: MovingInstant<'_>,
-        modes: &Modes,
-    ) -> Vec<RepeatedCondition> {
-        self.transmissions.lasting_conditions(&modes.parameters_with_modes(parameters), at)
+        let resting = resting(&self.indicators, &parameters, at, modes);
+        let acts = |effort: Effort| effort.acts_in(modes) || effort.is_of_contact(&resting);
+        self.transmissions.redundancy(&parameters, at, &acts)
     }
 
     /// A basis of the self-stresses at a position, in these modes.

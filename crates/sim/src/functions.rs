@@ -70,7 +70,7 @@ impl<'a> Functions<'a> {
             parameters: parameters.to_vec(),
             modes: compiled.indicators.idle(),
             evaluator: compiled.evaluator(parameters),
-            multipliers: MultiplierSystem::new(&compiled.shape, dependent),
+            multipliers: compiled.multiplier_system(dependent),
             nq: compiled.nq(),
             nc: compiled.nc(),
             rest: vec![0.0; compiled.nq()],

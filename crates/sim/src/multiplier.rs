@@ -14,6 +14,7 @@
 
 mod limit;
 mod nearby;
+mod planned;
 mod pressed;
 mod projection;
 
@@ -63,17 +64,12 @@ const WELL_CONDITIONED: f64 = 1e-14;
 /// The elimination loses as many digits as its weakest pivot; below this, refinement gets them back.
 const REFINED_BELOW: f64 = 1e-5;
 impl MultiplierSystem {
-    /// Plans the solution of systems of this shape without the `inactive` rows.
-    pub(crate) fn new(shape: &Shape, inactive: &[usize]) -> Self {
+    /// The solution of systems of this shape of which these rows take part.
+    fn new(shape: &Shape, active: Vec<usize>, elimination: Elimination) -> Self {
         let (nq, nc) = (shape.nq, shape.nc);
-        let mut takes_part = vec![true; nc];
-        for &row in inactive {
-            takes_part[row] = false;
-        }
-        let active: Vec<usize> = (0..nc).filter(|&row| takes_part[row]).collect();
         Self {
             nq,
-            elimination: Elimination::new(shape, &active),
+            elimination,
             augmented: None,
             factors: Factors::Recorded,
             x: vec![0.0; nq + active.len()],

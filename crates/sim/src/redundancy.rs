@@ -58,6 +58,17 @@ pub(crate) enum Yields {
     Never,
 }
 
+/// Which components are unique from an instant on, and why others are not.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Redundancy {
+    /// With what is driven, closed or stuck there.
+    pub(crate) uniqueness: Uniqueness,
+    /// Of the joints among themselves, were all of them rigid.
+    pub(crate) of_joints: Uniqueness,
+    /// The conditions of joints and couplings that follow from others.
+    pub(crate) repeated: Vec<RepeatedCondition>,
+}
+
 /// Where a motion stands: time, positions, velocities, accelerations.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MovingInstant<'a> {
@@ -152,9 +163,32 @@ impl Transmissions {
         unique
     }
 
+    /// All of these in the motion from an instant on, with the efforts that `acts` says are there.
+    pub(crate) fn redundancy(
+        &self,
+        parameters: &[f64],
+        at: MovingInstant<'_>,
+        acts: &dyn Fn(Effort) -> bool,
+    ) -> Redundancy {
+        // Most often nothing is shared, neither then without some of the efforts.
+        if self.open_stresses(parameters, (at.t, at.q), acts, Yields::Never).is_empty() {
+            let unique = self.all_unique();
+            return Redundancy {
+                uniqueness: unique.clone(),
+                of_joints: unique,
+                repeated: Vec::new(),
+            };
+        }
+        Redundancy {
+            uniqueness: self.uniqueness(parameters, at, acts, Yields::AsStated),
+            of_joints: self.uniqueness(parameters, at, &|_| false, Yields::Never),
+            repeated: self.lasting_conditions(parameters, at),
+        }
+    }
+
     /// The conditions that follow from others in the motion from an instant on: as many as there are self-stresses of the
     /// joints alone.
-    pub(crate) fn lasting_conditions(
+    fn lasting_conditions(
         &self,
         parameters: &[f64],
         at: MovingInstant<'_>,

@@ -21,7 +21,7 @@ use crate::modes::Modes;
 use crate::modes::indicators::ContactState;
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::pressing::Bearing;
-use crate::redundancy::{self, RepeatedCondition, Uniqueness};
+use crate::redundancy::{self, Redundancy, RepeatedCondition, Uniqueness};
 use crate::sampled::NoSignal;
 pub use crate::start_error::{Conflict, Gap, Moved, Rival, StartError};
 use crate::state::State;
@@ -218,7 +218,7 @@ pub fn start_at(
     if !at.is_finite() {
         return Err(StartError::NotFinite { q, v });
     }
-    let mut multipliers = MultiplierSystem::new(at.shape, &dependence.dependent);
+    let mut multipliers = compiled.multiplier_system(&dependence.dependent);
     if let Some(coordinates) = multipliers.motion_without_inertia(&at, &jacobian) {
         return Err(StartError::NoInertia { coordinates, q });
     }
@@ -238,9 +238,8 @@ pub fn start_at(
         modes_of_start(compiled, parameters, options, (&modes, holding), (t, q, v))?
     };
     let instant = redundancy::MovingInstant { t, q: &found.q, v: &found.v, a: &found.a };
-    let uniqueness = compiled.uniqueness(parameters, instant, &found.modes);
-    let redundancy = compiled.redundancy(parameters, instant, &found.modes);
-    let repeated = compiled.repeated_conditions(parameters, instant, &found.modes);
+    let Redundancy { uniqueness, of_joints: redundancy, repeated } =
+        compiled.redundancy(parameters, instant, &found.modes);
     if let Some(joint) = shared_axial.or_else(|| shared_reaction(compiled, &redundancy)) {
         return Err(StartError::SharedReaction { joint });
     }
@@ -367,8 +366,7 @@ impl Start {
         let State { t, q, v } = state;
         let found = if compiled.indicators.is_empty() {
             let mut evaluator = compiled.evaluator(&before.parameters_with_modes(parameters));
-            let mut multipliers =
-                MultiplierSystem::new(&compiled.shape, &self.dependence.dependent);
+            let mut multipliers = compiled.multiplier_system(&self.dependence.dependent);
             let state = State { t, q, v };
             completed(&mut evaluator, &mut multipliers, state, before.clone(), &self.dependence)?
         } else {

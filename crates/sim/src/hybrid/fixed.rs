@@ -136,7 +136,7 @@ fn solver_without<'s>(
     }
     let new = || ActiveRows {
         inactive: inactive.to_vec(),
-        multipliers: MultiplierSystem::new(evaluator.shape(), inactive),
+        multipliers: evaluator.system().multiplier_system(inactive),
     };
     &mut solver.get_or_insert_with(new).multipliers
 }

@@ -99,11 +99,20 @@ pub(crate) fn motion_without_inertia(
     mass: &DMatrix<f64>,
     jacobian: &DMatrix<f64>,
 ) -> Option<Vec<usize>> {
+    /// Part of the largest inertia below which another may be none.
+    const NONE: f64 = 1e-14;
+    /// Part that is more than none in spite of rounding.
+    const CERTAIN: f64 = 1e-11;
     let nq = mass.nrows();
     if nq == 0 {
         return None;
     }
     let scale = mass.amax();
+    // With inertia in every direction there is none.
+    let rest = mass - DMatrix::from_diagonal_element(nq, nq, CERTAIN * scale);
+    if scale > 0.0 && rest.cholesky().is_some() {
+        return None;
+    }
     // Padding to nq rows makes the decomposition return the null space as well.
     let mut padded = DMatrix::zeros(jacobian.nrows().max(nq), nq);
     padded.rows_mut(0, jacobian.nrows()).copy_from(jacobian);
@@ -116,7 +125,7 @@ pub(crate) fn motion_without_inertia(
     let basis = svd.v_t.select_rows(&free).transpose();
     let reduced = basis.transpose() * mass * &basis;
     let eigen = reduced.symmetric_eigen();
-    let weak = eigen.eigenvalues.iter().position(|&value| value <= 1e-14 * scale)?;
+    let weak = eigen.eigenvalues.iter().position(|&value| value <= NONE * scale)?;
     let direction = &basis * eigen.eigenvectors.column(weak);
     let largest = direction.amax();
     Some((0..nq).filter(|&i| direction[i].abs() > 0.1 * largest).collect())

@@ -17,6 +17,7 @@
 //! | [`matrix`] | dense or sparse, as the size of the mechanism asks for? | `Matrix` |
 //! | [`rank`] | which rows of G depend on rows before them? | `dependent_rows` |
 //! | [`elimination`] | x and λ, M positive definite; how far is G from a loss of rank? | `Elimination` |
+//! | [`plan`] | the same, its order chosen once | `EliminationPlan` |
 //! | [`augmented`] | the same with coordinates that have no inertia of their own | `Augmented` |
 //! | [`unrolled`] | the same as straight-line code, for small mechanisms | `UnrolledSolve` |
 //!
@@ -26,6 +27,7 @@ pub(crate) mod augmented;
 pub(crate) mod dense;
 pub(crate) mod elimination;
 pub(crate) mod matrix;
+pub(crate) mod plan;
 pub(crate) mod rank;
 pub(crate) mod rows;
 pub(crate) mod shape;

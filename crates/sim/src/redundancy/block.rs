@@ -1,7 +1,5 @@
 //! [`Block`]: the wrenches that joints whose loops share joints transmit, and their combinations that vanish.
 
-use std::collections::BTreeMap;
-
 use bksim_model::{JointId, MotionKind};
 
 use super::conditions::{Condition, Direction, Keeper, RepeatedCondition};
@@ -299,14 +297,17 @@ impl Block {
 }
 
 /// Wrenches on bodies as the entries of a column: one for each component of a body that is not zero.
-fn summed(on: Vec<(usize, Wrench)>) -> Vec<(usize, f64)> {
-    let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
+fn summed(on: Vec<(usize, Wrench)>) -> impl Iterator<Item = (usize, f64)> {
+    let mut sums: Vec<(usize, Wrench)> = Vec::with_capacity(on.len());
     for (body, wrench) in on {
-        for (i, part) in wrench.into_iter().enumerate() {
-            *sums.entry(6 * body + i).or_default() += part;
+        match sums.iter_mut().find(|(known, _)| *known == body) {
+            Some((_, sum)) => sum.iter_mut().zip(wrench).for_each(|(sum, part)| *sum += part),
+            None => sums.push((body, wrench)),
         }
     }
-    sums.into_iter().filter(|(_, part)| *part != 0.0).collect()
+    sums.sort_unstable_by_key(|(body, _)| *body);
+    let entries = |(body, wrench): (usize, Wrench)| (0..6).map(move |i| (6 * body + i, wrench[i]));
+    sums.into_iter().flat_map(entries).filter(|(_, part)| *part != 0.0)
 }
 
 /// The middle of some points, and how far the farthest of them lies from it.

@@ -67,7 +67,7 @@ impl<'a> PhaseMechanism<'a> {
 
     /// A multiplier system of the active rows.
     pub(crate) fn multipliers(&self) -> MultiplierSystem {
-        MultiplierSystem::new(&self.compiled.shape, &self.inactive)
+        self.compiled.multiplier_system(&self.inactive)
     }
 
     /// Friction that slides is a load in the equations; its multiplier is filled in. Returns friction whose size is

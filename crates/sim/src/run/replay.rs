@@ -53,7 +53,7 @@ impl<'a> Replay<'a> {
             modes,
             evaluator: compiled.evaluator(&all),
             watcher: compiled.indicators.at(&all),
-            multipliers: MultiplierSystem::new(&compiled.shape, &[]),
+            multipliers: compiled.multiplier_system(&[]),
             state: vec![0.0; 2 * nq],
             sample: Sample {
                 q: zeros.clone(),
@@ -136,7 +136,7 @@ impl<'a> Replay<'a> {
         self.dependent.clone_from(&segment.dependent);
         self.evaluator = self.compiled.evaluator(&all);
         self.watcher = watch.at(&all);
-        self.multipliers = MultiplierSystem::new(&self.compiled.shape, &segment.dependent);
+        self.multipliers = self.compiled.multiplier_system(&segment.dependent);
         Ok(())
     }
 }

@@ -90,7 +90,7 @@ impl<'a> Variation<'a> {
         Self {
             columns: following.columns.buffers(parameters),
             evaluator: compiled.evaluator(parameters),
-            multipliers: MultiplierSystem::new(&compiled.shape, inactive),
+            multipliers: compiled.multiplier_system(inactive),
             a: vec![0.0; nq],
             lambda: vec![0.0; nc],
             df_dy: vec![0.0; n_entries],

@@ -73,7 +73,7 @@ impl<'a> Tangents<'a> {
         };
         Self {
             evaluator: compiled.evaluator(parameters),
-            multipliers: MultiplierSystem::new(&compiled.shape, dependent),
+            multipliers: compiled.multiplier_system(dependent),
             is_prepared: false,
             sticking: rows(|mode| matches!(mode, ContactMode::Stick(_))),
             closed: rows(|mode| mode == ContactMode::Closed),
