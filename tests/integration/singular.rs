@@ -105,16 +105,20 @@ fn every_pose_is_reported_at_every_tolerance() {
 
 /// A stage lies off the constraints by so much more than the end of a step that next to a pose its accelerations are
 /// none of the motion: on the constraints, steps are as long there as elsewhere, and nothing is wrong with the tolerance.
+/// At 1e-10 the last digits of the start decide whether that is so.
 #[test]
 fn steps_are_as_long_at_singular_poses_as_elsewhere() {
-    for exponent in [4, 6, 8, 10] {
-        let mut model = model(include_str!("../fixtures/swinging-door.toml"));
+    for (exponent, angle) in [(4, "-60"), (6, "-60"), (8, "-60"), (8, "-60.00000001"), (8, "-60.3")]
+    {
+        let text = include_str!("../fixtures/swinging-door.toml");
+        let mut model = model(&text.replace("-60 deg", &format!("{angle} deg")));
         let tolerance = 10f64.powi(-exponent);
         (model.solve.rtol, model.solve.atol) = (tolerance, tolerance);
         model.solve.method = Method::Explicit;
         let mechanism = derive(model);
         let summary = solve(&mechanism).summary;
-        let (stats, what) = (summary.stats, format!("1e-{exponent}: {}", summary.stats));
+        let (stats, what) =
+            (summary.stats, format!("1e-{exponent} from {angle}°: {}", summary.stats));
         assert_eq!(summary.singular_poses.len(), 3, "{what}");
         assert!(stats.n_reject < 20 && stats.n_accept < 120, "{what}");
         let energy = summary.energy.worst_error / summary.energy.scale;

@@ -12,6 +12,7 @@
 //! | --- | --- | --- |
 //! | [`shape`] | which entries do M and G have? | `Shape` |
 //! | [`rows`] | which x nearest to G x = r is the shortest? | `SparseRows`, `shortest_solution`, `Inverse` |
+//! | [`lq`] | the same where the rows are far from depending on each other | `shortest_solution` |
 //! | [`dense`] | the same, and the rank, of small matrices | `least_squares`, `dependent_rows` |
 //! | [`svd`] | which singular values has a small matrix? | `Svd` |
 //! | [`matrix`] | dense or sparse, as the size of the mechanism asks for? | `Matrix` |
@@ -26,6 +27,7 @@
 pub(crate) mod augmented;
 pub(crate) mod dense;
 pub(crate) mod elimination;
+pub(crate) mod lq;
 pub(crate) mod matrix;
 pub(crate) mod plan;
 pub(crate) mod rank;

@@ -14,6 +14,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::linear::dense::least_squares;
 use crate::linear::elimination::Elimination;
+use crate::linear::lq;
 use crate::linear::shape::Shape;
 
 /// Columns up to which dense decompositions serve: they tell weak directions from none more
@@ -25,7 +26,11 @@ pub(crate) fn shortest_solution(rows: &SparseRows, r: &[f64]) -> Vec<f64> {
     if rows.n_columns.max(rows.n_rows()) > LARGEST_DENSE {
         return rows.shortest_solution(r);
     }
-    least_squares(&rows.dense(), &DVector::from_column_slice(r)).0.as_slice().to_vec()
+    let mut flat = vec![0.0; rows.n_rows() * rows.n_columns];
+    rows.entries().for_each(|(row, column, g)| flat[row * rows.n_columns + column] += g);
+    lq::shortest_solution(flat, rows.n_columns, r).unwrap_or_else(|| {
+        least_squares(&rows.dense(), &DVector::from_column_slice(r)).0.as_slice().to_vec()
+    })
 }
 
 /// Sparse rows of numbers.
