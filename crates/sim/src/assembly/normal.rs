@@ -7,9 +7,9 @@ pub(super) struct Normal {
     n: usize,
     /// The unknown of each entry of J, row by row.
     unknowns: Vec<usize>,
-    /// What each row adds to JᵀJ.
+    /// Products that each row adds to JᵀJ.
     products: Vec<Product>,
-    /// How many of them there are up to the end of each row.
+    /// Their number up to the end of each row.
     ends: Vec<usize>,
     /// The rows that were added.
     n_rows: usize,
