@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn systems_of_any_size_are_solved_alike() {
         for n in 1..12 {
-            let row = |k: usize| (0..n).map(|i| (i, (1.0 + (k * n + i * i) as f64).sin()));
+            let row = |k: usize| (0..n).map(move |i| (i, (1.0 + (k * n + i * i) as f64).sin()));
             let rows: Vec<Vec<(usize, f64)>> = (0..n + 1).map(|k| row(k).collect()).collect();
             let rows: Vec<(&[(usize, f64)], f64)> = rows.iter().map(|row| (&**row, 1.0)).collect();
             let mut normal = of_rows(n, &rows);
@@ -239,7 +239,8 @@ mod tests {
             assert!(normal.solve_into(0.1, &mut s));
             let j = DMatrix::from_fn(n + 1, n, |k, i| rows[k].0[i].1);
             let damped = j.transpose() * &j + 0.1 * DMatrix::identity(n, n);
-            let left = damped * DVector::from_row_slice(&s) - j.transpose().column_sum();
+            let left: DVector<f64> =
+                damped * DVector::from_row_slice(&s) - j.transpose().column_sum();
             assert!(left.amax() < 1e-12, "{n}: {left}");
         }
     }

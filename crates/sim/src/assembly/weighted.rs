@@ -15,7 +15,8 @@ pub(super) struct Weighted {
 }
 
 struct Row {
-    row: usize,
+    /// Place among all rows.
+    place: usize,
     weight: f64,
     n_entries: usize,
 }
@@ -45,7 +46,7 @@ impl Weighted {
             });
             let first = entries.len();
             entries.extend(own);
-            Row { row, weight: weight_of_row[row], n_entries: entries.len() - first }
+            Row { place: row, weight: weight_of_row[row], n_entries: entries.len() - first }
         };
         let rows = part.rows.iter().chain(&part.wishes).map(&mut row).collect();
         Self { rows, n_held: part.rows.len(), entries }
@@ -53,7 +54,7 @@ impl Weighted {
 
     /// Σ r² with guesses of this weight.
     pub(super) fn cost(&self, at: &Numbers, wish_weight: f64) -> f64 {
-        let square = |row: &Row| (row.weight * at.values[row.row]).powi(2);
+        let square = |row: &Row| (row.weight * at.values[row.place]).powi(2);
         let (held, wishes) = self.rows.split_at(self.n_held);
         let held: f64 = held.iter().map(square).sum();
         let wished: f64 = wishes.iter().map(square).sum();
@@ -77,7 +78,7 @@ impl Weighted {
             let (entries, after) = rest.split_at(row.n_entries);
             rest = after;
             let entries = entries.iter().map(|entry| weight * at.slopes[entry.slope] * entry.unit);
-            normal.add(entries, weight * at.values[row.row]);
+            normal.add(entries, weight * at.values[row.place]);
         }
         normal.multiply();
     }

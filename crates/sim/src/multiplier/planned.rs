@@ -7,7 +7,9 @@ impl CompiledSystem {
     /// The multiplier system without the `inactive` rows.
     pub(crate) fn multiplier_system(&self, inactive: &[usize]) -> MultiplierSystem {
         let mut takes_part = vec![true; self.shape.nc];
-        inactive.iter().for_each(|&row| takes_part[row] = false);
+        for &row in inactive {
+            takes_part[row] = false;
+        }
         let active: Vec<usize> = (0..self.shape.nc).filter(|&row| takes_part[row]).collect();
         let elimination = self.elimination.of(&self.shape, &active);
         MultiplierSystem::new(&self.shape, active, elimination)
