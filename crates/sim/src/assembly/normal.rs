@@ -190,7 +190,9 @@ mod tests {
         let unknowns = |(row, _): &(&[(usize, f64)], f64)| row.iter().map(|(i, _)| *i).collect();
         let mut normal = Normal::new(n, &rows.iter().map(unknowns).collect::<Vec<_>>());
         normal.clear();
-        rows.iter().for_each(|(row, value)| normal.add(row.iter().map(|(_, a)| *a), *value));
+        for (row, value) in rows {
+            normal.add(row.iter().map(|(_, a)| *a), *value);
+        }
         normal.multiply();
         normal
     }
@@ -232,7 +234,7 @@ mod tests {
     fn systems_of_any_size_are_solved_alike() {
         for n in 1..12 {
             let row = |k: usize| (0..n).map(move |i| (i, (1.0 + (k * n + i * i) as f64).sin()));
-            let rows: Vec<Vec<(usize, f64)>> = (0..n + 1).map(|k| row(k).collect()).collect();
+            let rows: Vec<Vec<(usize, f64)>> = (0..=n).map(|k| row(k).collect()).collect();
             let rows: Vec<(&[(usize, f64)], f64)> = rows.iter().map(|row| (&**row, 1.0)).collect();
             let mut normal = of_rows(n, &rows);
             let mut s = vec![0.0; n];
