@@ -1,85 +1,50 @@
 //! The smallest solution of equations whose rows are far from depending on each other.
 //!
 //! ```text
-//! P G = L Qᵀ,    x = Q L⁻¹ P r
+//! Gᵀ P = Q R,    x = Q R⁻ᵀ Pᵀ r
 //! ```
 //!
-//! Householder's reflections take the rows one after the other, always the one of which the most is left. Where little
-//! is left of the last one, singular values must decide what counts as nothing. They take some forty times as long.
+//! Householder's reflections take the rows one after the other, the one with the largest entry left first. Where little
+//! is left of a row, singular values must decide what counts as nothing. They take many times as long.
 //!
-//! Source: G. H. Golub and C. F. Van Loan, *Matrix Computations*, 4th ed. 2013, §5.1.3, §5.4.2, §5.6.2.
+//! Source: G. H. Golub and C. F. Van Loan, *Matrix Computations*, 4th ed. 2013, §5.4.2, §5.6.2.
+
+use nalgebra::{DMatrix, DVector};
 
 /// Part of the longest row that is left of each row without those before it. The smallest singular value is seldom
 /// much smaller than that part, and counts as zero at a hundred-thousandth of it.
 const CLEAR: f64 = 1e-4;
 
-/// The shortest x with G x = r, the rows of G of length `n` one after the other in `left`; `None` where they may depend
-/// on each other, or an entry is not finite.
-pub(crate) fn shortest_solution(mut left: Vec<f64>, n: usize, r: &[f64]) -> Option<Vec<f64>> {
+/// The shortest x with G x = r, the rows of G of length `n` one after the other; `None` where they may depend on each
+/// other, or an entry is not finite.
+pub(crate) fn shortest_solution(rows: Vec<f64>, n: usize, r: &[f64]) -> Option<Vec<f64>> {
     let m = r.len();
     if m > n {
         return None;
     }
-    let mut order: Vec<usize> = (0..m).collect();
-    // Of each reflection 1 − β w wᵀ its β; w takes the place of what was left of its row.
-    let mut factors = vec![0.0; m];
-    let mut diagonal = vec![0.0; m];
-    for k in 0..m {
-        let rest = |row: usize| {
-            let rest = left[row * n + k..][..n - k].iter();
-            rest.map(|g| g * g).sum::<f64>().sqrt()
-        };
-        let farther = |best: (usize, f64), row: usize| {
-            let rest = rest(row);
-            if rest > best.1 { (row, rest) } else { best }
-        };
-        let (best, norm) = (k + 1..m).fold((k, rest(k)), farther);
-        let longest = diagonal.first().map_or(0.0, |l: &f64| l.abs());
-        if !norm.is_finite() || norm <= CLEAR * longest {
-            return None;
-        }
-        order.swap(k, best);
-        swap_rows(&mut left, n, (k, best));
-        let (done, after) = left.split_at_mut((k + 1) * n);
-        let w = &mut done[k * n + k..];
-        diagonal[k] = if w[0] > 0.0 { -norm } else { norm };
-        factors[k] = 1.0 / (norm * (norm + w[0].abs()));
-        w[0] -= diagonal[k];
-        after.chunks_exact_mut(n).for_each(|row| reflect(factors[k], w, &mut row[k..]));
+    if m == 0 {
+        return Some(vec![0.0; n]);
     }
-
-    // L y = P r, then x = Q y.
-    let mut x = vec![0.0; n];
-    for k in 0..m {
-        let known: f64 = left[k * n..][..k].iter().zip(&x).map(|(l, y)| l * y).sum();
-        x[k] = (r[order[k]] - known) / diagonal[k];
+    // Rows are the columns of the transpose.
+    let factors = DMatrix::from_vec(n, m, rows).col_piv_qr();
+    let upper = factors.r();
+    let left = upper.diagonal();
+    let is_clear =
+        |left_of_row: &f64| left_of_row.is_finite() && *left_of_row > CLEAR * left.amax();
+    if !left.iter().all(is_clear) {
+        return None;
     }
-    for k in (0..m).rev() {
-        reflect(factors[k], &left[k * n + k..][..n - k], &mut x[k..]);
-    }
-    Some(x)
-}
-
-/// x less β w wᵀ x.
-fn reflect(factor: f64, w: &[f64], x: &mut [f64]) {
-    let along: f64 = w.iter().zip(&*x).map(|(w, x)| w * x).sum();
-    let share = factor * along;
-    x.iter_mut().zip(w).for_each(|(x, w)| *x -= share * w);
-}
-
-/// Exchanges two rows of n numbers, the second not before the first.
-fn swap_rows(rows: &mut [f64], n: usize, (a, b): (usize, usize)) {
-    if a != b {
-        let (before, from_b) = rows.split_at_mut(b * n);
-        before[a * n..][..n].swap_with_slice(&mut from_b[..n]);
-    }
+    let mut y = DVector::from_column_slice(r);
+    factors.p().permute_rows(&mut y);
+    let y = upper.tr_solve_upper_triangular(&y)?;
+    let x = factors.q() * y;
+    Some(x.as_slice().to_vec())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::linear::dense::least_squares;
-    use nalgebra::{DMatrix, DVector};
 
     fn random() -> impl FnMut() -> f64 {
         let mut state = 3_u64;
