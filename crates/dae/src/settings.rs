@@ -177,10 +177,9 @@ impl ExplicitMethod {
     /// The order of the error estimate plus one.
     pub(crate) fn order_of_estimate(self) -> usize {
         match self {
-            Self::DormandPrince => 8,
+            // Of series, that of their steps by stages.
+            Self::DormandPrince | Self::Taylor { .. } => 8,
             Self::Extrapolation { columns } => 2 * columns - 1,
-            // Of its steps by stages.
-            Self::Taylor { .. } => 8,
         }
     }
 }

@@ -172,7 +172,7 @@ fn end_tape(parts: &StepParts) -> Tape {
     let Shape { nq, nc, .. } = *shape;
     let n = 2 * nq + 1;
     let mut composition = Composition::new(1 + 2 * n, line.n_parameters());
-    let inputs: Vec<Value> = (0..1 + 2 * n).map(|i| composition.input(i)).collect();
+    let inputs: Vec<Value> = (0..=2 * n).map(|i| composition.input(i)).collect();
     let (t, (near, y)) = (inputs[0], inputs[1..].split_at(n));
     let (slope_near, factors) = parts.record_derivative(&mut composition, t, near);
     let (gaps, end) = record_projection(parts, &mut composition, t, y, &factors);

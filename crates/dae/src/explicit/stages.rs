@@ -88,7 +88,7 @@ impl StageWork {
 
     /// Whether the next step is taken by a series.
     pub(super) fn has_series(&self) -> bool {
-        known(&self.series).is_some()
+        known(self.series.as_deref()).is_some()
     }
 
     /// Has the next step taken by stages.
@@ -146,7 +146,7 @@ impl StageWork {
         self.y0.values_mut().copy_from_slice(y);
         self.k.column_mut(0).copy_from_slice(ydot);
         self.is_whole = false;
-        if let Some(series) = known_mut(&mut self.series) {
+        if let Some(series) = known_mut(self.series.as_deref_mut()) {
             series.step(h, &self.y0);
             self.y1.clone_from(&series.end);
             return Ok(());
@@ -187,7 +187,7 @@ impl StageWork {
 
     /// The error estimates of order 5 and 3.
     fn errors(&self) -> [&[f64]; 2] {
-        if let Some(series) = known(&self.series) {
+        if let Some(series) = known(self.series.as_deref()) {
             return [series.last_term.values(); 2];
         }
         if self.is_whole {
@@ -228,7 +228,7 @@ impl StageWork {
 
     /// The error estimate in units of the tolerance, and [`StageWork::worst`] prepared.
     pub(super) fn error(&mut self, h: f64, y: &[f64]) -> f64 {
-        if let Some(series) = known(&self.series) {
+        if let Some(series) = known(self.series.as_deref()) {
             return series.error(h);
         }
         // The larger of both ends is the magnitude an error is relative to.
@@ -254,7 +254,7 @@ impl StageWork {
         t1: f64,
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
-        if let Some(series) = known_mut(&mut self.series) {
+        if let Some(series) = known_mut(self.series.as_deref_mut()) {
             stats.n_residual += 2;
             let (y1, f1) = (self.y1.values_mut(), &mut self.f1);
             if system.series_end(t1, (series.near.values(), &mut series.f_near), y1, f1) {
@@ -278,7 +278,7 @@ impl StageWork {
     pub(super) fn stability(&self, h: f64) -> f64 {
         /// The last term of a step by a series that is shorter than its error asks for, in tolerances: rounding.
         const NOTHING: f64 = 1e-2;
-        let series = known(&self.series);
+        let series = known(self.series.as_deref());
         let (last, argument) = if let Some(series) = series {
             (&series.f_near[..], series.near.values())
         } else if self.is_whole {
@@ -370,10 +370,10 @@ impl StageWork {
 }
 
 /// The series from where the run is, if the next step is taken by it.
-fn known(series: &Option<Box<TaylorSeries>>) -> Option<&TaylorSeries> {
-    series.as_deref().filter(|series| series.is_known())
+fn known(series: Option<&TaylorSeries>) -> Option<&TaylorSeries> {
+    series.filter(|series| series.is_known())
 }
 
-fn known_mut(series: &mut Option<Box<TaylorSeries>>) -> Option<&mut TaylorSeries> {
-    series.as_deref_mut().filter(|series| series.is_known())
+fn known_mut(series: Option<&mut TaylorSeries>) -> Option<&mut TaylorSeries> {
+    series.filter(|series| series.is_known())
 }

@@ -10,6 +10,13 @@ use crate::op::Function;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Value(Register);
 
+impl Value {
+    /// Parameter number `i`.
+    pub(super) fn parameter(i: usize) -> Self {
+        Self(Register::Parameter(index(i)))
+    }
+}
+
 /// A tape in the making. Whatever two calls compute alike, from the same values, is computed once.
 ///
 /// All tapes that it is made of are functions of the same parameters, which become those of the whole.
@@ -94,11 +101,6 @@ impl Composition {
         assert_eq!(function.arity(), operands.len(), "number of operands");
         let [a, b, c] = std::array::from_fn(|i| operands.get(i).unwrap_or(&operands[0]).0);
         Value(self.emitter.emit(Action::Call(function), a, b, c))
-    }
-
-    /// Parameter number `i`.
-    pub(super) fn parameter(&self, i: usize) -> Value {
-        Value(Register::Parameter(index(i)))
     }
 
     pub(super) fn n_parameters(&self) -> usize {

@@ -192,7 +192,7 @@ impl TapeSeries {
         };
         match rule {
             Rule::Constant(value) => Some(to.constant(value)),
-            Rule::Parameter(i) => Some(to.parameter(i)),
+            Rule::Parameter(i) => Some(Value::parameter(i)),
             Rule::Fixed(action, operands) => emit(action, operands),
             Rule::Divide(a, b) => emit(Action::Divide, [a, b, a]),
             Rule::Sqrt(a) => emit(Action::Call(Function::Sqrt), [a; 3]),
