@@ -86,7 +86,7 @@ impl StageWork {
         self.series.as_ref().map(|series| series.polynomial())
     }
 
-    /// Whether the next step is taken by a series.
+    /// True where the next step is taken by a series.
     pub(super) fn has_series(&self) -> bool {
         known(self.series.as_deref()).is_some()
     }

@@ -23,7 +23,8 @@ from ._errors import (
 )
 from ._facts import Check, Start
 from ._functions import Functions
-from ._model import Model, example, load, loads
+from ._load import example, load, loads
+from ._model import Model
 from ._joints import (
     ConstantVelocity,
     CurveOnCurve,

@@ -18,13 +18,12 @@ from ._events import Event, found
 from ._ended import LimitError, SolverError
 from ._errors import Diagnostic, ModelError, WorthWarning, diagnostics_of
 from ._functions import Functions
-from ._named import unknown
 from ._assigned import Value
 from ._joints import Joint
 from ._parts import Body, Drive, Ground, Load
 from ._progress import Progress
 from ._questions import Questions
-from ._reading import read, text_of
+from ._reading import read
 from ._facts import Check, Start
 from ._sampled import Sampled, held
 from ._solution import Solution
@@ -35,72 +34,6 @@ from ._words import Formulation, Jit, Method
 
 MEMORY_LIMIT = 4 << 30
 """Bytes that the samples and the motion of one run may take unless ``memory_limit`` says otherwise."""
-
-
-def load(
-    source: str | os.PathLike[str],
-    *,
-    set: Mapping[str, Value] | None = None,
-    units: str | None = None,
-    tolerance: float | None = None,
-    jit: Jit | None = None,
-) -> Model:
-    """Reads a model.
-
-    ``source`` is the path of a model file or of a drawing (DXF, DWG), or the text of a model, which
-    has more than one line. ``set`` gives parameters other values, ``units`` is what one unit of a
-    drawing is unless it says so, ``tolerance`` how far apart points of a drawing may be that are
-    one. ``jit`` (``"auto"``, ``"on"``, ``"off"``) is whether the equations run as machine code.
-
-    >>> import bksim
-    >>> m = bksim.load('''
-    ... [bodies.bob]
-    ... mass = "2 kg"
-    ... com = [0, "-0.5 m"]
-    ... [joints.A]
-    ... type = "revolute"
-    ... between = ["ground", "bob"]
-    ... ''')
-    >>> m.coordinates
-    ('A_angle',)
-
-    Raises ModelError with every fault, OSError when the file cannot be read.
-    """
-    if isinstance(source, str) and "\n" in source:
-        return loads(source, set=set, jit=jit)
-    path = Path(source)
-    path.stat()
-    overrides = [(name, text_of(value)) for name, value in (set or {}).items()]
-    engine = _bksim.Engine.open(path, overrides, units, tolerance, jit)
-    return Model._of(engine, dict(overrides), jit)
-
-
-def loads(
-    text: str,
-    *,
-    name: str = "model",
-    set: Mapping[str, Value] | None = None,
-    jit: Jit | None = None,
-) -> Model:
-    """Reads the text of a model. See :func:`load`."""
-    overrides = [(key, text_of(value)) for key, value in (set or {}).items()]
-    engine = read((text, Path(f"{name}.toml"), name), overrides, jit)
-    return Model._of(engine, dict(overrides), jit)
-
-
-def example(name: str) -> Model:
-    """A model that comes with bksim: ``"four-bar"``, ``"trebuchet"``, … as ``bksim new --list`` names them.
-
-    >>> import bksim
-    >>> bksim.example("four-bar").coordinates
-    ('A_angle', 'D_angle', 'B_angle')
-
-    Raises KeyError when there is none of this name.
-    """
-    texts = dict(_bksim.examples())
-    if name not in texts:
-        raise KeyError(unknown(name, list(texts)))
-    return loads(texts[name], name=name)
 
 
 class Model(Questions):
