@@ -122,15 +122,10 @@ impl WithSlopes {
         which: impl ExactSizeIterator<Item = usize>,
         state: (f64, &[f64], &[f64]),
     ) {
-        if which.len() == 0 {
-            return;
-        }
-        self.evaluate(buffers, state);
-        for k in which {
-            let (value, slopes) = self.outcome(buffers, k);
+        self.for_each(buffers, which, state, |k, value, slopes| {
             equations.values.push(value);
             equations.gradients.push(self.moving[k].iter().copied().zip(slopes.iter().copied()));
-        }
+        });
     }
 
     /// Adds the numbers of these equations.
@@ -141,13 +136,24 @@ impl WithSlopes {
         which: impl ExactSizeIterator<Item = usize>,
         state: (f64, &[f64], &[f64]),
     ) {
+        self.for_each(buffers, which, state, |_, value, slopes| numbers.add(&[value], slopes));
+    }
+
+    /// Shows some of the functions at a state with their slopes.
+    fn for_each(
+        &self,
+        buffers: &mut SlopeBuffers,
+        which: impl ExactSizeIterator<Item = usize>,
+        state: (f64, &[f64], &[f64]),
+        mut show: impl FnMut(usize, f64, &[f64]),
+    ) {
         if which.len() == 0 {
             return;
         }
         self.evaluate(buffers, state);
         for k in which {
             let (value, slopes) = self.outcome(buffers, k);
-            numbers.add(&[value], slopes);
+            show(k, value, slopes);
         }
     }
 
