@@ -1,4 +1,4 @@
-//! What the README's two commands both need is built once: its features are the same in both.
+//! Packages that the README's two commands both need are built once: their features are the same in both.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
