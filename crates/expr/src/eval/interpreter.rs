@@ -16,13 +16,18 @@ impl Tape {
     /// # Panics
     /// When the number of parameters differs from the compiled one.
     pub fn workspace(&self, parameters: &[f64]) -> Workspace {
+        Workspace { registers: self.known(parameters, self.n_registers) }
+    }
+
+    /// The first `n` registers: constants, parameters, and what depends on these alone, then zeros.
+    pub(super) fn known(&self, parameters: &[f64], n: usize) -> Vec<f64> {
         assert_eq!(parameters.len(), self.n_parameters, "number of parameters");
-        let mut registers = Vec::with_capacity(self.n_registers);
+        let mut registers = Vec::with_capacity(n);
         registers.extend_from_slice(&self.constants);
         registers.extend_from_slice(parameters);
-        registers.resize(self.n_registers, 0.0);
+        registers.resize(n, 0.0);
         self.run(&self.prologue, &mut registers, self.first_prologue());
-        Workspace { registers }
+        registers
     }
 
     /// Computes all outputs.

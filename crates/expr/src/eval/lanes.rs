@@ -49,6 +49,14 @@ impl<const N: usize> LaneValues<N> {
     pub fn zeros(n: usize) -> Self {
         Self { blocks: vec![Block([0.0; 8]); (N * n).div_ceil(8)], n }
     }
+
+    /// Adds zeros where there are fewer than `n`.
+    fn hold(&mut self, n: usize) {
+        if self.n < n {
+            self.blocks.resize((N * n).div_ceil(8), Block([0.0; 8]));
+            self.n = n;
+        }
+    }
 }
 
 impl<const N: usize> Deref for LaneValues<N> {
@@ -68,8 +76,10 @@ impl<const N: usize> DerefMut for LaneValues<N> {
 /// The registers of a tape at `N` points, one, four or eight, with its parameters set.
 #[derive(Clone, Debug)]
 pub struct LaneWorkspace<const N: usize> {
-    /// Those of the tape, then some that code needs.
+    /// Some that code needs, those of the tape before its body, then as many as the interpreter or code has asked for.
     registers: LaneValues<N>,
+    /// Those before the body.
+    n_known: usize,
 }
 
 /// Places of inputs and outputs: numbers of the first quantity at all points, then of the second and so on.
@@ -170,11 +180,13 @@ impl<const N: usize> LaneRunner<N> {
     /// # Panics
     /// When the number of parameters differs from the compiled one.
     pub fn workspace(&self, parameters: &[f64]) -> LaneWorkspace<N> {
-        let one = self.tape.workspace(parameters).registers;
-        let mut registers = LaneValues::zeros(one.len() + EXTRA.len());
-        let values = one.into_iter().chain(EXTRA);
-        registers.iter_mut().zip(values).for_each(|(all, value)| *all = [value; N]);
-        LaneWorkspace { registers }
+        let n_known = self.tape.first_body;
+        let known = self.tape.known(parameters, n_known);
+        let mut registers = LaneValues::zeros(EXTRA.len() + n_known);
+        let (extra, rest) = registers.split_at_mut(EXTRA.len());
+        extra.iter_mut().zip(EXTRA).for_each(|(all, value)| *all = [value; N]);
+        rest.iter_mut().zip(known).for_each(|(all, value)| *all = [value; N]);
+        LaneWorkspace { registers, n_known }
     }
 
     /// Gives a lane of a workspace parameters of its own.
@@ -183,9 +195,9 @@ impl<const N: usize> LaneRunner<N> {
     /// When the number of parameters differs from the compiled one, `ws` is of another tape, or there is no such lane.
     pub fn set_parameters(&self, ws: &mut LaneWorkspace<N>, lane: usize, parameters: &[f64]) {
         self.check(ws);
-        let one = self.tape.workspace(parameters).registers;
-        let known = ws.registers.iter_mut().zip(&one[..self.tape.first_body]);
-        known.for_each(|(all, &one)| all[lane] = one);
+        let known = self.tape.known(parameters, ws.n_known);
+        let registers = ws.registers[EXTRA.len()..].iter_mut();
+        registers.zip(known).for_each(|(all, value)| all[lane] = value);
     }
 
     /// Computes all outputs at all points.
@@ -223,14 +235,15 @@ impl<const N: usize> LaneRunner<N> {
         let registers = &mut ws.registers;
         #[cfg(all(feature = "jit", target_arch = "x86_64"))]
         if let Some(code) = self.code() {
+            registers.hold(code.n_registers());
             return code.evaluate(registers, group, inputs, out);
         }
-        interpreter::evaluate(&self.tape, registers, group, inputs, out);
+        registers.hold(EXTRA.len() + self.tape.n_registers);
+        interpreter::evaluate(&self.tape, &mut registers[EXTRA.len()..], group, inputs, out);
     }
 
     fn check(&self, ws: &LaneWorkspace<N>) {
-        let n = self.tape.n_registers + EXTRA.len();
-        assert_eq!(ws.registers.len(), n, "a workspace of this tape");
+        assert_eq!(ws.n_known, self.tape.first_body, "a workspace of this tape");
     }
 
     /// The machine code if it is there or due now.
@@ -246,16 +259,16 @@ impl<const N: usize> LaneRunner<N> {
     }
 }
 
-/// Numbers in the registers after those of a tape.
-const EXTRA: [f64; 6] = {
-    let mut extra = [0.0; 6];
+/// Numbers in the registers before those of a tape. Bits of the first ones are read with those behind them.
+const EXTRA: [f64; 8] = {
+    let mut extra = [0.0; 8];
     extra[Extra::SignMask as usize] = -0.0;
     extra[Extra::AbsMask as usize] = f64::from_bits(!(1 << 63));
     extra[Extra::One as usize] = 1.0;
     extra
 };
 
-/// Registers after those of a tape.
+/// Registers before those of a tape.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(not(all(feature = "jit", target_arch = "x86_64")), expect(dead_code))]
 enum Extra {
@@ -267,7 +280,4 @@ enum Extra {
     AbsMask,
     One,
     Zero,
-    /// Never written: bits of one number are read with those behind it.
-    #[expect(dead_code, reason = "the last place of the registers")]
-    Behind,
 }

@@ -6,7 +6,7 @@
 //! Operations are those of the interpreter in the same order.
 
 use super::assembler::{Argument, Assembler, Base, Opcode, Operand, Predicate, Vector, Width};
-use super::{Extra, Layout};
+use super::{EXTRA, Extra, Layout};
 use crate::op::Function;
 use crate::tape::{Action, Instruction, Tape};
 
@@ -21,13 +21,20 @@ pub(super) struct Callees {
     pub(super) power: u64,
 }
 
-/// The bytes of the whole body.
-pub(super) fn assemble(tape: &Tape, width: Width, layout: Layout, callees: Callees) -> Vec<u8> {
+/// The machine instructions of the body of a tape.
+pub(super) struct Body {
+    pub(super) bytes: Vec<u8>,
+    /// Registers that they read and write.
+    pub(super) n_registers: usize,
+}
+
+/// The whole body, from the registers that are known before it.
+pub(super) fn assemble(tape: &Tape, width: Width, layout: Layout, callees: Callees) -> Body {
     let mut allocation = Allocation::new(tape, width, layout, callees);
     allocation.code.enter();
     allocation.body();
     allocation.code.leave();
-    allocation.code.bytes
+    Body { bytes: allocation.code.bytes, n_registers: allocation.memory.n_registers }
 }
 
 struct Allocation<'a> {
@@ -41,11 +48,54 @@ struct Allocation<'a> {
     scratch: Vector,
     /// The vector register of each value.
     vectors: Vec<Option<Vector>>,
-    /// Whether memory holds the value.
-    is_stored: Vec<bool>,
+    memory: Memory,
     uses: Uses,
     /// Outputs by the register that holds them, in ascending order.
     outputs: Vec<(usize, i32)>,
+}
+
+/// Places in memory, of which those of values that are no longer read are given again.
+struct Memory {
+    /// Of each value that memory holds.
+    places: Vec<Option<usize>>,
+    free: Vec<usize>,
+    n_registers: usize,
+}
+
+impl Memory {
+    fn new(tape: &Tape) -> Self {
+        let known = (0..tape.first_body).map(|value| Some(EXTRA.len() + value));
+        let mut places: Vec<Option<usize>> = known.collect();
+        places.resize(tape.n_registers, None);
+        Self { places, free: Vec::new(), n_registers: EXTRA.len() + tape.first_body }
+    }
+
+    /// Gives a value a place.
+    fn give(&mut self, value: usize) -> usize {
+        let place = self.free.pop().unwrap_or_else(|| self.new_places(1));
+        self.places[value] = Some(place);
+        place
+    }
+
+    /// Gives these values places one after the other.
+    fn give_in_a_row(&mut self, values: std::ops::Range<usize>) -> usize {
+        let first = self.new_places(values.len());
+        for (value, place) in values.zip(first..) {
+            self.places[value] = Some(place);
+        }
+        first
+    }
+
+    fn new_places(&mut self, n: usize) -> usize {
+        let first = self.n_registers;
+        self.n_registers += n;
+        first
+    }
+
+    /// Takes the place of a value of the body back, if it has one.
+    fn take_back(&mut self, value: usize) {
+        self.free.extend(self.places[value].take());
+    }
 }
 
 /// The instructions that read each value, and how many of them are done.
@@ -103,8 +153,6 @@ impl<'a> Allocation<'a> {
         let outputs = tape.outputs.iter().zip(0..);
         let mut outputs: Vec<(usize, i32)> = outputs.map(|(&r, n)| (r as usize, n)).collect();
         outputs.sort_unstable();
-        let mut is_stored = vec![false; tape.n_registers];
-        is_stored[..tape.first_body].fill(true);
         Self {
             tape,
             callees,
@@ -113,7 +161,7 @@ impl<'a> Allocation<'a> {
             values: vec![None; n_vectors as usize],
             scratch: Vector(n_vectors),
             vectors: vec![None; tape.n_registers],
-            is_stored,
+            memory: Memory::new(tape),
             uses: Uses::new(tape),
             outputs,
         }
@@ -126,6 +174,10 @@ impl<'a> Allocation<'a> {
             self.instruction(time, instruction, result);
             for value in operands(self.tape, instruction) {
                 self.release(value, time);
+                // Not before: its place may be read after room was made for the result.
+                if value >= self.tape.first_body && self.uses.next(value).is_none() {
+                    self.memory.take_back(value);
+                }
             }
             result += instruction.n_results();
         }
@@ -134,7 +186,7 @@ impl<'a> Allocation<'a> {
     fn instruction(&mut self, time: usize, instruction: &Instruction, result: usize) {
         let [a, b, c] = [instruction.a, instruction.b, instruction.c].map(|r| r as usize);
         let [sign, rest] = [Extra::SignMask, Extra::AbsMask]
-            .map(|extra| Operand::Memory(Base::Registers, self.extra(extra)));
+            .map(|extra| Operand::Memory(Base::Registers, extra as i32));
         match instruction.action {
             Action::Add => self.commutative(Opcode::Add, [a, b], result, time),
             Action::Multiply => self.commutative(Opcode::Multiply, [a, b], result, time),
@@ -168,12 +220,12 @@ impl<'a> Allocation<'a> {
             None if inputs.contains(&value) => {
                 Operand::Memory(Base::Inputs, number(value - inputs.start))
             }
-            None => Operand::Memory(Base::Registers, number(value)),
+            None => {
+                let place = self.memory.places[value]
+                    .expect("values are somewhere until they are read last");
+                Operand::Memory(Base::Registers, number(place))
+            }
         }
-    }
-
-    fn extra(&self, extra: Extra) -> i32 {
-        number(self.tape.n_registers + extra as usize)
     }
 
     fn commutative(&mut self, opcode: Opcode, [a, b]: [usize; 2], result: usize, time: usize) {
@@ -262,7 +314,7 @@ impl<'a> Allocation<'a> {
         } else {
             let out = self.free(&[Operand::Vector(vector), other]);
             self.code.compare(predicate, vector, other);
-            self.code.keep(out, Operand::Memory(Base::Registers, self.extra(Extra::One)));
+            self.code.keep(out, Operand::Memory(Base::Registers, Extra::One as i32));
             out
         };
         self.bind(result, out);
@@ -273,7 +325,7 @@ impl<'a> Allocation<'a> {
         let vector = self.vector(a);
         let out = self.free(&[Operand::Vector(vector)]);
         let [sign, one, zero] = [Extra::SignMask, Extra::One, Extra::Zero]
-            .map(|extra| Operand::Memory(Base::Registers, self.extra(extra)));
+            .map(|extra| Operand::Memory(Base::Registers, extra as i32));
         self.code.operate(Opcode::And, out, vector, sign);
         self.code.operate(Opcode::Or, out, out, one);
         self.code.compare(Predicate::EqualOrUnordered, vector, zero);
@@ -285,7 +337,7 @@ impl<'a> Allocation<'a> {
     fn branch(&mut self, [a, b, c]: [usize; 3], result: usize) {
         let vector = self.vector(a);
         let out = self.free_with(b, &[a, b, c]);
-        let zero = Operand::Memory(Base::Registers, self.extra(Extra::Zero));
+        let zero = Operand::Memory(Base::Registers, Extra::Zero as i32);
         let other = self.place(c);
         self.code.compare(Predicate::Equal, vector, zero);
         self.code.blend(out, out, other);
@@ -298,22 +350,24 @@ impl<'a> Allocation<'a> {
     fn turn(&mut self, instruction: &Instruction, result: usize) {
         self.store_all();
         let angles = self.tape.angles_of(instruction);
-        for (n, &angle) in angles.iter().enumerate() {
-            self.copy(angle as usize, number(result + n));
+        let results = result..result + 2 * angles.len();
+        let first = self.memory.give_in_a_row(results.clone());
+        for (place, &angle) in (first..).zip(angles) {
+            self.copy(angle as usize, number(place));
         }
-        self.code.pass_address(Argument::First, number(result));
+        self.code.pass_address(Argument::First, number(first));
         let n = u32::try_from(angles.len()).expect("fewer angles than registers");
         self.code.pass_number(Argument::Second, n);
         self.code.call(self.callees.turn);
-        (result..result + 2 * angles.len()).for_each(|value| self.bind_stored(value));
+        results.for_each(|value| self.bind_stored(value));
     }
 
     fn call(&mut self, callee: u64, function: u32, [a, b]: [usize; 2], result: usize) {
         self.store_all();
-        let operand = self.extra(Extra::Operand);
-        self.copy(a, number(result));
+        let (place, operand) = (self.memory.give(result), Extra::Operand as i32);
+        self.copy(a, number(place));
         self.copy(b, operand);
-        self.code.pass_address(Argument::First, number(result));
+        self.code.pass_address(Argument::First, number(place));
         self.code.pass_address(Argument::Second, operand);
         self.code.pass_number(Argument::Third, function);
         self.code.call(callee);
@@ -342,9 +396,9 @@ impl<'a> Allocation<'a> {
     fn evict(&mut self, vector: Vector) {
         let Some(value) = self.values[vector.0 as usize].take() else { return };
         self.vectors[value] = None;
-        if !self.is_stored[value] && self.uses.next(value).is_some() {
-            self.code.store(Base::Registers, number(value), vector);
-            self.is_stored[value] = true;
+        if self.memory.places[value].is_none() && self.uses.next(value).is_some() {
+            let place = self.memory.give(value);
+            self.code.store(Base::Registers, number(place), vector);
         }
     }
 
@@ -387,8 +441,10 @@ impl<'a> Allocation<'a> {
 
     /// Memory holds a new value.
     fn bind_stored(&mut self, value: usize) {
-        self.is_stored[value] = true;
         self.copy_to_outputs(value);
+        if self.uses.next(value).is_none() {
+            self.memory.take_back(value);
+        }
     }
 
     fn copy_to_outputs(&mut self, value: usize) {

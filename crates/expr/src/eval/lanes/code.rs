@@ -2,7 +2,7 @@
 
 #![expect(unsafe_code, reason = "machine code is called through raw pointers")]
 
-use super::allocation::{Callees, assemble};
+use super::allocation::{Body, Callees, assemble};
 use super::assembler::Width;
 use super::{Group, Layout};
 use crate::eval::jit::{JitError, MOST_INSTRUCTIONS, Memory};
@@ -13,6 +13,7 @@ use crate::tape::Tape;
 /// Machine code of one tape at `N` points.
 pub(super) struct LaneCode<const N: usize> {
     function: Compiled<N>,
+    n_registers: usize,
     /// Owns the memory of `function`.
     _memory: Memory,
 }
@@ -54,11 +55,17 @@ impl<const N: usize> LaneCode<N> {
             elementary: elementary as usize as u64,
             power: general_power::<N> as unsafe extern "sysv64" fn(_, _, _) as usize as u64,
         };
-        let (memory, address) = Memory::of(&assemble(tape, width, layout, callees))?;
+        let Body { bytes, n_registers } = assemble(tape, width, layout, callees);
+        let (memory, address) = Memory::of(&bytes)?;
         // SAFETY: the bytes are a function of these arguments in this convention, and their memory lives as
         // long as `memory`.
         let function = unsafe { std::mem::transmute::<*const u8, Compiled<N>>(address) };
-        Ok(Self { function, _memory: memory })
+        Ok(Self { function, n_registers, _memory: memory })
+    }
+
+    /// Registers that it reads and writes.
+    pub(super) fn n_registers(&self) -> usize {
+        self.n_registers
     }
 
     /// Computes all outputs at the points of a group; lengths have been checked, and that a packed group is whole.
@@ -73,7 +80,8 @@ impl<const N: usize> LaneCode<N> {
         let inputs = inputs.as_ptr().wrapping_add(first);
         let out = out.as_mut_ptr().wrapping_add(first);
         let stride = n_points.wrapping_mul(size_of::<f64>());
-        // SAFETY: the code stays within the registers, whose length was checked against its tape, and within `N` numbers of
+        assert!(registers.len() >= self.n_registers, "registers for all values");
+        // SAFETY: the code stays within the registers, whose number was just checked, and within `N` numbers of
         // each column from `first` on: the columns hold `first + N` numbers or more, and there is one for each of its inputs
         // and outputs. The processor has been found to have its instructions.
         unsafe { (self.function)(registers.as_mut_ptr(), inputs, out, stride) }
