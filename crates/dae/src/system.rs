@@ -1,6 +1,7 @@
 //! The problem `0 = F(t, y, y′)`: the trait that a caller implements, and the shape of a system.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::error::SolveError;
 
@@ -305,16 +306,17 @@ impl Index {
 }
 
 /// The unknowns of a system: how many, the index of each, and optionally their names.
+/// Copies share them.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Layout {
-    index: Vec<Index>,
-    names: Vec<String>,
+    index: Arc<[Index]>,
+    names: Arc<[String]>,
 }
 
 impl Layout {
     /// One entry per unknown.
     pub fn new(index: Vec<Index>) -> Self {
-        Self { index, names: Vec::new() }
+        Self { index: index.into(), names: Arc::default() }
     }
 
     /// Consecutive groups of unknowns of equal index, as `[(nq, Index::One), (nv, Index::Two), …]`.
@@ -327,7 +329,7 @@ impl Layout {
     /// Names the unknowns; messages use them where present. Missing names fall back to `y[i]`.
     #[must_use]
     pub fn with_names(mut self, names: Vec<String>) -> Self {
-        self.names = names;
+        self.names = names.into();
         self
     }
 

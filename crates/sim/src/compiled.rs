@@ -13,6 +13,7 @@ use bksim_mbs::quantity::{
 };
 use std::sync::Arc;
 
+use bksim_dae::{Index, Layout};
 use bksim_expr::{Expr, Pool, SymbolId, TapeError};
 
 use crate::function::Function;
@@ -67,6 +68,8 @@ pub struct CompiledSystem {
     pub(crate) step: Option<Arc<WholeStep>>,
     /// The same by Taylor series, where nothing has power.
     pub(crate) series: Option<Arc<SeriesStep>>,
+    /// The unknowns (q, v, W) of explicit steps, W the work of loads and drives.
+    pub(crate) unknowns: Layout,
     /// G, g and ∂g/∂t of (t, q).
     pub(crate) constraints: Function,
     /// The same with the branch of each position in place of modes, where joints or drives have kinks: to look for
@@ -164,8 +167,10 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let signals = model.named_signals.iter();
     let signals: Vec<Expr> = signals.map(|s| pool.substitute(s.value, &measures)).collect();
     let signals = pool.substitute_all(&signals, &reported(model, system, &all_reactions));
+    let coordinates = coordinate_quantities(model, system);
     Ok(CompiledSystem {
-        coordinates: coordinate_quantities(model, system),
+        unknowns: unknowns(&coordinates),
+        coordinates,
         multipliers: multiplier_quantities(model, system),
         sources: system.constraints.iter().map(|c| c.source).collect(),
         joints: model.joints.iter().map(|j| j.name.clone()).collect(),
@@ -200,6 +205,14 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         n_parameters: model.parameters.len(),
         n_states: model.states.len(),
     })
+}
+
+/// (q, v, W) with the names of the coordinates and their rates.
+fn unknowns(coordinates: &[Quantity]) -> Layout {
+    let names = coordinates.iter().map(|c| c.name.clone());
+    let rates = coordinates.iter().map(|c| c.rates[0][0].clone());
+    let names: Vec<String> = names.chain(rates).chain(["work".to_owned()]).collect();
+    Layout::from_groups(&[(names.len(), Index::One)]).with_names(names)
 }
 
 /// G, g and ∂g/∂t with the rows that always hold as they were written, and those of contacts with their modes.

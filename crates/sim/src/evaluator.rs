@@ -1,5 +1,7 @@
 //! The functions of one compiled system at one set of parameters, with their buffers.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use crate::compiled::CompiledSystem;
@@ -75,17 +77,19 @@ pub(crate) struct ConstraintsAt<'a> {
 
 impl<'a> Evaluator<'a> {
     pub(crate) fn new(system: &'a CompiledSystem, parameters: &[f64]) -> Self {
+        let shared: Arc<[f64]> = parameters.into();
+        let parameters = || Arc::clone(&shared);
         let buffers = EvaluatorBuffers {
-            dynamics: system.dynamics.buffers(parameters),
-            unrolled: system.unrolled.as_ref().map(|function| function.buffers(parameters)),
-            constraints: system.constraints.buffers(parameters),
+            dynamics: system.dynamics.buffers(parameters()),
+            unrolled: system.unrolled.as_ref().map(|function| function.buffers(parameters())),
+            constraints: system.constraints.buffers(parameters()),
             branching: None,
-            energy: system.energy.buffers(parameters),
-            power: system.power.as_ref().map(|function| function.buffers(parameters)),
-            reactions: system.reactions.buffers(parameters),
-            signals: system.signals.as_ref().map(|function| function.buffers(parameters)),
+            energy: system.energy.buffers(parameters()),
+            power: system.power.as_ref().map(|function| function.buffers(parameters())),
+            reactions: system.reactions.buffers(parameters()),
+            signals: system.signals.as_ref().map(|function| function.buffers(parameters())),
             inputs: InputValues::new(&system.inputs),
-            slopes: system.pressing.as_ref().map(|p| p.slopes.buffers(parameters)),
+            slopes: system.pressing.as_ref().map(|p| p.slopes.buffers(parameters())),
             pressing: vec![0.0; system.pressing.as_ref().map_or(0, |p| p.rows.len())],
         };
         Self { system, buffers }

@@ -1,5 +1,7 @@
 //! [`Function`]: expressions as one compiled function of groups of symbols and of parameters.
 
+use std::sync::Arc;
+
 use bksim_dae::{LANES, Lanes};
 use bksim_expr::{
     Expr, LaneRunner, LaneValues, LaneWorkspace, Runner, SymbolId, Tape, TapeError, Workspace,
@@ -14,9 +16,16 @@ pub(crate) struct Function {
     lanes: Option<LaneRunner<LANES>>,
 }
 
-/// Values of the parameters of a [`Function`], and room for its arguments and results.
+/// Values of the parameters of a [`Function`], and room for its arguments and results, which is made when it is first
+/// evaluated: of most functions of a mechanism, a run evaluates few.
 #[derive(Clone, Debug)]
 pub(crate) struct Buffers {
+    parameters: Arc<[f64]>,
+    room: Option<Room>,
+}
+
+#[derive(Clone, Debug)]
+struct Room {
     workspace: Workspace,
     arguments: Vec<f64>,
     results: Vec<f64>,
@@ -69,12 +78,19 @@ impl Function {
     }
 
     /// Buffers with these values of the parameters.
-    pub(crate) fn buffers(&self, parameters: &[f64]) -> Buffers {
-        Buffers {
+    pub(crate) fn buffers(&self, parameters: impl Into<Arc<[f64]>>) -> Buffers {
+        let parameters = parameters.into();
+        assert_eq!(parameters.len(), self.tape().n_parameters(), "number of parameters");
+        Buffers { parameters, room: None }
+    }
+
+    /// The room of buffers, made where there is none yet.
+    fn room<'b>(&self, Buffers { parameters, room }: &'b mut Buffers) -> &'b mut Room {
+        room.get_or_insert_with(|| Room {
             workspace: self.tape().workspace(parameters),
             arguments: vec![0.0; self.tape().n_inputs()],
             results: vec![0.0; self.n_outputs()],
-        }
+        })
     }
 
     /// Buffers for several points at once, with these values of the parameters; `None` for a function of one
@@ -101,15 +117,15 @@ impl Function {
 
     /// The results at `arguments`, given group by group as they were compiled.
     pub(crate) fn evaluate<'b>(&self, buffers: &'b mut Buffers, arguments: &[&[f64]]) -> &'b [f64] {
-        let Buffers { workspace, arguments: gathered, results } = buffers;
+        let Room { workspace, arguments: gathered, results } = self.room(buffers);
         gather(gathered, arguments);
         self.runner.evaluate(workspace, gathered, results);
         results
     }
 
-    /// The results of the last [`Function::evaluate`].
+    /// The results of the last [`Function::evaluate`]; none before the first.
     pub(crate) fn last(buffers: &Buffers) -> &[f64] {
-        &buffers.results
+        buffers.room.as_ref().map_or(&[], |room| &room.results)
     }
 
     /// Writes the results at `arguments` to `out`.
@@ -119,7 +135,7 @@ impl Function {
         arguments: &[&[f64]],
         out: &mut [f64],
     ) {
-        let Buffers { workspace, arguments: gathered, .. } = buffers;
+        let Room { workspace, arguments: gathered, .. } = self.room(buffers);
         gather(gathered, arguments);
         self.runner.evaluate(workspace, gathered, out);
     }

@@ -84,7 +84,7 @@ impl Latches {
         if self.is_empty() {
             return Vec::new();
         }
-        let mut buffers = self.conditions.buffers(&modes.parameters_with_modes(parameters));
+        let mut buffers = self.conditions.buffers(modes.parameters_with_modes(parameters));
         let values = self.conditions.evaluate(&mut buffers, &[]);
         values.iter().map(|&value| value > 0.5).collect()
     }

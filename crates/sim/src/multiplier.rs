@@ -26,7 +26,7 @@ use self::projection::Rows;
 use crate::evaluator::{DynamicsAt, Evaluator};
 use crate::linear::augmented::Augmented;
 use crate::linear::dense::{self, truncated_inverse};
-use crate::linear::elimination::{Elimination, Singular};
+use crate::linear::elimination::{Elimination, Singular, n_padded};
 use crate::linear::rows::{Inverse, LARGEST_DENSE, SparseRows, shortest_solution};
 use crate::linear::shape::Shape;
 
@@ -352,8 +352,8 @@ impl MultiplierSystem {
             && solution.as_flattened().iter().fold(true, |all, value| all & value.is_finite())
     }
 
-    /// Looks at the pivots of the stages of a step, and shows their rank margins to `observe`: as one, the least, where
-    /// that is `regular`. False, as if they had never been seen, where one of them needs a closer look.
+    /// Looks at the pivots of the stages of a step, each [`padded`](crate::linear::elimination::padded), and shows their
+    /// rank margins to `observe`: as one, the least, where that is `regular`. False, as if they had never been seen, where one of them needs a closer look.
     pub(crate) fn accept_stages(
         &mut self,
         pivots: &[f64],
@@ -361,7 +361,7 @@ impl MultiplierSystem {
         mut observe: impl FnMut(f64),
     ) -> bool {
         self.factors = Factors::Recorded;
-        let n = self.x.len();
+        let n = n_padded(self.x.len());
         let Self { elimination, .. } = self;
         elimination.keep_best();
         if elimination.accept_states(pivots) && elimination.rank_margin() >= regular {

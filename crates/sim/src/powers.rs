@@ -50,7 +50,7 @@ impl Powers {
         let parameters = [parameters, &vec![0.0; n_modes]].concat();
         Ok(Self {
             actors: found.iter().map(|power| power.actor).collect(),
-            buffers: function.buffers(&parameters),
+            buffers: function.buffers(&parameters[..]),
             function,
             inputs: InputValues::new(&compiled.inputs),
             parameters,
@@ -76,7 +76,7 @@ impl Powers {
         let own = &mut self.parameters[self.n_parameters..];
         if *own != *modes {
             own.copy_from_slice(modes);
-            self.buffers = self.function.buffers(&self.parameters);
+            self.buffers = self.function.buffers(&self.parameters[..]);
         }
         let arguments = [&[t], q, v, lambda, self.inputs.at(t, q, v)];
         let numbers = self.function.evaluate(&mut self.buffers, &arguments);

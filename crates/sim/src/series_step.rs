@@ -17,6 +17,7 @@ use bksim_expr::{
     Coefficient, Composition, Jit, LaneRunner, LaneWorkspace, Tape, TapeSeries, Value,
 };
 
+use crate::linear::elimination::padded;
 use crate::linear::shape::Shape;
 use crate::whole_step::{StepParts, StepResults, record_projection};
 
@@ -97,12 +98,13 @@ impl SeriesStep {
             let n_operations = counted * (order as f64 / COUNTED as f64).powi(2);
             (AROUND + OF_SERIES * n_operations) / ExplicitMethod::way_of_series(order, rtol)
         };
-        let best = ORDERS.min_by(|&a, &b| work(a).total_cmp(&work(b)))?;
+        let works = ORDERS.map(|order| (order, work(order)));
+        let (best, least) = works.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
         let (n, n_operations) = (2 * shape.nq + 1, line.operation_count());
         let step = AROUND + OF_STAGES * n_operations as f64 + OF_SUMS * n as f64;
         let by_stages = step / (BY_STAGES * rtol.powf(0.125));
         let part = if is_extrapolated { EXTRAPOLATED } else { 1.0 };
-        (work(best) < GAIN * part * by_stages).then_some(best)
+        (least < GAIN * part * by_stages).then_some(best)
     }
 
     /// The functions for series of this order; `None` where accelerations have kinks.
@@ -177,7 +179,8 @@ fn end_tape(parts: &StepParts) -> Tape {
     let (slope_near, factors) = parts.record_derivative(&mut composition, t, near);
     let (gaps, end) = record_projection(parts, &mut composition, t, y, &factors);
     let (slope, end_factors) = parts.record_derivative(&mut composition, t, &end);
-    let pivots = [&factors[..nq + nc], &end_factors[..nq + nc]].concat();
+    let both = [factors, end_factors];
+    let pivots = both.iter().flat_map(|factors| padded(&factors[..nq + nc])).collect();
     composition.finish(&[slope_near, gaps, end, slope, pivots].concat())
 }
 

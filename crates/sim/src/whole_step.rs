@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use bksim_dae::{N_STEP_VECTORS, Recorder, STEP_END, StepSpan, record_step};
 use bksim_expr::{Composition, Function, Jit, LaneRunner, LaneValues, LaneWorkspace, Tape, Value};
 
-use crate::linear::elimination::Elimination;
+use crate::linear::elimination::{Elimination, n_padded, padded};
 use crate::linear::shape::Shape;
 
 /// Stages of a step whose accelerations are part of it.
@@ -93,9 +93,9 @@ pub(crate) struct StepResults<'a> {
     pub(crate) end: [&'a [f64]; 2],
     /// Factors of stage 11, see `Elimination::take`.
     pub(crate) factors: &'a [f64],
-    /// The pivots of stages 1 to 11, stage by stage.
+    /// The pivots of stages 1 to 11, stage by stage, each [`padded`].
     pub(crate) pivots: &'a [f64],
-    /// The pivots at the projected end.
+    /// The pivots at the projected end, padded as well.
     pub(crate) end_pivots: &'a [f64],
 }
 
@@ -158,8 +158,9 @@ impl WholeStep {
         let n = 2 * nq + 1;
         let (gaps, rest) = results[N_STEP_VECTORS * n..].split_at(if nc > 0 { 2 } else { 0 });
         let (end, rest) = rest.split_at(2 * n);
-        let (rest, end_pivots) = rest.split_at(rest.len() - nq - nc);
-        let (factors, pivots) = rest.split_at(rest.len() - N_STAGES * (nq + nc));
+        let n_pivots = n_padded(nq + nc);
+        let (rest, end_pivots) = rest.split_at(rest.len() - n_pivots);
+        let (factors, pivots) = rest.split_at(rest.len() - N_STAGES * n_pivots);
         StepResults { gaps, end: end.split_at(n).into(), factors, pivots, end_pivots }
     }
 }
@@ -201,7 +202,7 @@ fn step_tape(parts: &StepParts) -> Option<Tape> {
     let (mut factors, mut pivots) = (Vec::new(), Vec::new());
     let stage = |StepRecorder(recorder): &mut StepRecorder, t: Value, y: &[Value]| {
         let (slope, own_factors) = parts.record_derivative(recorder, t, y);
-        pivots.extend(&own_factors[..nq + nc]);
+        pivots.extend(padded(&own_factors[..nq + nc]));
         factors = own_factors;
         slope
     };
@@ -213,7 +214,7 @@ fn step_tape(parts: &StepParts) -> Option<Tape> {
     let (gaps, end) = record_projection(parts, &mut recorder, t1, &y1, &factors);
     let (slope, end_factors) = parts.record_derivative(&mut recorder, t1, &end);
     results.extend([gaps, end, slope, factors, pivots].concat());
-    results.extend(&end_factors[..nq + nc]);
+    results.extend(padded(&end_factors[..nq + nc]));
     Some(recorder.finish(&results))
 }
 

@@ -40,7 +40,7 @@ impl Derivatives {
     pub fn with<'a>(&'a self, functions: Functions<'a>) -> DerivativesAt<'a> {
         let (nq, nc) = (functions.compiled().nq(), functions.compiled().nc());
         let own = Own {
-            buffers: self.function.buffers(&functions.parameters_with_modes()),
+            buffers: self.function.buffers(functions.parameters_with_modes()),
             modes: functions.modes().clone(),
             results: vec![0.0; self.function.n_outputs()],
             a: vec![0.0; nq],
@@ -108,7 +108,7 @@ impl DerivativesAt<'_> {
         }
         let function = &of.function;
         if own.modes != *functions.modes() {
-            own.buffers = function.buffers(&functions.parameters_with_modes());
+            own.buffers = function.buffers(functions.parameters_with_modes());
             own.modes.clone_from(functions.modes());
         }
         let u = functions.inputs(t, q, v);

@@ -16,7 +16,9 @@ mod written;
 
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
+use std::sync::Arc;
 
+pub(crate) use self::pivots::{n_padded, padded};
 use crate::linear::shape::Shape;
 
 /// A pivot below this part of what it was at its best, or of its own diagonal entry of M, is
@@ -41,9 +43,23 @@ struct Run {
     length: usize,
 }
 
-/// Factors of `[M Gᵀ; G 0]`, without the rows of G that are left out.
+/// Factors of `[M Gᵀ; G 0]`, without the rows of G that are left out. Clones share all that does not change.
 #[derive(Clone, Debug)]
 pub(crate) struct Elimination {
+    order: Arc<Order>,
+    /// The diagonal, the entries below it, and one number for the rows that are left out.
+    values: Vec<f64>,
+    /// Largest magnitude of each pivot so far, with room for the padding.
+    best: Vec<f64>,
+    /// Smallest pivot of a multiplier, as a part of its best.
+    rank_margin: f64,
+    /// Right side, then solution, in the order of elimination.
+    x: Vec<f64>,
+}
+
+/// Who is eliminated when, and what that changes.
+#[derive(Debug)]
+struct Order {
     /// Coordinates come first, then multipliers: nodes below this are coordinates.
     nq: usize,
     /// The node eliminated at each position.
@@ -57,18 +73,8 @@ pub(crate) struct Elimination {
     n_updates: usize,
     /// Index in `values` of each value of M, then of G.
     slots: Vec<usize>,
-    /// The diagonal, the entries below it, and one number for the rows that are left out.
-    values: Vec<f64>,
-    /// Largest magnitude of each pivot so far.
-    best: Vec<f64>,
-    /// Smallest pivot of a multiplier, as a part of its best.
-    rank_margin: f64,
-    /// Right side, then solution, in the order of elimination.
-    x: Vec<f64>,
-    /// Of each pivot: those of multipliers are negative.
+    /// Of each pivot, padded: those of multipliers are negative.
     signs: Vec<f64>,
-    /// Room for what states have in common.
-    extremes: [Vec<f64>; 2],
 }
 
 impl Elimination {
@@ -135,20 +141,24 @@ impl Elimination {
                 }
             }
         }
-        Self {
+        let sign = |&node: &usize| if node < shape.nq { 1.0 } else { -1.0 };
+        let signs: Vec<f64> = nodes.iter().map(sign).collect();
+        let order = Order {
             nq: shape.nq,
-            values: vec![0.0; waste + 1],
-            best: vec![0.0; n],
-            x: vec![0.0; n],
-            rank_margin: 1.0,
-            extremes: [vec![0.0; n], vec![0.0; n]],
-            signs: nodes.iter().map(|&node| if node < shape.nq { 1.0 } else { -1.0 }).collect(),
+            signs: padded(&signs).collect(),
             nodes,
             starts,
             rows,
             runs,
             n_updates,
             slots,
+        };
+        Self {
+            order: Arc::new(order),
+            values: vec![0.0; waste + 1],
+            best: vec![0.0; n_padded(n)],
+            x: vec![0.0; n],
+            rank_margin: 1.0,
         }
     }
 
@@ -157,65 +167,47 @@ impl Elimination {
     /// # Errors
     /// [`Singular`] says whose pivot vanishes, has the wrong sign or is not finite.
     pub(crate) fn factor(&mut self, mass: &[f64], jacobian: &[f64]) -> Result<(), Singular> {
-        let n = self.nodes.len();
-        self.values.fill(0.0);
-        for (&slot, &value) in self.slots.iter().zip(mass.iter().chain(jacobian)) {
-            self.values[slot] = value;
+        let Self { order, values, best, rank_margin, .. } = self;
+        let Order { nq, nodes, starts, rows, runs, slots, .. } = &**order;
+        let n = nodes.len();
+        values.fill(0.0);
+        for (&slot, &value) in slots.iter().zip(mass.iter().chain(jacobian)) {
+            values[slot] = value;
         }
-        self.rank_margin = 1.0;
-        let (diagonal, lower) = self.values.split_at(n);
-        debug_assert_eq!(lower.len(), self.rows.len() + 1);
+        *rank_margin = 1.0;
+        let (diagonal, lower) = values.split_at(n);
+        debug_assert_eq!(lower.len(), rows.len() + 1);
         // A coordinate's pivot is compared with its own entry of M.
         for k in 0..n {
-            if self.nodes[k] < self.nq {
-                self.best[k] = diagonal[k].abs();
+            if nodes[k] < *nq {
+                best[k] = diagonal[k].abs();
             }
         }
         let mut next = 0;
         for k in 0..n {
-            let pivot = self.checked_pivot(k)?;
-            let (from, to) = (n + self.starts[k], n + self.starts[k + 1]);
-            let (known, later) = self.values.split_at_mut(to);
+            let pivot = checked_pivot(values[k], nodes[k] >= *nq, &mut best[k], rank_margin)?;
+            let (from, to) = (n + starts[k], n + starts[k + 1]);
+            let (known, later) = values.split_at_mut(to);
             for j in from..to {
                 let factor = known[j] / pivot;
-                known[self.rows[j - n]] -= factor * known[j];
+                known[rows[j - n]] -= factor * known[j];
                 let mut i = j + 1;
                 while i < to {
-                    let Run { target, length } = self.runs[next];
+                    let Run { target, length } = runs[next];
                     let changed = later[target..target + length].iter_mut();
                     changed.zip(&known[i..i + length]).for_each(|(x, by)| *x -= factor * by);
                     i += length;
                     next += 1;
                 }
             }
-            self.values[from..to].iter_mut().for_each(|l| *l /= pivot);
+            values[from..to].iter_mut().for_each(|l| *l /= pivot);
         }
         Ok(())
     }
 
-    fn checked_pivot(&mut self, k: usize) -> Result<f64, Singular> {
-        let pivot = self.values[k];
-        let is_multiplier = self.nodes[k] >= self.nq;
-        let magnitude = if is_multiplier { -pivot } else { pivot };
-        if is_multiplier {
-            self.best[k] = self.best[k].max(magnitude);
-            // A row without entries has never had a pivot.
-            let part = if self.best[k] > 0.0 { magnitude / self.best[k] } else { 0.0 };
-            self.rank_margin = self.rank_margin.min(part.max(0.0));
-        }
-        // NaN fails the comparison.
-        if magnitude > SMALLEST_PIVOT * self.best[k] {
-            Ok(pivot)
-        } else if is_multiplier {
-            Err(Singular::Multiplier)
-        } else {
-            Err(Singular::Coordinate)
-        }
-    }
-
     /// Number of multiplications and subtractions of the elimination.
     pub(crate) fn n_updates(&self) -> usize {
-        self.n_updates
+        self.order.n_updates
     }
 
     /// Takes factors that were computed elsewhere and whose pivots were accepted: the diagonal, then the
@@ -232,37 +224,63 @@ impl Elimination {
 
     /// Largest magnitude of each pivot so far.
     pub(crate) fn best_pivots(&self) -> &[f64] {
-        &self.best
+        &self.best[..self.x.len()]
     }
 
     /// As [`Elimination::best_pivots`], to be overwritten.
     pub(crate) fn best_pivots_mut(&mut self) -> &mut [f64] {
-        &mut self.best
+        &mut self.best[..self.x.len()]
     }
 
     /// Solves with the factors, in place; `x` holds coordinates, then the active multipliers.
     pub(crate) fn solve_in_place(&mut self, x: &mut [f64]) {
-        let n = self.nodes.len();
-        let (diagonal, lower) = self.values.split_at(n);
-        for (sorted, &node) in self.x.iter_mut().zip(&self.nodes) {
+        let Self { order, values, x: sorted, .. } = self;
+        let Order { nodes, starts, rows, .. } = &**order;
+        let n = nodes.len();
+        let (diagonal, lower) = values.split_at(n);
+        for (sorted, &node) in sorted.iter_mut().zip(nodes) {
             *sorted = x[node];
         }
         for k in 0..n {
-            let value = self.x[k];
-            for p in self.starts[k]..self.starts[k + 1] {
-                self.x[self.rows[p]] -= lower[p] * value;
+            let value = sorted[k];
+            for p in starts[k]..starts[k + 1] {
+                sorted[rows[p]] -= lower[p] * value;
             }
         }
         for k in (0..n).rev() {
-            let mut value = self.x[k] / diagonal[k];
-            for p in self.starts[k]..self.starts[k + 1] {
-                value -= lower[p] * self.x[self.rows[p]];
+            let mut value = sorted[k] / diagonal[k];
+            for p in starts[k]..starts[k + 1] {
+                value -= lower[p] * sorted[rows[p]];
             }
-            self.x[k] = value;
+            sorted[k] = value;
         }
-        for (&sorted, &node) in self.x.iter().zip(&self.nodes) {
+        for (&sorted, &node) in sorted.iter().zip(nodes) {
             x[node] = sorted;
         }
+    }
+}
+
+/// A pivot, unless it is as good as zero against its best one.
+fn checked_pivot(
+    pivot: f64,
+    is_multiplier: bool,
+    best: &mut f64,
+    rank_margin: &mut f64,
+) -> Result<f64, Singular> {
+    let magnitude = if is_multiplier { -pivot } else { pivot };
+    if is_multiplier {
+        *best = best.max(magnitude);
+        // A row without entries has never had a pivot.
+        let part = if *best > 0.0 { magnitude / *best } else { 0.0 };
+        *rank_margin = rank_margin.min(part.max(0.0));
+    }
+    // NaN fails the comparison.
+    if magnitude > SMALLEST_PIVOT * *best {
+        Ok(pivot)
+    } else if is_multiplier {
+        Err(Singular::Multiplier)
+    } else {
+        Err(Singular::Coordinate)
     }
 }
 
@@ -390,9 +408,9 @@ mod tests {
         let plan = Elimination::new(&Shape { nq: N, nc: 0, mass, jacobian: Vec::new() }, &[]);
         // Of the column k below the diagonal all but the last entry change a column of their own.
         let n_columns: usize = (0..N).map(|k| (N - 1 - k).saturating_sub(1)).sum();
-        assert_eq!(plan.runs.len(), n_columns);
-        let n_entries: usize = plan.runs.iter().map(|run| run.length).sum();
-        assert_eq!(plan.n_updates, n_entries + N * (N - 1) / 2);
+        assert_eq!(plan.order.runs.len(), n_columns);
+        let n_entries: usize = plan.order.runs.iter().map(|run| run.length).sum();
+        assert_eq!(plan.order.n_updates, n_entries + N * (N - 1) / 2);
     }
 
     #[test]

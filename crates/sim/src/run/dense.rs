@@ -25,6 +25,8 @@ pub(crate) struct DenseOutput<'a> {
 #[derive(Clone, Copy, Debug)]
 enum Unknowns<'a> {
     Step(Step<'a>),
+    /// Those at the end, of which alone is asked.
+    End(&'a [f64]),
     Instant(StateRef<'a>),
 }
 
@@ -42,6 +44,12 @@ impl<'a> From<Step<'a>> for DenseOutput<'a> {
 }
 
 impl<'a> DenseOutput<'a> {
+    /// A step from `t0` to `t1` of which only the unknowns `y1` at its end are known, the work of loads and drives among
+    /// them.
+    pub(crate) fn end(t0: f64, (t1, y1): (f64, &'a [f64]), stats: Stats) -> Self {
+        Self { t0, t1, h: t1 - t0, stats, has_work: true, unknowns: Unknowns::End(y1) }
+    }
+
     /// A step of no extent.
     pub(crate) fn instant(state: StateRef<'a>, h: f64, stats: Stats) -> Self {
         let unknowns = Unknowns::Instant(state);
@@ -52,7 +60,7 @@ impl<'a> DenseOutput<'a> {
     pub(crate) fn degree(&self) -> usize {
         match self.unknowns {
             Unknowns::Step(step) => step.degree(),
-            Unknowns::Instant(_) => 0,
+            Unknowns::End(_) | Unknowns::Instant(_) => 0,
         }
     }
 
@@ -61,6 +69,7 @@ impl<'a> DenseOutput<'a> {
     pub(crate) fn at(&self, t: f64, y: &mut [f64]) {
         match self.unknowns {
             Unknowns::Step(step) => step.at(t, &mut y[..step.y1().len()]),
+            Unknowns::End(y1) => y[..y1.len()].copy_from_slice(y1),
             Unknowns::Instant(StateRef { q, v, .. }) => {
                 y[..q.len()].copy_from_slice(q);
                 y[q.len()..q.len() + v.len()].copy_from_slice(v);

@@ -13,7 +13,7 @@
 use std::sync::Arc;
 
 use bksim_dae::{
-    Attempt, Index, Lanes, Layout, NotFinite, Ode, Settings, StepControl, StepSpan, Tolerance,
+    Attempt, Lanes, Layout, NotFinite, Ode, Settings, StepControl, StepSpan, Tolerance,
 };
 
 use super::holding::Holding;
@@ -74,16 +74,12 @@ impl<'a> ExplicitMotion<'a> {
         parameters: &[f64],
         multipliers: MultiplierSystem,
     ) -> Self {
-        let quantities = &compiled.coordinates;
-        let names = quantities.iter().map(|c| c.name.clone());
-        let rates = quantities.iter().map(|c| c.rates[0][0].clone());
-        let names = names.chain(rates).chain(["work".to_owned()]).collect();
         Self {
             evaluator: compiled.evaluator(parameters),
             multipliers,
             least_margin: 1.0,
             holding: Holding::of_one(),
-            layout: Layout::from_groups(&[(2 * compiled.nq() + 1, Index::One)]).with_names(names),
+            layout: compiled.unknowns.clone(),
             lambda: vec![0.0; compiled.nc()],
             lanes: None,
             step: None,
@@ -163,9 +159,17 @@ impl<'a> ExplicitMotion<'a> {
     }
 }
 
-/// Without a branch at each, several are looked at together.
+/// What is finite leaves nothing when it is multiplied by zero, all else NaN: without a branch at each, several are looked
+/// at together.
 fn are_finite(numbers: &[f64]) -> bool {
-    numbers.iter().fold(true, |all, x| all & x.is_finite())
+    let (blocks, rest) = numbers.as_chunks::<4>();
+    let mut left = [0.0; 4];
+    for block in blocks {
+        for lane in 0..4 {
+            left[lane] += 0.0 * block[lane];
+        }
+    }
+    rest.iter().chain(&left).fold(0.0, |sum, x| sum + 0.0 * x) == 0.0
 }
 
 impl Ode for ExplicitMotion<'_> {

@@ -322,12 +322,12 @@ impl<'a> Run<'a> {
         RunCheckpoint::new(Fingerprint::of(self.problem), numbers)
     }
 
-    /// Marks the run before a step, where many steps have been taken since the last mark.
+    /// Marks the run before a step that may have too many samples, where many steps have been taken since the last mark.
     fn keep_mark(&mut self) {
         let Stats { n_accept, .. } = self.summary.stats;
         let n_done = n_accept + self.summary.n_samples;
         let is_near = |mark: &Mark| n_done < mark.n_done + MARK_PERIOD;
-        if !self.mark.as_ref().is_some_and(is_near) {
+        if self.sampler.may_be_cut() && !self.mark.as_ref().is_some_and(is_near) {
             self.mark = Some(Mark { numbers: self.save(), n_done });
         }
     }

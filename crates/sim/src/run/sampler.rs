@@ -99,9 +99,9 @@ impl Sampler {
         self.multipliers = mechanism.multipliers();
     }
 
-    /// Whether a sample is due between the last one and `t`.
-    pub(super) fn is_due(&self, t: f64) -> bool {
-        self.due(t).is_some()
+    /// True where a step may have more samples than are kept of one in which a run is stopped.
+    pub(super) fn may_be_cut(&self) -> bool {
+        self.schedule.has_more_than(MAX_PENDING)
     }
 
     /// Whether every sample up to `t_end` has been handed out.
@@ -213,7 +213,8 @@ impl Sampler {
         }
     }
 
-    fn due(&self, t: f64) -> Option<f64> {
+    /// When the next sample is due, if that is not after `t`.
+    pub(super) fn due(&self, t: f64) -> Option<f64> {
         self.schedule.due(t, self.sample.t).filter(|&due| !self.is_held_back(due))
     }
 

@@ -58,6 +58,20 @@ impl Schedule {
         (!passed && (t - due) * forward >= 0.0).then_some(due)
     }
 
+    /// True where more than `n` output times may follow within one step.
+    pub(super) fn has_more_than(&self, n: usize) -> bool {
+        // All of them, with the end.
+        #[expect(clippy::cast_precision_loss, reason = "2^53 outputs are not reached")]
+        let n_all = match &self.outputs {
+            Outputs::Even => (self.t_end - self.t_start).abs() / self.every + 1.0,
+            Outputs::Steps => return false,
+            Outputs::Times(times) => times.len() as f64 + 1.0,
+        };
+        #[expect(clippy::cast_precision_loss, reason = "2^53 outputs are not reached")]
+        let n_done = (self.next_idx - 1) as f64;
+        n_all - n_done > n as f64
+    }
+
     /// Whether `t` comes after `earlier` in the direction of the run.
     pub(super) fn is_after(&self, t: f64, earlier: f64) -> bool {
         (t - earlier) * self.forward() > 0.0

@@ -163,9 +163,18 @@ impl<'a> Run<'a> {
         observer: &mut dyn Observer,
     ) -> Result<Control, SolveError> {
         let mut control = Control::Continue;
-        let is_sampled = self.sampler.is_due(stepper.t()) || observer.wants_segments();
-        if is_sampled || stepper.work().is_none() {
-            let dense = self.dense_output(stepper, None)?;
+        let (t0, t1) = (self.reached.t, stepper.t());
+        let needs_all = observer.wants_segments() || stepper.work().is_none();
+        let due = self.sampler.due(t1);
+        if needs_all || due.is_some() {
+            let is_of_end = !needs_all && due == Some(t1);
+            let dense = if is_of_end {
+                let mut stats = self.before;
+                stats += *stepper.stats();
+                DenseOutput::end(t0, (t1, stepper.y()), stats)
+            } else {
+                self.dense_output(stepper, None)?
+            };
             control = self.sampler.pass(&dense, &mut self.mechanism, &mut self.summary, observer);
         }
         // A step that is not passed to its end is no part of the run.

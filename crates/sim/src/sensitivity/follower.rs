@@ -317,9 +317,9 @@ impl<'a> PhaseEquations<'a> {
             modes,
             variation: Variation::new(following, compiled, &parameters, &inactive),
             tangents: Tangents::new(equations, compiled, &parameters, &inactive),
-            indicators: following.indicators.buffers(&parameters),
+            indicators: following.indicators.buffers(&parameters[..]),
             values: compiled.indicators.at(&parameters),
-            channels: equations.channels.buffers(&parameters),
+            channels: equations.channels.buffers(&parameters[..]),
             parameters,
             inactive,
         }

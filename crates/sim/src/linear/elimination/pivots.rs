@@ -4,49 +4,66 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{Elimination, SMALLEST_PIVOT};
+use super::{Elimination, Order, SMALLEST_PIVOT};
 
-/// The extremes of each pivot over states, with the largest magnitudes of all states so far.
-struct Extremes<'a> {
+/// Pivots that are looked at together.
+const WIDTH: usize = 4;
+
+/// Numbers of a state of which `n` are its pivots: whole blocks, the last of the pivots in the rest of them.
+pub(crate) fn n_padded(n: usize) -> usize {
+    n.next_multiple_of(WIDTH)
+}
+
+/// Pivots with the last of them once more, up to [`n_padded`].
+pub(crate) fn padded<T: Copy>(pivots: &[T]) -> impl Iterator<Item = T> {
+    let n_more = n_padded(pivots.len()) - pivots.len();
+    pivots.iter().copied().chain(pivots.last().copied().into_iter().cycle().take(n_more))
+}
+
+/// A look at pivots of states one after the other, each padded: the largest magnitudes so far, and the least of these.
+struct Look<'a> {
     pivots: &'a [f64],
     signs: &'a [f64],
     best: &'a mut [f64],
-    least: &'a mut [f64],
-    /// NaN where a pivot is not finite, else zero.
-    remainder: &'a mut [f64],
 }
 
-impl WithSimd for Extremes<'_> {
-    type Output = ();
+/// True where all are regular, and the rank margin.
+type Found = (bool, f64);
+
+impl WithSimd for Look<'_> {
+    type Output = Found;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { pivots, signs, best, least, remainder } = self;
-        least.fill(f64::INFINITY);
-        remainder.fill(0.0);
-        let ((signs, last_signs), zero) = (S::as_simd_f64s(signs), simd.splat_f64s(0.0));
-        let (best, last_best) = S::as_mut_simd_f64s(best);
-        let (least, last_least) = S::as_mut_simd_f64s(least);
-        let (remainder, last_remainder) = S::as_mut_simd_f64s(remainder);
-        for state in pivots.chunks_exact((signs.len() * S::F64_LANES + last_signs.len()).max(1)) {
-            let (state, last) = S::as_simd_f64s(state);
-            let sums = best.iter_mut().zip(&mut *least).zip(&mut *remainder);
-            for (((best, least), remainder), (&sign, &pivot)) in sums.zip(signs.iter().zip(state)) {
-                let magnitude = simd.mul_f64s(sign, pivot);
-                *best = simd.max_f64s(magnitude, *best);
-                *least = simd.min_f64s(magnitude, *least);
-                *remainder = simd.add_f64s(*remainder, simd.mul_f64s(zero, magnitude));
+    fn with_simd<S: Simd>(self, _: S) -> Found {
+        let Self { pivots, signs, best } = self;
+        let n_blocks = signs.len() / WIDTH;
+        let pivots = pivots.as_chunks::<WIDTH>().0;
+        let (mut margin, mut are_regular) = ([1.0; WIDTH], [true; WIDTH]);
+        let blocks = best.as_chunks_mut::<WIDTH>().0.iter_mut().zip(signs.as_chunks().0);
+        for (b, (best, sign)) in blocks.enumerate() {
+            let sign: &[f64; WIDTH] = sign;
+            // NaN where a pivot is not finite.
+            let (mut largest, mut least, mut remainder) =
+                (*best, [f64::INFINITY; WIDTH], [0.0; WIDTH]);
+            for state in pivots.chunks_exact(n_blocks) {
+                for lane in 0..WIDTH {
+                    let magnitude = sign[lane] * state[b][lane];
+                    largest[lane] =
+                        if magnitude > largest[lane] { magnitude } else { largest[lane] };
+                    least[lane] = if magnitude < least[lane] { magnitude } else { least[lane] };
+                    remainder[lane] += 0.0 * magnitude;
+                }
             }
-            let sums = last_best.iter_mut().zip(&mut *last_least).zip(&mut *last_remainder);
-            for (((best, least), remainder), (&sign, &pivot)) in
-                sums.zip(last_signs.iter().zip(last))
-            {
-                let magnitude = sign * pivot;
-                *best = if magnitude > *best { magnitude } else { *best };
-                *least = if magnitude < *least { magnitude } else { *least };
-                *remainder += 0.0 * magnitude;
+            for lane in 0..WIDTH {
+                let floor = SMALLEST_PIVOT * largest[lane];
+                are_regular[lane] &= least[lane] + remainder[lane] > floor;
+                let part = if sign[lane] < 0.0 { least[lane] / largest[lane] } else { 1.0 };
+                margin[lane] = if part < margin[lane] { part } else { margin[lane] };
             }
+            *best = largest;
         }
+        let margin = margin.iter().fold(1.0, |a, &b| if b < a { b } else { a });
+        (are_regular == [true; WIDTH], margin)
     }
 }
 
@@ -62,9 +79,10 @@ impl Elimination {
         &mut self,
         pivots: impl Iterator<Item = [f64; N]>,
     ) -> bool {
-        let Self { nq, nodes, best, .. } = self;
+        let Self { order, best, .. } = self;
+        let Order { nq, nodes, .. } = &**order;
         let (mut are_regular, mut margin) = (true, 1.0);
-        for ((best, &node), pivots) in best.iter_mut().zip(&*nodes).zip(pivots) {
+        for ((best, &node), pivots) in best.iter_mut().zip(nodes).zip(pivots) {
             let is_multiplier = node >= *nq;
             let magnitudes = pivots.map(|pivot| if is_multiplier { -pivot } else { pivot });
             let largest = magnitudes.iter().fold(*best, |a, &b| if b > a { b } else { a });
@@ -81,29 +99,23 @@ impl Elimination {
         are_regular
     }
 
-    /// The same for the pivots of states one after the other.
+    /// The same for the pivots of states one after the other, each [`padded`].
     pub(crate) fn accept_states(&mut self, pivots: &[f64]) -> bool {
-        let Self { nq, nodes, signs, best, extremes: [least, remainder], .. } = self;
-        Arch::new().dispatch(Extremes { pivots, signs, best, least, remainder });
-        let (mut are_regular, mut margin) = (true, 1.0);
-        for (i, &node) in nodes.iter().enumerate() {
-            let (largest, least) = (best[i], least[i]);
-            are_regular &= least + remainder[i] > SMALLEST_PIVOT * largest;
-            if node >= *nq && least < margin * largest {
-                margin = least / largest;
-            }
-        }
+        let Self { order, best, .. } = self;
+        let (are_regular, margin) =
+            Arch::new().dispatch(Look { pivots, signs: &order.signs, best });
         self.rank_margin = if are_regular { margin } else { 0.0 };
         are_regular
     }
 
     /// Keeps the best pivots in the room of solutions.
     pub(crate) fn keep_best(&mut self) {
-        self.x.copy_from_slice(&self.best);
+        let n = self.x.len();
+        self.x.copy_from_slice(&self.best[..n]);
     }
 
     /// Takes back the best pivots that were kept; nothing may have been solved since.
     pub(crate) fn restore_best(&mut self) {
-        self.best.copy_from_slice(&self.x);
+        self.best[..self.x.len()].copy_from_slice(&self.x);
     }
 }
