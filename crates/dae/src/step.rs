@@ -42,7 +42,7 @@ pub(crate) enum Attempt {
 /// State of the method between two steps, and all buffers.
 pub(crate) struct Stepper {
     /// The methods of this run by ascending order, and the index of the one in use.
-    tableaus: Vec<Tableau>,
+    tableaus: Vec<&'static Tableau>,
     current: usize,
     work: NewtonWork,
     unit: Unit,
@@ -122,9 +122,9 @@ const LARGEST_TAIL: f64 = 1e4;
 
 impl Stepper {
     pub(crate) fn new<S: System>(system: &S, settings: &Settings) -> Result<Self, SolveError> {
-        let tableaus: Vec<Tableau> = match settings.order {
-            Order::Fixed(stages) => vec![Tableau::new(stages)],
-            Order::Auto => [Stages::Three, Stages::Five, Stages::Seven].map(Tableau::new).into(),
+        let tableaus: Vec<&Tableau> = match settings.order {
+            Order::Fixed(stages) => vec![Tableau::of(stages)],
+            Order::Auto => [Stages::Three, Stages::Five, Stages::Seven].map(Tableau::of).into(),
         };
         let (tableau, s_max) = (&tableaus[0], tableaus[tableaus.len() - 1].s);
         let n_complex = (s_max - 1) / 2;
@@ -157,7 +157,7 @@ impl Stepper {
 
     /// The method in use.
     pub(crate) fn tableau(&self) -> &Tableau {
-        &self.tableaus[self.current]
+        self.tableaus[self.current]
     }
 
     /// Nodes of the method with most stages.
@@ -188,7 +188,7 @@ impl Stepper {
     ) -> (&Tableau, &mut IterationMatrix, &mut Option<f64>) {
         let k = self.tableaus.iter().position(|tableau| tableau.s == s);
         let k = k.expect("the last step was taken by a method of this run");
-        (&self.tableaus[k], &mut self.matrix, &mut self.factored_h)
+        (self.tableaus[k], &mut self.matrix, &mut self.factored_h)
     }
 
     /// The real eigenvalues of the methods that variable order chooses from.
@@ -241,7 +241,7 @@ impl Stepper {
         // Solve for the stages.
         self.work.contraction.start(is_same_matrix);
         if let Err(failure) =
-            self.work.solve(system, at, &self.tableaus[self.current], &mut self.matrix, stats)
+            self.work.solve(system, at, self.tableaus[self.current], &mut self.matrix, stats)
         {
             self.n_failed += 1;
             let is_stale = self.freshness == Freshness::Kept;
@@ -258,7 +258,7 @@ impl Stepper {
         let error = error_estimate(
             system,
             at,
-            &self.tableaus[self.current],
+            self.tableaus[self.current],
             &mut self.matrix,
             &mut self.work,
             filter,

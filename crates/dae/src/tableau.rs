@@ -11,6 +11,8 @@
 //! `T` are the real eigenvector and the real and imaginary parts of one complex eigenvector per
 //! pair, all scaled to end in 1, which gives Hairer's last row `(1, 1, 0, …)`.
 
+use std::sync::OnceLock;
+
 use faer::c64;
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -49,6 +51,12 @@ pub(crate) struct Tableau {
 }
 
 impl Tableau {
+    /// The coefficients of a method, derived once.
+    pub(crate) fn of(stages: Stages) -> &'static Self {
+        static DERIVED: [OnceLock<Tableau>; 4] = [const { OnceLock::new() }; 4];
+        DERIVED[stages.count() / 2].get_or_init(|| Self::new(stages))
+    }
+
     /// Derives all coefficients; errors are a few units of rounding for every [`Stages`].
     pub(crate) fn new(stages: Stages) -> Self {
         let s = stages.count();

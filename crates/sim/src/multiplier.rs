@@ -134,6 +134,25 @@ impl MultiplierSystem {
         if at.is_finite() { self.recorded_rank_margin() } else { f64::NAN }
     }
 
+    /// As [`MultiplierSystem::rank_margin_at`], by straight-line code where that serves.
+    pub(crate) fn rank_margin_of(
+        &mut self,
+        evaluator: &mut Evaluator,
+        t: f64,
+        (q, v): (&[f64], &[f64]),
+    ) -> f64 {
+        let n = self.x.len();
+        if self.is_whole(evaluator.shape().nc)
+            && let Some(line) = evaluator.unrolled(t, q, v)
+        {
+            let is_regular = self.elimination.accept_pivots(&line[n..2 * n]);
+            if is_regular && self.elimination.rank_margin() > REFINED_BELOW {
+                return self.elimination.rank_margin();
+            }
+        }
+        self.rank_margin_at(&evaluator.dynamics(t, q, v))
+    }
+
     /// The recorded elimination, with coordinates without inertia allowed for once there are some.
     fn eliminate(&mut self, at: &DynamicsAt) -> Result<(), Singular> {
         if self.augmented.is_none() {

@@ -24,12 +24,15 @@ pub(crate) struct CollocationPolynomial {
     /// Stage increments `z_1 … z_s`, one after the other, length `s n`.
     pub(crate) z: Vec<f64>,
     c: Vec<f64>,
+    /// 1 over the products of `c_i − c_m` over all other nodes.
+    scales: [f64; MAX_STAGES],
 }
 
 impl CollocationPolynomial {
     /// With room for the nodes `c`, and thereby for any method with fewer.
     pub(crate) fn new(n: usize, c: &[f64]) -> Self {
-        Self { t0: 0.0, h: 0.0, y0: vec![0.0; n], z: vec![0.0; n * c.len()], c: c.to_vec() }
+        let (y0, z) = (vec![0.0; n], vec![0.0; n * c.len()]);
+        Self { t0: 0.0, h: 0.0, y0, z, c: c.to_vec(), scales: scales(c) }
     }
 
     /// Takes the step from `at` with stage increments `z` at the nodes `c`.
@@ -37,10 +40,17 @@ impl CollocationPolynomial {
         self.t0 = at.t;
         self.h = at.h;
         self.y0.copy_from_slice(at.y);
-        self.c.clear();
-        self.c.extend_from_slice(c);
+        self.take_nodes(c);
         self.z.clear();
         self.z.extend_from_slice(z);
+    }
+
+    fn take_nodes(&mut self, c: &[f64]) {
+        if self.c != c {
+            self.c.clear();
+            self.c.extend_from_slice(c);
+            self.scales = scales(c);
+        }
     }
 
     pub(crate) fn save(&self, saver: &mut Saver) {
@@ -59,8 +69,7 @@ impl CollocationPolynomial {
         if c.len() > MAX_STAGES || z.len() != c.len() * self.y0.len() {
             return Err(SolveError::Checkpoint { reason: "saved for a system of another size" });
         }
-        self.c.clear();
-        self.c.extend_from_slice(c);
+        self.take_nodes(c);
         self.z.clear();
         self.z.extend_from_slice(z);
         Ok(())
@@ -107,12 +116,17 @@ impl CollocationPolynomial {
     /// `ℓ_1(τ) … ℓ_s(τ)`.
     fn lagrange(&self, tau: f64) -> [f64; MAX_STAGES] {
         let s = self.c.len();
+        // The products of τ − c_m over the nodes before each one, then over those behind it.
         let mut values = [0.0; MAX_STAGES];
-        for i in 1..=s {
-            values[i - 1] = (0..=s)
-                .filter(|&m| m != i)
-                .map(|m| (tau - self.node(m)) / (self.node(i) - self.node(m)))
-                .product();
+        let mut product = tau;
+        for (value, c) in values.iter_mut().zip(&self.c) {
+            *value = product;
+            product *= tau - c;
+        }
+        product = 1.0;
+        for i in (0..s).rev() {
+            values[i] *= product * self.scales[i];
+            product *= tau - self.c[i];
         }
         values
     }
@@ -133,6 +147,16 @@ impl CollocationPolynomial {
         }
         values
     }
+}
+
+/// 1 over the products of `c_i − c_m` over all other nodes, zero among them.
+fn scales(c: &[f64]) -> [f64; MAX_STAGES] {
+    let mut scales = [0.0; MAX_STAGES];
+    for (i, scale) in scales.iter_mut().enumerate().take(c.len()) {
+        let others = c.iter().enumerate().filter(|&(m, _)| m != i);
+        *scale = 1.0 / (c[i] * others.map(|(_, other)| c[i] - other).product::<f64>());
+    }
+    scales
 }
 
 #[cfg(test)]

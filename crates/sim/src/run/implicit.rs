@@ -138,12 +138,21 @@ impl Stepper for RadauStepper<'_> {
         let State { t, q, v } = reached;
         let nc = evaluator.shape().nc;
         let mut end = Acceleration::zeros(q.len(), nc);
+        let Acceleration { a, lambda } = &mut end;
+        let multipliers = &mut self.multipliers;
         // The factors are of the state before the projection. Numbers that are not finite show in the
         // next step.
-        let _ = self.multipliers.factor(&evaluator.dynamics(*t, q, v));
-        self.multipliers.project(evaluator, *t, (&mut *q, &mut *v), CORRECTIONS);
-        let Acceleration { a, lambda } = &mut end;
-        let _ = self.multipliers.accelerations_into(evaluator, *t, (q, v), a, lambda);
+        if multipliers.line_into(evaluator, *t, (q, v), a, lambda) {
+            multipliers.take_factors(evaluator);
+        } else {
+            let _ = multipliers.factor(&evaluator.dynamics(*t, q, v));
+        }
+        multipliers.project(evaluator, *t, (&mut *q, &mut *v), CORRECTIONS);
+        if multipliers.line_into(evaluator, *t, (q, v), a, lambda) {
+            multipliers.take_factors(evaluator);
+        } else {
+            let _ = multipliers.accelerations_into(evaluator, *t, (q, v), a, lambda);
+        }
         let From { y, ydot, .. } = self.equations.unknowns(reached.as_ref(), end.as_ref());
         self.solver.correct_state(&y, &ydot)
     }

@@ -296,11 +296,11 @@ impl Sampler {
             let t = 0.5 * (from + to) + 0.5 * node * (to - from);
             dense.at(t, &mut self.y);
             let (q, v) = self.y[..2 * nq].split_at(nq);
-            let found = (&mut vdot[..], &mut lambda[..]);
-            let evaluator = &mut mechanism.evaluator;
-            let solved =
-                self.multipliers.accelerations_into(evaluator, t, (q, v), found.0, found.1);
-            if solved.is_ok() {
+            let (multipliers, evaluator) = (&mut self.multipliers, &mut mechanism.evaluator);
+            let (a, own) = (&mut vdot[..], &mut lambda[..]);
+            let is_solved = multipliers.line_into(evaluator, t, (q, v), a, own)
+                || multipliers.accelerations_into(evaluator, t, (q, v), a, own).is_ok();
+            if is_solved {
                 let power = mechanism.evaluator.power(t, q, v, &lambda);
                 summary.energy.work += weight * (to - from) * power;
             }

@@ -235,7 +235,7 @@ fn margin_within(
     let mut y = vec![0.0; step.y1().len()];
     step.at(t, &mut y);
     let (q, v) = y[..2 * nq].split_at(nq);
-    multipliers.rank_margin_at(&evaluator.dynamics(t, q, v))
+    multipliers.rank_margin_of(evaluator, t, (q, v))
 }
 
 /// Where the rank margin of a step is least.
