@@ -33,7 +33,9 @@ pub use self::straight_line::{N_STEP_VECTORS, Recorder, STEP_END, record_step};
 use crate::accessors::accessors;
 use crate::dense::{ContinuousExtension, Interpolant, Step, TaylorPolynomial};
 use crate::error::{Cause, SolveError, Standstill};
-use crate::limits::{check_finite, check_length, next_adaptive, next_fixed, step_floor};
+use crate::limits::{
+    check_finite, check_length, first_not_finite, next_adaptive, next_fixed, step_floor,
+};
 use crate::run::{Control, End, Outcome, Start};
 use crate::settings::{Settings, StepControl};
 use crate::stats::Stats;
@@ -458,10 +460,8 @@ fn derivative<S: Ode>(
 ) -> Result<(), NotFinite> {
     stats.n_residual += 1;
     system.derivative(t, y, out)?;
-    // Without a branch at each entry, several are looked at together.
-    if out.iter().fold(true, |all, x| all & x.is_finite()) {
-        return Ok(());
+    match first_not_finite(out) {
+        Some(row) => Err(NotFinite { row }),
+        None => Ok(()),
     }
-    let row = out.iter().position(|x| !x.is_finite()).unwrap_or_default();
-    Err(NotFinite { row })
 }

@@ -31,6 +31,23 @@ pub(crate) fn next_fixed(t: f64, h: f64, t_end: f64, (start, taken): (f64, usize
     if is_last { (t_end - t, t_end) } else { (h, t1) }
 }
 
+/// The first of some numbers that is not finite.
+pub(crate) fn first_not_finite(numbers: &[f64]) -> Option<usize> {
+    // What is finite leaves nothing when it is multiplied by zero. Without a branch at each number, four are looked at
+    // together.
+    let (blocks, rest) = numbers.as_chunks::<4>();
+    let mut left = [0.0; 4];
+    for block in blocks {
+        for lane in 0..4 {
+            left[lane] += 0.0 * block[lane];
+        }
+    }
+    if rest.iter().chain(&left).fold(0.0, |sum, x| sum + 0.0 * x) == 0.0 {
+        return None;
+    }
+    numbers.iter().position(|x| !x.is_finite())
+}
+
 /// Refuses a vector of another length than the system has unknowns.
 pub(crate) fn check_length(
     what: &'static str,

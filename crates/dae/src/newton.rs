@@ -14,6 +14,7 @@ use crate::contraction::{Contraction, Progress};
 use crate::error::Cause;
 use crate::iteration_matrix::IterationMatrix;
 use crate::lanes::multiply_blocks;
+use crate::limits::first_not_finite;
 use crate::scale::Scale;
 use crate::stats::Stats;
 use crate::system::System;
@@ -135,7 +136,7 @@ impl NewtonWork {
             let t = at.t + tableau.c[i] * at.h;
             stats.n_residual += 1;
             let row = match system.residual(t, &self.y_stage, ydot, out) {
-                Ok(()) => out.iter().position(|x| !x.is_finite()),
+                Ok(()) => first_not_finite(out),
                 Err(not_finite) => Some(not_finite.row),
             };
             if let Some(row) = row {

@@ -116,7 +116,7 @@ impl CollocationPolynomial {
     /// `ℓ_1(τ) … ℓ_s(τ)`.
     fn lagrange(&self, tau: f64) -> [f64; MAX_STAGES] {
         let s = self.c.len();
-        // The products of τ − c_m over the nodes before each one, then over those behind it.
+        // The products of τ − c_m over the nodes before each one, then over those after it.
         let mut values = [0.0; MAX_STAGES];
         let mut product = tau;
         for (value, c) in values.iter_mut().zip(&self.c) {
