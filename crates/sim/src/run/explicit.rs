@@ -43,7 +43,7 @@ pub fn explicit_method(compiled: &CompiledSystem, options: &SolveOptions) -> Exp
     if options.method != bksim_model::Method::Auto || options.step.is_some() {
         return ExplicitMethod::DormandPrince;
     }
-    let is_extrapolated = compiled.has_lanes() && pays_extrapolated(options);
+    let is_extrapolated = pays_in_lanes(compiled) && pays_extrapolated(options);
     let rtol = ExplicitMotion::settings(options, compiled.nq()).rtol;
     let series = compiled.series.as_ref();
     if let Some(order) = series.and_then(|series| series.cheapest_order(rtol, is_extrapolated)) {
@@ -54,6 +54,14 @@ pub fn explicit_method(compiled: &CompiledSystem, options: &SolveOptions) -> Exp
     } else {
         ExplicitMethod::DormandPrince
     }
+}
+
+/// True where four states at once, with what surrounds each evaluation, are less work than the stages of a whole step:
+/// those of the car axis are (180 operations), those of the slider-crank (299) and of Andrews' mechanism (572) are not.
+fn pays_in_lanes(compiled: &CompiledSystem) -> bool {
+    const LARGEST: usize = 250;
+    let line = compiled.unrolled.as_ref().filter(|_| compiled.has_lanes());
+    line.is_some_and(|line| line.tape().operation_count() <= LARGEST)
 }
 
 /// True where extrapolation needs less work than the method of Dormand and Prince. Its dense output is dear, so that
