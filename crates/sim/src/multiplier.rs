@@ -350,6 +350,22 @@ impl MultiplierSystem {
             && solution.iter().fold(true, |all, value| all & value.is_finite())
     }
 
+    /// As [`MultiplierSystem::line_into`], with the factors taken from the evaluator.
+    pub(crate) fn factored_line_into(
+        &mut self,
+        evaluator: &mut Evaluator,
+        t: f64,
+        state: (&[f64], &[f64]),
+        vdot: &mut [f64],
+        lambda: &mut [f64],
+    ) -> bool {
+        let is_line = self.line_into(evaluator, t, state, vdot, lambda);
+        if is_line {
+            self.take_factors(evaluator);
+        }
+        is_line
+    }
+
     /// Takes the factors that straight-line code has left with the evaluator.
     pub(crate) fn take_factors(&mut self, evaluator: &Evaluator) {
         self.elimination.take(evaluator.unrolled_factors().iter().copied());

@@ -142,15 +142,11 @@ impl Stepper for RadauStepper<'_> {
         let multipliers = &mut self.multipliers;
         // The factors are of the state before the projection. Numbers that are not finite show in the
         // next step.
-        if multipliers.line_into(evaluator, *t, (q, v), a, lambda) {
-            multipliers.take_factors(evaluator);
-        } else {
+        if !multipliers.factored_line_into(evaluator, *t, (q, v), a, lambda) {
             let _ = multipliers.factor(&evaluator.dynamics(*t, q, v));
         }
         multipliers.project(evaluator, *t, (&mut *q, &mut *v), CORRECTIONS);
-        if multipliers.line_into(evaluator, *t, (q, v), a, lambda) {
-            multipliers.take_factors(evaluator);
-        } else {
+        if !multipliers.factored_line_into(evaluator, *t, (q, v), a, lambda) {
             let _ = multipliers.accelerations_into(evaluator, *t, (q, v), a, lambda);
         }
         let From { y, ydot, .. } = self.equations.unknowns(reached.as_ref(), end.as_ref());
