@@ -22,6 +22,9 @@ const GOAL: f64 = 1.5;
 /// A run that takes so many times what the fastest did is given up: it is not the better one.
 const GIVEN_UP: f64 = 30.0;
 
+/// Runs that take less are not given up, s.
+const SHORT: f64 = 0.05;
+
 /// Attempts at a step and CPU time of one method, s; NaN and what was tried where it did not arrive.
 #[derive(Clone, Copy)]
 struct Work {
@@ -47,9 +50,9 @@ pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
                 work(&model, (method, tolerance), longest, context.effort)
             };
             let radau = run(Method::Radau, f64::INFINITY)?;
-            let explicit = run(Method::Explicit, GIVEN_UP * radau.seconds)?;
+            let explicit = run(Method::Explicit, (GIVEN_UP * radau.seconds).max(SHORT))?;
             let better = radau.seconds.min(explicit.seconds);
-            let auto = run(Method::Auto, GIVEN_UP * better)?;
+            let auto = run(Method::Auto, (GIVEN_UP * better).max(SHORT))?;
             let regret = auto.seconds / better;
             let steps = |work: Work| {
                 if work.seconds.is_nan() { "–".to_owned() } else { work.n_step.to_string() }

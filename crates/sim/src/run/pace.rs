@@ -10,7 +10,7 @@
 //! has taken, it goes on as long as it comes forward: only one with next to everything still before it
 //! is stopped.
 
-use super::race::{COST, Race, TRIAL as TRIAL_OF_RACE};
+use super::race::{COST, ExplicitPace, Race, TRIAL as TRIAL_OF_RACE};
 use bksim_dae::{Loader, Saver, SolveError, Standstill};
 
 /// Attempts at a step after which the pace is looked at.
@@ -136,15 +136,15 @@ impl Pace {
         self.is_tried = true;
     }
 
-    /// Whether Radau IIA should be tried against explicit steps that seem to be limited by stability. The
-    /// last of them ends at `t` and has this `h ρ`; if so, the trial has begun.
+    /// Whether Radau IIA should be tried against explicit steps that seem to be limited by stability, of which the
+    /// last one ends at `t`; if so, the trial has begun.
     pub(super) fn begins_race(
         &mut self,
         (t, t_end): (f64, f64),
         n_step: usize,
-        h_rho: f64,
+        step: ExplicitPace,
     ) -> bool {
-        let rival = self.race.observe((t, t_end), n_step, h_rho);
+        let rival = self.race.observe((t, t_end), n_step, step);
         if let Some(way) = rival {
             let (way, begin) = (COST * way, (t, n_step));
             self.trial = Some(Trial { way, n: TRIAL_OF_RACE, begin });
