@@ -14,8 +14,8 @@ use crate::system::{Index, Layout};
 #[derive(Clone, Debug)]
 pub(crate) struct Scale {
     weight: Vec<f64>,
-    /// One for unknowns that take part in the error test, zero for others; and the number of those.
-    tested: Vec<f64>,
+    /// Unknowns that take part in the error test, and their number.
+    is_tested: Vec<bool>,
     n_tested: usize,
 }
 
@@ -48,7 +48,7 @@ impl Unit {
 
 impl Scale {
     pub(crate) fn new(n: usize) -> Self {
-        Self { weight: vec![1.0; n], tested: vec![1.0; n], n_tested: n }
+        Self { weight: vec![1.0; n], is_tested: vec![true; n], n_tested: n }
     }
 
     /// Number of unknowns.
@@ -61,8 +61,7 @@ impl Scale {
         let n = self.weight.len();
         self.n_tested = (0..n).filter(|&i| is_tested(i)).count();
         let any = self.n_tested > 0;
-        let tested = |i: usize| if !any || is_tested(i) { 1.0 } else { 0.0 };
-        self.tested.iter_mut().enumerate().for_each(|(i, own)| *own = tested(i));
+        self.is_tested.iter_mut().enumerate().for_each(|(i, t)| *t = !any || is_tested(i));
         if !any {
             self.n_tested = n;
         }
@@ -71,34 +70,15 @@ impl Scale {
     /// Root mean square of the weighted entries of `x` that take part in the error test: one or
     /// more vectors of length `n`.
     pub(crate) fn rms_tested(&self, x: &[f64]) -> f64 {
-        // In four sums: in one, each addition would wait for the one before it.
-        const N_SUMS: usize = 4;
         let n = self.weight.len();
         if n == 0 {
             return 0.0;
         }
-        let mut sums = [0.0; N_SUMS];
-        let square = |x: f64, weight: f64, tested: f64| {
-            // What is not tested may be anything.
-            let scaled = if tested == 1.0 { x * weight } else { 0.0 };
-            scaled * scaled
+        let square = |(i, x): (usize, &f64)| {
+            if self.is_tested[i] { (x * self.weight[i]).powi(2) } else { 0.0 }
         };
-        let (weights, last_weights) = self.weight.as_chunks::<N_SUMS>();
-        let (tested, last_tested) = self.tested.as_chunks::<N_SUMS>();
-        for vector in x.chunks_exact(n) {
-            let (blocks, rest) = vector.as_chunks::<N_SUMS>();
-            for ((x, weight), tested) in blocks.iter().zip(weights).zip(tested) {
-                for lane in 0..N_SUMS {
-                    sums[lane] += square(x[lane], weight[lane], tested[lane]);
-                }
-            }
-            let rest = rest.iter().zip(last_weights).zip(last_tested);
-            for (sum, ((x, weight), tested)) in sums.iter_mut().zip(rest) {
-                *sum += square(*x, *weight, *tested);
-            }
-        }
-        let [a, b, c, d] = sums;
-        let sum = (a + c) + (b + d);
+        let sum: f64 =
+            x.chunks_exact(n).map(|x| x.iter().enumerate().map(square).sum::<f64>()).sum();
         (sum / (self.n_tested * (x.len() / n)) as f64).sqrt()
     }
 
