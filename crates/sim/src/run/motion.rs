@@ -159,8 +159,8 @@ impl<'a> ExplicitMotion<'a> {
     }
 }
 
-/// What is finite leaves nothing when it is multiplied by zero, all else NaN: without a branch at each, several are looked
-/// at together.
+/// True where all numbers are finite. Such leave nothing when they are multiplied by zero, all others NaN: without a branch
+/// at each, several are looked at together.
 fn are_finite(numbers: &[f64]) -> bool {
     let (blocks, rest) = numbers.as_chunks::<4>();
     let mut left = [0.0; 4];

@@ -136,8 +136,8 @@ impl Pace {
         self.is_tried = true;
     }
 
-    /// Whether Radau IIA should be tried against explicit steps that seem to be limited by stability, of which the
-    /// last one ends at `t`; if so, the trial has begun.
+    /// True where Radau IIA should be tried against explicit steps that seem to be limited by stability, of which the
+    /// last one ends at `t`; the trial has begun then.
     pub(super) fn begins_race(
         &mut self,
         (t, t_end): (f64, f64),
