@@ -2,12 +2,8 @@
 //!
 //! Operations are those of [`StageWork`](super::stages::StageWork) in the same order, so that the code gives the same bits.
 
-#![expect(clippy::inline_always, reason = "kernels are compiled with the registers of `run`")]
-
-use pulp::{Simd, WithSimd};
-
 use super::coefficients::{A, C, E3, E5, N_STAGES, Term};
-use crate::lanes::run;
+use crate::limits::first_not_finite;
 
 /// Arithmetic that is written down, to be carried out often: straight-line code in the making.
 pub trait Recorder {
@@ -70,26 +66,7 @@ impl<'a> StepVectors<'a> {
         let first_in_end = A[N_STAGES][1].0;
         let stages = &self.results[..(first_in_end - 1) * self.n];
         let rest = &self.results[(N_STAGES - 1) * self.n..];
-        [stages, rest].iter().all(|numbers| run(Remainder(numbers)).is_finite())
-    }
-}
-
-/// The sum of the numbers, each times zero: what is finite leaves nothing, all else leaves NaN.
-struct Remainder<'a>(&'a [f64]);
-
-impl WithSimd for Remainder<'_> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> f64 {
-        let (blocks, rest) = self.0.as_chunks::<8>();
-        let mut left = [0.0; 8];
-        for block in blocks {
-            for lane in 0..8 {
-                left[lane] += 0.0 * block[lane];
-            }
-        }
-        left.iter().chain(rest).fold(0.0, |sum, x| sum + 0.0 * x)
+        [stages, rest].iter().all(|numbers| first_not_finite(numbers).is_none())
     }
 }
 

@@ -97,3 +97,25 @@ fn ordered(outputs: &Outputs, t_start: f64, t_end: f64) -> Outputs {
     times.dedup();
     Outputs::Times(times)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A second of outputs, of which so many have been handed out with the start.
+    fn schedule(outputs: Outputs, next_idx: usize) -> Schedule {
+        Schedule { t_start: 0.0, t_end: 1.0, every: 0.1, outputs, next_idx }
+    }
+
+    #[test]
+    fn output_times_that_may_follow_are_counted_with_the_end() {
+        let even = schedule(Outputs::Even, 1);
+        assert!(even.has_more_than(9) && !even.has_more_than(11));
+        let half_done = schedule(Outputs::Even, 6);
+        assert!(half_done.has_more_than(4) && !half_done.has_more_than(6));
+        let times = schedule(Outputs::Times(vec![0.2, 0.3, 0.7]), 1);
+        assert!(times.has_more_than(3) && !times.has_more_than(4));
+        // However many steps follow, each has one.
+        assert!(!schedule(Outputs::Steps, 1).has_more_than(1));
+    }
+}
