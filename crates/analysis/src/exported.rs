@@ -15,7 +15,7 @@ use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected};
 use bksim_model::{FrictionLaw, Load, LoadKind, Measure, Model};
 use bksim_sim::Mechanism;
-use bksim_sim::compiled::{solved_accelerations, terms};
+use bksim_sim::compiled::{Terms, solved_accelerations, terms};
 
 use crate::codes;
 use crate::error::AnalysisError;
@@ -148,18 +148,45 @@ impl<'a> Interface<'a> {
         groups: &[&[(SymbolId, Quantity)]],
         outputs: Vec<(Expr, Quantity)>,
     ) -> Result<ExportedFunction, AnalysisError> {
-        let arguments = || std::iter::once(&self.time).chain(groups.iter().copied().flatten());
-        let symbols: Vec<SymbolId> = arguments().map(|(symbol, _)| *symbol).collect();
-        let parameters: Vec<SymbolId> = self.parameters.iter().map(|(symbol, _)| *symbol).collect();
         let expressions: Vec<Expr> = outputs.iter().map(|(e, _)| *e).collect();
-        let tape = Tape::compile(&self.model().pool, &expressions, &symbols, &parameters)?;
+        let quantities = outputs.into_iter().map(|(_, quantity)| quantity).collect();
+        let tape = self.tape(groups, &expressions)?;
+        Ok(self.of_tape((name, summary), groups, (tape, quantities)))
+    }
+
+    /// Expressions of groups of arguments as straight-line code.
+    fn tape(
+        &self,
+        groups: &[&[(SymbolId, Quantity)]],
+        expressions: &[Expr],
+    ) -> Result<Tape, AnalysisError> {
+        let symbols: Vec<SymbolId> = self.arguments(groups).map(|(symbol, _)| *symbol).collect();
+        let parameters: Vec<SymbolId> = self.parameters.iter().map(|(symbol, _)| *symbol).collect();
+        Ok(Tape::compile(&self.model().pool, expressions, &symbols, &parameters)?)
+    }
+
+    /// Time, then the arguments of some groups.
+    fn arguments<'g>(
+        &'g self,
+        groups: &'g [&[(SymbolId, Quantity)]],
+    ) -> impl Iterator<Item = &'g (SymbolId, Quantity)> {
+        std::iter::once(&self.time).chain(groups.iter().copied().flatten())
+    }
+
+    /// Straight-line code of groups of arguments, with the meaning of its outputs.
+    fn of_tape(
+        &self,
+        (name, summary): (&str, &'static str),
+        groups: &[&[(SymbolId, Quantity)]],
+        (tape, outputs): (Tape, Vec<Quantity>),
+    ) -> ExportedFunction {
         let signature = Signature {
             name: format!("{}_{name}", self.model().name),
-            inputs: arguments().map(|(_, quantity)| quantity.clone()).collect(),
+            inputs: self.arguments(groups).map(|(_, quantity)| quantity.clone()).collect(),
             parameters: self.parameters.iter().map(|(_, quantity)| quantity.clone()).collect(),
-            outputs: outputs.into_iter().map(|(_, quantity)| quantity).collect(),
+            outputs,
         };
-        Ok(ExportedFunction { tape, signature, summary, parameters: self.values.clone() })
+        ExportedFunction { tape, signature, summary, parameters: self.values.clone() }
     }
 
     fn dynamics(&self) -> Result<Vec<ExportedFunction>, AnalysisError> {
@@ -176,11 +203,14 @@ impl<'a> Interface<'a> {
         }
         // Rows that depend on others have no multipliers of their own.
         let start = self.mechanism.start()?;
-        let accelerations = solved_accelerations(self.model(), &self.system);
-        if let Some(solution) = accelerations.filter(|_| start.inactive_rows().is_empty()) {
-            let outputs = solution.into_iter().zip(self.unknowns()).collect();
-            let summary = "accelerations, then multipliers";
-            functions.push(self.function(("accelerations", summary), &state, outputs)?);
+        if start.inactive_rows().is_empty() {
+            let Terms { mass, jacobian, force, gamma } = terms(self.model(), &self.system);
+            let terms = self.tape(&state, &[mass, jacobian, force, gamma].concat())?;
+            if let Some(tape) = solved_accelerations(&self.system, &terms) {
+                let summary = "accelerations, then multipliers";
+                let code = (tape, self.unknowns());
+                functions.push(self.of_tape(("accelerations", summary), &state, code));
+            }
         }
         Ok(functions)
     }

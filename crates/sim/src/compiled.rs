@@ -14,12 +14,12 @@ use bksim_mbs::quantity::{
 use std::sync::Arc;
 
 use bksim_dae::{Index, Layout};
-use bksim_expr::{Expr, Pool, SymbolId, TapeError};
+use bksim_expr::{Expr, Pool, SymbolId, Tape, TapeError};
 
 use crate::function::Function;
 use crate::held_rows::HeldRows;
 
-use crate::linear::unrolled::UnrolledSolve;
+use crate::linear::unrolled::{solved, solved_with_factors};
 
 use crate::input::Inputs;
 use crate::latch::Latches;
@@ -62,7 +62,7 @@ pub struct CompiledSystem {
     pub(crate) pressing: Option<PressingMultipliers>,
     /// The joints whose friction follows their reactions.
     pub(crate) bearings: Vec<Bearing>,
-    /// v̇, λ and factors of (t, q, v, u), of small mechanisms; see [`UnrolledSolve`].
+    /// v̇, λ and factors of (t, q, v, u), of small mechanisms; see [`solved_with_factors`].
     pub(crate) unrolled: Option<Function>,
     /// A whole step of small mechanisms whose loads follow no law.
     pub(crate) step: Option<Arc<WholeStep>>,
@@ -135,11 +135,10 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let dynamics = [mass.as_slice(), &jacobian, &force, &gamma].concat();
     let pressing = PressingMultipliers::compile(model, system)?;
     let pressing_lambda = pressing_symbols(model, system);
-    let unrolled = UnrolledSolve::of(pool, &shape, (&mass, &jacobian), (&force, &gamma))
-        .filter(|_| pressing.is_none())
-        .map(|line| function(&line.outputs(), &[&q, &v, u]))
-        .transpose()?
-        .map(|line| line.in_lanes(model));
+    let dynamics = function(&dynamics, &[&q, &v, u, &pressing_lambda])?;
+    let unrolled =
+        pressing.is_none().then(|| solved_with_factors(&shape, dynamics.tape())).flatten();
+    let unrolled = unrolled.map(|line| Function::of(line, model).in_lanes(model));
     // Constraints at positions, energies, reactions.
     let closed = system.constraints.iter().map(|c| c.expression);
     let constraints: Vec<Expr> =
@@ -177,7 +176,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         couplings: coupling_quantities(model),
         drives: drive_quantities(model),
         inputs,
-        dynamics: function(&dynamics, &[&q, &v, u, &pressing_lambda])?,
+        dynamics,
         pressing,
         bearings: bearings(model),
         unrolled,
@@ -253,13 +252,11 @@ pub fn terms(model: &Model, system: &SymbolicSystem) -> Terms {
     }
 }
 
-/// v̇, nq, and λ, nc, as expressions of (t, q, v), all constraint rows being independent; `None` for a mechanism
-/// that is too large, or has a coordinate without inertia of its own.
-pub fn solved_accelerations(model: &Model, system: &SymbolicSystem) -> Option<Vec<Expr>> {
-    let Terms { mass, jacobian, force, gamma } = terms(model, system);
-    let shape = Shape::of(system);
-    let line = UnrolledSolve::of(&model.pool, &shape, (&mass, &jacobian), (&force, &gamma))?;
-    Some(line.solution)
+/// v̇, nq, and λ, nc, all constraint rows being independent, as a function of the arguments (t, q, v, …) of a tape of the
+/// [`terms`], one after the other; `None` for a mechanism that is too large, or has a coordinate without inertia of its
+/// own.
+pub fn solved_accelerations(system: &SymbolicSystem, terms: &Tape) -> Option<Tape> {
+    solved(&Shape::of(system), terms)
 }
 
 impl CompiledSystem {

@@ -166,7 +166,7 @@ impl<'a> Evaluator<'a> {
         DynamicsAt { shape, mass, jacobian, force, gamma }
     }
 
-    /// v̇, λ and the factors they come from, see [`crate::linear::unrolled::UnrolledSolve`]; `None` for large
+    /// v̇, λ and the factors they come from, see [`solved_with_factors`](crate::linear::unrolled::solved_with_factors); `None` for large
     /// mechanisms.
     pub(crate) fn unrolled(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<&[f64]> {
         let Self { system, buffers: EvaluatorBuffers { unrolled, inputs, .. } } = self;

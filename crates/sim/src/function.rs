@@ -58,7 +58,12 @@ impl Function {
         parameters: &[SymbolId],
     ) -> Result<Self, TapeError> {
         let tape = Tape::compile(&model.pool, outputs, &arguments.concat(), parameters)?;
-        Ok(Self { runner: Runner::new(tape, model.solve.jit), lanes: None })
+        Ok(Self::of(tape, model))
+    }
+
+    /// The function that a tape computes.
+    pub(crate) fn of(tape: Tape, model: &Model) -> Self {
+        Self { runner: Runner::new(tape, model.solve.jit), lanes: None }
     }
 
     /// The same function, which can be evaluated at several points at once, too.

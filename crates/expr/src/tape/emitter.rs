@@ -26,6 +26,14 @@ impl Emitter {
         })
     }
 
+    /// The number that a register holds, where it is a constant.
+    pub(super) fn number(&self, register: Register) -> Option<f64> {
+        match register {
+            Register::Constant(i) => Some(self.constants[i as usize]),
+            _ => None,
+        }
+    }
+
     /// The register that holds the result of an instruction, new or known.
     pub(super) fn emit(
         &mut self,

@@ -14,6 +14,7 @@ mod chains;
 mod compile;
 mod composition;
 mod emitter;
+mod latency;
 mod register;
 mod schedule;
 mod series;

@@ -248,7 +248,8 @@ impl Elimination {
             }
         }
         for k in (0..n).rev() {
-            let mut value = sorted[k] / diagonal[k];
+            // As `record_step` has it, of which the quotient is known before.
+            let mut value = sorted[k] * (1.0 / diagonal[k]);
             for p in starts[k]..starts[k + 1] {
                 value -= lower[p] * sorted[rows[p]];
             }
@@ -297,16 +298,18 @@ fn least_degree_order(
         .iter()
         .map(|near| near.iter().copied().filter(|&other| other >= nq).collect())
         .collect();
-    let mut heap: BinaryHeap<Reverse<(usize, usize)>> = (0..n)
+    // How many nodes a pivot waits for, one after the other.
+    let mut heights = vec![0; n];
+    let mut heap: BinaryHeap<Reverse<(usize, usize, usize)>> = (0..n)
         .filter(|&node| waits[node] == 0)
-        .map(|node| Reverse((graph[node].len(), node)))
+        .map(|node| Reverse((graph[node].len(), heights[node], node)))
         .collect();
-    // The node of least degree next, among those that wait for none.
+    // The node of least degree next, among those that wait for none; of these, one whose pivot is known soon.
     let mut is_done = vec![false; n];
     let (mut order, mut columns) = (Vec::with_capacity(n), Vec::with_capacity(n));
-    while let Some(Reverse((degree, node))) = heap.pop() {
-        // Degrees that have changed since were pushed again.
-        if is_done[node] || degree != graph[node].len() {
+    while let Some(Reverse((degree, height, node))) = heap.pop() {
+        // What has changed since was pushed again.
+        if is_done[node] || degree != graph[node].len() || height != heights[node] {
             continue;
         }
         // Its neighbours become neighbours of each other.
@@ -315,6 +318,7 @@ fn least_degree_order(
         for &a in &near {
             graph[a].remove(&node);
             graph[a].extend(near.iter().copied().filter(|&b| b != a));
+            heights[a] = heights[a].max(height + 1);
         }
         // Multipliers whose last coordinate this was wait no more.
         let freed = rows_of.get(node).into_iter().flatten().copied().filter(|&row| {
@@ -324,7 +328,7 @@ fn least_degree_order(
         let freed: Vec<usize> = freed.collect();
         for &a in near.iter().chain(&freed) {
             if waits[a] == 0 && !is_done[a] {
-                heap.push(Reverse((graph[a].len(), a)));
+                heap.push(Reverse((graph[a].len(), heights[a], a)));
             }
         }
         order.push(node);

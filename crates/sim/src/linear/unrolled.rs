@@ -1,11 +1,9 @@
-//! [`UnrolledSolve`]: accelerations and multipliers of a small mechanism as one piece of
-//! straight-line code, from (t, q, v) to v̇ and λ.
+//! Accelerations and multipliers of a small mechanism as one piece of straight-line code, from (t, q, v) to v̇ and λ.
 //!
-//! The recorded elimination is carried out once with expressions in place of numbers. Its unrolled
-//! steps have no indices, no loops and no zeros, are simplified and shared with the equations they
-//! follow, and become machine code with them.
+//! The elimination is carried out once with the arithmetic of a tape in place of numbers. Its unrolled steps have no
+//! indices, no loops and no zeros, and become machine code together with the equations they follow.
 
-use bksim_expr::{Expr, Pool};
+use bksim_expr::{Composition, Tape, Value};
 
 use crate::linear::elimination::Elimination;
 use crate::linear::shape::Shape;
@@ -14,38 +12,45 @@ use crate::linear::shape::Shape;
 /// longer than runs do, and loops over numbers are as fast.
 const LARGEST: usize = 1000;
 
-/// Outputs of the unrolled solution, as expressions of (t, q, v).
-#[derive(Clone, Debug)]
-pub(crate) struct UnrolledSolve {
-    /// v̇, nq, then λ, nc.
-    pub(crate) solution: Vec<Expr>,
-    /// The factors, see [`Elimination::take`].
-    pub(crate) factors: Vec<Expr>,
+/// Processor cycles from the positions of a stage to its velocities: these follow from the accelerations of the stage
+/// before, those from its velocities. What positions determine is known by then.
+const OF_A_STAGE: u32 = 200;
+
+/// v̇, nq, λ, nc, and the factors, see [`Elimination::take`], from M v̇ + Gᵀ λ = f, G v̇ = −γ: a function of the
+/// arguments (t, q, v, …) of `terms`, which gives the entries of M and G, f and γ. `None` for a mechanism that is too
+/// large, or has a coordinate without inertia of its own.
+pub(crate) fn solved_with_factors(shape: &Shape, terms: &Tape) -> Option<Tape> {
+    let (recorder, solution, factors) = record(shape, terms)?;
+    Some(recorder.finish(&[solution, factors].concat()))
 }
 
-impl UnrolledSolve {
-    /// Solves M v̇ + Gᵀ λ = f, G v̇ = −γ; `None` for a mechanism that is too large, or has a
-    /// coordinate without inertia of its own.
-    pub(crate) fn of(
-        pool: &Pool,
-        shape: &Shape,
-        (mass, jacobian): (&[Expr], &[Expr]),
-        (force, gamma): (&[Expr], &[Expr]),
-    ) -> Option<Self> {
-        let rows: Vec<usize> = (0..shape.nc).collect();
-        let has_inertia = |i: usize| shape.mass.contains(&(i, i));
-        let elimination = Elimination::new(shape, &rows);
-        if elimination.n_updates() > LARGEST || !(0..shape.nq).all(has_inertia) {
-            return None;
-        }
-        let resisting = gamma.iter().map(|&gamma| pool.neg(gamma));
-        let right_side = force.iter().copied().chain(resisting).collect();
-        let (solution, factors) = elimination.with_expressions(pool, (mass, jacobian), right_side);
-        Some(Self { solution, factors })
-    }
+/// The same without the factors.
+pub(crate) fn solved(shape: &Shape, terms: &Tape) -> Option<Tape> {
+    let (recorder, solution, _) = record(shape, terms)?;
+    Some(recorder.finish(&solution))
+}
 
-    /// All outputs in order.
-    pub(crate) fn outputs(&self) -> Vec<Expr> {
-        [self.solution.as_slice(), &self.factors].concat()
+fn record(shape: &Shape, terms: &Tape) -> Option<(Composition, Vec<Value>, Vec<Value>)> {
+    let Shape { nq, nc, ref mass, ref jacobian } = *shape;
+    let rows: Vec<usize> = (0..nc).collect();
+    let has_inertia = |i: usize| mass.contains(&(i, i));
+    let elimination = Elimination::new(shape, &rows);
+    if elimination.n_updates() > LARGEST || !(0..nq).all(has_inertia) {
+        return None;
     }
+    // The terms.
+    let n_inputs = terms.n_inputs();
+    let mut recorder = Composition::new(n_inputs, terms.n_parameters());
+    (1 + nq..n_inputs).for_each(|i| recorder.delay_input(i, OF_A_STAGE));
+    let arguments: Vec<Value> = (0..n_inputs).map(|i| recorder.input(i)).collect();
+    let terms = recorder.call(terms, &arguments);
+
+    // What they are the equations of.
+    let (matrix, right_side) = terms.split_at(mass.len() + jacobian.len());
+    let (force, gamma) = right_side.split_at(nq);
+    let resisting: Vec<Value> = gamma.iter().map(|&gamma| recorder.negate(gamma)).collect();
+    let right_side = [force, &resisting].concat();
+    let matrix = matrix.split_at(mass.len());
+    let (solution, factors) = elimination.record(&mut recorder, matrix, &right_side);
+    Some((recorder, solution, factors))
 }

@@ -1,64 +1,79 @@
-//! The elimination and its solutions written down: as expressions, and as arithmetic of a tape.
+//! The elimination and its solutions written down as arithmetic of a tape.
 
-use bksim_expr::{Composition, Expr, Pool, Value};
+use std::iter;
 
-use super::{Elimination, Run};
+use bksim_expr::{Composition, Value};
+
+use super::{Elimination, Order, Run};
 
 impl Elimination {
-    /// The elimination and the solution for one right side, carried out with expressions: the
-    /// solution, coordinates first, and the factors for [`Elimination::take`].
-    pub(crate) fn with_expressions(
+    /// The elimination and the solution for one right side written down: the solution, coordinates first, and the
+    /// factors for [`Elimination::take`].
+    ///
+    /// Each pivot is divided by once, and no quotient waits for the right side: the solution takes a product and a
+    /// difference for each row above its own, on the way down and on the way back.
+    pub(crate) fn record(
         &self,
-        pool: &Pool,
-        (mass, jacobian): (&[Expr], &[Expr]),
-        right_side: Vec<Expr>,
-    ) -> (Vec<Expr>, Vec<Expr>) {
-        // The factors.
-        let n = self.order.nodes.len();
-        let mut values = vec![pool.zero(); self.values.len()];
-        for (&slot, &value) in self.order.slots.iter().zip(mass.iter().chain(jacobian)) {
+        recorder: &mut Composition,
+        (mass, jacobian): (&[Value], &[Value]),
+        right_side: &[Value],
+    ) -> (Vec<Value>, Vec<Value>) {
+        let Order { nodes, starts, rows, runs, slots, .. } = &*self.order;
+        let n = nodes.len();
+        let (zero, one) = (recorder.constant(0.0), recorder.constant(1.0));
+        let mut values = vec![zero; self.values.len()];
+        for (&slot, &value) in slots.iter().zip(mass.iter().chain(jacobian)) {
             values[slot] = value;
         }
-        let mut next = 0;
+
+        // The factors: of each entry first what it is diminished by.
+        let mut diminished: Vec<Vec<Value>> = vec![Vec::new(); values.len()];
         let mut inverses = Vec::with_capacity(n);
+        let mut next = 0;
         for k in 0..n {
-            let inverse = pool.powi(values[k], -1);
-            let (from, to) = (n + self.order.starts[k], n + self.order.starts[k + 1]);
+            let (from, to) = (n + starts[k], n + starts[k + 1]);
+            for entry in iter::once(k).chain(from..to) {
+                values[entry] = recorder.signed_sum(&[values[entry]], &diminished[entry]);
+            }
+            let inverse = recorder.divide(one, values[k]);
             for j in from..to {
-                let factor = pool.mul(values[j], inverse);
+                let factor = recorder.multiply(values[j], inverse);
                 let mut update = |target: usize, i: usize| {
-                    values[target] = pool.sub(values[target], pool.mul(factor, values[i]));
+                    diminished[target].push(recorder.multiply(factor, values[i]));
                 };
-                update(self.order.rows[j - n], j);
+                update(rows[j - n], j);
                 let mut i = j + 1;
                 while i < to {
-                    let Run { target, length } = self.order.runs[next];
+                    let Run { target, length } = runs[next];
                     (0..length).for_each(|offset| update(to + target + offset, i + offset));
                     i += length;
                     next += 1;
                 }
+                // Nothing reads the entry itself after its own update.
+                values[j] = factor;
             }
-            values[from..to].iter_mut().for_each(|l| *l = pool.mul(*l, inverse));
             inverses.push(inverse);
         }
+        values.truncate(n + rows.len());
 
-        // Solutions with L, then with D Lᵀ.
-        let mut x: Vec<Expr> = self.order.nodes.iter().map(|&node| right_side[node]).collect();
+        // The solution with L, then with D Lᵀ.
+        let lower = &values[n..];
+        let mut diminished: Vec<Vec<Value>> = vec![Vec::new(); n];
+        let mut x: Vec<Value> = nodes.iter().map(|&node| right_side[node]).collect();
         for k in 0..n {
-            for p in self.order.starts[k]..self.order.starts[k + 1] {
-                let row = self.order.rows[p];
-                x[row] = pool.sub(x[row], pool.mul(values[n + p], x[k]));
+            x[k] = recorder.signed_sum(&[x[k]], &diminished[k]);
+            for p in starts[k]..starts[k + 1] {
+                diminished[rows[p]].push(recorder.multiply(lower[p], x[k]));
             }
         }
         for k in (0..n).rev() {
-            let below = (self.order.starts[k]..self.order.starts[k + 1])
-                .map(|p| pool.mul(values[n + p], x[self.order.rows[p]]));
-            let below: Vec<Expr> = below.collect();
-            x[k] = pool.sub(pool.mul(x[k], inverses[k]), pool.sum(below));
+            let own = recorder.multiply(x[k], inverses[k]);
+            let products = (starts[k]..starts[k + 1]).map(|p| (lower[p], x[rows[p]]));
+            let products: Vec<Value> = products.map(|(l, x)| recorder.multiply(l, x)).collect();
+            x[k] = recorder.signed_sum(&[own], &products);
         }
-        let mut solution = right_side;
-        self.order.nodes.iter().zip(x).for_each(|(&node, x)| solution[node] = x);
-        values.pop();
+        let mut solution = right_side.to_vec();
+        nodes.iter().zip(x).for_each(|(&node, x)| solution[node] = x);
         (solution, values)
     }
 
@@ -72,6 +87,7 @@ impl Elimination {
     ) -> Vec<Value> {
         let n = self.order.nodes.len();
         let (diagonal, lower) = factors.split_at(n);
+        let one = recorder.constant(1.0);
         let right = |&node: &usize| node.checked_sub(self.order.nq).map(|row| of_multipliers[row]);
         // Nothing stands for zero.
         let mut x: Vec<Option<Value>> = self.order.nodes.iter().map(right).collect();
@@ -88,7 +104,10 @@ impl Elimination {
             }
         }
         for k in (0..n).rev() {
-            let mut value = x[k].map(|x| recorder.divide(x, diagonal[k]));
+            let mut value = x[k].map(|x| {
+                let inverse = recorder.divide(one, diagonal[k]);
+                recorder.multiply(x, inverse)
+            });
             for p in self.order.starts[k]..self.order.starts[k + 1] {
                 let Some(x) = x[self.order.rows[p]] else { continue };
                 let before = value.unwrap_or_else(|| recorder.constant(0.0));
