@@ -154,10 +154,16 @@ pub trait Ode {
         false
     }
 
-    /// Writes the projected end of the step that [`Ode::whole_step`] has taken last and its derivative, where they are
-    /// among its `results` and finite; false, with nothing written, where [`Ode::project`] and [`Ode::derivative`] must
-    /// find them.
-    fn whole_end(&mut self, _results: &[f64], _y1: &mut [f64], _ydot1: &mut [f64]) -> bool {
+    /// Writes the projected end, at `t1`, of the step that [`Ode::whole_step`] has taken last and its derivative, where
+    /// they follow from its `results` and are finite; false, with nothing written, where [`Ode::project`] and
+    /// [`Ode::derivative`] must find them.
+    fn whole_end(
+        &mut self,
+        _t1: f64,
+        _results: &[f64],
+        _y1: &mut [f64],
+        _ydot1: &mut [f64],
+    ) -> bool {
         false
     }
 
@@ -238,8 +244,14 @@ impl<S: Ode + ?Sized> Ode for &mut S {
         (**self).whole_step(span, y, ydot, results)
     }
 
-    fn whole_end(&mut self, results: &[f64], y1: &mut [f64], ydot1: &mut [f64]) -> bool {
-        (**self).whole_end(results, y1, ydot1)
+    fn whole_end(
+        &mut self,
+        t1: f64,
+        results: &[f64],
+        y1: &mut [f64],
+        ydot1: &mut [f64],
+    ) -> bool {
+        (**self).whole_end(t1, results, y1, ydot1)
     }
 
     fn series(&mut self, t: f64, y: &[f64], order: usize, results: &mut Vec<f64>) -> bool {

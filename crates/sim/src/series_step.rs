@@ -19,7 +19,7 @@ use bksim_expr::{
 
 use crate::linear::elimination::padded;
 use crate::linear::shape::Shape;
-use crate::whole_step::{StepParts, StepResults, record_projection};
+use crate::whole_step::{ProjectedEnd, StepParts, record_end};
 
 /// Operations of the accelerations up to which series are looked at: beyond, steps by stages are cheaper at any tolerance.
 const LARGEST: usize = 40;
@@ -168,7 +168,7 @@ fn series_tape(parts: &StepParts, order: usize) -> Option<Tape> {
     Some(composition.finish(&results))
 }
 
-/// Gaps, projected end and its derivative, pivots of both states, and the derivative at the first, see [`StepResults`].
+/// The derivative at the first state, then a [`ProjectedEnd`] from the second, with the pivots of the first as well.
 fn end_tape(parts: &StepParts) -> Tape {
     let StepParts { shape, line, .. } = parts;
     let Shape { nq, nc, .. } = *shape;
@@ -176,12 +176,10 @@ fn end_tape(parts: &StepParts) -> Tape {
     let mut composition = Composition::new(1 + 2 * n, line.n_parameters());
     let inputs: Vec<Value> = (0..=2 * n).map(|i| composition.input(i)).collect();
     let (t, (near, y)) = (inputs[0], inputs[1..].split_at(n));
-    let (slope_near, factors) = parts.record_derivative(&mut composition, t, near);
-    let (gaps, end) = record_projection(parts, &mut composition, t, y, &factors);
-    let (slope, end_factors) = parts.record_derivative(&mut composition, t, &end);
-    let both = [factors, end_factors];
-    let pivots = both.iter().flat_map(|factors| padded(&factors[..nq + nc])).collect();
-    composition.finish(&[slope_near, gaps, end, slope, pivots].concat())
+    let (slope, factors) = parts.record_derivative(&mut composition, t, near);
+    let pivots = padded(&factors[..nq + nc]).collect();
+    let end = record_end(parts, &mut composition, t, (y, &factors));
+    composition.finish(&[slope, end, pivots].concat())
 }
 
 impl SeriesWork {
@@ -224,8 +222,8 @@ impl SeriesWork {
         })
     }
 
-    /// The end of a step at `t1`, with the derivative near it first.
-    pub(crate) fn end(&mut self, t1: f64, near: &[f64], y1: &[f64]) -> (&[f64], StepResults<'_>) {
+    /// The end of a step at `t1`, with the derivative near it first; the pivots there are among those of the end.
+    pub(crate) fn end(&mut self, t1: f64, near: &[f64], y1: &[f64]) -> (&[f64], ProjectedEnd<'_>) {
         let Self { functions, end, arguments, ends, .. } = self;
         let numbers = arguments.as_flattened_mut();
         numbers[0] = t1;
@@ -233,11 +231,8 @@ impl SeriesWork {
         own_near.copy_from_slice(near);
         own_y1.copy_from_slice(y1);
         functions.end.evaluate(end, arguments, ends);
-        let nc = functions.shape.nc;
-        let (slope_near, rest) = ends.as_flattened().split_at(functions.n());
-        let (gaps, rest) = rest.split_at(if nc > 0 { 2 } else { 0 });
-        let (end, pivots) = rest.split_at(2 * functions.n());
-        let end = end.split_at(functions.n()).into();
-        (slope_near, StepResults { gaps, end, factors: &[], pivots: &[], end_pivots: pivots })
+        let n = functions.n();
+        let (slope, end) = ends.as_flattened().split_at(n);
+        (slope, ProjectedEnd::of(end, n, functions.shape.nc))
     }
 }

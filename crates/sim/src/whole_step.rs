@@ -29,6 +29,8 @@ pub(crate) struct WholeStep {
     n_steps: AtomicUsize,
     /// `None` where there is no such function.
     made: OnceLock<Option<Made>>,
+    /// A further projection of the end, and the derivative there.
+    closing: OnceLock<LaneRunner<1>>,
 }
 
 /// The functions that a step is made of, all of the same parameters.
@@ -58,6 +60,14 @@ pub(crate) struct StepBuffers {
     arguments: Vec<[f64; 1]>,
 }
 
+/// The same for [`WholeStep::close`], and room for its results.
+#[derive(Debug)]
+pub(crate) struct ClosingBuffers {
+    workspace: LaneWorkspace<1>,
+    arguments: Vec<[f64; 1]>,
+    results: Vec<[f64; 1]>,
+}
+
 /// The same in lanes, each with parameters of its own.
 #[derive(Debug)]
 pub(crate) enum LaneSteps {
@@ -84,25 +94,41 @@ pub(crate) struct PendingStep<'a> {
     pub(crate) ydot: &'a [f64],
 }
 
-/// The results of a step by their meaning. All but the vectors belong to the mechanism.
+/// The results of a step by their meaning, but for the vectors. They belong to the mechanism.
 pub(crate) struct StepResults<'a> {
-    /// The largest |g| at the end of the step, before a step of Newton's method and after it, m or rad; the step is
-    /// taken where the second is less. Nothing where there are no constraints.
-    pub(crate) gaps: &'a [f64],
-    /// The projected end (q, v, W) and its derivative.
-    pub(crate) end: [&'a [f64]; 2],
+    pub(crate) end: ProjectedEnd<'a>,
     /// Factors of stage 11, see `Elimination::take`.
     pub(crate) factors: &'a [f64],
     /// The pivots of stages 1 to 11, stage by stage, each [`padded`].
     pub(crate) pivots: &'a [f64],
-    /// The pivots at the projected end, padded as well.
-    pub(crate) end_pivots: &'a [f64],
+}
+
+/// The end of a step on the constraints.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ProjectedEnd<'a> {
+    /// The largest |g| at the end of the step, before a step of Newton's method and after it, m or rad; the step is
+    /// taken where the second is less. Nothing where there are no constraints.
+    pub(crate) gaps: &'a [f64],
+    /// The end (q, v, W) and its derivative.
+    pub(crate) state: [&'a [f64]; 2],
+    /// The pivots there, [`padded`].
+    pub(crate) pivots: &'a [f64],
+}
+
+impl<'a> ProjectedEnd<'a> {
+    /// By the results in this order, `n` of them for each vector.
+    pub(crate) fn of(results: &'a [f64], n: usize, nc: usize) -> Self {
+        let (gaps, rest) = results.split_at(if nc > 0 { 2 } else { 0 });
+        let (state, pivots) = rest.split_at(2 * n);
+        Self { gaps, state: state.split_at(n).into(), pivots }
+    }
 }
 
 impl WholeStep {
     /// Not made yet.
     pub(crate) fn new(parts: StepParts, jit: Jit) -> Self {
-        Self { parts, jit, n_steps: AtomicUsize::new(0), made: OnceLock::new() }
+        let (n_steps, made, closing) = (AtomicUsize::new(0), OnceLock::new(), OnceLock::new());
+        Self { parts, jit, n_steps, made, closing }
     }
 
     fn made(&self) -> Option<&Made> {
@@ -156,12 +182,37 @@ impl WholeStep {
     pub(crate) fn results<'r>(&self, results: &'r [f64]) -> StepResults<'r> {
         let Shape { nq, nc, .. } = self.parts.shape;
         let n = 2 * nq + 1;
-        let (gaps, rest) = results[N_STEP_VECTORS * n..].split_at(if nc > 0 { 2 } else { 0 });
-        let (end, rest) = rest.split_at(2 * n);
+        let rest = &results[N_STEP_VECTORS * n..];
         let n_pivots = n_padded(nq + nc);
-        let (rest, end_pivots) = rest.split_at(rest.len() - n_pivots);
+        let n_end = if nc > 0 { 2 } else { 0 } + 2 * n + n_pivots;
+        let (end, rest) = rest.split_at(n_end);
         let (factors, pivots) = rest.split_at(rest.len() - N_STAGES * n_pivots);
-        StepResults { gaps, end: end.split_at(n).into(), factors, pivots, end_pivots }
+        StepResults { end: ProjectedEnd::of(end, n, nc), factors, pivots }
+    }
+
+    /// The end of a step at `t1` projected once more, from the state (q, v, W) with the factors of stage 11.
+    pub(crate) fn close<'b>(
+        &self,
+        buffers: &'b mut Option<ClosingBuffers>,
+        parameters: &[f64],
+        t1: f64,
+        (state, factors): (&[f64], &[f64]),
+    ) -> ProjectedEnd<'b> {
+        let make = || LaneRunner::new(closing_tape(&self.parts, factors.len()), self.jit);
+        let runner = self.closing.get_or_init(make);
+        let ClosingBuffers { workspace, arguments, results } =
+            buffers.get_or_insert_with(|| ClosingBuffers {
+                workspace: runner.workspace(parameters),
+                arguments: vec![[0.0]; runner.tape().n_inputs()],
+                results: vec![[0.0]; runner.tape().n_outputs()],
+            });
+        let numbers = arguments.as_flattened_mut();
+        numbers[0] = t1;
+        let (own_state, own_factors) = numbers[1..].split_at_mut(state.len());
+        own_state.copy_from_slice(state);
+        own_factors.copy_from_slice(factors);
+        runner.evaluate(workspace, arguments, results);
+        ProjectedEnd::of(results.as_flattened(), state.len(), self.parts.shape.nc)
     }
 }
 
@@ -211,16 +262,37 @@ fn step_tape(parts: &StepParts) -> Option<Tape> {
 
     // The end, projected, and its derivative.
     let y1 = results[STEP_END * n..][..n].to_vec();
-    let (gaps, end) = record_projection(parts, &mut recorder, t1, &y1, &factors);
-    let (slope, end_factors) = parts.record_derivative(&mut recorder, t1, &end);
-    results.extend([gaps, end, slope, factors, pivots].concat());
-    results.extend(padded(&end_factors[..nq + nc]));
+    let end = record_end(parts, &mut recorder, t1, (&y1, &factors));
+    results.extend([end, factors, pivots].concat());
     Some(recorder.finish(&results))
+}
+
+/// A [`ProjectedEnd`] as a function of (t1, y, factors), `n_factors` of these.
+fn closing_tape(parts: &StepParts, n_factors: usize) -> Tape {
+    let n = 2 * parts.shape.nq + 1;
+    let mut recorder = Composition::new(1 + n + n_factors, parts.line.n_parameters());
+    let inputs: Vec<Value> = (0..=n + n_factors).map(|i| recorder.input(i)).collect();
+    let end = record_end(parts, &mut recorder, inputs[0], inputs[1..].split_at(n));
+    recorder.finish(&end)
+}
+
+/// Records a [`ProjectedEnd`] at `t1`, from a state near it and factors.
+pub(crate) fn record_end(
+    parts: &StepParts,
+    recorder: &mut Composition,
+    t1: Value,
+    (y, factors): (&[Value], &[Value]),
+) -> Vec<Value> {
+    let Shape { nq, nc, .. } = parts.shape;
+    let (gaps, end) = record_projection(parts, recorder, t1, y, factors);
+    let (slope, factors) = parts.record_derivative(recorder, t1, &end);
+    let pivots = padded(&factors[..nq + nc]).collect();
+    [gaps, end, slope, pivots].concat()
 }
 
 /// Records one step of Newton's method for the positions, kept where it closes the gap further, then the projection of
 /// the velocities: the largest |g| before and after, and the projected state. See `MultiplierSystem::project`.
-pub(crate) fn record_projection(
+fn record_projection(
     StepParts { shape, constraints, .. }: &StepParts,
     recorder: &mut Composition,
     t: Value,

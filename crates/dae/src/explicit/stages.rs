@@ -262,7 +262,7 @@ impl StageWork {
             }
             derivative(system, t1, series.near.values(), &mut series.f_near, stats)?;
         }
-        if self.is_whole && system.whole_end(&self.whole, self.y1.values_mut(), &mut self.f1) {
+        if self.is_whole && system.whole_end(t1, &self.whole, self.y1.values_mut(), &mut self.f1) {
             stats.n_residual += 1;
             return Ok(());
         }

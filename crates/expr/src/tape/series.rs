@@ -309,7 +309,15 @@ impl Reader {
         Some(match action {
             Action::Add => self.push(Rule::Add(a, b)),
             Action::Subtract => self.push(Rule::Subtract(a, b)),
-            Action::Multiply => self.push(Rule::Multiply(a, b)),
+            Action::Multiply => {
+                // A quotient is half the work of a product with a reciprocal.
+                let rule = match [b, a].map(|row| self.reciprocal_of(row)) {
+                    [Some(below), _] => Rule::Divide(a, below),
+                    [_, Some(below)] => Rule::Divide(b, below),
+                    _ => Rule::Multiply(a, b),
+                };
+                self.push(rule)
+            }
             Action::Divide => self.push(Rule::Divide(a, b)),
             Action::Negate => self.push(Rule::Negate(a)),
             Action::Power => self.power((a, b), exponent),
@@ -317,6 +325,12 @@ impl Reader {
             // One at a time, as operations come.
             Action::Turn => return None,
         })
+    }
+
+    /// The row that this row is one over.
+    fn reciprocal_of(&self, row: usize) -> Option<usize> {
+        let Rule::Divide(above, below) = self.rows[row].rule else { return None };
+        matches!(self.rows[above].rule, Rule::Constant(1.0)).then_some(below)
     }
 
     /// A function of `of` with that slope, or of two operands.

@@ -23,7 +23,7 @@ use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;
 use crate::series_step::{SeriesFunctions, SeriesWork};
-use crate::whole_step::{StepBuffers, StepResults};
+use crate::whole_step::{ClosingBuffers, ProjectedEnd, StepBuffers, StepResults};
 use bksim_model::SolveOptions;
 
 /// A mechanism as y′ = f(t, y).
@@ -39,6 +39,8 @@ pub(crate) struct ExplicitMotion<'a> {
     lanes: Option<LaneMotion<'a>>,
     /// Whole steps.
     step: Option<StepBuffers>,
+    /// Further projections of their ends.
+    closing: Option<ClosingBuffers>,
     /// Steps by series, where those are asked for.
     series: Option<SeriesWork>,
     pub(super) parameters: Vec<f64>,
@@ -67,6 +69,9 @@ const SAFETY: f64 = 0.01;
 /// one Newton step with the factors of the last stage closes it to rounding, but for long steps.
 const CLOSED: f64 = 1e-11;
 
+/// Steps of Newton's method at most, each with a projection of the velocities.
+const MAX_PASSES: usize = 3;
+
 impl<'a> ExplicitMotion<'a> {
     /// The motion at one set of parameters, its accelerations from these multiplier systems.
     pub(crate) fn new(
@@ -83,6 +88,7 @@ impl<'a> ExplicitMotion<'a> {
             lambda: vec![0.0; compiled.nc()],
             lanes: None,
             step: None,
+            closing: None,
             series: None,
             offered: None,
             parameters: parameters.to_vec(),
@@ -121,26 +127,25 @@ impl<'a> ExplicitMotion<'a> {
         })
     }
 
-    /// Takes the projected end of a step and its derivative, unless it needs a closer look.
-    fn take_end(&mut self, results: &StepResults<'_>, y1: &mut [f64], ydot1: &mut [f64]) -> bool {
-        let StepResults { gaps, end: [end, slope], end_pivots, .. } = *results;
-        if !self.multipliers.is_projected() {
-            return false;
-        }
-        // As in `project`: a step of Newton's method is enough, or does not help.
-        let is_closed = match *gaps {
+    /// True where the gap of a projected end is closed, or no step of Newton's method helps; see
+    /// [`ExplicitMotion::project`].
+    fn is_closed(&self, end: &ProjectedEnd<'_>, y: &[f64]) -> bool {
+        match *end.gaps {
             [before, after] => {
-                let q = &y1[..self.multipliers.n_coordinates()];
-                let size = q.iter().fold(1.0, |size: f64, q| size.max(q.abs()));
-                after <= CLOSED * size || after >= before
+                let q = &y[..self.multipliers.n_coordinates()];
+                after <= CLOSED * size_of(q) || after >= before
             }
             _ => true,
-        };
-        let is_finite = are_finite(end) && are_finite(slope);
-        if !is_closed || !is_finite || !self.accept_pivots(end_pivots) {
+        }
+    }
+
+    /// Takes the projected end of a step and its derivative, unless it needs a closer look.
+    fn take_end(&mut self, end: &ProjectedEnd<'_>, y1: &mut [f64], ydot1: &mut [f64]) -> bool {
+        let [state, slope] = end.state;
+        if !are_finite(state) || !are_finite(slope) || !self.accept_pivots(end.pivots) {
             return false;
         }
-        y1.copy_from_slice(end);
+        y1.copy_from_slice(state);
         ydot1.copy_from_slice(slope);
         true
     }
@@ -157,6 +162,11 @@ impl<'a> ExplicitMotion<'a> {
         };
         Settings { rtol, atol: Tolerance::PerUnknown(atol), step, ..Settings::default() }
     }
+}
+
+/// The largest magnitude of a coordinate, one at least.
+fn size_of(q: &[f64]) -> f64 {
+    q.iter().fold(1.0, |size, q| size.max(q.abs()))
 }
 
 /// True where all numbers are finite. Such leave nothing when they are multiplied by zero, all others NaN: without a branch
@@ -241,9 +251,34 @@ impl Ode for ExplicitMotion<'_> {
         true
     }
 
-    fn whole_end(&mut self, results: &[f64], y1: &mut [f64], ydot1: &mut [f64]) -> bool {
-        let Some(whole) = self.evaluator.system().step.clone() else { return false };
-        self.take_end(&whole.results(results), y1, ydot1)
+    fn whole_end(
+        &mut self,
+        t1: f64,
+        results: &[f64],
+        y1: &mut [f64],
+        ydot1: &mut [f64],
+    ) -> bool {
+        let Some(whole) = &self.evaluator.system().step else { return false };
+        if !self.multipliers.is_projected() {
+            return false;
+        }
+        let StepResults { end, factors, .. } = whole.results(results);
+        if self.is_closed(&end, y1) {
+            return self.take_end(&end, y1, ydot1);
+        }
+        // Long steps leave a gap that one step of Newton's method does not close.
+        let (mut closing, mut is_taken) = (self.closing.take(), false);
+        let mut state = end.state[0].to_vec();
+        for pass in 2..=MAX_PASSES {
+            let end = whole.close(&mut closing, &self.parameters, t1, (&state, factors));
+            if pass == MAX_PASSES || self.is_closed(&end, y1) {
+                is_taken = self.take_end(&end, y1, ydot1);
+                break;
+            }
+            state.copy_from_slice(end.state[0]);
+        }
+        self.closing = closing;
+        is_taken
     }
 
     fn series(&mut self, t: f64, y: &[f64], _: usize, results: &mut Vec<f64>) -> bool {
@@ -268,8 +303,10 @@ impl Ode for ExplicitMotion<'_> {
         ydot1: &mut [f64],
     ) -> bool {
         let Some(mut series) = self.series.take() else { return false };
-        let (slope, results) = series.end(t1, near, y1);
-        let is_taken = are_finite(slope) && self.take_end(&results, y1, ydot1);
+        let (slope, end) = series.end(t1, near, y1);
+        let may_be_taken =
+            self.multipliers.is_projected() && self.is_closed(&end, y1) && are_finite(slope);
+        let is_taken = may_be_taken && self.take_end(&end, y1, ydot1);
         if is_taken {
             f_near.copy_from_slice(slope);
         }
@@ -282,7 +319,6 @@ impl Ode for ExplicitMotion<'_> {
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), NotFinite> {
-        const MAX_PASSES: usize = 3;
         match (self.last, &self.lanes) {
             (LastFactors::OfOne, _) => self.multipliers.take_factors(&self.evaluator),
             (LastFactors::OfLanes, Some(lanes)) => {
@@ -294,7 +330,7 @@ impl Ode for ExplicitMotion<'_> {
         let nq = (y.len() - 1) / 2;
         let (q, rest) = y.split_at_mut(nq);
         let v = &mut rest[..nq];
-        let size = q.iter().fold(1.0, |size: f64, q| size.max(q.abs()));
+        let size = size_of(q);
         for _ in 0..MAX_PASSES {
             let drift = self.multipliers.project(&mut self.evaluator, t, (&mut *q, &mut *v), 1);
             if drift.position[1].is_nan() || drift.velocity[1].is_nan() {
