@@ -23,20 +23,20 @@ use std::f64::consts::FRAC_2_PI;
 
 /// Largest angle that is reduced here: k has at most 20 bits, so that its products with the first
 /// two parts of π/2 are exact.
-const LARGEST: f64 = 1e6;
+pub(crate) const LARGEST: f64 = 1e6;
 
 /// π/2 = the sum of these; 33 bits each in the first two.
-const HALF_PI: [f64; 3] =
+pub(crate) const HALF_PI: [f64; 3] =
     [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
 
 /// π/2 less the first of its parts.
-const REST_OF_HALF_PI: f64 = 6.077_100_506_506_192e-11;
+pub(crate) const REST_OF_HALF_PI: f64 = 6.077_100_506_506_192e-11;
 
 /// Adding 1.5 · 2⁵² rounds to an integer and leaves it in the lowest bits.
-const ROUND: f64 = 6_755_399_441_055_744.0;
+pub(crate) const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// sin y = y + S₁y³ + S₂y⁵ + …
-const S: [f64; 6] = [
+pub(crate) const S: [f64; 6] = [
     -1.666_666_666_666_663_2e-1,
     8.333_333_333_322_49e-3,
     -1.984_126_982_985_795e-4,
@@ -46,7 +46,7 @@ const S: [f64; 6] = [
 ];
 
 /// cos y = 1 − y²/2 + C₁y⁴ + C₂y⁶ + …
-const C: [f64; 6] = [
+pub(crate) const C: [f64; 6] = [
     4.166_666_666_666_66e-2,
     -1.388_888_888_887_411e-3,
     2.480_158_728_947_673e-5,
@@ -127,7 +127,8 @@ fn any(x: f64) -> (f64, f64) {
     sin_cos(x)
 }
 
-/// Sine and cosine of an angle of at most [`LARGEST`]; without branches, for the lanes.
+/// Sine and cosine of an angle of at most [`LARGEST`]; without branches, for the lanes. Machine code has the same
+/// operations in the same order: `eval/lanes/turn.rs`.
 #[inline(always)]
 fn reduced(x: f64) -> (f64, f64) {
     let rounded = x * FRAC_2_PI + ROUND;

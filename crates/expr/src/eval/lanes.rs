@@ -14,7 +14,13 @@ mod assembler;
 #[cfg(all(feature = "jit", target_arch = "x86_64"))]
 mod code;
 mod interpreter;
+#[cfg(all(feature = "jit", target_arch = "x86_64"))]
+mod program;
+#[cfg(all(feature = "jit", target_arch = "x86_64"))]
+mod turn;
 
+#[cfg(all(feature = "jit", target_arch = "x86_64"))]
+use self::program::Turns;
 #[cfg(all(feature = "jit", target_arch = "x86_64"))]
 use super::due::Due;
 use super::due::Jit;
@@ -129,6 +135,9 @@ pub struct LaneRunner<const N: usize> {
     jit: Jit,
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
     code: Arc<Due<code::LaneCode<N>>>,
+    /// The same for angles that it does not turn by itself, made when there is one.
+    #[cfg(all(feature = "jit", target_arch = "x86_64"))]
+    code_for_large_angles: Arc<Due<code::LaneCode<N>>>,
 }
 
 /// Compiling costs about as much as interpreting the tape so often.
@@ -151,6 +160,8 @@ impl<const N: usize> LaneRunner<N> {
             jit,
             #[cfg(all(feature = "jit", target_arch = "x86_64"))]
             code: Arc::default(),
+            #[cfg(all(feature = "jit", target_arch = "x86_64"))]
+            code_for_large_angles: Arc::default(),
         }
     }
 
@@ -236,7 +247,15 @@ impl<const N: usize> LaneRunner<N> {
         #[cfg(all(feature = "jit", target_arch = "x86_64"))]
         if let Some(code) = self.code() {
             registers.hold(code.n_registers());
-            return code.evaluate(registers, group, inputs, out);
+            if code.evaluate(registers, group, inputs, out) {
+                return;
+            }
+            let careful = || code::LaneCode::of(&self.tape, self.layout, Turns::Called).ok();
+            if let Some(code) = self.code_for_large_angles.made(careful) {
+                registers.hold(code.n_registers());
+                code.evaluate(registers, group, inputs, out);
+                return;
+            }
         }
         registers.hold(EXTRA.len() + self.tape.n_registers);
         interpreter::evaluate(&self.tape, &mut registers[EXTRA.len()..], group, inputs, out);
@@ -255,16 +274,30 @@ impl<const N: usize> LaneRunner<N> {
     /// New machine code, where the tape can be compiled.
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
     fn make(&self) -> Option<code::LaneCode<N>> {
-        code::LaneCode::of(&self.tape, self.layout).ok()
+        code::LaneCode::of(&self.tape, self.layout, Turns::Written).ok()
     }
 }
 
 /// Numbers in the registers before those of a tape. Bits of the first ones are read with those behind them.
-const EXTRA: [f64; 8] = {
-    let mut extra = [0.0; 8];
+const EXTRA: [f64; Extra::N] = {
+    use crate::sincos::{C, HALF_PI, REST_OF_HALF_PI, ROUND, S};
+    let mut extra = [0.0; Extra::N];
     extra[Extra::SignMask as usize] = -0.0;
     extra[Extra::AbsMask as usize] = f64::from_bits(!(1 << 63));
     extra[Extra::One as usize] = 1.0;
+    extra[Extra::Half as usize] = 0.5;
+    extra[Extra::TwoOverPi as usize] = std::f64::consts::FRAC_2_PI;
+    extra[Extra::Round as usize] = ROUND;
+    extra[Extra::HalfPi0 as usize] = HALF_PI[0];
+    extra[Extra::HalfPi1 as usize] = HALF_PI[1];
+    extra[Extra::HalfPi2 as usize] = HALF_PI[2];
+    extra[Extra::RestOfHalfPi as usize] = REST_OF_HALF_PI;
+    let mut i = 0;
+    while i < S.len() {
+        extra[Extra::SINE[i] as usize] = S[i];
+        extra[Extra::COSINE[i] as usize] = C[i];
+        i += 1;
+    }
     extra
 };
 
@@ -274,10 +307,42 @@ const EXTRA: [f64; 8] = {
 enum Extra {
     /// A second operand of a call.
     Operand,
+    /// The sum of the magnitudes of angles, after the code has run.
+    TotalAngle,
     /// The sign bit.
     SignMask,
     /// All bits but it.
     AbsMask,
     One,
     Zero,
+    Half,
+    TwoOverPi,
+    Round,
+    HalfPi0,
+    HalfPi1,
+    HalfPi2,
+    RestOfHalfPi,
+    S0,
+    S1,
+    S2,
+    S3,
+    S4,
+    S5,
+    C0,
+    C1,
+    C2,
+    C3,
+    C4,
+    C5,
+    /// Read together with the one before.
+    Unused,
+}
+
+impl Extra {
+    /// How many there are.
+    const N: usize = Self::Unused as usize + 1;
+
+    /// The coefficients of the polynomials of sine and cosine, see [`crate::sincos`].
+    const SINE: [Self; 6] = [Self::S0, Self::S1, Self::S2, Self::S3, Self::S4, Self::S5];
+    const COSINE: [Self; 6] = [Self::C0, Self::C1, Self::C2, Self::C3, Self::C4, Self::C5];
 }

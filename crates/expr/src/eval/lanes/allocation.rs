@@ -1,14 +1,17 @@
-//! Instructions of a tape as machine instructions: the place of every value, in a vector register or in
-//! memory.
+//! Operations of a program as machine instructions: the place of every value, in a vector register or in memory.
 //!
 //! Values known beforehand and inputs are read from memory each time: an operand in memory costs nothing.
 //! Where registers are short, the value whose next use is farthest goes to memory (L. A. Belady 1966).
 //! Operations are those of the interpreter in the same order.
 
+#[cfg(test)]
+mod tests;
+
 use super::assembler::{Argument, Assembler, Base, Opcode, Operand, Predicate, Vector, Width};
+use super::program::{Kind, Operation, Program, Turns, Uses};
 use super::{EXTRA, Extra, Layout};
 use crate::op::Function;
-use crate::tape::{Action, Instruction, Tape};
+use crate::tape::{Action, Tape};
 
 /// Addresses of the functions that code calls.
 #[derive(Clone, Copy, Debug)]
@@ -26,19 +29,31 @@ pub(super) struct Body {
     pub(super) bytes: Vec<u8>,
     /// Registers that they read and write.
     pub(super) n_registers: usize,
+    /// True where the sum of the magnitudes of all angles is left in [`Extra::TotalAngle`].
+    pub(super) has_angles: bool,
 }
 
 /// The whole body, from the registers that are known before it.
-pub(super) fn assemble(tape: &Tape, width: Width, layout: Layout, callees: Callees) -> Body {
-    let mut allocation = Allocation::new(tape, width, layout, callees);
+pub(super) fn assemble(
+    tape: &Tape,
+    (width, layout): (Width, Layout),
+    turns: Turns,
+    callees: Callees,
+) -> Body {
+    let program = Program::of(tape, width, turns);
+    let mut allocation = Allocation::new(tape, &program, (width, layout), callees);
     allocation.code.enter();
     allocation.body();
     allocation.code.leave();
-    Body { bytes: allocation.code.bytes, n_registers: allocation.memory.n_registers }
+    // Bits of one number are read with those behind it.
+    let n_registers = allocation.memory.n_registers + 1;
+    let has_angles = program.total_angle.is_some();
+    Body { bytes: allocation.code.bytes, n_registers, has_angles }
 }
 
 struct Allocation<'a> {
     tape: &'a Tape,
+    program: &'a Program,
     callees: Callees,
     code: Assembler,
     width: Width,
@@ -50,8 +65,6 @@ struct Allocation<'a> {
     vectors: Vec<Option<Vector>>,
     memory: Memory,
     uses: Uses,
-    /// Outputs by the register that holds them, in ascending order.
-    outputs: Vec<(usize, i32)>,
 }
 
 /// Places in memory, of which those of values that are no longer read are given again.
@@ -63,11 +76,13 @@ struct Memory {
 }
 
 impl Memory {
-    fn new(tape: &Tape) -> Self {
-        let known = (0..tape.first_body).map(|value| Some(EXTRA.len() + value));
-        let mut places: Vec<Option<usize>> = known.collect();
-        places.resize(tape.n_registers, None);
-        Self { places, free: Vec::new(), n_registers: EXTRA.len() + tape.first_body }
+    fn new(tape: &Tape, program: &Program) -> Self {
+        let mut places = vec![None; program.n_values];
+        let first = EXTRA.len();
+        (0..tape.first_body).for_each(|value| places[value] = Some(first + value));
+        let extras = &mut places[tape.n_registers..][..first];
+        extras.iter_mut().enumerate().for_each(|(place, of)| *of = Some(place));
+        Self { places, free: Vec::new(), n_registers: first + tape.first_body }
     }
 
     /// Gives a value a place.
@@ -98,117 +113,86 @@ impl Memory {
     }
 }
 
-/// The instructions that read each value, and how many of them are done.
-struct Uses {
-    times: Vec<Vec<usize>>,
-    done: Vec<usize>,
-}
-
-impl Uses {
-    fn new(tape: &Tape) -> Self {
-        let mut times = vec![Vec::new(); tape.n_registers];
-        for (time, instruction) in tape.body.iter().enumerate() {
-            for value in operands(tape, instruction) {
-                times[value].push(time);
-            }
-        }
-        Self { done: vec![0; times.len()], times }
-    }
-
-    /// The next instruction that reads a value.
-    fn next(&self, value: usize) -> Option<usize> {
-        self.times[value].get(self.done[value]).copied()
-    }
-
-    /// The instruction at `time` is done with a value.
-    fn pass(&mut self, value: usize, time: usize) {
-        while self.next(value).is_some_and(|next| next <= time) {
-            self.done[value] += 1;
-        }
-    }
-}
-
-/// Registers that an instruction reads.
-fn operands(tape: &Tape, instruction: &Instruction) -> Vec<usize> {
-    let &Instruction { action, a, b, c } = instruction;
-    let read: &[u32] = match action {
-        Action::Turn => tape.angles_of(instruction),
-        Action::Call(Function::If) => &[a, b, c],
-        Action::Negate => &[a],
-        Action::Call(function) if function.arity() == 1 => &[a],
-        _ => &[a, b],
-    };
-    read.iter().map(|&register| register as usize).collect()
-}
-
 /// The place of a number in an array.
 fn number(n: usize) -> i32 {
     i32::try_from(n).expect("tapes that are compiled have fewer than 2^31 registers")
 }
 
 impl<'a> Allocation<'a> {
-    fn new(tape: &'a Tape, width: Width, layout: Layout, callees: Callees) -> Self {
+    fn new(
+        tape: &'a Tape,
+        program: &'a Program,
+        (width, layout): (Width, Layout),
+        callees: Callees,
+    ) -> Self {
         // Two registers are for the moment, one of them for masks.
         let n_vectors = width.n_vectors() - 2;
-        let outputs = tape.outputs.iter().zip(0..);
-        let mut outputs: Vec<(usize, i32)> = outputs.map(|(&r, n)| (r as usize, n)).collect();
-        outputs.sort_unstable();
         Self {
             tape,
+            program,
             callees,
             code: Assembler::new(width, layout, Vector(n_vectors + 1)),
             width,
             values: vec![None; n_vectors as usize],
             scratch: Vector(n_vectors),
-            vectors: vec![None; tape.n_registers],
-            memory: Memory::new(tape),
-            uses: Uses::new(tape),
-            outputs,
+            vectors: vec![None; program.n_values],
+            memory: Memory::new(tape, program),
+            uses: Uses::new(program),
         }
     }
 
     fn body(&mut self) {
+        let program = self.program;
         (0..self.tape.first_body).for_each(|value| self.copy_to_outputs(value));
-        let mut result = self.tape.first_body;
-        for (time, instruction) in self.tape.body.iter().enumerate() {
-            self.instruction(time, instruction, result);
-            for value in operands(self.tape, instruction) {
+        for (time, operation) in program.operations.iter().enumerate() {
+            self.operation(time, operation);
+            for &value in program.read(operation) {
                 self.release(value, time);
                 // Not before: its place may be read after room was made for the result.
-                if value >= self.tape.first_body && self.uses.next(value).is_none() {
+                if !program.is_known(value) && self.uses.next(value).is_none() {
                     self.memory.take_back(value);
                 }
             }
-            result += instruction.n_results();
+        }
+        if let Some(total) = program.total_angle {
+            let vector = self.vector(total);
+            self.code.store(Base::Registers, Extra::TotalAngle as i32, vector);
         }
     }
 
-    fn instruction(&mut self, time: usize, instruction: &Instruction, result: usize) {
-        let [a, b, c] = [instruction.a, instruction.b, instruction.c].map(|r| r as usize);
+    fn operation(&mut self, time: usize, operation: &Operation) {
+        let &Operation { kind, operands, result } = operation;
+        let [a, b, _] = operands;
         let [sign, rest] = [Extra::SignMask, Extra::AbsMask]
             .map(|extra| Operand::Memory(Base::Registers, extra as i32));
-        match instruction.action {
-            Action::Add => self.commutative(Opcode::Add, [a, b], result, time),
-            Action::Multiply => self.commutative(Opcode::Multiply, [a, b], result, time),
-            Action::Subtract => self.binary(Opcode::Subtract, [a, b], result, time),
-            Action::Divide => self.binary(Opcode::Divide, [a, b], result, time),
-            Action::Negate => self.with(Opcode::Xor, [a, a], sign, result, time),
-            Action::Turn => self.turn(instruction, result),
-            Action::Power => self.call(self.callees.power, 0, [a, b], result),
-            Action::Call(Function::Abs) => {
-                self.with(Opcode::And, [a, a], rest, result, time);
-            }
-            Action::Call(Function::Sqrt) => self.root(a, result, time),
-            Action::Call(Function::Sign) => self.sign(a, result),
-            Action::Call(Function::If) => self.branch([a, b, c], result),
-            Action::Call(function) => {
-                if let Some(predicate) = predicate(function) {
-                    self.comparison(function, predicate, [a, b], result);
-                } else {
-                    let b = if function.arity() == 1 { a } else { b };
-                    self.call(self.callees.elementary, function as u32, [a, b], result);
+        match kind {
+            Kind::Turn(_) => self.turn(self.program.read(operation), result),
+            Kind::Bits(opcode) => self.commutative(opcode, [a, b], result, time),
+            Kind::ShiftLeft(n) => self.shift(a, n, result, time),
+            Kind::IfNegative => self.choose(operands, result),
+            Kind::Action(action) => match action {
+                Action::Add => self.commutative(Opcode::Add, [a, b], result, time),
+                Action::Multiply => self.commutative(Opcode::Multiply, [a, b], result, time),
+                Action::Subtract => self.binary(Opcode::Subtract, [a, b], result, time),
+                Action::Divide => self.binary(Opcode::Divide, [a, b], result, time),
+                Action::Negate => self.with(Opcode::Xor, [a, a], sign, result, time),
+                Action::Power => self.call(self.callees.power, 0, [a, b], result),
+                Action::Call(Function::Abs) => {
+                    self.with(Opcode::And, [a, a], rest, result, time);
                 }
-            }
+                Action::Call(Function::Sqrt) => self.root(a, result, time),
+                Action::Call(Function::Sign) => self.sign(a, result),
+                Action::Call(Function::If) => self.branch(operands, result),
+                Action::Call(function) => {
+                    if let Some(predicate) = predicate(function) {
+                        self.comparison(function, predicate, [a, b], result);
+                    } else {
+                        let b = if function.arity() == 1 { a } else { b };
+                        self.call(self.callees.elementary, function as u32, [a, b], result);
+                    }
+                }
+                Action::Turn => unreachable!("turns are operations of their own"),
+            },
         }
     }
 
@@ -346,14 +330,33 @@ impl<'a> Allocation<'a> {
         self.bind(result, out);
     }
 
+    /// Bits of `a`, moved to the left.
+    fn shift(&mut self, a: usize, n: u8, result: usize, time: usize) {
+        let vector = self.vector(a);
+        self.release(a, time);
+        let out = self.free(&[Operand::Vector(vector)]);
+        self.code.shift_left(out, vector, n);
+        self.bind(result, out);
+    }
+
+    /// `b` where a is below zero, else `c`.
+    fn choose(&mut self, [a, b, c]: [usize; 3], result: usize) {
+        let vector = self.vector(a);
+        let zero = Operand::Memory(Base::Registers, Extra::Zero as i32);
+        self.code.compare(Predicate::Less, vector, zero);
+        let out = self.free_with(c, &[b, c]);
+        let other = self.place(b);
+        self.code.blend(out, out, other);
+        self.bind(result, out);
+    }
+
     /// All angles at once, where their results will be.
-    fn turn(&mut self, instruction: &Instruction, result: usize) {
+    fn turn(&mut self, angles: &[usize], result: usize) {
         self.store_all();
-        let angles = self.tape.angles_of(instruction);
         let results = result..result + 2 * angles.len();
         let first = self.memory.give_in_a_row(results.clone());
         for (place, &angle) in (first..).zip(angles) {
-            self.copy(angle as usize, number(place));
+            self.copy(angle, number(place));
         }
         self.code.pass_address(Argument::First, number(first));
         let n = u32::try_from(angles.len()).expect("fewer angles than registers");
@@ -430,8 +433,8 @@ impl<'a> Allocation<'a> {
 
     /// A vector register holds a new value.
     fn bind(&mut self, value: usize, vector: Vector) {
-        for n in self.outputs_of(value) {
-            self.code.store(Base::Outputs, self.outputs[n].1, vector);
+        for &(_, output) in self.outputs_of(value) {
+            self.code.store(Base::Outputs, output, vector);
         }
         if self.uses.next(value).is_some() {
             self.values[vector.0 as usize] = Some(value);
@@ -448,16 +451,17 @@ impl<'a> Allocation<'a> {
     }
 
     fn copy_to_outputs(&mut self, value: usize) {
-        for n in self.outputs_of(value) {
+        for &(_, output) in self.outputs_of(value) {
             self.code.load(self.scratch, self.place(value));
-            self.code.store(Base::Outputs, self.outputs[n].1, self.scratch);
+            self.code.store(Base::Outputs, output, self.scratch);
         }
     }
 
-    fn outputs_of(&self, value: usize) -> std::ops::Range<usize> {
-        let start = self.outputs.partition_point(|&(register, _)| register < value);
-        let end = self.outputs.partition_point(|&(register, _)| register <= value);
-        start..end
+    fn outputs_of(&self, value: usize) -> &'a [(usize, i32)] {
+        let outputs = &self.program.outputs;
+        let start = outputs.partition_point(|&(of, _)| of < value);
+        let end = outputs.partition_point(|&(of, _)| of <= value);
+        &outputs[start..end]
     }
 }
 
@@ -470,30 +474,4 @@ fn predicate(function: Function) -> Option<Predicate> {
         Function::Gt => Predicate::Greater,
         _ => return None,
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::tape::Composition;
-
-    /// Twenty values are alive all the time, more than there are registers, and four thousand are made of them.
-    #[test]
-    fn places_are_given_again_once_their_values_are_no_longer_read() {
-        const N: usize = 20;
-        let mut composition = Composition::new(N, 0);
-        let mut values: Vec<_> = (0..N).map(|i| composition.input(i)).collect();
-        for _ in 0..200 {
-            let shifted = values[1..].iter().chain(&values[..1]).copied().collect::<Vec<_>>();
-            for (value, other) in values.iter_mut().zip(shifted) {
-                *value = composition.add(*value, other);
-            }
-        }
-        let tape = composition.finish(&values);
-        let callees = Callees { turn: 0, elementary: 0, power: 0 };
-        let body = assemble(&tape, Width::One, Layout::Packed, callees);
-        assert!(tape.n_registers > 200 * N);
-        let beyond = body.n_registers - EXTRA.len() - tape.first_body;
-        assert!(beyond < 3 * N, "{beyond} places for {N} values");
-    }
 }

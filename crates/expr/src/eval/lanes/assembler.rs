@@ -120,6 +120,9 @@ const COMPARE: u8 = 0xc2;
 const BLEND: u8 = 0x4b;
 /// The same by a mask register.
 const BLEND_BY_MASK: u8 = 0x65;
+/// Bits of 64, moved by an immediate operand; to the left, by the extension of the opcode.
+const SHIFT: u8 = 0x73;
+const TO_THE_LEFT: Vector = Vector(6);
 /// Opcode maps: the second one, and those of three-byte opcodes, the last with an immediate operand.
 const MAP_0F: u8 = 1;
 const MAP_0F38: u8 = 2;
@@ -198,6 +201,13 @@ impl Assembler {
     /// Stores `a` at this place of an array.
     pub(super) fn store(&mut self, base: Base, number: i32, a: Vector) {
         self.instruction(&plain(STORE, a, Vector(0), Operand::Memory(base, number)));
+    }
+
+    /// `out = a` with its bits moved to the left.
+    pub(super) fn shift_left(&mut self, out: Vector, a: Vector, n: u8) {
+        let operation = plain(SHIFT, TO_THE_LEFT, out, Operand::Vector(a));
+        self.instruction(&Operation { is_packed: true, ..operation });
+        self.put(&[n]);
     }
 
     /// Sets the mask: all bits where `a` compares so with `b`, none elsewhere.

@@ -4,16 +4,18 @@
 
 use super::allocation::{Body, Callees, assemble};
 use super::assembler::Width;
-use super::{Group, Layout};
+use super::program::Turns;
+use super::{Extra, Group, Layout};
 use crate::eval::jit::{JitError, MOST_INSTRUCTIONS, Memory};
 use crate::op::{Function, power};
-use crate::sincos::{sin_cos, sin_cos_lanes};
+use crate::sincos::{LARGEST, sin_cos, sin_cos_lanes};
 use crate::tape::Tape;
 
 /// Machine code of one tape at `N` points.
 pub(super) struct LaneCode<const N: usize> {
     function: Compiled<N>,
     n_registers: usize,
+    has_angles: bool,
     /// Owns the memory of `function`.
     _memory: Memory,
 }
@@ -37,7 +39,7 @@ impl<const N: usize> LaneCode<N> {
     ///
     /// # Errors
     /// [`JitError`] for tapes that are too long, and processors without registers of this width.
-    pub(super) fn of(tape: &Tape, layout: Layout) -> Result<Self, JitError> {
+    pub(super) fn of(tape: &Tape, layout: Layout, turns: Turns) -> Result<Self, JitError> {
         let Some(width) = Width::of(N) else {
             return Err(JitError::Host { reason: "no vector registers of this width" });
         };
@@ -55,12 +57,13 @@ impl<const N: usize> LaneCode<N> {
             elementary: elementary as usize as u64,
             power: general_power::<N> as unsafe extern "sysv64" fn(_, _, _) as usize as u64,
         };
-        let Body { bytes, n_registers } = assemble(tape, width, layout, callees);
+        let Body { bytes, n_registers, has_angles } =
+            assemble(tape, (width, layout), turns, callees);
         let (memory, address) = Memory::of(&bytes)?;
         // SAFETY: the bytes are a function of these arguments in this convention, and their memory lives as
         // long as `memory`.
         let function = unsafe { std::mem::transmute::<*const u8, Compiled<N>>(address) };
-        Ok(Self { function, n_registers, _memory: memory })
+        Ok(Self { function, n_registers, has_angles, _memory: memory })
     }
 
     /// Registers that it reads and writes.
@@ -68,14 +71,15 @@ impl<const N: usize> LaneCode<N> {
         self.n_registers
     }
 
-    /// Computes all outputs at the points of a group; lengths have been checked, and that a packed group is whole.
+    /// Computes all outputs at the points of a group; lengths have been checked, and that a packed group is whole. False
+    /// where outputs are not those of the tape: angles are too large for the operations of the code.
     pub(super) fn evaluate(
         &self,
         registers: &mut [[f64; N]],
         Group { n_points, first }: Group,
         inputs: &[f64],
         out: &mut [f64],
-    ) {
+    ) -> bool {
         // Wrapping: where there are no columns, there may be any number of points.
         let inputs = inputs.as_ptr().wrapping_add(first);
         let out = out.as_mut_ptr().wrapping_add(first);
@@ -85,6 +89,9 @@ impl<const N: usize> LaneCode<N> {
         // each column from `first` on: the columns hold `first + N` numbers or more, and there is one for each of its inputs
         // and outputs. The processor has been found to have its instructions.
         unsafe { (self.function)(registers.as_mut_ptr(), inputs, out, stride) }
+        // NaN fails the comparison.
+        let is_small = |angle: &f64| *angle <= LARGEST;
+        !self.has_angles || registers[Extra::TotalAngle as usize].iter().all(is_small)
     }
 }
 

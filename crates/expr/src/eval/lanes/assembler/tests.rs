@@ -159,3 +159,19 @@ fn instructions_on_eight_numbers_have_the_bytes_of_another_assembler() {
         it.operate(Opcode::And, Vector(3), Vector(20), Operand::Memory(Base::Registers, 2));
     });
 }
+
+#[test]
+fn shifts_have_the_bytes_of_another_assembler() {
+    // vpsllq $63,%xmm9,%xmm3
+    check(Width::One, &[0xc4, 0xc1, 0x61, 0x73, 0xf1, 0x3f], |it| {
+        it.shift_left(Vector(3), Vector(9), 63);
+    });
+    // vpsllq $62,%ymm3,%ymm12
+    check(Width::Four, &[0xc5, 0x9d, 0x73, 0xf3, 0x3e], |it| {
+        it.shift_left(Vector(12), Vector(3), 62);
+    });
+    // vpsllq $62,%zmm30,%zmm17
+    check(Width::Eight, &[0x62, 0x91, 0xf5, 0x40, 0x73, 0xf6, 0x3e], |it| {
+        it.shift_left(Vector(17), Vector(30), 62);
+    });
+}
