@@ -85,10 +85,11 @@ fn stiffness_is_found_at_every_tolerance() {
 }
 
 /// Andrews' squeezing mechanism far beyond the 0.03 s of its published solution, at up to 10⁴ rad/s, where the
-/// multipliers of the stabilised form are below rounding.
+/// multipliers of the stabilised form are below rounding. The crank has turned by 5000 rad in the end, whose last digit is as
+/// large as the errors that the tightest tolerance allows.
 #[test]
 fn a_fast_mechanism_runs_on_at_tight_tolerances() {
-    for rtol in [1e-8, 1e-10] {
+    for rtol in [1e-8, 1e-10, 1e-12] {
         let mut model = model(include_str!("../../crates/bench/models/andrews.toml"));
         model.solve.method = Method::Radau;
         (model.solve.rtol, model.solve.atol, model.solve.t_end) = (rtol, rtol, 1.0);
@@ -96,7 +97,7 @@ fn a_fast_mechanism_runs_on_at_tight_tolerances() {
         let motion = mechanism.solve().unwrap_or_else(|e| panic!("rtol {rtol:e}: {e}"));
         let energy = motion.summary.energy;
         let off = energy.worst_error / energy.scale;
-        assert!(off < rtol, "rtol {rtol:e}: the energy is off by {off:e}");
+        assert!(off < rtol.max(1e-10), "rtol {rtol:e}: the energy is off by {off:e}");
     }
 }
 

@@ -25,7 +25,6 @@ mod taylor;
 #[cfg(test)]
 mod tests;
 
-pub use self::control::Noise;
 use self::control::PiController;
 use self::stages::StageWork;
 use self::stiffness::StiffnessTest;
@@ -36,6 +35,7 @@ use crate::error::{Cause, SolveError, Standstill};
 use crate::limits::{
     check_finite, check_length, first_not_finite, next_adaptive, next_fixed, step_floor,
 };
+use crate::noise::Noise;
 use crate::run::{Control, End, Outcome, Start};
 use crate::settings::{Settings, StepControl};
 use crate::stats::Stats;

@@ -94,6 +94,7 @@ mod iteration_matrix;
 mod lanes;
 mod limits;
 mod newton;
+mod noise;
 mod order;
 mod run;
 mod scale;
@@ -111,8 +112,9 @@ pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
 pub use events::{Crossing, Event, EventSearch, Events};
 pub use explicit::{
-    Advance, ExplicitSolver, N_STEP_VECTORS, Noise, Recorder, STEP_END, record_step, solve_ode,
+    Advance, ExplicitSolver, N_STEP_VECTORS, Recorder, STEP_END, record_step, solve_ode,
 };
+pub use noise::Noise;
 pub use run::{Control, End, Outcome, Start};
 pub use sensitivity::{SensitivitySolver, SensitivityStart, SensitivityStep, SensitivitySystem};
 pub use settings::{

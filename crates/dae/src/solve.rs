@@ -8,6 +8,7 @@ use crate::dense::{CollocationPolynomial, Interpolant, Step};
 use crate::error::{Cause, SolveError, Standstill};
 use crate::limits::{check_finite, check_length, next_adaptive, next_fixed, step_floor};
 use crate::newton::Point;
+use crate::noise::Noise;
 use crate::order::{OrderChoice, lower};
 use crate::run::{Control, End, Outcome, Start};
 use crate::scale::{Scale, Unit};
@@ -142,7 +143,9 @@ impl<S: System> Solver<S> {
         self.stepper.expire_jacobian();
         self.stepper.set_order(stages, &self.settings);
         let limit = max_iterations(&self.settings, stages.count());
+        let noise = self.controller.noise;
         self.controller = Controller::new(stages.count(), limit);
+        self.controller.noise = noise;
         self.h = self.first_step_size();
         Ok(())
     }
@@ -159,8 +162,7 @@ impl<S: System> Solver<S> {
             self.check_limits()?;
             self.stats.n_step += 1;
             let (h, t1) = self.next_interval();
-            let attempt = self.attempt(h);
-            match attempt {
+            match self.attempt(h) {
                 Attempt::Solved { error: None } => return Ok(Some(self.accept(h, t1, None))),
                 Attempt::Solved { error: Some(error) } if error < 1.0 => {
                     return Ok(Some(self.accept(h, t1, Some(error))));
@@ -171,6 +173,11 @@ impl<S: System> Solver<S> {
                 }
             }
         }
+    }
+
+    /// Repeated steps whose error has not fallen with their size, since the solver began.
+    pub fn noise(&self) -> Noise {
+        self.controller.noise
     }
 
     /// The last accepted step again, without its error; before the first one it has no extent.
@@ -186,13 +193,19 @@ impl<S: System> Solver<S> {
     }
 
     fn attempt(&mut self, h: f64) -> Attempt {
-        self.stepper.attempt(
+        let attempt = self.stepper.attempt(
             &mut self.system,
             Point { t: self.t, h, y: &self.y, ydot: &self.ydot },
             self.has_last.then_some(&self.last),
             self.controller.filter(),
             &mut self.stats,
-        )
+        );
+        match attempt {
+            Attempt::Solved { error } => {
+                Attempt::Solved { error: error.map(|error| self.controller.part(error)) }
+            }
+            Attempt::Failed { .. } => attempt,
+        }
     }
 
     /// Size and end of the next step; the last one ends at `t_end` to the bit.

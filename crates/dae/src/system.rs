@@ -244,13 +244,7 @@ impl<S: Ode + ?Sized> Ode for &mut S {
         (**self).whole_step(span, y, ydot, results)
     }
 
-    fn whole_end(
-        &mut self,
-        t1: f64,
-        results: &[f64],
-        y1: &mut [f64],
-        ydot1: &mut [f64],
-    ) -> bool {
+    fn whole_end(&mut self, t1: f64, results: &[f64], y1: &mut [f64], ydot1: &mut [f64]) -> bool {
         (**self).whole_end(t1, results, y1, ydot1)
     }
 

@@ -6,7 +6,7 @@
 //!
 //! `p` is the order of the error estimate plus one: 8 for the method of Dormand and Prince.
 
-use std::ops::AddAssign;
+use crate::noise::Noise;
 
 /// Weight of the last error, as a part of the exponent of this one. `DOP853` has zero; measured on the pendulum
 /// at 1e-4 to 1e-10, 0.07 at the exponent 1/8 leaves 0 to 3 rejected steps of 50 to 250, where zero leaves 9
@@ -37,29 +37,6 @@ pub(super) struct PiController {
     pub(super) noise: Noise,
 }
 
-/// Repeated steps whose error has not fallen with their size: it holds noise of the equations.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Noise {
-    /// How many there were.
-    pub count: usize,
-    /// The logarithms of their errors, in tolerances, in all.
-    pub log_error: f64,
-}
-
-impl Noise {
-    /// The mean of their errors, in tolerances, as the logarithm has it.
-    pub fn mean_error(&self) -> f64 {
-        (self.log_error / self.count.max(1) as f64).exp()
-    }
-}
-
-impl AddAssign for Noise {
-    fn add_assign(&mut self, other: Self) {
-        self.count += other.count;
-        self.log_error += other.log_error;
-    }
-}
-
 impl PiController {
     /// Before the first step, for estimates of this order plus one.
     pub(super) fn new(p: usize) -> Self {
@@ -78,8 +55,7 @@ impl PiController {
         let (larger, before) = self.rejected.take()?;
         let power = (before / error).ln() / (larger / h).ln();
         if power < OF_NOISE && error > 0.0 {
-            self.noise.count += 1;
-            self.noise.log_error += error.ln();
+            self.noise.count(error);
         }
         Some(power)
     }

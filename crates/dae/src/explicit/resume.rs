@@ -1,9 +1,9 @@
 //! Checkpoints of explicit runs.
 
 use super::ExplicitSolver;
-use super::control::Noise;
 use crate::checkpoint::{Checkpoint, Loader, Method, Saver};
 use crate::error::SolveError;
+use crate::noise::Noise;
 use crate::run::Start;
 use crate::settings::Settings;
 use crate::system::Ode;
@@ -21,8 +21,7 @@ impl<S: Ode> ExplicitSolver<S> {
         saver.count(self.grid.1);
         saver.real(self.controller.last_error);
         saver.flag(self.controller.is_retry);
-        saver.count(self.controller.noise.count);
-        saver.real(self.controller.noise.log_error);
+        self.controller.noise.save(&mut saver);
         saver.count(self.stiffness.n_beyond);
         saver.count(self.stiffness.n_within);
         saver.flag(self.stages.has_series());
@@ -50,7 +49,7 @@ impl<S: Ode> ExplicitSolver<S> {
         solver.grid = (loader.real()?, loader.count()?);
         solver.controller.last_error = loader.real()?;
         solver.controller.is_retry = loader.flag()?;
-        solver.controller.noise = Noise { count: loader.count()?, log_error: loader.real()? };
+        solver.controller.noise = Noise::load(&mut loader)?;
         solver.stiffness.n_beyond = loader.count()?;
         solver.stiffness.n_within = loader.count()?;
         if !loader.flag()? {

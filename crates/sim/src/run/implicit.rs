@@ -164,7 +164,7 @@ impl Stepper for RadauStepper<'_> {
     }
 
     fn noise(&self) -> Noise {
-        Noise::default()
+        self.solver.noise()
     }
 
     fn account(&self) -> Standstill {
