@@ -179,8 +179,10 @@ pub(crate) fn is_ahead(
     multipliers: &mut MultiplierSystem,
     step: &Step<'_>,
 ) -> bool {
-    let mut margin = |part: f64| margin_within(evaluator, multipliers, step, part);
-    let values = [1.0 / 3.0, 2.0 / 3.0, 1.0].map(&mut margin);
+    // Three instants of each radian.
+    let n = 3 * n_radians(step, evaluator.shape().nq);
+    let mut margin = |k: usize| margin_within(evaluator, multipliers, step, k as f64 / n as f64);
+    let values: Vec<f64> = (1..=n).map(&mut margin).collect();
     if !values.iter().any(|&value| value < WEAK) {
         return false;
     }
@@ -190,7 +192,18 @@ pub(crate) fn is_ahead(
             return true;
         }
     }
-    values[2] < WEAK && is_foreseen(evaluator, multipliers, step)
+    values[n - 1] < WEAK && is_foreseen(evaluator, multipliers, step)
+}
+
+/// The radians, at most so many, that the coordinate that moves farthest turns by in a step, if it is an angle.
+fn n_radians(step: &Step<'_>, nq: usize) -> usize {
+    const MOST: f64 = 8.0;
+    let mut y = vec![0.0; step.y1().len()];
+    step.at(step.t0(), &mut y);
+    let ways = y.iter().zip(step.y1()).take(nq).map(|(before, after)| (after - before).abs());
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "one to eight")]
+    let n = ways.fold(0.0, f64::max).ceil().clamp(1.0, MOST) as usize;
+    n
 }
 
 /// Whether the motion continued by its accelerations comes to a singular pose within some steps.
