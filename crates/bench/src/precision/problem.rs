@@ -51,7 +51,7 @@ pub(crate) const PROBLEMS: [Definition; 4] = [
         source: "caraxis.c",
         data: include_str!("../../../dae/tests/data/caraxis.json"),
         coordinates: &["xl", "yl", "xr", "yr"],
-        multipliers: &[(0, 1.0), (1, 0.5)],
+        multipliers: &[(1, 1.0), (0, 0.5)],
         sign: -1.0,
     },
     Definition {
