@@ -251,13 +251,7 @@ impl Ode for ExplicitMotion<'_> {
         true
     }
 
-    fn whole_end(
-        &mut self,
-        t1: f64,
-        results: &[f64],
-        y1: &mut [f64],
-        ydot1: &mut [f64],
-    ) -> bool {
+    fn whole_end(&mut self, t1: f64, results: &[f64], y1: &mut [f64], ydot1: &mut [f64]) -> bool {
         let Some(whole) = &self.evaluator.system().step else { return false };
         if !self.multipliers.is_projected() {
             return false;
