@@ -297,8 +297,8 @@ impl<S: Ode> ExplicitSolver<S> {
         self.grid = (t, 0);
         self.last_state = LastStep::Missing;
         let noise = self.controller.noise;
-        let p = self.settings.explicit.order_of_estimate();
-        self.controller = PiController { noise, ..PiController::new(p) };
+        self.controller = PiController::new(self.settings.explicit.order_of_estimate());
+        self.controller.noise = noise;
         self.stiffness = StiffnessTest::default();
         self.begin()
     }

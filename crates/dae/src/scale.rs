@@ -119,6 +119,11 @@ impl Scale {
 
     /// Root mean square of the weighted entries of `x`: one or more vectors of length `n`.
     pub(crate) fn rms(&self, x: &[f64]) -> f64 {
+        self.mean_square(x).sqrt()
+    }
+
+    /// The same without the root.
+    pub(crate) fn mean_square(&self, x: &[f64]) -> f64 {
         let n = self.weight.len();
         if n == 0 {
             return 0.0;
@@ -127,7 +132,7 @@ impl Scale {
             .chunks_exact(n)
             .map(|x| x.iter().zip(&self.weight).map(|(x, w)| (x * w) * (x * w)).sum::<f64>())
             .sum();
-        (sum / x.len() as f64).sqrt()
+        sum / x.len() as f64
     }
 
     /// Weighted magnitude of entry `i`, the largest over the vectors in `x`.

@@ -29,7 +29,9 @@ const OF_NOISE: f64 = 3.0;
 pub(super) struct PiController {
     /// 1/p.
     pub(super) exponent: f64,
-    pub(super) last_error: f64,
+    last_error: f64,
+    /// Its part in the size of the next step, known before the error of the next one is.
+    memory: f64,
     /// The step is tried again.
     pub(super) is_retry: bool,
     /// Size and error of the attempt that was just rejected.
@@ -40,13 +42,31 @@ pub(super) struct PiController {
 impl PiController {
     /// Before the first step, for estimates of this order plus one.
     pub(super) fn new(p: usize) -> Self {
-        Self {
+        let mut controller = Self {
             exponent: 1.0 / p as f64,
-            last_error: MIN_REMEMBERED_ERROR,
+            last_error: 1.0,
+            memory: 1.0,
             is_retry: false,
             rejected: None,
             noise: Noise::default(),
-        }
+        };
+        controller.remember(MIN_REMEMBERED_ERROR);
+        controller
+    }
+
+    /// The error of the last accepted step, as it is remembered.
+    pub(super) fn last_error(&self) -> f64 {
+        self.last_error
+    }
+
+    /// Remembers the error of an accepted step.
+    pub(super) fn remember(&mut self, error: f64) {
+        self.last_error = error.max(MIN_REMEMBERED_ERROR);
+        self.memory = self.last_error.powf(self.beta());
+    }
+
+    fn beta(&self) -> f64 {
+        MEMORY * self.exponent
     }
 
     /// Compares an attempt with the larger one before it, if that was rejected: the power of the size by which the
@@ -62,12 +82,10 @@ impl PiController {
 
     /// The size of the step after an accepted one of size `h`.
     pub(super) fn after_accept(&mut self, h: f64, error: f64) -> f64 {
-        let beta = MEMORY * self.exponent;
-        let proposed = SAFETY
-            * error.max(1e-12).powf(-(self.exponent - 0.2 * beta))
-            * self.last_error.powf(beta);
+        let alpha = self.exponent - 0.2 * self.beta();
+        let proposed = SAFETY * error.max(1e-12).powf(-alpha) * self.memory;
         let factor = proposed.clamp(MAX_CUT, if self.is_retry { 1.0 } else { MAX_GROWTH });
-        self.last_error = error.max(MIN_REMEMBERED_ERROR);
+        self.remember(error);
         self.is_retry = false;
         h * factor
     }
@@ -76,7 +94,7 @@ impl PiController {
     pub(super) fn after_reject(&mut self, h: f64, error: f64) -> f64 {
         self.rejected = error.is_finite().then_some((h, error));
         self.is_retry = true;
-        let factor = SAFETY * error.powf(-(self.exponent - 0.2 * MEMORY * self.exponent));
+        let factor = SAFETY * error.powf(-(self.exponent - 0.2 * self.beta()));
         h * if factor.is_finite() { factor.clamp(MAX_CUT, SAFETY) } else { MAX_CUT }
     }
 

@@ -19,7 +19,7 @@ impl<S: Ode> ExplicitSolver<S> {
         saver.real(self.h);
         saver.real(self.grid.0);
         saver.count(self.grid.1);
-        saver.real(self.controller.last_error);
+        saver.real(self.controller.last_error());
         saver.flag(self.controller.is_retry);
         self.controller.noise.save(&mut saver);
         saver.count(self.stiffness.n_beyond);
@@ -47,7 +47,7 @@ impl<S: Ode> ExplicitSolver<S> {
         loader.fill(&mut solver.ydot)?;
         solver.h = loader.real()?;
         solver.grid = (loader.real()?, loader.count()?);
-        solver.controller.last_error = loader.real()?;
+        solver.controller.remember(loader.real()?);
         solver.controller.is_retry = loader.flag()?;
         solver.controller.noise = Noise::load(&mut loader)?;
         solver.stiffness.n_beyond = loader.count()?;

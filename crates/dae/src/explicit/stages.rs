@@ -143,21 +143,22 @@ impl StageWork {
         (y, ydot): (&[f64], &[f64]),
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
-        self.y0.values_mut().copy_from_slice(y);
-        self.k.column_mut(0).copy_from_slice(ydot);
         self.is_whole = false;
         if let Some(series) = known_mut(self.series.as_deref_mut()) {
+            self.y0.values_mut().copy_from_slice(y);
             series.step(h, &self.y0);
             self.y1.clone_from(&series.end);
             return Ok(());
         }
-        if self.extrapolation.is_some() {
-            return self.extrapolate(system, (t, h), ydot, stats);
-        }
-        self.is_whole = self.whole(system, span, (y, ydot));
+        self.is_whole = self.extrapolation.is_none() && self.whole(system, span, (y, ydot));
         if self.is_whole {
             stats.n_residual += N_STAGES - 1;
             return Ok(());
+        }
+        self.y0.values_mut().copy_from_slice(y);
+        self.k.column_mut(0).copy_from_slice(ydot);
+        if self.extrapolation.is_some() {
+            return self.extrapolate(system, (t, h), ydot, stats);
         }
         for i in 1..N_STAGES {
             self.stage(system, i, (t, h), stats)?;
@@ -240,11 +241,11 @@ impl StageWork {
             combine(h, E5, &self.k, None, &mut self.error5);
             combine(h, E3, &self.k, None, &mut self.error3);
         }
-        let [five, three] = self.errors().map(|error| self.scale.rms(error));
+        let [five, three] = self.errors().map(|error| self.scale.mean_square(error));
         if five == 0.0 && three == 0.0 {
             return 0.0;
         }
-        five * five / (five * five + 0.01 * three * three).sqrt()
+        five / (five + 0.01 * three).sqrt()
     }
 
     /// Projects the end of the step and evaluates `f` there.
@@ -311,6 +312,9 @@ impl StageWork {
         }
         if self.is_whole {
             let step = StepVectors::new(n, &self.whole);
+            self.y0.values_mut().copy_from_slice(&last.y0);
+            // Where the step has been accepted, the run has left its first derivative in exchange for the last.
+            self.k.column_mut(0).copy_from_slice(&self.f1);
             (1..N_STAGES).for_each(|i| self.k.column_mut(i).copy_from_slice(step.k(i)));
         }
         self.k.column_mut(N_STAGES).copy_from_slice(f1);

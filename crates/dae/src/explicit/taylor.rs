@@ -99,9 +99,10 @@ impl TaylorSeries {
         }
         results.resize(results.len().max(p * n + WIDTH), 0.0);
         // The logarithm of 1/h of each term.
+        let log_last_term = LAST_TERM.ln();
         let steepness = |k: usize| {
-            let size = scale.rms(&results[(k - 1) * n..][..n]) / LAST_TERM;
-            (size.ln() - (1.0 - k as f64 / p as f64) * *log_size) / k as f64
+            let log = 0.5 * scale.mean_square(&results[(k - 1) * n..][..n]).ln() - log_last_term;
+            (log - (1.0 - k as f64 / p as f64) * *log_size) / k as f64
         };
         let steepest = (p + 1 - N_LOOKED_AT.min(p)..=p).map(steepness);
         let steepest =
