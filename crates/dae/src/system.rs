@@ -141,9 +141,9 @@ pub trait Ode {
     }
 
     /// Writes the vectors of [`record_step`](crate::record_step) to `results`, where there is straight-line code for
-    /// a whole step from `(t, y)`; false where the step must be taken stage by stage, as it must by default. What is
-    /// written must equal what stages give. `results` takes as many numbers as the system likes, those of the
-    /// vectors first.
+    /// a whole step from `(t, y)` and all numbers are finite; false where the step must be taken stage by stage, as it
+    /// must by default. What is written must equal what stages give. `results` takes as many numbers as the system
+    /// likes, those of the vectors first.
     fn whole_step(
         &mut self,
         _span: StepSpan,

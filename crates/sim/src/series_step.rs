@@ -168,7 +168,7 @@ fn series_tape(parts: &StepParts, order: usize) -> Option<Tape> {
     Some(composition.finish(&results))
 }
 
-/// The derivative at the first state, then a [`ProjectedEnd`] from the second, with the pivots of the first as well.
+/// The derivative at the first state, a [`ProjectedEnd`] from the second, then the pivots of both.
 fn end_tape(parts: &StepParts) -> Tape {
     let StepParts { shape, line, .. } = parts;
     let Shape { nq, nc, .. } = *shape;
@@ -177,9 +177,9 @@ fn end_tape(parts: &StepParts) -> Tape {
     let inputs: Vec<Value> = (0..=2 * n).map(|i| composition.input(i)).collect();
     let (t, (near, y)) = (inputs[0], inputs[1..].split_at(n));
     let (slope, factors) = parts.record_derivative(&mut composition, t, near);
-    let pivots = padded(&factors[..nq + nc]).collect();
-    let end = record_end(parts, &mut composition, t, (y, &factors));
-    composition.finish(&[slope, end, pivots].concat())
+    let pivots: Vec<Value> = padded(&factors[..nq + nc]).collect();
+    let (end, end_pivots) = record_end(parts, &mut composition, t, (y, &factors));
+    composition.finish(&[slope, end, pivots, end_pivots].concat())
 }
 
 impl SeriesWork {
@@ -222,8 +222,13 @@ impl SeriesWork {
         })
     }
 
-    /// The end of a step at `t1`, with the derivative near it first; the pivots there are among those of the end.
-    pub(crate) fn end(&mut self, t1: f64, near: &[f64], y1: &[f64]) -> (&[f64], ProjectedEnd<'_>) {
+    /// The derivative near the end of a step at `t1`, the end, and the pivots of both.
+    pub(crate) fn end(
+        &mut self,
+        t1: f64,
+        near: &[f64],
+        y1: &[f64],
+    ) -> (&[f64], ProjectedEnd<'_>, &[f64]) {
         let Self { functions, end, arguments, ends, .. } = self;
         let numbers = arguments.as_flattened_mut();
         numbers[0] = t1;
@@ -232,7 +237,8 @@ impl SeriesWork {
         own_y1.copy_from_slice(y1);
         functions.end.evaluate(end, arguments, ends);
         let n = functions.n();
-        let (slope, end) = ends.as_flattened().split_at(n);
-        (slope, ProjectedEnd::of(end, n, functions.shape.nc))
+        let (slope, rest) = ends.as_flattened().split_at(n);
+        let (end, pivots) = ProjectedEnd::of(rest, n, functions.shape.nc);
+        (slope, end, pivots)
     }
 }

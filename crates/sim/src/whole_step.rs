@@ -94,13 +94,17 @@ pub(crate) struct PendingStep<'a> {
     pub(crate) ydot: &'a [f64],
 }
 
-/// The results of a step by their meaning, but for the vectors. They belong to the mechanism.
+/// The results of a step by their meaning.
 pub(crate) struct StepResults<'a> {
+    /// The vectors and the end.
+    pub(crate) numbers: &'a [f64],
     pub(crate) end: ProjectedEnd<'a>,
     /// Factors of stage 11, see `Elimination::take`.
     pub(crate) factors: &'a [f64],
     /// The pivots of stages 1 to 11, stage by stage, each [`padded`].
     pub(crate) pivots: &'a [f64],
+    /// Those at the projected end, padded as well.
+    pub(crate) end_pivots: &'a [f64],
 }
 
 /// The end of a step on the constraints.
@@ -111,17 +115,32 @@ pub(crate) struct ProjectedEnd<'a> {
     pub(crate) gaps: &'a [f64],
     /// The end (q, v, W) and its derivative.
     pub(crate) state: [&'a [f64]; 2],
-    /// The pivots there, [`padded`].
-    pub(crate) pivots: &'a [f64],
 }
 
 impl<'a> ProjectedEnd<'a> {
-    /// By the results in this order, `n` of them for each vector.
-    pub(crate) fn of(results: &'a [f64], n: usize, nc: usize) -> Self {
+    /// The first of some results, `n` for each vector, and those after them.
+    pub(crate) fn of(results: &'a [f64], n: usize, nc: usize) -> (Self, &'a [f64]) {
         let (gaps, rest) = results.split_at(if nc > 0 { 2 } else { 0 });
-        let (state, pivots) = rest.split_at(2 * n);
-        Self { gaps, state: state.split_at(n).into(), pivots }
+        let (state, rest) = rest.split_at(2 * n);
+        (Self { gaps, state: state.split_at(n).into() }, rest)
     }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        self.state.iter().all(|numbers| are_finite(numbers))
+    }
+}
+
+/// True where all numbers are finite. Such leave nothing when they are multiplied by zero, all others NaN: without a branch
+/// at each, several are looked at together.
+pub(crate) fn are_finite(numbers: &[f64]) -> bool {
+    let (blocks, rest) = numbers.as_chunks::<4>();
+    let mut left = [0.0; 4];
+    for block in blocks {
+        for lane in 0..4 {
+            left[lane] += 0.0 * block[lane];
+        }
+    }
+    rest.iter().chain(&left).fold(0.0, |sum, x| sum + 0.0 * x) == 0.0
 }
 
 impl WholeStep {
@@ -182,22 +201,23 @@ impl WholeStep {
     pub(crate) fn results<'r>(&self, results: &'r [f64]) -> StepResults<'r> {
         let Shape { nq, nc, .. } = self.parts.shape;
         let n = 2 * nq + 1;
-        let rest = &results[N_STEP_VECTORS * n..];
+        let (end, rest) = ProjectedEnd::of(&results[N_STEP_VECTORS * n..], n, nc);
+        let numbers = &results[..results.len() - rest.len()];
         let n_pivots = n_padded(nq + nc);
-        let n_end = if nc > 0 { 2 } else { 0 } + 2 * n + n_pivots;
-        let (end, rest) = rest.split_at(n_end);
+        let (rest, end_pivots) = rest.split_at(rest.len() - n_pivots);
         let (factors, pivots) = rest.split_at(rest.len() - N_STAGES * n_pivots);
-        StepResults { end: ProjectedEnd::of(end, n, nc), factors, pivots }
+        StepResults { numbers, end, factors, pivots, end_pivots }
     }
 
-    /// The end of a step at `t1` projected once more, from the state (q, v, W) with the factors of stage 11.
+    /// The end of a step at `t1` projected once more, from the state (q, v, W) with the factors of stage 11, and the
+    /// pivots there.
     pub(crate) fn close<'b>(
         &self,
         buffers: &'b mut Option<ClosingBuffers>,
         parameters: &[f64],
         t1: f64,
         (state, factors): (&[f64], &[f64]),
-    ) -> ProjectedEnd<'b> {
+    ) -> (ProjectedEnd<'b>, &'b [f64]) {
         let make = || LaneRunner::new(closing_tape(&self.parts, factors.len()), self.jit);
         let runner = self.closing.get_or_init(make);
         let ClosingBuffers { workspace, arguments, results } =
@@ -262,32 +282,32 @@ fn step_tape(parts: &StepParts) -> Option<Tape> {
 
     // The end, projected, and its derivative.
     let y1 = results[STEP_END * n..][..n].to_vec();
-    let end = record_end(parts, &mut recorder, t1, (&y1, &factors));
-    results.extend([end, factors, pivots].concat());
+    let (end, end_pivots) = record_end(parts, &mut recorder, t1, (&y1, &factors));
+    results.extend([end, factors, pivots, end_pivots].concat());
     Some(recorder.finish(&results))
 }
 
-/// A [`ProjectedEnd`] as a function of (t1, y, factors), `n_factors` of these.
+/// A [`ProjectedEnd`] and its pivots as a function of (t1, y, factors), `n_factors` of these.
 fn closing_tape(parts: &StepParts, n_factors: usize) -> Tape {
     let n = 2 * parts.shape.nq + 1;
     let mut recorder = Composition::new(1 + n + n_factors, parts.line.n_parameters());
     let inputs: Vec<Value> = (0..=n + n_factors).map(|i| recorder.input(i)).collect();
-    let end = record_end(parts, &mut recorder, inputs[0], inputs[1..].split_at(n));
-    recorder.finish(&end)
+    let (end, pivots) = record_end(parts, &mut recorder, inputs[0], inputs[1..].split_at(n));
+    recorder.finish(&[end, pivots].concat())
 }
 
-/// Records a [`ProjectedEnd`] at `t1`, from a state near it and factors.
+/// Records a [`ProjectedEnd`] at `t1`, from a state near it and factors, and the pivots there, [`padded`].
 pub(crate) fn record_end(
     parts: &StepParts,
     recorder: &mut Composition,
     t1: Value,
     (y, factors): (&[Value], &[Value]),
-) -> Vec<Value> {
+) -> (Vec<Value>, Vec<Value>) {
     let Shape { nq, nc, .. } = parts.shape;
     let (gaps, end) = record_projection(parts, recorder, t1, y, factors);
     let (slope, factors) = parts.record_derivative(recorder, t1, &end);
     let pivots = padded(&factors[..nq + nc]).collect();
-    [gaps, end, slope, pivots].concat()
+    ([gaps, end, slope].concat(), pivots)
 }
 
 /// Records one step of Newton's method for the positions, kept where it closes the gap further, then the projection of

@@ -3,7 +3,6 @@
 //! Operations are those of [`StageWork`](super::stages::StageWork) in the same order, so that the code gives the same bits.
 
 use super::coefficients::{A, C, E3, E5, N_STAGES, Term};
-use crate::limits::first_not_finite;
 
 /// Arithmetic that is written down, to be carried out often: straight-line code in the making.
 pub trait Recorder {
@@ -59,14 +58,6 @@ impl<'a> StepVectors<'a> {
     /// The error estimates of order 5 and 3.
     pub(super) fn errors(&self) -> [&'a [f64]; 2] {
         [self.vector(N_STAGES + 1), self.vector(N_STAGES + 2)]
-    }
-
-    /// True where every number is finite: the stages that `y1` is a sum of are, if that is.
-    pub(super) fn are_finite(&self) -> bool {
-        let first_in_end = A[N_STAGES][1].0;
-        let stages = &self.results[..(first_in_end - 1) * self.n];
-        let rest = &self.results[(N_STAGES - 1) * self.n..];
-        [stages, rest].iter().all(|numbers| first_not_finite(numbers).is_none())
     }
 }
 

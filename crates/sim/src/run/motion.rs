@@ -23,7 +23,7 @@ use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;
 use crate::series_step::{SeriesFunctions, SeriesWork};
-use crate::whole_step::{ClosingBuffers, ProjectedEnd, StepBuffers, StepResults};
+use crate::whole_step::{ClosingBuffers, ProjectedEnd, StepBuffers, StepResults, are_finite};
 use bksim_model::SolveOptions;
 
 /// A mechanism as y′ = f(t, y).
@@ -139,15 +139,20 @@ impl<'a> ExplicitMotion<'a> {
         }
     }
 
-    /// Takes the projected end of a step and its derivative, unless it needs a closer look.
-    fn take_end(&mut self, end: &ProjectedEnd<'_>, y1: &mut [f64], ydot1: &mut [f64]) -> bool {
-        let [state, slope] = end.state;
-        if !are_finite(state) || !are_finite(slope) || !self.accept_pivots(end.pivots) {
-            return false;
+    /// Takes an end whose pivots need no closer look.
+    fn take_end(
+        &mut self,
+        end: &ProjectedEnd<'_>,
+        pivots: &[f64],
+        (y1, ydot1): (&mut [f64], &mut [f64]),
+    ) -> bool {
+        let is_regular = self.accept_pivots(pivots);
+        if is_regular {
+            let [state, slope] = end.state;
+            y1.copy_from_slice(state);
+            ydot1.copy_from_slice(slope);
         }
-        y1.copy_from_slice(state);
-        ydot1.copy_from_slice(slope);
-        true
+        is_regular
     }
 
     /// The integrator's settings for a model's options.
@@ -167,19 +172,6 @@ impl<'a> ExplicitMotion<'a> {
 /// The largest magnitude of a coordinate, one at least.
 fn size_of(q: &[f64]) -> f64 {
     q.iter().fold(1.0, |size, q| size.max(q.abs()))
-}
-
-/// True where all numbers are finite. Such leave nothing when they are multiplied by zero, all others NaN: without a branch
-/// at each, several are looked at together.
-fn are_finite(numbers: &[f64]) -> bool {
-    let (blocks, rest) = numbers.as_chunks::<4>();
-    let mut left = [0.0; 4];
-    for block in blocks {
-        for lane in 0..4 {
-            left[lane] += 0.0 * block[lane];
-        }
-    }
-    rest.iter().chain(&left).fold(0.0, |sum, x| sum + 0.0 * x) == 0.0
 }
 
 impl Ode for ExplicitMotion<'_> {
@@ -242,8 +234,8 @@ impl Ode for ExplicitMotion<'_> {
             _ if whole.take(step, parameters, span, (y, ydot), results) => (),
             _ => return false,
         }
-        let StepResults { factors, pivots, .. } = whole.results(results);
-        if !self.accept_pivots(pivots) {
+        let StepResults { numbers, factors, pivots, .. } = whole.results(results);
+        if !are_finite(numbers) || !self.accept_pivots(pivots) {
             return false;
         }
         self.multipliers.take_stage(factors);
@@ -256,17 +248,17 @@ impl Ode for ExplicitMotion<'_> {
         if !self.multipliers.is_projected() {
             return false;
         }
-        let StepResults { end, factors, .. } = whole.results(results);
+        let StepResults { end, factors, end_pivots, .. } = whole.results(results);
         if self.is_closed(&end, y1) {
-            return self.take_end(&end, y1, ydot1);
+            return self.take_end(&end, end_pivots, (y1, ydot1));
         }
         // Long steps leave a gap that one step of Newton's method does not close.
         let (mut closing, mut is_taken) = (self.closing.take(), false);
         let mut state = end.state[0].to_vec();
         for pass in 2..=MAX_PASSES {
-            let end = whole.close(&mut closing, &self.parameters, t1, (&state, factors));
+            let (end, pivots) = whole.close(&mut closing, &self.parameters, t1, (&state, factors));
             if pass == MAX_PASSES || self.is_closed(&end, y1) {
-                is_taken = self.take_end(&end, y1, ydot1);
+                is_taken = end.is_finite() && self.take_end(&end, pivots, (y1, ydot1));
                 break;
             }
             state.copy_from_slice(end.state[0]);
@@ -297,10 +289,12 @@ impl Ode for ExplicitMotion<'_> {
         ydot1: &mut [f64],
     ) -> bool {
         let Some(mut series) = self.series.take() else { return false };
-        let (slope, end) = series.end(t1, near, y1);
-        let may_be_taken =
-            self.multipliers.is_projected() && self.is_closed(&end, y1) && are_finite(slope);
-        let is_taken = may_be_taken && self.take_end(&end, y1, ydot1);
+        let (slope, end, pivots) = series.end(t1, near, y1);
+        let is_taken = self.multipliers.is_projected()
+            && self.is_closed(&end, y1)
+            && are_finite(slope)
+            && end.is_finite()
+            && self.take_end(&end, pivots, (y1, ydot1));
         if is_taken {
             f_near.copy_from_slice(slope);
         }
