@@ -50,11 +50,15 @@ fn the_setting_is_read_and_no_bit_depends_on_it() {
 
 /// Samples of a run by explicit steps, as bits, and its counters of steps and evaluations.
 fn run(example: &str, jit: &str) -> (Vec<Vec<u64>>, [usize; 2]) {
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples");
-    let text = std::fs::read_to_string(format!("{root}/{example}/model.toml")).expect("an example");
-    let jit = format!("[solve]\njit = \"{jit}\"");
-    let mut mechanism =
-        Mechanism::from_toml(&text.replace("[solve]", &jit), example).expect("a model");
+    run_file(&format!("examples/{example}/model.toml"), &format!("jit = \"{jit}\""))
+}
+
+/// The same of a model with more lines under `[solve]`.
+fn run_file(path: &str, options: &str) -> (Vec<Vec<u64>>, [usize; 2]) {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    let text = std::fs::read_to_string(format!("{root}/{path}")).expect("a model file");
+    let text = text.replace("[solve]", &format!("[solve]\n{options}"));
+    let mut mechanism = Mechanism::from_toml(&text, path).expect("a model");
     mechanism.model.solve.method = bksim_model::Method::Explicit;
     let start = mechanism.start().expect("a start");
     let mut samples = Vec::new();
@@ -87,4 +91,14 @@ fn whole_steps_as_one_function_give_the_bits_of_their_stages() {
         assert!(stages.0.len() > 10, "{example} has samples");
         assert!(stages == whole, "{example} differs");
     }
+}
+
+/// Steps so long that their gap takes several steps of Newton's method, by a function of its own.
+#[test]
+fn gaps_of_long_steps_are_closed_with_the_bits_of_projection() {
+    let at = |jit: &str| {
+        let options = format!("jit = \"{jit}\"\nrtol = 1e-2\natol = 1e-2\nevery = 0.1");
+        run_file("crates/bench/models/pendulum.toml", &options)
+    };
+    assert!(at("off") == at("on"));
 }

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod codegen;
+mod composition;
 mod derivatives;
 mod differential;
 mod evaluators;

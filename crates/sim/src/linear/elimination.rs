@@ -339,6 +339,8 @@ fn least_degree_order(
 
 #[cfg(test)]
 mod tests {
+    use bksim_expr::{Composition, Value};
+
     use super::*;
 
     /// Two bodies on a chain of four rows over six coordinates, M full in the first two.
@@ -387,6 +389,50 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// The numbers of the matrix as inputs of a tape, then the right side.
+    #[test]
+    fn what_is_written_down_solves_the_system_with_the_factors_of_the_loops() {
+        let active = [0, 1, 2];
+        let mut elimination = Elimination::new(&shape(), &active);
+        elimination.factor(&MASS, &JACOBIAN).expect("the system is regular");
+        let rhs: Vec<f64> = (0..7).map(|i| 1.0 + f64::from(i)).collect();
+        let point = [&MASS[..], &JACOBIAN, &rhs].concat();
+
+        let mut recorder = Composition::new(point.len(), 0);
+        let inputs: Vec<Value> = (0..point.len()).map(|i| recorder.input(i)).collect();
+        let (matrix, right_side) = inputs.split_at(MASS.len() + JACOBIAN.len());
+        let matrix = matrix.split_at(MASS.len());
+        let (solution, factors) = elimination.record(&mut recorder, matrix, right_side);
+        let tape = recorder.finish(&[solution, factors].concat());
+        let mut found = vec![0.0; tape.n_outputs()];
+        tape.evaluate(&mut tape.workspace(&[]), &point, &mut found);
+        let (solution, factors) = found.split_at(rhs.len());
+        for (found, wanted) in times(solution, &active).iter().zip(&rhs) {
+            assert!((found - wanted).abs() < 1e-12, "{found} against {wanted}");
+        }
+        assert_eq!(factors.len() + 1, elimination.values.len());
+        for (found, wanted) in factors.iter().zip(&elimination.values) {
+            assert!((found - wanted).abs() < 1e-14, "{found} against {wanted}");
+        }
+    }
+
+    /// Rows of a chain depend on their neighbours: eliminated from both ends, half as many wait for each other.
+    #[test]
+    fn of_equal_nodes_one_that_waits_for_few_is_next() {
+        const N: usize = 8;
+        let mass: Vec<(usize, usize)> =
+            (0..N).flat_map(|i| [(i, i)].into_iter().chain((i > 0).then(|| (i, i - 1)))).collect();
+        let plan = Elimination::new(&Shape { nq: N, nc: 0, mass, jacobian: Vec::new() }, &[]);
+        let Order { starts, rows, .. } = &*plan.order;
+        let mut heights = [0; N];
+        for k in 0..N {
+            for &row in &rows[starts[k]..starts[k + 1]] {
+                heights[row] = heights[row].max(heights[k] + 1);
+            }
+        }
+        assert_eq!(heights.iter().max(), Some(&(N / 2)));
     }
 
     #[test]
