@@ -57,7 +57,7 @@ pub fn explicit_method(compiled: &CompiledSystem, options: &SolveOptions) -> Exp
 }
 
 /// True where four states at once, with what surrounds each evaluation, are less work than the stages of a whole step:
-/// those of the car axis are (178 operations), those of the slider-crank (217) are as much.
+/// those of the car axis are (146 operations), those of the slider-crank (206) are as much.
 fn pays_in_lanes(compiled: &CompiledSystem) -> bool {
     const LARGEST: usize = 200;
     let line = compiled.unrolled.as_ref().filter(|_| compiled.has_lanes());
