@@ -32,7 +32,8 @@ const ORDERS: std::ops::RangeInclusive<usize> = 8..=24;
 
 /// Instructions of a step: around its functions, for an operation of the series, for an operation of the accelerations in
 /// all stages, for an unknown in their sums. Counted on the pendulum, the car axis, Andrews' mechanism and the slider-crank.
-const AROUND: f64 = 4300.0;
+const AROUND_SERIES: f64 = 4300.0;
+const AROUND_STAGES: f64 = 3400.0;
 const OF_SERIES: f64 = 1.5;
 const OF_STAGES: f64 = 30.0;
 const OF_SUMS: f64 = 150.0;
@@ -96,12 +97,12 @@ impl SeriesStep {
         let counted = (*self.n_operations.get_or_init(count))? as f64;
         let work = |order: usize| {
             let n_operations = counted * (order as f64 / COUNTED as f64).powi(2);
-            (AROUND + OF_SERIES * n_operations) / ExplicitMethod::way_of_series(order, rtol)
+            (AROUND_SERIES + OF_SERIES * n_operations) / ExplicitMethod::way_of_series(order, rtol)
         };
         let works = ORDERS.map(|order| (order, work(order)));
         let (best, least) = works.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
         let (n, n_operations) = (2 * shape.nq + 1, line.operation_count());
-        let step = AROUND + OF_STAGES * n_operations as f64 + OF_SUMS * n as f64;
+        let step = AROUND_STAGES + OF_STAGES * n_operations as f64 + OF_SUMS * n as f64;
         let by_stages = step / (BY_STAGES * rtol.powf(0.125));
         let part = if is_extrapolated { EXTRAPOLATED } else { 1.0 };
         (least < GAIN * part * by_stages).then_some(best)
