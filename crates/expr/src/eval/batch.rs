@@ -115,7 +115,7 @@ impl Tape {
     /// # Panics
     /// When the number of parameters differs from the compiled one.
     pub fn batch(&self, parameters: &[f64]) -> Batch {
-        let known = self.workspace(parameters).registers;
+        let known = self.known(parameters, self.n_registers);
         let mut packing = Packing::new(self);
         let inputs = self.input_registers().map(|register| packing.slot(register)).collect();
         let mut steps = Vec::with_capacity(self.body.len());

@@ -1,5 +1,6 @@
 //! The interpreter: one instruction after the other at one point.
 
+use super::lanes::{EXTRA, LaneValues};
 use crate::op::{Function, power, select};
 use crate::sincos::{FEW, sin_cos_few};
 use crate::tape::{Action, Instruction, Tape};
@@ -7,7 +8,17 @@ use crate::tape::{Action, Instruction, Tape};
 /// The registers of a [`Tape`] with its parameters set.
 #[derive(Clone, Debug)]
 pub struct Workspace {
-    pub(super) registers: Vec<f64>,
+    /// Some that machine code needs, those of the tape, then as many as code has asked for.
+    pub(super) memory: LaneValues<1>,
+    /// Those of the tape.
+    n_registers: usize,
+}
+
+impl Workspace {
+    /// The registers of the tape.
+    pub(super) fn registers(&mut self) -> &mut [f64] {
+        &mut self.memory.as_flattened_mut()[EXTRA.len()..][..self.n_registers]
+    }
 }
 
 impl Tape {
@@ -16,7 +27,11 @@ impl Tape {
     /// # Panics
     /// When the number of parameters differs from the compiled one.
     pub fn workspace(&self, parameters: &[f64]) -> Workspace {
-        Workspace { registers: self.known(parameters, self.n_registers) }
+        let mut memory = LaneValues::zeros(EXTRA.len() + self.n_registers);
+        let (extra, registers) = memory.as_flattened_mut().split_at_mut(EXTRA.len());
+        extra.copy_from_slice(&EXTRA);
+        registers.copy_from_slice(&self.known(parameters, self.n_registers));
+        Workspace { memory, n_registers: self.n_registers }
     }
 
     /// The first `n` registers: constants, parameters, and what depends on these alone, then zeros.
@@ -36,10 +51,11 @@ impl Tape {
     /// When `inputs` or `out` have another length than was compiled, or `ws` is of another tape.
     pub fn evaluate(&self, ws: &mut Workspace, inputs: &[f64], out: &mut [f64]) {
         self.check(ws, inputs, out);
-        ws.registers[self.input_registers()].copy_from_slice(inputs);
-        self.run(&self.body, &mut ws.registers, self.first_body);
+        let registers = ws.registers();
+        registers[self.input_registers()].copy_from_slice(inputs);
+        self.run(&self.body, registers, self.first_body);
         for (value, &register) in out.iter_mut().zip(&self.outputs) {
-            *value = ws.registers[register as usize];
+            *value = registers[register as usize];
         }
     }
 
@@ -47,7 +63,7 @@ impl Tape {
     pub(super) fn check(&self, ws: &Workspace, inputs: &[f64], out: &[f64]) {
         assert_eq!(inputs.len(), self.n_inputs, "number of inputs");
         assert_eq!(out.len(), self.outputs.len(), "number of outputs");
-        assert_eq!(ws.registers.len(), self.n_registers, "a workspace of this tape");
+        assert_eq!(ws.n_registers, self.n_registers, "a workspace of this tape");
     }
 
     /// Runs instructions; the first writes register `next`, each further one those that follow.

@@ -143,10 +143,11 @@ impl MachineCode {
     pub fn evaluate(&self, ws: &mut Workspace, inputs: &[f64], out: &mut [f64]) {
         assert_eq!(inputs.len(), self.n_inputs, "number of inputs");
         assert_eq!(out.len(), self.n_outputs, "number of outputs");
-        assert_eq!(ws.registers.len(), self.n_registers, "a workspace of this tape");
+        let registers = ws.registers();
+        assert_eq!(registers.len(), self.n_registers, "a workspace of this tape");
         for function in &self.functions {
             // SAFETY: the code stays within the three lengths that were just checked.
-            unsafe { function(ws.registers.as_mut_ptr(), inputs.as_ptr(), out.as_mut_ptr()) }
+            unsafe { function(registers.as_mut_ptr(), inputs.as_ptr(), out.as_mut_ptr()) }
         }
     }
 }

@@ -20,7 +20,7 @@ mod program;
 mod turn;
 
 #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-use self::program::Turns;
+pub(super) use self::code::AnyAngleCode;
 #[cfg(all(feature = "jit", target_arch = "x86_64"))]
 use super::due::Due;
 use super::due::Jit;
@@ -134,10 +134,7 @@ pub struct LaneRunner<const N: usize> {
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
     jit: Jit,
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-    code: Arc<Due<code::LaneCode<N>>>,
-    /// The same for angles that it does not turn by itself, made when there is one.
-    #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-    code_for_large_angles: Arc<Due<code::LaneCode<N>>>,
+    code: Arc<Due<AnyAngleCode<N>>>,
 }
 
 /// Compiling costs about as much as interpreting the tape so often.
@@ -160,8 +157,6 @@ impl<const N: usize> LaneRunner<N> {
             jit,
             #[cfg(all(feature = "jit", target_arch = "x86_64"))]
             code: Arc::default(),
-            #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-            code_for_large_angles: Arc::default(),
         }
     }
 
@@ -245,17 +240,10 @@ impl<const N: usize> LaneRunner<N> {
         self.check(ws);
         let registers = &mut ws.registers;
         #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-        if let Some(code) = self.code() {
-            registers.hold(code.n_registers());
-            if code.evaluate(registers, group, inputs, out) {
-                return;
-            }
-            let careful = || code::LaneCode::of(&self.tape, self.layout, Turns::Called).ok();
-            if let Some(code) = self.code_for_large_angles.made(careful) {
-                registers.hold(code.n_registers());
-                code.evaluate(registers, group, inputs, out);
-                return;
-            }
+        if let Some(code) = self.code()
+            && code.evaluate(&self.tape, registers, group, inputs, out)
+        {
+            return;
         }
         registers.hold(EXTRA.len() + self.tape.n_registers);
         interpreter::evaluate(&self.tape, &mut registers[EXTRA.len()..], group, inputs, out);
@@ -267,19 +255,19 @@ impl<const N: usize> LaneRunner<N> {
 
     /// The machine code if it is there or due now.
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-    fn code(&self) -> Option<&code::LaneCode<N>> {
+    fn code(&self) -> Option<&AnyAngleCode<N>> {
         self.code.code(self.jit, EVALUATIONS_PER_COMPILATION, || self.make())
     }
 
     /// New machine code, where the tape can be compiled.
     #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-    fn make(&self) -> Option<code::LaneCode<N>> {
-        code::LaneCode::of(&self.tape, self.layout, Turns::Written).ok()
+    fn make(&self) -> Option<AnyAngleCode<N>> {
+        AnyAngleCode::of(&self.tape, self.layout).ok()
     }
 }
 
-/// Numbers in the registers before those of a tape. Bits of the first ones are read with those behind them.
-const EXTRA: [f64; Extra::N] = {
+/// Numbers in memory before the registers of a tape. Bits of the first ones are read with those behind them.
+pub(super) const EXTRA: [f64; Extra::N] = {
     use crate::sincos::{C, HALF_PI, REST_OF_HALF_PI, ROUND, S};
     let mut extra = [0.0; Extra::N];
     extra[Extra::SignMask as usize] = -0.0;

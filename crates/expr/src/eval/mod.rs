@@ -4,9 +4,10 @@
 //! reference     the graph itself, one expression at one point
 //! interpreter   a tape at one point: the reference for all that follow
 //! batch         a tape at many points, some dozens of them at each instruction
-//! jit           a tape as machine code, one point at a time (feature `jit`); sections: in several functions
-//! lanes         a tape at one, four or eight points at once, in the lanes of registers
-//! runner        a tape that is interpreted until machine code pays; due: when that is
+//! lanes         a tape at one, four or eight points at once, in the lanes of registers, by an assembler of its own
+//! jit           a tape as machine code by cranelift, for processors that have no such assembler (feature `jit`);
+//!               sections: in several functions
+//! runner        a tape at one point, interpreted until machine code pays; due: when that is
 //! ```
 //!
 //! **All evaluators of a tape agree bit for bit** at every input, where all NaN count as one: they

@@ -1,18 +1,57 @@
-//! Machine code of a tape in lanes, in memory that can be executed.
+//! Machine code of a tape in lanes, in memory that can be executed: [`LaneCode`] of one kind, [`AnyAngleCode`] for all angles.
 
 #![expect(unsafe_code, reason = "machine code is called through raw pointers")]
 
 use super::allocation::{Body, Callees, assemble};
 use super::assembler::Width;
 use super::program::Turns;
-use super::{Extra, Group, Layout};
+use super::{Extra, Group, LaneValues, Layout};
 use crate::eval::jit::{JitError, MOST_INSTRUCTIONS, Memory};
 use crate::op::{Function, power};
 use crate::sincos::{LARGEST, sin_cos, sin_cos_lanes};
 use crate::tape::Tape;
+use std::sync::OnceLock;
+
+/// Machine code of one tape at `N` points, for angles of any size.
+#[derive(Debug)]
+pub(in crate::eval) struct AnyAngleCode<const N: usize> {
+    layout: Layout,
+    code: LaneCode<N>,
+    /// The same for angles that it does not turn by itself, made when there is one; `None` where that cannot be.
+    for_large_angles: OnceLock<Option<Box<LaneCode<N>>>>,
+}
+
+impl<const N: usize> AnyAngleCode<N> {
+    /// Compiles the body.
+    ///
+    /// # Errors
+    /// Those of [`LaneCode::of`].
+    pub(in crate::eval) fn of(tape: &Tape, layout: Layout) -> Result<Self, JitError> {
+        let code = LaneCode::of(tape, layout, Turns::Written)?;
+        Ok(Self { layout, code, for_large_angles: OnceLock::new() })
+    }
+
+    /// Computes all outputs of its tape at the points of a group; lengths have been checked, and that a packed group is
+    /// whole. False where outputs are not those of the tape.
+    pub(in crate::eval) fn evaluate(
+        &self,
+        tape: &Tape,
+        registers: &mut LaneValues<N>,
+        group: Group,
+        inputs: &[f64],
+        out: &mut [f64],
+    ) -> bool {
+        let mut run = |code: &LaneCode<N>| {
+            registers.hold(code.n_registers);
+            code.evaluate(registers, group, inputs, out)
+        };
+        let make = || LaneCode::of(tape, self.layout, Turns::Called).ok().map(Box::new);
+        run(&self.code) || self.for_large_angles.get_or_init(make).as_deref().is_some_and(run)
+    }
+}
 
 /// Machine code of one tape at `N` points.
-pub(super) struct LaneCode<const N: usize> {
+struct LaneCode<const N: usize> {
     function: Compiled<N>,
     n_registers: usize,
     has_angles: bool,
@@ -39,7 +78,7 @@ impl<const N: usize> LaneCode<N> {
     ///
     /// # Errors
     /// [`JitError`] for tapes that are too long, and processors without registers of this width.
-    pub(super) fn of(tape: &Tape, layout: Layout, turns: Turns) -> Result<Self, JitError> {
+    fn of(tape: &Tape, layout: Layout, turns: Turns) -> Result<Self, JitError> {
         let Some(width) = Width::of(N) else {
             return Err(JitError::Host { reason: "no vector registers of this width" });
         };
@@ -66,14 +105,9 @@ impl<const N: usize> LaneCode<N> {
         Ok(Self { function, n_registers, has_angles, _memory: memory })
     }
 
-    /// Registers that it reads and writes.
-    pub(super) fn n_registers(&self) -> usize {
-        self.n_registers
-    }
-
     /// Computes all outputs at the points of a group; lengths have been checked, and that a packed group is whole. False
     /// where outputs are not those of the tape: angles are too large for the operations of the code.
-    pub(super) fn evaluate(
+    fn evaluate(
         &self,
         registers: &mut [[f64; N]],
         Group { n_points, first }: Group,
