@@ -125,3 +125,22 @@ impl<'a> Step<'a> {
         }
     }
 }
+
+/// Writes nested sums of vectors, from the last of `n_terms` to the first: `sum ← outer(k, term k + sum)`. Four numbers
+/// are taken side by side.
+fn sums_into(terms: &[f64], n_terms: usize, out: &mut [f64], outer: impl Fn(usize, f64) -> f64) {
+    let n = out.len();
+    let (fours, rest) = out.as_chunks_mut::<4>();
+    for (block, out) in fours.iter_mut().enumerate() {
+        let mut sums = [0.0; 4];
+        for k in (0..n_terms).rev() {
+            let term = &terms[k * n + 4 * block..][..4];
+            sums = std::array::from_fn(|lane| outer(k, term[lane] + sums[lane]));
+        }
+        *out = sums;
+    }
+    let first = n - rest.len();
+    for (i, out) in rest.iter_mut().enumerate() {
+        *out = (0..n_terms).rev().fold(0.0, |sum, k| outer(k, terms[k * n + first + i] + sum));
+    }
+}

@@ -9,6 +9,8 @@
 //! with more terms of the same kind where the method is of a higher order. HNW1 §II.6 (E. Hairer, S. P. Nørsett, G. Wanner, *Solving Ordinary Differential Equations I*);
 //! the form of `DOP853`.
 
+use super::sums_into;
+
 /// The polynomial of the last accepted step; its buffers are allocated once.
 #[derive(Clone, Debug)]
 pub(crate) struct ContinuousExtension {
@@ -42,11 +44,10 @@ impl ContinuousExtension {
 
     /// Writes `u(θ)`.
     pub(crate) fn value_into(&self, theta: f64, out: &mut [f64]) {
-        let n = self.y0.len();
-        for (i, out) in out.iter_mut().enumerate() {
-            let (value, _) = horner(self.degree, theta, |k| self.terms[k * n + i]);
-            *out = self.y0[i] + value;
-        }
+        // Even terms have the factor θ, odd ones the factor 1 − θ.
+        let factors = [theta, 1.0 - theta];
+        sums_into(&self.terms, self.degree, out, |k, inner| factors[k % 2] * inner);
+        out.iter_mut().zip(&self.y0).for_each(|(value, y0)| *value += y0);
     }
 
     /// Writes `du/dt` at `θ`.

@@ -4,6 +4,8 @@
 //! u(θ) = y0 + Σ c_k (θ h)^k + θ² (3 − 2 θ) δ        δ = y1 − y0 − Σ c_k h^k
 //! ```
 
+use super::sums_into;
+
 /// The polynomial of the last accepted step; its buffers are allocated once.
 #[derive(Clone, Debug)]
 pub(crate) struct TaylorPolynomial {
@@ -27,13 +29,10 @@ impl TaylorPolynomial {
 
     /// Writes `u(θ)`.
     pub(crate) fn value_into(&self, theta: f64, out: &mut [f64]) {
-        let n = self.y0.len();
         let (time, blend) = (theta * self.h, theta * theta * (3.0 - 2.0 * theta));
-        for (i, out) in out.iter_mut().enumerate() {
-            let change = (0..self.order)
-                .rev()
-                .fold(0.0, |sum, k| (sum + self.coefficients[k * n + i]) * time);
-            *out = self.y0[i] + (change + blend * self.shift[i]);
+        sums_into(&self.coefficients, self.order, out, |_, inner| inner * time);
+        for (out, (y0, shift)) in out.iter_mut().zip(self.y0.iter().zip(&self.shift)) {
+            *out = y0 + (*out + blend * shift);
         }
     }
 

@@ -12,7 +12,9 @@
 //! The barycentric formula is stable there: J.-P. Berrut and L. N. Trefethen, *Barycentric Lagrange
 //! Interpolation*, SIAM Review 46 (2004), (4.2) and (5.3).
 
+use std::borrow::Cow;
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 
 use bksim_dae::Control;
 
@@ -105,8 +107,9 @@ impl Segment {
     ) {
         (self.t0, self.t1) = (t0, t1);
         self.values.resize(n * (degree + 1), 0.0);
-        for (k, values) in self.values.chunks_exact_mut(n.max(1)).enumerate() {
-            at(0.5 * (t0 + t1) + 0.5 * node(k, degree) * (t1 - t0), values);
+        let points = points(degree);
+        for (values, [node, _]) in self.values.chunks_exact_mut(n.max(1)).zip(&*points) {
+            at(0.5 * (t0 + t1) + 0.5 * node * (t1 - t0), values);
         }
     }
 
@@ -130,13 +133,14 @@ impl Segment {
         let tau = if half == 0.0 { 0.0 } else { (t - 0.5 * (self.t0 + self.t1)) / half };
         let mut whole = 0.0;
         state.fill(0.0);
-        for (k, values) in self.values.chunks_exact(state.len()).enumerate() {
-            let distance = tau - node(k, degree);
+        let points = points(degree);
+        for (values, [node, weight]) in self.values.chunks_exact(state.len()).zip(&*points) {
+            let distance = tau - node;
             if distance == 0.0 {
                 state.copy_from_slice(values);
                 return;
             }
-            let weight = weight(k, degree) / distance;
+            let weight = weight / distance;
             whole += weight;
             for (value, of_point) in state.iter_mut().zip(values) {
                 *value += weight * of_point;
@@ -153,13 +157,23 @@ fn angle(k: usize, degree: usize) -> f64 {
     (2 * k + 1) as f64 * PI / (2 * degree + 2) as f64
 }
 
-fn node(k: usize, degree: usize) -> f64 {
-    angle(k, degree).cos()
+/// The nodes and barycentric weights of a degree, of those that steps have kept.
+fn points(degree: usize) -> Cow<'static, [[f64; 2]]> {
+    /// No method has steps of a higher degree.
+    const N_KEPT: usize = 32;
+    static KEPT: [OnceLock<Vec<[f64; 2]>>; N_KEPT] = [const { OnceLock::new() }; N_KEPT];
+    match KEPT.get(degree) {
+        Some(kept) => kept.get_or_init(|| points_of(degree)).into(),
+        None => points_of(degree).into(),
+    }
 }
 
-fn weight(k: usize, degree: usize) -> f64 {
-    let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
-    sign * angle(k, degree).sin()
+fn points_of(degree: usize) -> Vec<[f64; 2]> {
+    let point = |k: usize| {
+        let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+        [angle(k, degree).cos(), sign * angle(k, degree).sin()]
+    };
+    (0..=degree).map(point).collect()
 }
 
 #[cfg(test)]
