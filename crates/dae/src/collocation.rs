@@ -11,8 +11,12 @@
 //! polynomial through the w_i, and u that of u′ (HW2 §II.7 and §IV.5; for equations of second order E. Hairer,
 //! S. P. Nørsett and G. Wanner, *Solving Ordinary Differential Equations I*, §II.14).
 
-use nalgebra::DMatrix;
+#![expect(clippy::inline_always, reason = "kernels are compiled with the registers of `run`")]
 
+use nalgebra::DMatrix;
+use pulp::{Simd, WithSimd};
+
+use crate::lanes::run;
 use crate::settings::Stages;
 use crate::tableau::{collocation_matrices, legendre, legendre_integrals, nodes};
 
@@ -62,6 +66,25 @@ impl LinearCoefficients {
     }
 }
 
+/// See [`LinearCollocation::solve_into`].
+struct Solve<'a> {
+    collocation: &'a mut LinearCollocation,
+    h: f64,
+    start: (&'a [f64], &'a [f64]),
+    all: &'a [LinearCoefficients],
+    w: &'a mut [f64],
+}
+
+impl WithSimd for Solve<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        let Self { collocation, h, start, all, w } = self;
+        collocation.solve_into(h, start, all, w)
+    }
+}
+
 impl LinearCollocation {
     /// The method with this number of stages.
     #[expect(clippy::missing_panics_doc, reason = "the nodes are distinct")]
@@ -106,43 +129,62 @@ impl LinearCollocation {
         (u, rate): (&[f64], &[f64]),
         coefficients: &[LinearCoefficients],
     ) -> Option<LinearStep> {
-        self.assemble(h, (u, rate), coefficients);
-        let Self { n, m, c, to_legendre, system, .. } = self;
-        let (n, m, s) = (*n, *m, c.len());
-        let width = s * n + m;
-        if !eliminate(system, s * n, width) {
+        let mut w = vec![0.0; self.c.len() * self.n * self.m];
+        if !run(Solve { collocation: self, h, start: (u, rate), all: coefficients, w: &mut w }) {
             return None;
-        }
-        let mut w = vec![0.0; s * n * m];
-        for (k, of_degree) in w.chunks_exact_mut((n * m).max(1)).enumerate() {
-            for (j, weight) in to_legendre[k * s..][..s].iter().enumerate() {
-                for (i, row) in of_degree.chunks_exact_mut(m).enumerate() {
-                    let at = &system[(j * n + i) * width + s * n..][..m];
-                    row.iter_mut().zip(at).for_each(|(sum, w)| *sum += weight * w);
-                }
-            }
         }
         let is_finite = w.iter().all(|value| value.is_finite());
         is_finite.then(|| LinearStep { t0, h, u: u.to_vec(), rate: rate.to_vec(), w })
     }
 
-    /// w_i − Σ_j (h² (A²)_ij K_i + h A_ij C_i) w_j = K_i (u₀ + c_i h u₀′) + C_i u₀′ + B_i.
+    /// Writes the Legendre coefficients of u″; false where the system is singular.
+    #[inline(always)]
+    fn solve_into(
+        &mut self,
+        h: f64,
+        start: (&[f64], &[f64]),
+        all: &[LinearCoefficients],
+        w: &mut [f64],
+    ) -> bool {
+        self.assemble(h, start, all);
+        let Self { n, m, c, to_legendre, system, .. } = self;
+        let (n, m, s) = (*n, *m, c.len());
+        let width = s * n + m;
+        if !eliminate_rows(system, s * n, width) {
+            return false;
+        }
+        for (k, of_degree) in w.chunks_exact_mut((n * m).max(1)).enumerate() {
+            for (j, weight) in to_legendre[k * s..][..s].iter().enumerate() {
+                for (i, row) in of_degree.chunks_exact_mut(m).enumerate() {
+                    let at = &system[(j + i * s) * width + s * n..][..m];
+                    row.iter_mut().zip(at).for_each(|(sum, w)| *sum += weight * w);
+                }
+            }
+        }
+        true
+    }
+
+    /// w_i − Σ_j (h² (A²)_ij K_i + h A_ij C_i) w_j = K_i (u₀ + c_i h u₀′) + C_i u₀′ + B_i, unknown by unknown at all
+    /// nodes.
+    #[inline(always)]
     fn assemble(&mut self, h: f64, (u, rate): (&[f64], &[f64]), all: &[LinearCoefficients]) {
         let Self { n, m, c, a, a_squared, system, .. } = self;
         let (n, m, s) = (*n, *m, c.len());
         let width = s * n + m;
         for (i, of_node) in all.iter().enumerate().take(s) {
             let LinearCoefficients { by_position, by_velocity, forcing } = of_node;
+            let (twice, once) = (&a_squared[i * s..][..s], &a[i * s..][..s]);
             for alpha in 0..n {
-                let row = &mut system[(i * n + alpha) * width..][..width];
+                let row = &mut system[(i + alpha * s) * width..][..width];
+                let (matrix, right) = row.split_at_mut(s * n);
                 let (k, d) = (&by_position[alpha * n..][..n], &by_velocity[alpha * n..][..n]);
-                for j in 0..s {
-                    let (twice, once) = (h * h * a_squared[i * s + j], h * a[i * s + j]);
-                    let block = row[j * n..(j + 1) * n].iter_mut();
-                    block.zip(k.iter().zip(d)).for_each(|(x, (k, d))| *x = -twice * k - once * d);
+                for (block, (k, d)) in matrix.chunks_exact_mut(s).zip(k.iter().zip(d)) {
+                    let (k, d) = (h * h * k, h * d);
+                    let factors = twice.iter().zip(once);
+                    let block = block.iter_mut().zip(factors);
+                    block.for_each(|(x, (twice, once))| *x = -k * twice - d * once);
                 }
-                row[i * n + alpha] += 1.0;
-                let right = &mut row[s * n..];
+                matrix[i + alpha * s] += 1.0;
                 right.copy_from_slice(&forcing[alpha * m..][..m]);
                 for beta in 0..n {
                     let (u, rate) = (&u[beta * m..][..m], &rate[beta * m..][..m]);
@@ -205,6 +247,26 @@ impl LinearStep {
 /// Solves the n equations in the first n columns of `rows`, whose length is `width`, for the right sides in the others,
 /// in place, by elimination with row pivots; false where a pivot vanishes or is not finite.
 pub fn eliminate(rows: &mut [f64], n: usize, width: usize) -> bool {
+    run(Eliminate { rows, n, width })
+}
+
+struct Eliminate<'a> {
+    rows: &'a mut [f64],
+    n: usize,
+    width: usize,
+}
+
+impl WithSimd for Eliminate<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        eliminate_rows(self.rows, self.n, self.width)
+    }
+}
+
+#[inline(always)]
+fn eliminate_rows(rows: &mut [f64], n: usize, width: usize) -> bool {
     for k in 0..n {
         // The largest pivot.
         let size = |i: usize| rows[i * width + k].abs();
