@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 
 use bksim_dae::{Index, Layout, NotFinite, Pattern, Start, System, Tolerance};
-use bksim_expr::{Expr, SparseJacobian, SymbolId, TapeError};
+use bksim_expr::{Composition, Expr, SparseJacobian, SymbolId, TapeError, Value};
 
 use crate::function::{Buffers, Function};
 use crate::input::{InputValues, Inputs};
@@ -194,6 +194,19 @@ impl MotionEquations {
             tolerances[2 * self.nq + row] = OF_LENGTH;
         }
         Tolerance::PerUnknown(tolerances)
+    }
+
+    /// The entries of ∂F/∂y written down, with their rows and columns, as functions of t, y and y′; of a mechanism
+    /// without inputs.
+    pub(crate) fn record_jacobian(
+        &self,
+        recorder: &mut Composition,
+        arguments: &[Value],
+    ) -> Vec<((usize, usize), Value)> {
+        let places: Vec<(usize, usize)> = self.pattern.entries().collect();
+        let values = recorder.call(self.jacobian.tape(), arguments);
+        let slots = self.jacobian_slots[..self.n_y_entries].iter();
+        slots.zip(values).map(|(&slot, value)| (places[slot], value)).collect()
     }
 
     /// A consistent state as the integrator takes it: t, y and y′.

@@ -1,5 +1,6 @@
 //! Sensitivities of runs in which something switches: closed forms, differences of tight runs, and what has none.
 
+use bksim_expr::Jit;
 use bksim_model::Method;
 use bksim_sim::sensitivity::StateSensitivity;
 use bksim_sim::{Mechanism, SensitivityMotion};
@@ -358,4 +359,33 @@ fn two_stops_at_one_instant_have_no_sensitivities() {
     );
     let fault = refused(&text, (1.0, 0.1), "h");
     assert!(fault.contains("several things switch at once"), "{fault}");
+}
+
+/// The linear equations have coefficients by loops, and by one function; the runs that they go along are the same bits.
+#[test]
+fn coefficients_written_down_are_those_of_loops() {
+    let text = include_str!("../../../examples/slider-crank/model.toml");
+    let names = ["m1", "i2", "l1", "q1"];
+    let [written, looped] = [Jit::On, Jit::Off].map(|jit| {
+        let mut mechanism = mechanism(text, (2.0, 0.5), Method::Explicit, 1e-8);
+        mechanism.model.solve.jit = jit;
+        let by = names.map(|name| mechanism.sensitive(name).expect("it is there"));
+        let simulation = mechanism.simulation().expect("a simulation");
+        simulation.sensitivities(&by).expect("sensitivities")
+    });
+    for (k, (written, looped)) in
+        written.sensitivities.iter().zip(&looped.sensitivities).enumerate()
+    {
+        for (name, (written, looped)) in names.iter().zip(written.iter().zip(looped)) {
+            let size = looped.v.iter().fold(f64::MIN_POSITIVE, |size, v| size.max(v.abs()));
+            let pairs = written.q.iter().chain(&written.v).zip(looped.q.iter().chain(&looped.v));
+            for (written, looped) in pairs {
+                let error = (written - looped).abs() / size;
+                assert!(error < 1e-10, "{name}, sample {k}: {written} and {looped}");
+            }
+        }
+    }
+    // They are not the same bits: other operations have been carried out.
+    assert_ne!(written.sensitivities[4][0].v, looped.sensitivities[4][0].v);
+    assert_eq!(written.motion.samples[4].q, looped.motion.samples[4].q);
 }

@@ -156,7 +156,7 @@ impl Composition {
     }
 
     /// The number that a value is, where it is known now.
-    fn number(&self, Value(register): Value) -> Option<f64> {
+    pub fn number(&self, Value(register): Value) -> Option<f64> {
         self.emitter.number(register)
     }
 

@@ -9,6 +9,7 @@ use bksim_dae::{Control, LinearCoefficients, LinearCollocation, LinearStep, Stag
 use super::channels::Channels;
 use super::following::{Following, Variation};
 use super::tangent::{TangentPoint, Tangents};
+use super::written::Instants;
 use super::{SensitivityEquations, SensitivityPlan};
 use crate::function::Buffers;
 use crate::hybrid::Passage;
@@ -61,6 +62,8 @@ pub(super) struct Follower<'a, 'o> {
     scale: Vec<f64>,
     pub(super) fault: Option<NoSensitivity>,
     state: Vec<f64>,
+    /// The nodes of a step, with q and v at each.
+    nodes: (Vec<f64>, Vec<f64>),
     observer: &'o mut dyn Observer,
 }
 
@@ -107,6 +110,7 @@ impl<'a, 'o> Follower<'a, 'o> {
             scale: vec![0.0; m],
             fault: None,
             state: vec![0.0; 2 * nq],
+            nodes: (vec![0.0; stages.count()], vec![0.0; stages.count() * 2 * nq]),
             observer,
         };
         let state = StateRef { t: start.t, q: &start.q, v: &start.v };
@@ -222,15 +226,17 @@ impl<'a, 'o> Follower<'a, 'o> {
 
     /// A step of the changes along a part of a segment.
     fn step(&mut self, segment: &Segment, t0: f64, h: f64) -> Option<LinearStep> {
-        let Self { collocation, coefficients, phase, state, dq, dv, .. } = self;
-        for (c, out) in collocation.nodes().iter().zip(&mut *coefficients) {
-            let t = t0 + c * h;
-            segment.at(t, state);
-            let (q, v) = state.split_at(state.len() / 2);
-            if !phase.variation.take(StateRef { t, q, v }) {
-                return None;
-            }
-            phase.variation.coefficients_into(out);
+        let Self { collocation, coefficients, phase, nodes, dq, dv, .. } = self;
+        let (t, states) = nodes;
+        let width = states.len() / t.len().max(1);
+        for ((t, state), c) in
+            t.iter_mut().zip(states.chunks_exact_mut(width)).zip(collocation.nodes())
+        {
+            *t = t0 + c * h;
+            segment.at(*t, state);
+        }
+        if !phase.variation.coefficients_at(Instants { t, states }, coefficients) {
+            return None;
         }
         collocation.step((t0, h), (dq, dv), coefficients)
     }

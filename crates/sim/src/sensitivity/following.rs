@@ -5,10 +5,15 @@
 //! F_z dz = −(F_q dq + F_v dv + F_p dp + F_t dt)
 //! ```
 
+use std::sync::Arc;
+
 use bksim_dae::{LinearCoefficients, Pattern, System, eliminate};
 use bksim_expr::{Expr, TapeError};
 
 use super::direction::Direction;
+use super::written::{
+    CoefficientLanes, Instants, WrittenCoefficients, coefficients, coefficients_into,
+};
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::formulate::{MotionEquations, MotionSystem, formulate, parameter_columns};
@@ -28,6 +33,7 @@ pub(super) struct Following {
     /// Changes of the functions of [`indicator_functions`].
     pub(super) indicators: Function,
     n_directions: usize,
+    written: Arc<WrittenCoefficients>,
 }
 
 impl Following {
@@ -52,6 +58,7 @@ impl Following {
             columns: parameter_columns(model, system, level, &wrt, &all)?,
             indicators: direction.changes(&indicator_functions(model, system).0)?,
             n_directions: directions.len(),
+            written: Arc::new(WrittenCoefficients::new(model.solve.jit)),
         })
     }
 }
@@ -59,6 +66,10 @@ impl Following {
 /// The linear equations of the changes in one phase of a run, at one state after the other.
 pub(super) struct Variation<'a> {
     following: &'a Following,
+    compiled: &'a CompiledSystem,
+    parameters: Vec<f64>,
+    /// Of the coefficients that are written down.
+    lanes: Option<CoefficientLanes>,
     motion: MotionSystem<'a>,
     columns: Buffers,
     evaluator: Evaluator<'a>,
@@ -100,6 +111,9 @@ impl<'a> Variation<'a> {
             rows: vec![0.0; (nq + nc) * Self::width_of(nq, nc, n_directions)],
             following,
             motion,
+            compiled,
+            parameters: parameters.to_vec(),
+            lanes: None,
         }
     }
 
@@ -142,8 +156,34 @@ impl<'a> Variation<'a> {
         eliminate(rows, nz, width) && rows.iter().all(|value| value.is_finite())
     }
 
-    /// Writes K, C and B of the equations of the changes.
-    pub(super) fn coefficients_into(&self, out: &mut LinearCoefficients) {
+    /// Writes K, C and B of the equations of the changes at some instants; false as [`Variation::take`].
+    pub(super) fn coefficients_at(
+        &mut self,
+        instants: Instants<'_>,
+        out: &mut [LinearCoefficients],
+    ) -> bool {
+        let Self { following, compiled, multipliers, lanes, .. } = self;
+        let Following { equations, columns, n_directions, written, .. } = following;
+        let nc = compiled.nc();
+        if multipliers.is_whole(nc)
+            && let Some(function) =
+                written.due(|| coefficients(compiled, equations, (columns, *n_directions)))
+        {
+            let make = || CoefficientLanes::new(function, &self.parameters);
+            let lanes = lanes.get_or_insert_with(make);
+            if coefficients_into((function, lanes), (multipliers, nc), instants, out) {
+                return true;
+            }
+        }
+        instants.iter().zip(out).all(|(state, out)| {
+            let is_regular = self.take(state);
+            self.coefficients_into(out);
+            is_regular
+        })
+    }
+
+    /// Writes K, C and B at the state that was taken last.
+    fn coefficients_into(&self, out: &mut LinearCoefficients) {
         let (width, nq, nz) = (self.width(), self.a.len(), self.a.len() + self.lambda.len());
         let m = self.following.n_directions;
         for (i, row) in self.rows.chunks_exact(width).take(nq).enumerate() {

@@ -27,6 +27,7 @@ mod run;
 mod saltation;
 mod start;
 mod tangent;
+mod written;
 
 use bksim_model::Model;
 

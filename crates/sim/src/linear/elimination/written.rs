@@ -85,12 +85,23 @@ impl Elimination {
         factors: &[Value],
         of_multipliers: &[Value],
     ) -> Vec<Value> {
+        let mut right_side = vec![None; self.order.nq];
+        right_side.extend(of_multipliers.iter().copied().map(Some));
+        self.record_solution(recorder, factors, &right_side)
+    }
+
+    /// The same for any right side, coordinates first; nothing stands for zero.
+    pub(crate) fn record_solution(
+        &self,
+        recorder: &mut Composition,
+        factors: &[Value],
+        right_side: &[Option<Value>],
+    ) -> Vec<Value> {
         let n = self.order.nodes.len();
         let (diagonal, lower) = factors.split_at(n);
         let one = recorder.constant(1.0);
-        let right = |&node: &usize| node.checked_sub(self.order.nq).map(|row| of_multipliers[row]);
-        // Nothing stands for zero.
-        let mut x: Vec<Option<Value>> = self.order.nodes.iter().map(right).collect();
+        let mut x: Vec<Option<Value>> =
+            self.order.nodes.iter().map(|&node| right_side[node]).collect();
         let subtract_product = |recorder: &mut Composition, x, l, y| {
             let product = recorder.multiply(l, y);
             recorder.subtract(x, product)
