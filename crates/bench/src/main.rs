@@ -8,6 +8,7 @@
 //! cargo run --release -p bksim-bench -- drift [SUITE…]
 //! cargo run --release -p bksim-bench -- stiffness
 //! cargo run --release -p bksim-bench -- sweep
+//! cargo run --release -p bksim-bench -- sensitivity
 //! cargo run --release -p bksim-bench -- python
 //! cargo run --release -p bksim-bench -- starts
 //! cargo run --release -p bksim-bench -- spatial
@@ -37,6 +38,7 @@ mod questions;
 mod race;
 mod report;
 mod scale;
+mod sensitivity;
 mod spatial;
 mod starts;
 mod stiffness;
@@ -77,6 +79,8 @@ enum Command {
     Stiffness(Options),
     /// Cases of a sweep against single runs, and two threads against one.
     Sweep(Options),
+    /// A motion with its derivatives by parameters against the runs that differences take.
+    Sensitivity(Options),
     /// A solve from Python against the same solve from Rust; needs `pip install ./crates/py`.
     Python(Options),
     /// Starts of linkages whose assemblies are all known.
@@ -204,6 +208,9 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
         }
         Command::Sweep(options) => {
             run_all(&["sweep"], |_, context| sweep::measure(context), options)
+        }
+        Command::Sensitivity(options) => {
+            run_all(&["sensitivity"], |_, context| sensitivity::run(context), options)
         }
         Command::Python(options) => {
             run_all(&["python"], |_, context| python::measure(context), options)
