@@ -16,44 +16,17 @@
 #![expect(unsafe_code, reason = "machine code is called through raw pointers")]
 
 use super::interpreter::Workspace;
+use super::memory::{JitError, MOST_INSTRUCTIONS, Memory, module, signature};
 use super::sections::{Body, SECTION, Section};
 use crate::op::{Function, power};
 use crate::sincos::{FEW, sin_cos_few};
 use crate::tape::{Action, Instruction, Tape};
 use cranelift_codegen::ir::condcodes::FloatCC;
 use cranelift_codegen::ir::types::{F64, I64};
-use cranelift_codegen::ir::{AbiParam, FuncRef, InstBuilder, MemFlagsData, Signature, Value};
-use cranelift_codegen::settings::{self, Configurable};
+use cranelift_codegen::ir::{AbiParam, FuncRef, InstBuilder, MemFlagsData, Value};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
-use cranelift_jit::{JITBuilder, JITModule};
-use cranelift_module::{FuncId, Linkage, Module, ModuleError, default_libcall_names};
-use std::sync::Mutex;
-
-/// Reason why a tape is not compiled to machine code; the interpreter takes any tape.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum JitError {
-    /// Compiling would take longer and more memory than any run gains.
-    #[error("{found} instructions are more than the {limit} that are compiled to machine code")]
-    TooLong {
-        /// Instructions of the tape's body.
-        found: usize,
-        /// The most that are compiled.
-        limit: usize,
-    },
-    /// There is no code generator for this processor.
-    #[error("no machine code for this processor: {reason}")]
-    Host {
-        /// Message of the code generator.
-        reason: &'static str,
-    },
-    /// The code generator failed.
-    #[error("the code generator failed: {0}")]
-    Generator(#[from] Box<ModuleError>),
-}
-
-/// Longest body that is compiled: some two seconds, and as many bytes of code as ten times its instructions.
-pub(super) const MOST_INSTRUCTIONS: usize = 500_000;
+use cranelift_jit::JITModule;
+use cranelift_module::{FuncId, Linkage, Module, ModuleError};
 
 /// Machine code of one [`Tape`].
 ///
@@ -108,7 +81,7 @@ impl Tape {
             let (found, limit) = (self.body.len(), MOST_INSTRUCTIONS);
             return Err(JitError::TooLong { found, limit });
         }
-        let mut module = module()?;
+        let mut module = module_with_callees()?;
         match define(&mut module, self) {
             Ok(ids) => {
                 let function = |id| {
@@ -120,7 +93,7 @@ impl Tape {
                 let functions = ids.into_iter().map(function).collect();
                 Ok(MachineCode {
                     functions,
-                    _memory: Memory(Mutex::new(Some(module))),
+                    _memory: Memory::holding(module),
                     n_registers: self.n_registers,
                     n_inputs: self.n_inputs,
                     n_outputs: self.outputs.len(),
@@ -152,40 +125,6 @@ impl MachineCode {
     }
 }
 
-/// Memory with machine code; always present until dropped.
-pub(super) struct Memory(Mutex<Option<JITModule>>);
-
-impl Memory {
-    /// Memory with the bytes of a function, and its address.
-    ///
-    /// # Errors
-    /// [`JitError`] when there is none.
-    #[cfg(target_arch = "x86_64")]
-    pub(super) fn of(bytes: &[u8]) -> Result<(Self, *const u8), JitError> {
-        let mut module = module()?;
-        let mut define = || {
-            let signature = signature(&module);
-            let id = module.declare_function("tape", Linkage::Export, &signature);
-            let id = id.map_err(Box::new)?;
-            module.define_function_bytes(id, 32, bytes, &[]).map_err(Box::new)?;
-            module.finalize_definitions().map_err(Box::new)?;
-            Ok::<FuncId, Box<ModuleError>>(id)
-        };
-        let address = define().map(|id| module.get_finalized_function(id));
-        Ok((Self(Mutex::new(Some(module))), address?))
-    }
-}
-
-impl Drop for Memory {
-    fn drop(&mut self) {
-        let module = self.0.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
-        if let Some(module) = module.take() {
-            // SAFETY: functions in this memory are only called through borrows of its owner.
-            unsafe { module.free_memory() };
-        }
-    }
-}
-
 /// Sines and cosines of the first `N` of four angles.
 extern "C" fn turn<const N: usize>(
     a: f64,
@@ -211,29 +150,10 @@ extern "C" fn general_power(base: f64, exponent: f64) -> f64 {
 }
 
 /// A module for this processor that knows the functions called back.
-fn module() -> Result<JITModule, JitError> {
-    let mut flags = settings::builder();
-    for (name, value) in [
-        ("opt_level", "none"),
-        ("is_pic", "false"),
-        ("use_colocated_libcalls", "false"),
-        ("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" }),
-        ("unwind_info", "false"),
-        // Large frames are touched page by page in line; the default is a call into nowhere.
-        ("probestack_strategy", "inline"),
-    ] {
-        flags.set(name, value).expect("a setting of the code generator");
-    }
-    let host = cranelift_native::builder().map_err(|reason| JitError::Host { reason })?;
-    let isa = host
-        .finish(settings::Flags::new(flags))
-        .map_err(|fault| Box::new(ModuleError::Compilation(fault)))?;
-    let mut builder = JITBuilder::with_isa(isa, default_libcall_names());
+fn module_with_callees() -> Result<JITModule, JitError> {
     let turns = [turn::<1> as *const u8, turn::<2> as _, turn::<3> as _, turn::<4> as _];
-    builder.symbols(TURNS.into_iter().zip(turns));
-    builder.symbol("elementary", elementary as *const u8);
-    builder.symbol("power", general_power as *const u8);
-    Ok(JITModule::new(builder))
+    let others = [("elementary", elementary as *const u8), ("power", general_power as _)];
+    module(TURNS.into_iter().zip(turns).chain(others))
 }
 
 /// Compiles the body of the tape, section by section.
@@ -278,13 +198,6 @@ fn define(module: &mut JITModule, tape: &Tape) -> Result<Vec<FuncId>, Box<Module
     }
     module.finalize_definitions().map_err(Box::new)?;
     Ok(ids)
-}
-
-/// Three pointers and no result.
-fn signature(module: &JITModule) -> Signature {
-    let mut signature = module.make_signature();
-    signature.params.extend([AbiParam::new(I64); 3]);
-    signature
 }
 
 /// The functions that generated code calls.

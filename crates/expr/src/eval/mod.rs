@@ -6,7 +6,7 @@
 //! batch         a tape at many points, some dozens of them at each instruction
 //! lanes         a tape at one, four or eight points at once, in the lanes of registers, by an assembler of its own
 //! jit           a tape as machine code by cranelift, for processors that have no such assembler (feature `jit`);
-//!               sections: in several functions
+//!               sections: in several functions; memory: memory that can be executed, of either kind of code
 //! runner        a tape at one point, interpreted until machine code pays; due: when that is
 //! ```
 //!
@@ -21,6 +21,8 @@ mod interpreter;
 #[cfg(feature = "jit")]
 mod jit;
 mod lanes;
+#[cfg(feature = "jit")]
+mod memory;
 mod reference;
 mod runner;
 #[cfg(feature = "jit")]
@@ -30,7 +32,9 @@ pub use batch::Batch;
 pub use due::Jit;
 pub use interpreter::Workspace;
 #[cfg(feature = "jit")]
-pub use jit::{JitError, MachineCode};
+pub use jit::MachineCode;
 pub use lanes::{LaneRunner, LaneValues, LaneWorkspace, widest_lanes};
+#[cfg(feature = "jit")]
+pub use memory::JitError;
 pub use reference::{DomainFault, EvalError};
 pub use runner::Runner;

@@ -75,10 +75,10 @@ impl PointCode {
 
     /// Computes all outputs; false where they are not those of the tape.
     fn evaluate(&self, tape: &Tape, ws: &mut Workspace, inputs: &[f64], out: &mut [f64]) -> bool {
+        tape.check(ws, inputs, out);
         match self {
             #[cfg(target_arch = "x86_64")]
             Self::Lane(code) => {
-                tape.check(ws, inputs, out);
                 let one = Group { n_points: 1, first: 0 };
                 code.evaluate(tape, &mut ws.memory, one, inputs, out)
             }

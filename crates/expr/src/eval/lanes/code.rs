@@ -6,7 +6,7 @@ use super::allocation::{Body, Callees, assemble};
 use super::assembler::Width;
 use super::program::Turns;
 use super::{Extra, Group, LaneValues, Layout};
-use crate::eval::jit::{JitError, MOST_INSTRUCTIONS, Memory};
+use crate::eval::memory::{JitError, MOST_INSTRUCTIONS, Memory};
 use crate::op::{Function, power};
 use crate::sincos::{LARGEST, sin_cos, sin_cos_lanes};
 use crate::tape::Tape;
