@@ -1,6 +1,6 @@
 //! Taylor series of tapes against derivatives by the algebra.
 
-use bksim_expr::{Composition, Pool, Tape, TapeSeries};
+use bksim_expr::{Composition, Function, Pool, Tape, TapeSeries, Value};
 
 const ORDER: usize = 9;
 
@@ -97,4 +97,58 @@ fn kinks_of_what_changes_have_no_series() {
     for text in ["abs(x)", "max(x, k)", "floor(x)*x", "if(x < 1, x, 1)", "sign(x)"] {
         assert_eq!(series(text, 0.37, 2.3), None, "{text}");
     }
+}
+
+/// Coefficients of a tape of one input along `x = t` at zero, the operations that they take, and how many are told.
+fn of_tape(write: impl Fn(&mut Composition, Value) -> Value) -> (Vec<f64>, usize, usize) {
+    let mut line = Composition::new(1, 0);
+    let x = line.input(0);
+    let output = write(&mut line, x);
+    let mut series = TapeSeries::of(&line.finish(&[output])).expect("smooth");
+    let mut composition = Composition::new(1, 0);
+    let (zero, one) = (composition.constant(0.0), composition.constant(1.0));
+    let coefficients = (0..ORDER).map(|order| {
+        let x = [Some(composition.input(0)), Some(one)].get(order).copied().flatten();
+        series.extend(&mut composition, &[x])[0].unwrap_or(zero)
+    });
+    let coefficients: Vec<Value> = coefficients.collect();
+    let tape = composition.finish(&coefficients);
+    let mut out = vec![0.0; ORDER];
+    tape.evaluate(&mut tape.workspace(&[]), &[0.0], &mut out);
+    (out, tape.operation_count(), series.operation_counts(ORDER)[ORDER - 1])
+}
+
+/// `2 eˣ · 3 eˣ = 6 e²ˣ`, of which the coefficients are `6 · 2ᵏ/k!`.
+#[test]
+fn products_of_multiples_of_one_number_take_the_operations_of_a_square() {
+    let (found, n_multiples, _) = of_tape(|line, x| {
+        let e = line.apply(Function::Exp, &[x]);
+        let [two, three] = [2.0, 3.0].map(|number| line.constant(number));
+        let [a, b] = [line.multiply(two, e), line.multiply(e, three)];
+        line.multiply(a, b)
+    });
+    let mut wanted = 6.0;
+    for (k, found) in found.iter().enumerate() {
+        assert!((found - wanted).abs() < 1e-14 * 6.0, "{k}: {found} is not {wanted}");
+        wanted *= 2.0 / (k + 1) as f64;
+    }
+    let (_, n_product, _) = of_tape(|line, x| {
+        let e = line.apply(Function::Exp, &[x]);
+        let other = line.add(e, x);
+        line.multiply(e, other)
+    });
+    assert!(n_multiples < n_product, "{n_multiples}, {n_product}");
+}
+
+#[test]
+fn the_number_of_operations_is_told_before_they_are_written() {
+    // The slope of a first exponential has terms that are zero.
+    let (_, written, told) = of_tape(|line, x| {
+        let e = (0..4).fold(x, |e, _| line.apply(Function::Exp, &[e]));
+        let [other, root] = [line.add(e, x), line.apply(Function::Sqrt, &[e])];
+        let quotient = line.divide(other, root);
+        line.multiply(e, quotient)
+    });
+    let ratio = told as f64 / written as f64;
+    assert!((0.9..1.5).contains(&ratio), "{told} operations are told, {written} written");
 }
