@@ -29,6 +29,7 @@ use self::control::PiController;
 use self::stages::StageWork;
 use self::stiffness::StiffnessTest;
 pub use self::straight_line::{N_STEP_VECTORS, Recorder, STEP_END, record_step};
+pub use self::taylor::{N_SERIES_VECTORS, SeriesVector, record_series_end};
 use crate::accessors::accessors;
 use crate::dense::{ContinuousExtension, Interpolant, Step, TaylorPolynomial};
 use crate::error::{Cause, SolveError, Standstill};
@@ -164,6 +165,7 @@ impl<S: Ode> ExplicitSolver<S> {
     /// Evaluates `f` at the start of the run or after a jump, and chooses the step from there.
     fn begin(&mut self) -> Result<(), SolveError> {
         let Self { system, stages, stats, .. } = self;
+        stages.leave();
         let found = stages.evaluate(system, self.t, &self.y, &mut self.ydot, stats);
         if let Err(NotFinite { row }) = found {
             let at = self.standstill(0.0, Cause::NotFinite { row });
@@ -344,8 +346,8 @@ impl<S: Ode> ExplicitSolver<S> {
         self.t = t1;
         self.y.copy_from_slice(self.stages.y1.values());
         std::mem::swap(&mut self.ydot, &mut self.stages.f1);
+        let next = self.develop();
         if let Some(error) = error {
-            let next = self.develop();
             let next = next.unwrap_or_else(|| self.controller.after_accept(h, error));
             self.h = next.signum() * next.abs().min(self.settings.h_max);
         }

@@ -112,7 +112,8 @@ pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
 pub use events::{Crossing, Event, EventSearch, Events};
 pub use explicit::{
-    Advance, ExplicitSolver, N_STEP_VECTORS, Recorder, STEP_END, record_step, solve_ode,
+    Advance, ExplicitSolver, N_SERIES_VECTORS, N_STEP_VECTORS, Recorder, STEP_END, SeriesVector,
+    record_series_end, record_step, solve_ode,
 };
 pub use noise::Noise;
 pub use run::{Control, End, Outcome, Start};

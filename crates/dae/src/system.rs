@@ -169,8 +169,8 @@ pub trait Ode {
 
     /// Writes the coefficients `c_1 … c_p` of the Taylor series `y + Σ c_k (τ − t)^k` of the solution through `(t, y)`,
     /// of `n` numbers each, to `results`, where they are known; false where steps from there must be taken by stages, as
-    /// they must by default. `results` takes as many numbers as the system likes, those of the coefficients first; its
-    /// length never shrinks.
+    /// they must by default. After them, `results` has room for [`N_SERIES_VECTORS`](crate::N_SERIES_VECTORS) vectors, then
+    /// takes as many numbers as the system likes; its length never shrinks.
     fn series(&mut self, _t: f64, _y: &[f64], _order: usize, _results: &mut Vec<f64>) -> bool {
         false
     }
@@ -181,15 +181,16 @@ pub trait Ode {
         true
     }
 
-    /// Writes `f` at `near`, a state at the end of a step by a series, and in the place of the end `y1` what it is
-    /// projected to, with the derivative there; false, with nothing written, where [`Ode::derivative`] at `near`,
-    /// [`Ode::project`], and [`Ode::derivative`] must find them, in this order.
-    fn series_end(
+    /// Takes a step from `y` by the series whose results are `begin`, whose vectors it may overwrite, and writes the results of the series from its
+    /// projected end to `end`, with the vectors of [`SeriesVector`](crate::SeriesVector) in the room for them; false
+    /// where these must be found one by one, by [`Ode::derivative`] near the end, [`Ode::project`],
+    /// [`Ode::derivative`] and [`Ode::series`] at the end, as they must by default. What is written must be finite.
+    fn series_step(
         &mut self,
-        _t1: f64,
-        _near: (&[f64], &mut [f64]),
-        _y1: &mut [f64],
-        _ydot1: &mut [f64],
+        _span: StepSpan,
+        _y: &[f64],
+        _begin: &mut [f64],
+        _end: &mut Vec<f64>,
     ) -> bool {
         false
     }
@@ -256,14 +257,14 @@ impl<S: Ode + ?Sized> Ode for &mut S {
         (**self).series_holds(h, results)
     }
 
-    fn series_end(
+    fn series_step(
         &mut self,
-        t1: f64,
-        near: (&[f64], &mut [f64]),
-        y1: &mut [f64],
-        ydot1: &mut [f64],
+        span: StepSpan,
+        y: &[f64],
+        begin: &mut [f64],
+        end: &mut Vec<f64>,
     ) -> bool {
-        (**self).series_end(t1, near, y1, ydot1)
+        (**self).series_step(span, y, begin, end)
     }
 
     fn note(&mut self, attempt: Attempt) {

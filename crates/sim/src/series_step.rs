@@ -2,44 +2,43 @@
 //! that have power.
 //!
 //! Their work would be an unknown of no part in the error control, whose series falls more slowly than those of the
-//! coordinates. Two functions, made of those of the accelerations and the constraints:
+//! coordinates. One function, made of that of the accelerations and that of the constraints, is a step and all that the
+//! next one needs:
 //!
 //! ```text
-//! series   (t, y) → c_1 … c_p of y = (q, v, W), and the series of the pivots
-//! end      (t1, y near the end, y at the end) → f at the first, the second projected, f there
+//! (t1, h, y, c_1 … c_p of y = (q, v, W)) → the end, projected, f near it and there
+//!                                        → c_1 … c_p from there, the series of the pivots
 //! ```
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock};
 
-use bksim_dae::ExplicitMethod;
+use bksim_dae::{ExplicitMethod, N_SERIES_VECTORS, SeriesVector, StepSpan, record_series_end};
 use bksim_expr::{
-    Coefficient, Composition, Jit, LaneRunner, LaneWorkspace, Tape, TapeSeries, Value,
+    Coefficient, Composition, Function, Jit, LaneRunner, LaneWorkspace, Tape, TapeSeries, Value,
 };
 
-use crate::linear::elimination::padded;
+use crate::linear::elimination::{n_padded, padded};
 use crate::linear::shape::Shape;
-use crate::whole_step::{ProjectedEnd, StepParts, record_end};
+use crate::whole_step::{ProjectedEnd, StepParts, StepRecorder, record_projection};
 
 /// Operations of the accelerations up to which series are looked at: beyond, steps by stages are cheaper at any tolerance.
 const LARGEST: usize = 40;
 
-/// The order whose operations are counted, those of others being about in proportion to its square.
-const COUNTED: usize = 8;
-
 /// Orders among which the best is sought.
 const ORDERS: std::ops::RangeInclusive<usize> = 8..=24;
 
-/// Instructions of a step: around its functions, for an operation of the series, for an operation of the accelerations in
-/// all stages, for an unknown in their sums. Counted on the pendulum, the car axis, Andrews' mechanism and the slider-crank.
-const AROUND_SERIES: f64 = 4300.0;
-const AROUND_STAGES: f64 = 3400.0;
-const OF_SERIES: f64 = 1.5;
-const OF_STAGES: f64 = 30.0;
-const OF_SUMS: f64 = 150.0;
+/// Nanoseconds of a step: around its functions, for an operation of the series, for an operation of the accelerations in
+/// all stages, for an unknown in their sums. Measured on the pendulum at orders 8 to 24, the car axis, Andrews' mechanism
+/// and the slider-crank, on an AMD EPYC of 2024; only their ratios count.
+const AROUND_SERIES: f64 = 210.0;
+const AROUND_STAGES: f64 = 230.0;
+const OF_SERIES: f64 = 0.187;
+const OF_STAGES: f64 = 2.0;
+const OF_SUMS: f64 = 10.0;
 
 /// The way of a step by stages, in radii of convergence, is this and the eighth root of the tolerance, there as well.
-const BY_STAGES: f64 = 1.7;
+const BY_STAGES: f64 = 1.45;
 
 /// Part of the work that extrapolation needs in the place of Dormand and Prince, where it is chosen.
 const EXTRAPOLATED: f64 = 0.75;
@@ -50,34 +49,44 @@ const GAIN: f64 = 0.9;
 /// Part of its value at the start that a pivot may lose within a step.
 const LOST: f64 = 0.9;
 
-/// The functions by the order of the series, made when they are first asked for; shared by all runs of a mechanism.
+/// The span of a step: its end, its size, and one where a run begins, else zero.
+const N_SPAN: usize = 3;
+
+/// The function by the order of the series, made when it is first asked for; shared by all runs of a mechanism.
 #[derive(Debug)]
 pub(crate) struct SeriesStep {
     parts: StepParts,
     jit: Jit,
-    /// Operations of series of the order that is counted; `None` where there are no series.
-    n_operations: OnceLock<Option<usize>>,
+    /// Operations of series up to each order; `None` where there are no series.
+    n_operations: OnceLock<Option<Vec<usize>>>,
     /// `None` where there are none.
-    made: Mutex<BTreeMap<usize, Option<Arc<SeriesFunctions>>>>,
+    made: Mutex<BTreeMap<usize, Option<Arc<SeriesFunction>>>>,
 }
 
-/// The functions for one order.
+/// The function for one order.
 #[derive(Debug)]
-pub(crate) struct SeriesFunctions {
+pub(crate) struct SeriesFunction {
     shape: Shape,
     order: usize,
-    series: LaneRunner<1>,
-    end: LaneRunner<1>,
+    step: LaneRunner<1>,
 }
 
-/// The functions with parameters, and room for their arguments and results.
+/// The function with parameters.
 #[derive(Debug)]
 pub(crate) struct SeriesWork {
-    functions: Arc<SeriesFunctions>,
-    series: LaneWorkspace<1>,
-    end: LaneWorkspace<1>,
-    arguments: Vec<[f64; 1]>,
-    ends: Vec<[f64; 1]>,
+    function: Arc<SeriesFunction>,
+    workspace: LaneWorkspace<1>,
+}
+
+/// The results of a step by their meaning.
+pub(crate) struct SeriesResults<'a> {
+    /// All vectors of the step.
+    pub(crate) vectors: &'a [f64],
+    /// The end before its projection.
+    pub(crate) unprojected: &'a [f64],
+    pub(crate) end: ProjectedEnd<'a>,
+    /// The pivots near the end and there, each [`padded`].
+    pub(crate) pivots: &'a [f64],
 }
 
 impl SeriesStep {
@@ -93,10 +102,10 @@ impl SeriesStep {
         if line.operation_count() > LARGEST {
             return None;
         }
-        let count = || series_tape(&self.parts, COUNTED).map(|tape| tape.operation_count());
-        let counted = (*self.n_operations.get_or_init(count))? as f64;
+        let count = || Some(TapeSeries::of(line)?.operation_counts(*ORDERS.end()));
+        let counted = self.n_operations.get_or_init(count).as_ref()?;
         let work = |order: usize| {
-            let n_operations = counted * (order as f64 / COUNTED as f64).powi(2);
+            let n_operations = (counted[order - 1] + 2 * shape.nq * order) as f64;
             (AROUND_SERIES + OF_SERIES * n_operations) / ExplicitMethod::way_of_series(order, rtol)
         };
         let works = ORDERS.map(|order| (order, work(order)));
@@ -108,23 +117,24 @@ impl SeriesStep {
         (least < GAIN * part * by_stages).then_some(best)
     }
 
-    /// The functions for series of this order; `None` where accelerations have kinks.
-    pub(crate) fn functions(&self, order: usize) -> Option<Arc<SeriesFunctions>> {
+    /// The function for series of this order; `None` where accelerations have kinks.
+    pub(crate) fn function(&self, order: usize) -> Option<Arc<SeriesFunction>> {
         let mut made = self.made.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let make = || SeriesFunctions::of(&self.parts, order, self.jit).map(Arc::new);
+        let make = || SeriesFunction::of(&self.parts, order, self.jit).map(Arc::new);
         made.entry(order).or_insert_with(make).clone()
     }
 }
 
-impl SeriesFunctions {
+impl SeriesFunction {
     fn of(parts: &StepParts, order: usize, jit: Jit) -> Option<Self> {
-        let series = series_tape(parts, order)?;
-        Some(Self {
-            shape: parts.shape.clone(),
-            order,
-            series: LaneRunner::new(series, jit),
-            end: LaneRunner::new(end_tape(parts), jit),
-        })
+        let step = LaneRunner::new(step_tape(parts, order)?, jit);
+        Some(Self { shape: parts.shape.clone(), order, step })
+    }
+
+    /// The numbers that a step is a function of, which are the first of the results of another; the last of them are
+    /// the span of the step.
+    fn n_arguments(&self) -> usize {
+        n_arguments(self.n(), self.order)
     }
 
     /// Numbers of y.
@@ -133,30 +143,66 @@ impl SeriesFunctions {
     }
 }
 
-/// The coefficients of y, order by order, then those of the pivots that change, pivot by pivot, as a function of (t, y).
-fn series_tape(parts: &StepParts, order: usize) -> Option<Tape> {
-    let Shape { nq, nc, .. } = parts.shape;
-    let mut line = TapeSeries::of(&parts.line)?;
-    let mut composition = Composition::new(1 + 2 * nq, parts.line.n_parameters());
-    let zero = composition.constant(0.0);
-    let one = composition.constant(1.0);
+fn n_arguments(n: usize, order: usize) -> usize {
+    (order + N_SERIES_VECTORS) * n + N_SPAN
+}
 
-    // State and time, order by order.
-    let mut state: Vec<Coefficient> = (0..2 * nq).map(|i| Some(composition.input(1 + i))).collect();
+/// A step as a function of some results of the one before, and of its span: the coefficients of y from its end, order by
+/// order, the [`SeriesVector`]s, room for the span of the next step, the coefficients of the pivots that change, pivot by
+/// pivot, the gaps of [`ProjectedEnd`], and the pivots near the end and there. Where a run begins, the end is y itself.
+fn step_tape(parts: &StepParts, order: usize) -> Option<Tape> {
+    let Shape { nq, nc, .. } = parts.shape;
+    let n = 2 * nq + 1;
+    let mut line = TapeSeries::of(&parts.line)?;
+    let n_inputs = n_arguments(n, order);
+    let mut recorder = StepRecorder(Composition::new(n_inputs, parts.line.n_parameters()));
+    let inputs: Vec<Value> = (0..n_inputs).map(|i| recorder.0.input(i)).collect();
+    let (coefficients, rest) = inputs.split_at(order * n);
+    let y = &rest[SeriesVector::ProjectedEnd as usize * n..][..n];
+    let [t1, h, begins] = *inputs.last_chunk().expect("a span");
+
+    // The end by the series; there is no power.
+    let zero = recorder.0.constant(0.0);
+    let (mut near, mut end, mut last_term) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, &y) in y[..2 * nq].iter().enumerate() {
+        let own: Vec<Value> = coefficients.iter().skip(i).step_by(n).copied().collect();
+        let [own_near, own_end, own_last] = record_series_end(&mut recorder, h, y, &own);
+        near.push(own_near);
+        end.push(own_end);
+        last_term.push(own_last);
+    }
+    near.push(y[2 * nq]);
+    end.push(y[2 * nq]);
+    last_term.push(zero);
+    let StepRecorder(mut composition) = recorder;
+
+    // The end, projected by the factors near it.
+    let (near_slope, factors) = parts.record_derivative(&mut composition, t1, &near);
+    let (gaps, projected) = record_projection(parts, &mut composition, t1, &end, &factors);
+    let choices = y.iter().zip(&projected);
+    let choose = |(&y, &end)| composition.apply(Function::If, &[begins, y, end]);
+    let projected: Vec<Value> = choices.map(choose).collect();
+    let (slope, end_factors) = parts.record_derivative(&mut composition, t1, &projected);
+    let near_pivots = padded(&factors[..nq + nc]);
+    let pivots: Vec<Value> = near_pivots.chain(padded(&end_factors[..nq + nc])).collect();
+
+    // State and time from there, order by order.
+    let one = composition.constant(1.0);
+    let mut state: Vec<Coefficient> = projected[..2 * nq].iter().copied().map(Some).collect();
     let mut results: Vec<Value> = Vec::new();
-    let mut pivots: Vec<Vec<Coefficient>> = vec![Vec::new(); nq + nc];
+    let mut pivot_series: Vec<Vec<Coefficient>> = vec![Vec::new(); nq + nc];
     for k in 0..order {
         let time = match k {
-            0 => Some(composition.input(0)),
+            0 => Some(t1),
             1 => Some(one),
             _ => None,
         };
         let arguments = [&[time], &state[..]].concat();
         let solved = line.extend(&mut composition, &arguments);
         let (solution, factors) = solved.split_at(nq + nc);
-        pivots.iter_mut().zip(factors).for_each(|(pivot, &next)| pivot.push(next));
+        pivot_series.iter_mut().zip(factors).for_each(|(pivot, &next)| pivot.push(next));
 
-        // The next order is the integral of what was found; there is no power.
+        // The next order is the integral of what was found.
         let part = composition.constant(1.0 / (k + 1) as f64);
         let slopes = state[nq..].iter().chain(&solution[..nq]).chain([&None]).copied();
         let next = slopes.map(|slope| slope.map(|slope| composition.multiply(part, slope)));
@@ -164,82 +210,80 @@ fn series_tape(parts: &StepParts, order: usize) -> Option<Tape> {
         results.extend(next.iter().map(|c| c.unwrap_or(zero)));
         state = next[..2 * nq].to_vec();
     }
-    let changing = pivots.iter().filter(|pivot| pivot[1..].iter().any(Option::is_some));
+
+    // In the order of the vectors.
+    results.extend([near, near_slope, end, last_term, projected, slope].concat());
+    results.extend([zero; N_SPAN]);
+    let changing = pivot_series.iter().filter(|pivot| pivot[1..].iter().any(Option::is_some));
     results.extend(changing.flatten().map(|c| c.unwrap_or(zero)));
+    results.extend([gaps, pivots].concat());
     Some(composition.finish(&results))
 }
 
-/// The derivative at the first state, a [`ProjectedEnd`] from the second, then the pivots of both.
-fn end_tape(parts: &StepParts) -> Tape {
-    let StepParts { shape, line, .. } = parts;
-    let Shape { nq, nc, .. } = *shape;
-    let n = 2 * nq + 1;
-    let mut composition = Composition::new(1 + 2 * n, line.n_parameters());
-    let inputs: Vec<Value> = (0..=2 * n).map(|i| composition.input(i)).collect();
-    let (t, (near, y)) = (inputs[0], inputs[1..].split_at(n));
-    let (slope, factors) = parts.record_derivative(&mut composition, t, near);
-    let pivots: Vec<Value> = padded(&factors[..nq + nc]).collect();
-    let (end, end_pivots) = record_end(parts, &mut composition, t, (y, &factors));
-    composition.finish(&[slope, end, pivots, end_pivots].concat())
-}
-
 impl SeriesWork {
-    /// Room for steps with these parameters.
-    pub(crate) fn new(functions: Arc<SeriesFunctions>, parameters: &[f64]) -> Self {
-        let n = functions.n();
-        let (series, end) =
-            (functions.series.workspace(parameters), functions.end.workspace(parameters));
-        Self {
-            series,
-            end,
-            arguments: vec![[0.0]; 1 + 2 * n],
-            ends: vec![[0.0]; functions.end.tape().n_outputs()],
-            functions,
-        }
+    /// For steps with these parameters.
+    pub(crate) fn new(function: Arc<SeriesFunction>, parameters: &[f64]) -> Self {
+        let workspace = function.step.workspace(parameters);
+        Self { function, workspace }
     }
 
-    /// Writes the coefficients of the motion through `(t, y)`: unknowns of one order together, then those of the pivots,
-    /// orders of one together.
-    pub(crate) fn develop(&mut self, t: f64, y: &[f64], results: &mut Vec<f64>) {
-        let Self { functions, series, arguments, .. } = self;
-        let n_outputs = functions.series.tape().n_outputs();
-        let n_inputs = functions.series.tape().n_inputs();
-        let all = &mut arguments[..n_inputs];
-        let numbers = all.as_flattened_mut();
-        numbers[0] = t;
-        numbers[1..].copy_from_slice(&y[..n_inputs - 1]);
-        results.resize(results.len().max(n_outputs), 0.0);
-        functions.series.evaluate(series, all, results[..n_outputs].as_chunks_mut().0);
+    /// Writes the results of a step that ends where it begins, at `(t, y)`.
+    pub(crate) fn begin(&mut self, t: f64, y: &[f64], results: &mut Vec<f64>) {
+        let Self { function, .. } = self;
+        let mut arguments = vec![0.0; function.n_arguments()];
+        let at = (function.order + SeriesVector::ProjectedEnd as usize) * function.n();
+        arguments[at..][..y.len()].copy_from_slice(y);
+        self.evaluate([t, 0.0, 1.0], &mut arguments, results);
+    }
+
+    /// Writes the results of a step from where that with the results `begin` ended.
+    pub(crate) fn take(
+        &mut self,
+        StepSpan { h, t1, .. }: StepSpan,
+        begin: &mut [f64],
+        results: &mut Vec<f64>,
+    ) {
+        self.evaluate([t1, h, 0.0], begin, results);
+    }
+
+    fn evaluate(&mut self, span: [f64; N_SPAN], begin: &mut [f64], results: &mut Vec<f64>) {
+        let Self { function, workspace } = self;
+        let arguments = &mut begin[..function.n_arguments()];
+        if let Some(own_span) = arguments.last_chunk_mut() {
+            *own_span = span;
+        }
+        let n_outputs = function.step.tape().n_outputs();
+        if results.len() < n_outputs {
+            results.resize(n_outputs, 0.0);
+        }
+        let results = results[..n_outputs].as_chunks_mut().0;
+        function.step.evaluate(workspace, arguments.as_chunks().0, results);
+    }
+
+    /// The results of a step by their meaning.
+    pub(crate) fn results<'r>(&self, results: &'r [f64]) -> SeriesResults<'r> {
+        let Self { function, .. } = self;
+        let (n, Shape { nq, nc, .. }) = (function.n(), &function.shape);
+        let results = &results[function.order * n..function.step.tape().n_outputs()];
+        let (vectors, rest) = results.split_at(N_SERIES_VECTORS * n);
+        let vector = |vector: SeriesVector| &vectors[vector as usize * n..][..n];
+        let (rest, pivots) = rest.split_at(rest.len() - 2 * n_padded(nq + nc));
+        let gaps = &rest[rest.len() - ProjectedEnd::n_gaps(*nc)..];
+        let state = [vector(SeriesVector::ProjectedEnd), vector(SeriesVector::EndDerivative)];
+        let end = ProjectedEnd { gaps, state };
+        SeriesResults { vectors, unprojected: vector(SeriesVector::End), end, pivots }
     }
 
     /// True where no pivot loses its sign within a step of this size, by a series.
     pub(crate) fn holds(&self, h: f64, results: &[f64]) -> bool {
-        let functions = &self.functions;
-        let n_outputs = functions.series.tape().n_outputs();
-        let pivots = &results[functions.order * functions.n()..n_outputs];
-        pivots.chunks_exact(functions.order).all(|pivot| {
+        let Self { function, .. } = self;
+        let (order, Shape { nq, nc, .. }) = (function.order, &function.shape);
+        let others = ProjectedEnd::n_gaps(*nc) + 2 * n_padded(nq + nc);
+        let end = function.step.tape().n_outputs() - others;
+        let pivots = &results[function.n_arguments()..end];
+        pivots.chunks_exact(order).all(|pivot| {
             let change = pivot[1..].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * h.abs());
             change <= LOST * pivot[0].abs()
         })
-    }
-
-    /// The derivative near the end of a step at `t1`, the end, and the pivots of both.
-    pub(crate) fn end(
-        &mut self,
-        t1: f64,
-        near: &[f64],
-        y1: &[f64],
-    ) -> (&[f64], ProjectedEnd<'_>, &[f64]) {
-        let Self { functions, end, arguments, ends, .. } = self;
-        let numbers = arguments.as_flattened_mut();
-        numbers[0] = t1;
-        let (own_near, own_y1) = numbers[1..].split_at_mut(near.len());
-        own_near.copy_from_slice(near);
-        own_y1.copy_from_slice(y1);
-        functions.end.evaluate(end, arguments, ends);
-        let n = functions.n();
-        let (slope, rest) = ends.as_flattened().split_at(n);
-        let (end, pivots) = ProjectedEnd::of(rest, n, functions.shape.nc);
-        (slope, end, pivots)
     }
 }

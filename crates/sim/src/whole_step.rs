@@ -120,9 +120,14 @@ pub(crate) struct ProjectedEnd<'a> {
 impl<'a> ProjectedEnd<'a> {
     /// The first of some results, `n` for each vector, and those after them.
     pub(crate) fn of(results: &'a [f64], n: usize, nc: usize) -> (Self, &'a [f64]) {
-        let (gaps, rest) = results.split_at(if nc > 0 { 2 } else { 0 });
+        let (gaps, rest) = results.split_at(Self::n_gaps(nc));
         let (state, rest) = rest.split_at(2 * n);
         (Self { gaps, state: state.split_at(n).into() }, rest)
+    }
+
+    /// Numbers of the gaps, where there are so many constraints.
+    pub(crate) fn n_gaps(nc: usize) -> usize {
+        if nc > 0 { 2 } else { 0 }
     }
 
     pub(crate) fn is_finite(&self) -> bool {
@@ -297,7 +302,7 @@ fn closing_tape(parts: &StepParts, n_factors: usize) -> Tape {
 }
 
 /// Records a [`ProjectedEnd`] at `t1`, from a state near it and factors, and the pivots there, [`padded`].
-pub(crate) fn record_end(
+fn record_end(
     parts: &StepParts,
     recorder: &mut Composition,
     t1: Value,
@@ -312,7 +317,7 @@ pub(crate) fn record_end(
 
 /// Records one step of Newton's method for the positions, kept where it closes the gap further, then the projection of
 /// the velocities: the largest |g| before and after, and the projected state. See `MultiplierSystem::project`.
-fn record_projection(
+pub(crate) fn record_projection(
     StepParts { shape, constraints, .. }: &StepParts,
     recorder: &mut Composition,
     t: Value,
@@ -368,7 +373,7 @@ fn record_projection(
 }
 
 /// Writes the arithmetic of a step into a composition.
-struct StepRecorder(Composition);
+pub(crate) struct StepRecorder(pub(crate) Composition);
 
 impl Recorder for StepRecorder {
     type Value = Value;

@@ -6,7 +6,7 @@ use super::extrapolation::{Ends, Extrapolation};
 use super::picard::{self, Picard};
 use super::straight_line::StepVectors;
 use super::sums::{Columns, combine};
-use super::taylor::TaylorSeries;
+use super::taylor::{SeriesVector, TaylorSeries};
 use crate::dense::{ContinuousExtension, TaylorPolynomial};
 use crate::error::WorstUnknown;
 use crate::scale::{Scale, Unit};
@@ -122,6 +122,13 @@ impl StageWork {
         }
     }
 
+    /// Forgets the step that was tried last: the run goes on from elsewhere.
+    pub(super) fn leave(&mut self) {
+        if let Some(series) = &mut self.series {
+            series.leave();
+        }
+    }
+
     /// `f(t, y)`, with every entry finite.
     pub(super) fn evaluate<S: Ode>(
         &mut self,
@@ -145,9 +152,9 @@ impl StageWork {
     ) -> Result<(), NotFinite> {
         self.is_whole = false;
         if let Some(series) = known_mut(self.series.as_deref_mut()) {
-            self.y0.values_mut().copy_from_slice(y);
-            series.step(h, &self.y0);
-            self.y1.clone_from(&series.end);
+            if !series.step(system, span, y) {
+                self.y1.values_mut().copy_from_slice(series.vector(SeriesVector::End));
+            }
             return Ok(());
         }
         self.is_whole = self.extrapolation.is_none() && self.whole(system, span, (y, ydot));
@@ -185,7 +192,7 @@ impl StageWork {
     /// The error estimates of order 5 and 3.
     fn errors(&self) -> [&[f64]; 2] {
         if let Some(series) = known(self.series.as_deref()) {
-            return [series.last_term.values(); 2];
+            return [series.last_term(); 2];
         }
         if self.is_whole {
             return StepVectors::new(self.f1.len(), &self.whole).errors();
@@ -251,13 +258,13 @@ impl StageWork {
         t1: f64,
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
-        if let Some(series) = known_mut(self.series.as_deref_mut()) {
+        if let Some(series) = known_mut(self.series.as_deref_mut())
+            && series.finish(system, t1, stats)?
+        {
             stats.n_residual += 2;
-            let (y1, f1) = (self.y1.values_mut(), &mut self.f1);
-            if system.series_end(t1, (series.near.values(), &mut series.f_near), y1, f1) {
-                return Ok(());
-            }
-            derivative(system, t1, series.near.values(), &mut series.f_near, stats)?;
+            self.y1.values_mut().copy_from_slice(series.vector(SeriesVector::ProjectedEnd));
+            self.f1.copy_from_slice(series.vector(SeriesVector::EndDerivative));
+            return Ok(());
         }
         if self.is_whole && system.whole_end(t1, &self.whole, self.y1.values_mut(), &mut self.f1) {
             stats.n_residual += 1;
@@ -277,7 +284,7 @@ impl StageWork {
         const NOTHING: f64 = 1e-2;
         let series = known(self.series.as_deref());
         let (last, argument) = if let Some(series) = series {
-            (&series.f_near[..], series.near.values())
+            (series.vector(SeriesVector::NearDerivative), series.vector(SeriesVector::Near))
         } else if self.is_whole {
             let step = StepVectors::new(self.f1.len(), &self.whole);
             (step.k(N_STAGES - 1), step.last_argument())

@@ -43,16 +43,6 @@ impl Columns {
         &mut self.blocks[j * self.n_blocks..].as_flattened_mut()[..self.n]
     }
 
-    /// A block of the only column.
-    pub(super) fn block(&self, b: usize) -> &Block {
-        &self.blocks[b]
-    }
-
-    /// The same, to be overwritten.
-    pub(super) fn block_mut(&mut self, b: usize) -> &mut Block {
-        &mut self.blocks[b]
-    }
-
     /// The numbers of the only column.
     pub(super) fn values(&self) -> &[f64] {
         self.column(0)

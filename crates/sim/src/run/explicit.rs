@@ -114,9 +114,9 @@ impl<'a> ExplicitStepper<'a> {
         let is_regular = is_whole && passing.is_none() && monitor.is_none();
         let (method, motion) = match explicit_method(compiled, options) {
             by_series @ ExplicitMethod::Taylor { order } if is_regular => {
-                let functions = compiled.series.as_ref().and_then(|series| series.functions(order));
-                match functions {
-                    Some(functions) => (by_series, motion.by_series(functions)),
+                let function = compiled.series.as_ref().and_then(|series| series.function(order));
+                match function {
+                    Some(function) => (by_series, motion.by_series(function)),
                     None => (ExplicitMethod::DormandPrince, motion),
                 }
             }

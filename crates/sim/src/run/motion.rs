@@ -22,7 +22,7 @@ use super::singular::{CLOSE, NOTICEABLE};
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;
-use crate::series_step::{SeriesFunctions, SeriesWork};
+use crate::series_step::{SeriesFunction, SeriesWork};
 use crate::whole_step::{ClosingBuffers, ProjectedEnd, StepBuffers, StepResults, are_finite};
 use bksim_model::SolveOptions;
 
@@ -103,9 +103,9 @@ impl<'a> ExplicitMotion<'a> {
         Self { lanes, holding: Holding::of_lanes(), ..self }
     }
 
-    /// The same motion by series, with these functions.
-    pub(super) fn by_series(self, functions: Arc<SeriesFunctions>) -> Self {
-        let series = SeriesWork::new(functions, &self.parameters);
+    /// The same motion by series, with this function.
+    pub(super) fn by_series(self, function: Arc<SeriesFunction>) -> Self {
+        let series = SeriesWork::new(function, &self.parameters);
         Self { series: Some(series), ..self }
     }
 
@@ -116,6 +116,12 @@ impl<'a> ExplicitMotion<'a> {
             && !self.holding.is_on
             && self.multipliers.is_whole(system.nc())
             && self.multipliers.rank_margin() >= CLOSE
+    }
+
+    /// True where series serve: away from singular poses.
+    fn has_series(&self) -> bool {
+        let is_whole = self.multipliers.is_whole(self.evaluator.system().nc());
+        !self.holding.is_on && is_whole && self.multipliers.rank_margin() >= NOTICEABLE
     }
 
     /// Looks at the pivots of states, see [`MultiplierSystem::accept_stages`].
@@ -268,38 +274,32 @@ impl Ode for ExplicitMotion<'_> {
     }
 
     fn series(&mut self, t: f64, y: &[f64], _: usize, results: &mut Vec<f64>) -> bool {
-        let is_whole = self.multipliers.is_whole(self.evaluator.system().nc());
-        if self.holding.is_on || !is_whole || self.multipliers.rank_margin() < NOTICEABLE {
+        if !self.has_series() {
             return false;
         }
         let Some(series) = &mut self.series else { return false };
-        series.develop(t, y, results);
+        series.begin(t, y, results);
         true
     }
 
     fn series_holds(&self, h: f64, results: &[f64]) -> bool {
-        self.series.as_ref().is_some_and(|series| series.holds(h, results))
+        self.has_series() && self.series.as_ref().is_some_and(|series| series.holds(h, results))
     }
 
-    fn series_end(
+    fn series_step(
         &mut self,
-        t1: f64,
-        (near, f_near): (&[f64], &mut [f64]),
-        y1: &mut [f64],
-        ydot1: &mut [f64],
+        span: StepSpan,
+        _: &[f64],
+        begin: &mut [f64],
+        end: &mut Vec<f64>,
     ) -> bool {
-        let Some(mut series) = self.series.take() else { return false };
-        let (slope, end, pivots) = series.end(t1, near, y1);
-        let is_taken = self.multipliers.is_projected()
-            && self.is_closed(&end, y1)
-            && are_finite(slope)
-            && end.is_finite()
-            && self.take_end(&end, pivots, (y1, ydot1));
-        if is_taken {
-            f_near.copy_from_slice(slope);
-        }
-        self.series = Some(series);
-        is_taken
+        let Some(series) = &mut self.series else { return false };
+        series.take(span, begin, end);
+        let found = series.results(end);
+        self.multipliers.is_projected()
+            && self.is_closed(&found.end, found.unprojected)
+            && are_finite(found.vectors)
+            && self.accept_pivots(found.pivots)
     }
 
     fn note(&mut self, attempt: Attempt) {

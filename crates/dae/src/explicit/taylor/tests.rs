@@ -1,21 +1,25 @@
 //! Runs by series against those of Dormand and Prince.
 
 use crate::dense::Step;
-use crate::explicit::{ExplicitSolver, solve_ode};
+use crate::explicit::straight_line::Eager;
+use crate::explicit::{ExplicitSolver, N_SERIES_VECTORS, record_series_end, solve_ode};
 use crate::run::{Control, Start};
 use crate::settings::{ExplicitMethod, Settings, Tolerance};
-use crate::system::{Index, Layout, NotFinite, Ode};
+use crate::system::{Index, Layout, NotFinite, Ode, StepSpan};
 
-/// `x″ = −x³`, with its series or without.
+/// `x″ = −x³`, with its series or without, and with whole steps by it or without.
 struct Duffing {
     layout: Layout,
     has_series: bool,
+    has_whole_steps: bool,
     n_series: usize,
+    order: usize,
 }
 
 impl Duffing {
     fn new(has_series: bool) -> Self {
-        Self { layout: Layout::from_groups(&[(2, Index::One)]), has_series, n_series: 0 }
+        let layout = Layout::from_groups(&[(2, Index::One)]);
+        Self { layout, has_series, has_whole_steps: false, n_series: 0, order: 0 }
     }
 }
 
@@ -31,6 +35,7 @@ impl Ode for Duffing {
 
     fn series(&mut self, _: f64, y: &[f64], order: usize, results: &mut Vec<f64>) -> bool {
         self.n_series += 1;
+        self.order = order;
         let (mut x, mut square, mut v) = (vec![y[0]], Vec::new(), vec![y[1]]);
         for k in 0..order {
             let product = |a: &[f64], b: &[f64]| (0..=k).map(|i| a[i] * b[k - i]).sum::<f64>();
@@ -47,6 +52,33 @@ impl Ode for Duffing {
     /// As if something vanished two seconds ahead.
     fn series_holds(&self, h: f64, _: &[f64]) -> bool {
         h.abs() < 2.0
+    }
+
+    fn series_step(
+        &mut self,
+        StepSpan { h, t1, .. }: StepSpan,
+        y: &[f64],
+        begin: &mut [f64],
+        end: &mut Vec<f64>,
+    ) -> bool {
+        if !self.has_whole_steps {
+            return false;
+        }
+        let mut by_series = |i: usize| {
+            let own: Vec<f64> = (0..self.order).map(|k| begin[2 * k + i]).collect();
+            record_series_end(&mut Eager, h, y[i], &own)
+        };
+        let [x, v] = [0, 1].map(&mut by_series);
+        let mut slopes = [[0.0; 2]; 2];
+        for (slope, at) in slopes.iter_mut().zip([[x[0], v[0]], [x[1], v[1]]]) {
+            self.derivative(t1, &at, slope).expect("a slope everywhere");
+        }
+        end.resize((self.order + N_SERIES_VECTORS) * 2, 0.0);
+        self.series(t1, &[x[1], v[1]], self.order, end);
+        let [near_slope, slope] = slopes;
+        let vectors = [[x[0], v[0]], near_slope, [x[1], v[1]], [x[2], v[2]], [x[1], v[1]], slope];
+        end[2 * self.order..].copy_from_slice(vectors.as_flattened());
+        true
     }
 }
 
@@ -96,6 +128,24 @@ fn series_are_exact_to_the_tolerance_at_the_ends_of_steps_and_between_them() {
         assert!(drift < 60.0 * rtol && worst < 60.0 * rtol, "{drift:e}, {worst:e} at {rtol:e}");
         assert_eq!((end.stats.n_reject, system.n_series), (0, n_steps + 1));
     }
+}
+
+#[test]
+fn whole_steps_give_the_bits_of_their_parts() {
+    let run = |has_whole_steps: bool| {
+        let mut middles = Vec::new();
+        let mut observe = |step: &Step<'_>| {
+            let mut y = [0.0; 2];
+            step.at(0.5 * (step.t0() + step.t1()), &mut y);
+            let ends = [step.t1(), step.y1()[0], step.ydot1()[1], y[0], y[1]];
+            middles.push(ends.map(f64::to_bits));
+            Control::Continue
+        };
+        let system = Duffing { has_whole_steps, ..Duffing::new(true) };
+        let outcome = solve_ode(system, from_rest(), 20.0, by_series(14, 1e-9), &mut observe);
+        (middles, outcome.expect("it runs").stats)
+    };
+    assert_eq!(run(true), run(false));
 }
 
 /// Of `x″ = −x³` from the origin, every fourth coefficient alone is not zero.
