@@ -171,8 +171,10 @@ impl<S: Ode> ExplicitSolver<S> {
             let at = self.standstill(0.0, Cause::NotFinite { row });
             return Err(SolveError::NotFinite { row, at });
         }
+        let is_chosen =
+            self.settings.step == StepControl::Adaptive && self.settings.h_initial.is_none();
         self.h = match self.develop() {
-            Some(h) if self.settings.h_initial.is_none() => h,
+            Some(h) if is_chosen => h,
             _ => self.first_step_size(),
         };
         Ok(())

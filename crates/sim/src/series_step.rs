@@ -165,8 +165,8 @@ fn step_tape(parts: &StepParts, order: usize) -> Option<Tape> {
     let zero = recorder.0.constant(0.0);
     let (mut near, mut end, mut last_term) = (Vec::new(), Vec::new(), Vec::new());
     for (i, &y) in y[..2 * nq].iter().enumerate() {
-        let own: Vec<Value> = coefficients.iter().skip(i).step_by(n).copied().collect();
-        let [own_near, own_end, own_last] = record_series_end(&mut recorder, h, y, &own);
+        let own = coefficients.iter().copied().skip(i).step_by(n);
+        let [own_near, own_end, own_last] = record_series_end(&mut recorder, h, y, own);
         near.push(own_near);
         end.push(own_end);
         last_term.push(own_last);

@@ -111,10 +111,8 @@ fn record_sum<R: Recorder>(
 }
 
 /// Arithmetic that is carried out at once.
-#[cfg(test)]
 pub(super) struct Eager;
 
-#[cfg(test)]
 impl Recorder for Eager {
     type Value = f64;
 

@@ -14,7 +14,7 @@
 mod tests;
 
 use super::derivative;
-use super::straight_line::Recorder;
+use super::straight_line::{Eager, Recorder};
 use crate::dense::TaylorPolynomial;
 use crate::scale::Scale;
 use crate::settings::LAST_TERM;
@@ -176,8 +176,8 @@ impl TaylorSeries {
             next.resize(next.len().max((p + N_SERIES_VECTORS) * n), 0.0);
             let ends = &mut next[p * n..];
             for i in 0..n {
-                let [near, end, last_term] =
-                    series_end(span.h, y[i], (0..p).map(|k| results[k * n + i]));
+                let own = (0..p).map(|k| results[k * n + i]);
+                let [near, end, last_term] = record_series_end(&mut Eager, span.h, y[i], own);
                 ends[SeriesVector::Near as usize * n + i] = near;
                 ends[SeriesVector::End as usize * n + i] = end;
                 ends[SeriesVector::LastTerm as usize * n + i] = last_term;
@@ -233,14 +233,16 @@ pub fn record_series_end<R: Recorder>(
     recorder: &mut R,
     h: R::Value,
     y: R::Value,
-    coefficients: &[R::Value],
+    coefficients: impl DoubleEndedIterator<Item = R::Value> + ExactSizeIterator,
 ) -> [R::Value; 3] {
-    let Some((&last, others)) = coefficients.split_last() else {
+    let mut rest = coefficients.len();
+    let mut highest_first = coefficients.rev();
+    let Some(last) = highest_first.next() else {
         let none = recorder.constant(0.0);
         return [y, y, none];
     };
-    // By repeated squaring, as `powi` has it.
-    let (mut power, mut square, mut rest) = (None, h, coefficients.len());
+    // The power of h by repeated squaring.
+    let (mut power, mut square) = (None, h);
     loop {
         if rest % 2 == 1 {
             power = Some(power.map_or(square, |power| recorder.multiply(power, square)));
@@ -252,7 +254,7 @@ pub fn record_series_end<R: Recorder>(
         square = recorder.multiply(square, square);
     }
     let last_term = recorder.multiply(power.unwrap_or(h), last);
-    let sum = others.iter().rev().fold(None, |sum: Option<R::Value>, &c| {
+    let sum = highest_first.fold(None, |sum: Option<R::Value>, c| {
         Some(sum.map_or(c, |sum| {
             let higher = recorder.multiply(sum, h);
             recorder.add(higher, c)
@@ -263,17 +265,4 @@ pub fn record_series_end<R: Recorder>(
         recorder.add(all, y)
     });
     [near, recorder.add(near, last_term), last_term]
-}
-
-/// The same at once.
-fn series_end(
-    h: f64,
-    y: f64,
-    coefficients: impl ExactSizeIterator<Item = f64> + DoubleEndedIterator,
-) -> [f64; 3] {
-    let power = h.powi(i32::try_from(coefficients.len()).unwrap_or(i32::MAX));
-    let mut later = coefficients.rev();
-    let last_term = power * later.next().unwrap_or(0.0);
-    let near = later.fold(0.0, |sum, c| sum * h + c) * h + y;
-    [near, near + last_term, last_term]
 }

@@ -4,7 +4,7 @@ use crate::dense::Step;
 use crate::explicit::straight_line::Eager;
 use crate::explicit::{ExplicitSolver, N_SERIES_VECTORS, record_series_end, solve_ode};
 use crate::run::{Control, Start};
-use crate::settings::{ExplicitMethod, Settings, Tolerance};
+use crate::settings::{ExplicitMethod, Settings, StepControl, Tolerance};
 use crate::system::{Index, Layout, NotFinite, Ode, StepSpan};
 
 /// `x″ = −x³`, with its series or without, and with whole steps by it or without.
@@ -65,8 +65,8 @@ impl Ode for Duffing {
             return false;
         }
         let mut by_series = |i: usize| {
-            let own: Vec<f64> = (0..self.order).map(|k| begin[2 * k + i]).collect();
-            record_series_end(&mut Eager, h, y[i], &own)
+            let own = (0..self.order).map(|k| begin[2 * k + i]);
+            record_series_end(&mut Eager, h, y[i], own)
         };
         let [x, v] = [0, 1].map(&mut by_series);
         let mut slopes = [[0.0; 2]; 2];
@@ -200,5 +200,26 @@ fn a_run_by_series_goes_on_where_it_was_saved() {
         let resumed =
             ExplicitSolver::resume(Duffing::new(true), &solver.save(), 20.0, by_series(14, 1e-9));
         assert_eq!(finish(&mut resumed.expect("it fits")), undisturbed[after..]);
+    }
+}
+
+#[test]
+fn steps_of_constant_size_are_taken_by_the_series_of_their_own_starts() {
+    for has_whole_steps in [false, true] {
+        let settings = |explicit: ExplicitMethod| Settings {
+            explicit,
+            step: StepControl::Fixed { h: 0.1, newton_tolerance: 1e-12 },
+            ..Settings::default()
+        };
+        let run = |explicit: ExplicitMethod| {
+            let system = Duffing { has_whole_steps, ..Duffing::new(true) };
+            let mut keep = |_: &Step<'_>| Control::Continue;
+            solve_ode(system, from_rest(), 2.0, settings(explicit), &mut keep).expect("it runs").y
+        };
+        let (series, stages) =
+            (run(ExplicitMethod::Taylor { order: 14 }), run(ExplicitMethod::DormandPrince));
+        let gaps = series.iter().zip(stages).map(|(a, b)| (a - b).abs());
+        let gap = gaps.fold(0.0, f64::max);
+        assert!(gap < 1e-9, "{gap:e}, whole steps: {has_whole_steps}");
     }
 }
