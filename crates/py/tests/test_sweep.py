@@ -284,7 +284,7 @@ def test_an_interrupted_sweep_in_memory_keeps_what_was_done(crank: bksim.Model) 
     begun = time.perf_counter()
     thread = interrupt_after(lambda: time.perf_counter() - begun > 1.2)
     with pytest.raises(KeyboardInterrupt, match="result") as caught:
-        bksim.sweep(crank, LARGE, outputs=[name], t_end=1.0)
+        bksim.sweep(crank, LARGE, outputs=[name], t_end=10.0)
     thread.join()
     result = caught.value.result  # type: ignore[attr-defined]
     assert 0 < len(result) < 10_000 and not result.is_whole
@@ -292,7 +292,7 @@ def test_an_interrupted_sweep_in_memory_keeps_what_was_done(crank: bksim.Model) 
     assert np.array_equal(result["l1"], LARGE["l1"][case // 100])
     assert np.count_nonzero(~np.isnan(result.grid(name))) == len(result)
     axes = {of: [float(result[of][-1])] for of in LARGE}
-    alone = bksim.sweep(crank, axes, outputs=[name], t_end=1.0)
+    alone = bksim.sweep(crank, axes, outputs=[name], t_end=10.0)
     assert alone[name][0] == result[name][-1]
 
 

@@ -31,6 +31,7 @@ use crate::redundancy::{
 };
 use crate::sampled::{SampledSignals, Sampling};
 use crate::series_step::SeriesStep;
+use crate::whole_sample::{SampleParts, WholeSample};
 use crate::whole_step::{StepParts, WholeStep};
 use bksim_mbs::constraint::Source;
 use bksim_mbs::coordinate::CoordinateKind;
@@ -68,6 +69,8 @@ pub struct CompiledSystem {
     pub(crate) step: Option<Arc<WholeStep>>,
     /// The same by Taylor series, where nothing has power.
     pub(crate) series: Option<Arc<SeriesStep>>,
+    /// A whole sample of them.
+    pub(crate) sample: Option<Arc<WholeSample>>,
     /// The unknowns (q, v, W) of explicit steps, W the work of loads and drives.
     pub(crate) unknowns: Layout,
     /// G, g and ∂g/∂t of (t, q).
@@ -166,6 +169,19 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let signals = model.named_signals.iter();
     let signals: Vec<Expr> = signals.map(|s| pool.substitute(s.value, &measures)).collect();
     let signals = pool.substitute_all(&signals, &reported(model, system, &all_reactions));
+    let energy = function(&energy, &[&q, &v, &lambda, u])?;
+    let reactions = function(&reaction_outputs, &[&q, &v, &a, &lambda, u])?;
+    let signals =
+        (!signals.is_empty()).then(|| function(&signals, &[&q, &v, &a, &lambda, u])).transpose()?;
+    let sample = step.clone().map(|StepParts { shape, line, constraints, .. }| SampleParts {
+        shape,
+        constraints,
+        line,
+        dynamics: dynamics.tape().clone(),
+        energy: energy.tape().clone(),
+        reactions: reactions.tape().clone(),
+        signals: signals.as_ref().map(|signals| signals.tape().clone()),
+    });
     let coordinates = coordinate_quantities(model, system);
     Ok(CompiledSystem {
         unknowns: unknowns(&coordinates),
@@ -185,21 +201,20 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
             .filter(|parts| parts.power.is_none())
             .map(|parts| Arc::new(SeriesStep::new(parts, model.solve.jit))),
         step: step.map(|parts| Arc::new(WholeStep::new(parts, model.solve.jit))),
+        sample: sample.map(|parts| Arc::new(WholeSample::new(parts, model.solve.jit))),
         constraints,
         branching_constraints,
         shape,
         elimination: EliminationPlan::default(),
-        energy: function(&energy, &[&q, &v, &lambda, u])?,
+        energy,
         power,
-        reactions: function(&reaction_outputs, &[&q, &v, &a, &lambda, u])?,
+        reactions,
         indicators,
         sampled,
         latches,
         transmissions: Transmissions::compile(model, system, &q, &parameters)?,
         second_angles: system.kinematics.sequences().iter().map(|three| three[1]).collect(),
-        signals: (!signals.is_empty())
-            .then(|| function(&signals, &[&q, &v, &a, &lambda, u]))
-            .transpose()?,
+        signals,
         held_rows: HeldRows::compile(model, system, &parameters)?,
         n_parameters: model.parameters.len(),
         n_states: model.states.len(),

@@ -12,6 +12,7 @@ use crate::linear::rows::{LARGEST_DENSE, SparseRows};
 use crate::linear::shape::Shape;
 use crate::modes::Modes;
 use crate::state::{AccelerationRef, StateRef};
+use crate::whole_sample::SampleResults;
 
 /// The functions of one compiled system at one set of parameters, with their buffers.
 #[derive(Clone, Debug)]
@@ -25,6 +26,8 @@ pub struct Evaluator<'a> {
 pub(crate) struct EvaluatorBuffers {
     dynamics: Buffers,
     unrolled: Option<Buffers>,
+    /// Of a whole sample, where there is one.
+    sample: Option<Buffers>,
     constraints: Buffers,
     /// In the place of `constraints` while positions are looked for.
     branching: Option<Buffers>,
@@ -82,6 +85,7 @@ impl<'a> Evaluator<'a> {
         let buffers = EvaluatorBuffers {
             dynamics: system.dynamics.buffers(parameters()),
             unrolled: system.unrolled.as_ref().map(|function| function.buffers(parameters())),
+            sample: system.sample.as_ref().map(|_| Buffers::new(parameters())),
             constraints: system.constraints.buffers(parameters()),
             branching: None,
             energy: system.energy.buffers(parameters()),
@@ -172,6 +176,17 @@ impl<'a> Evaluator<'a> {
         let Self { system, buffers: EvaluatorBuffers { unrolled, inputs, .. } } = self;
         let (function, buffers) = system.unrolled.as_ref().zip(unrolled.as_mut())?;
         Some(function.evaluate(buffers, &[&[t], q, v, inputs.at(t, q, v)]))
+    }
+
+    /// Everything about the state near this one that lies on the constraints; `None` where it must be had by its parts.
+    pub(crate) fn whole_sample(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+    ) -> Option<SampleResults<'_>> {
+        let Self { system, buffers: EvaluatorBuffers { sample, .. } } = self;
+        system.sample.as_ref()?.evaluate(sample.as_mut()?, (t, q, v))
     }
 
     /// The factors among the last results of [`Evaluator::unrolled`].

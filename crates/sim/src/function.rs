@@ -1,10 +1,11 @@
 //! [`Function`]: expressions as one compiled function of groups of symbols and of parameters.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use bksim_dae::{LANES, Lanes};
 use bksim_expr::{
-    Expr, LaneRunner, LaneValues, LaneWorkspace, Runner, SymbolId, Tape, TapeError, Workspace,
+    Expr, Jit, LaneRunner, LaneValues, LaneWorkspace, Runner, SymbolId, Tape, TapeError, Workspace,
 };
 use bksim_model::Model;
 
@@ -31,12 +32,47 @@ struct Room {
     results: Vec<f64>,
 }
 
+/// Uses of what is made of several functions once that pays; without machine code it never does.
+#[derive(Debug)]
+pub(crate) struct Uses {
+    jit: Jit,
+    n_before: AtomicUsize,
+}
+
 /// The same at several points at once.
 #[derive(Clone, Debug)]
 pub(crate) struct LaneBuffers {
     workspace: LaneWorkspace<LANES>,
     arguments: LaneValues<LANES>,
     results: LaneValues<LANES>,
+}
+
+impl Uses {
+    /// None yet.
+    pub(crate) fn new(jit: Jit) -> Self {
+        Self { jit, n_before: AtomicUsize::new(0) }
+    }
+
+    /// True where there have been as many as pay, or all pay; takes note of one otherwise.
+    pub(crate) fn are_enough(&self, n_paid: usize) -> bool {
+        match self.jit {
+            Jit::Off => return false,
+            Jit::On => return true,
+            Jit::Auto => (),
+        }
+        let are_enough = self.n_before.load(Relaxed) >= n_paid;
+        if !are_enough {
+            self.n_before.fetch_add(1, Relaxed);
+        }
+        are_enough
+    }
+}
+
+impl Buffers {
+    /// Those of a function of so many parameters.
+    pub(crate) fn new(parameters: Arc<[f64]>) -> Self {
+        Self { parameters, room: None }
+    }
 }
 
 impl LaneBuffers {
@@ -63,7 +99,12 @@ impl Function {
 
     /// The function that a tape computes.
     pub(crate) fn of(tape: Tape, model: &Model) -> Self {
-        Self { runner: Runner::new(tape, model.solve.jit), lanes: None }
+        Self::with_code(tape, model.solve.jit)
+    }
+
+    /// The same, with machine code when this says.
+    pub(crate) fn with_code(tape: Tape, jit: Jit) -> Self {
+        Self { runner: Runner::new(tape, jit), lanes: None }
     }
 
     /// The same function, which can be evaluated at several points at once, too.
@@ -86,7 +127,7 @@ impl Function {
     pub(crate) fn buffers(&self, parameters: impl Into<Arc<[f64]>>) -> Buffers {
         let parameters = parameters.into();
         assert_eq!(parameters.len(), self.tape().n_parameters(), "number of parameters");
-        Buffers { parameters, room: None }
+        Buffers::new(parameters)
     }
 
     /// The room of buffers, made where there is none yet.

@@ -37,6 +37,7 @@ pub mod start;
 mod start_error;
 pub mod state;
 mod stepping;
+mod whole_sample;
 mod whole_step;
 
 pub use linear::svd::{Entry, Svd};

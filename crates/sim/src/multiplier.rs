@@ -16,7 +16,7 @@ mod limit;
 mod nearby;
 mod planned;
 mod pressed;
-mod projection;
+pub(crate) mod projection;
 mod straight_line;
 
 use bksim_dae::{Loader, NotFinite, Saver, SolveError};

@@ -6,6 +6,7 @@
 //! values of the multipliers.
 
 mod checkpoint;
+mod completion;
 pub(crate) mod dense;
 mod ending;
 mod ensemble;

@@ -5,13 +5,14 @@
 //! bits of the stages one by one.
 
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use bksim_dae::{N_STEP_VECTORS, Recorder, STEP_END, StepSpan, record_step};
-use bksim_expr::{Composition, Function, Jit, LaneRunner, LaneValues, LaneWorkspace, Tape, Value};
+use bksim_expr::{Composition, Jit, LaneRunner, LaneValues, LaneWorkspace, Tape, Value};
 
-use crate::linear::elimination::{Elimination, n_padded, padded};
+use crate::function::Uses;
+use crate::linear::elimination::{n_padded, padded};
 use crate::linear::shape::Shape;
+use crate::linear::written::WrittenSystem;
 
 /// Stages of a step whose accelerations are part of it.
 const N_STAGES: usize = 11;
@@ -26,7 +27,7 @@ const STEPS_PER_OPERATION: usize = N_STAGES;
 pub(crate) struct WholeStep {
     parts: StepParts,
     jit: Jit,
-    n_steps: AtomicUsize,
+    steps: Uses,
     /// `None` where there is no such function.
     made: OnceLock<Option<Made>>,
     /// A further projection of the end, and the derivative there.
@@ -151,8 +152,8 @@ pub(crate) fn are_finite(numbers: &[f64]) -> bool {
 impl WholeStep {
     /// Not made yet.
     pub(crate) fn new(parts: StepParts, jit: Jit) -> Self {
-        let (n_steps, made, closing) = (AtomicUsize::new(0), OnceLock::new(), OnceLock::new());
-        Self { parts, jit, n_steps, made, closing }
+        let (steps, made, closing) = (Uses::new(jit), OnceLock::new(), OnceLock::new());
+        Self { parts, jit, steps, made, closing }
     }
 
     fn made(&self) -> Option<&Made> {
@@ -166,13 +167,7 @@ impl WholeStep {
 
     /// The function of one state if it is due now.
     fn one(&self) -> Option<&LaneRunner<1>> {
-        let n_paid = match self.jit {
-            Jit::Off => return None,
-            Jit::On => 0,
-            Jit::Auto => STEPS_PER_OPERATION * self.parts.line.len(),
-        };
-        if self.n_steps.load(Relaxed) < n_paid {
-            self.n_steps.fetch_add(1, Relaxed);
+        if !self.steps.are_enough(STEPS_PER_OPERATION * self.parts.line.len()) {
             return None;
         }
         self.made().map(|made| &made.one).filter(|one| one.has_code())
@@ -324,52 +319,16 @@ pub(crate) fn record_projection(
     y: &[Value],
     factors: &[Value],
 ) -> (Vec<Value>, Vec<Value>) {
-    let (nq, nc) = (shape.nq, shape.nc);
-    if nc == 0 {
+    if shape.nc == 0 {
         return (Vec::new(), y.to_vec());
     }
-    let rows: Vec<usize> = (0..nc).collect();
-    let elimination = Elimination::new(shape, &rows);
-    let subtract = |recorder: &mut Composition, from: &[Value], step: Vec<Value>| {
-        let differences = from.iter().zip(step).map(|(&x, step)| recorder.subtract(x, step));
-        differences.collect::<Vec<_>>()
-    };
-    let largest = |recorder: &mut Composition, values: &[Value]| {
-        let none = recorder.constant(0.0);
-        values.iter().fold(none, |largest, &value| {
-            let size = recorder.apply(Function::Abs, &[value]);
-            recorder.apply(Function::Max, &[largest, size])
-        })
-    };
-
-    // Positions.
-    let (q, v) = y[..2 * nq].split_at(nq);
-    let n_entries = shape.jacobian.len();
-    let closed =
-        |recorder: &mut Composition, q: &[Value]| recorder.call(constraints, &[&[t], q].concat());
-    let before = closed(recorder, q);
-    let residual = &before[n_entries..][..nc];
-    let step = elimination.record_step(recorder, factors, residual);
-    let trial = subtract(recorder, q, step);
-    let after = closed(recorder, &trial);
-    let gaps = [residual, &after[n_entries..][..nc]].map(|values| largest(recorder, values));
-    let has_gained = recorder.apply(Function::Lt, &[gaps[1], gaps[0]]);
-    let mut choose = |after: &[Value], before: &[Value]| {
-        let choice = |(&after, &before)| recorder.apply(Function::If, &[has_gained, after, before]);
-        after.iter().zip(before).map(choice).collect::<Vec<_>>()
-    };
-    let q = choose(&trial, q);
-
-    // Velocities, with the rows there.
-    let jacobian = choose(&after[..n_entries], &before[..n_entries]);
-    let mut drift = choose(&after[n_entries + nc..], &before[n_entries + nc..]);
-    for (&(row, i), value) in shape.jacobian.iter().zip(jacobian) {
-        let product = recorder.multiply(value, v[i]);
-        drift[row] = recorder.add(drift[row], product);
-    }
-    let step = elimination.record_step(recorder, factors, &drift);
-    let v = subtract(recorder, v, step);
-    (gaps.to_vec(), [&q[..], &v, &y[2 * nq..]].concat())
+    let system = WrittenSystem::new(shape, constraints);
+    let (q, v) = y[..2 * shape.nq].split_at(shape.nq);
+    let before = system.position(recorder, t, q);
+    let (kept, gap) = system.newton_step(recorder, t, factors, &before);
+    let rate = system.rate(recorder, &kept, v);
+    let v = system.velocities(recorder, factors, &rate, v);
+    (vec![before.gap, gap], [&kept.q[..], &v, &y[2 * shape.nq..]].concat())
 }
 
 /// Writes the arithmetic of a step into a composition.

@@ -63,8 +63,12 @@ fn run_file(path: &str, options: &str) -> (Vec<Vec<u64>>, [usize; 2]) {
     let start = mechanism.start().expect("a start");
     let mut samples = Vec::new();
     let mut keep = |sample: &Sample| {
-        let numbers = sample.q.iter().chain(&sample.v).chain(&sample.a).chain(&sample.lambda);
-        samples.push(numbers.chain([&sample.work]).map(|x| x.to_bits()).collect());
+        let Sample { q, v, a, lambda, reactions, signals, energy, .. } = sample;
+        let parts = [q, v, a, lambda, signals, reactions.as_flattened()];
+        let alone = [sample.work, energy.kinetic, energy.potential, energy.power];
+        let residuals = sample.position_residual.iter().chain(&sample.velocity_residual);
+        let numbers = parts.into_iter().flatten().chain(&alone).chain(residuals);
+        samples.push(numbers.map(|x| x.to_bits()).collect());
         Control::Continue
     };
     let simulation = mechanism.simulation().expect("compiles");

@@ -21,6 +21,7 @@
 //! | [`plan`] | the same, its order chosen once | `EliminationPlan` |
 //! | [`augmented`] | the same with coordinates that have no inertia of their own | `Augmented` |
 //! | [`unrolled`] | the same as straight-line code, for small mechanisms | `UnrolledSolve` |
+//! | [`written`] | projections, and refined solutions, as straight-line code? | `WrittenSystem` |
 //!
 //! Matrices with more than [`rows::LARGEST_DENSE`] columns are never decomposed as dense ones.
 
@@ -35,3 +36,4 @@ pub(crate) mod rows;
 pub(crate) mod shape;
 pub(crate) mod svd;
 pub(crate) mod unrolled;
+pub(crate) mod written;

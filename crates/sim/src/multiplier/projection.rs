@@ -5,7 +5,16 @@ use crate::evaluator::{ConstraintsAt, Evaluator};
 use crate::linear::shape::Shape;
 
 /// Weaker than this, a projection would divide what integration has left open by almost nothing.
-const PROJECTED_ABOVE: f64 = 1e-4;
+pub(super) const PROJECTED_ABOVE: f64 = 1e-4;
+
+/// The gap that is as good as closed, as a part of [`size_of`] the position. That which a step leaves is so small that
+/// one Newton step with the factors of the last stage closes it to rounding, but for long steps.
+pub(crate) const CLOSED: f64 = 1e-11;
+
+/// The largest magnitude of a coordinate, one at least.
+pub(crate) fn size_of(q: &[f64]) -> f64 {
+    q.iter().fold(1.0, |size, q| size.max(q.abs()))
+}
 
 /// Largest residuals before and after a projection.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]

@@ -1,5 +1,6 @@
 //! Solutions and factors by straight-line code, which small mechanisms have: taken over where their pivots are regular.
 
+use super::projection::PROJECTED_ABOVE;
 use super::{Factors, MultiplierSystem, REFINED_BELOW};
 use crate::evaluator::Evaluator;
 use crate::linear::elimination::n_padded;
@@ -95,6 +96,20 @@ impl MultiplierSystem {
             observe(elimination.rank_margin());
         }
         true
+    }
+
+    /// Looks at the pivots of a sample, those near it and there, each [`padded`](crate::linear::elimination::padded). False,
+    /// as if they had never been seen, where one of them needs a closer look or states are not projected.
+    pub(crate) fn accept_sample(&mut self, pivots: &[f64]) -> bool {
+        self.factors = Factors::Recorded;
+        let Self { elimination, .. } = self;
+        elimination.keep_best();
+        let are_regular = elimination.accept_states(pivots)
+            && elimination.rank_margin() >= PROJECTED_ABOVE.max(REFINED_BELOW);
+        if !are_regular {
+            elimination.restore_best();
+        }
+        are_regular
     }
 
     /// As [`MultiplierSystem::rank_margin_at`], by straight-line code where that serves.

@@ -22,6 +22,7 @@ use super::singular::{CLOSE, NOTICEABLE};
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;
+use crate::multiplier::projection::{CLOSED, size_of};
 use crate::series_step::{SeriesFunction, SeriesWork};
 use crate::whole_step::{ClosingBuffers, ProjectedEnd, StepBuffers, StepResults, are_finite};
 use bksim_model::SolveOptions;
@@ -64,10 +65,6 @@ enum LastFactors {
 /// step in the mean over the unknowns, what is asked of it is the error of the run in each. A step
 /// of order eight grows only by 1.8 for it.
 const SAFETY: f64 = 0.01;
-
-/// The gap that is as good as closed, as a part of the largest coordinate. That which a step leaves is so small that
-/// one Newton step with the factors of the last stage closes it to rounding, but for long steps.
-const CLOSED: f64 = 1e-11;
 
 /// Steps of Newton's method at most, each with a projection of the velocities.
 const MAX_PASSES: usize = 3;
@@ -173,11 +170,6 @@ impl<'a> ExplicitMotion<'a> {
         };
         Settings { rtol, atol: Tolerance::PerUnknown(atol), step, ..Settings::default() }
     }
-}
-
-/// The largest magnitude of a coordinate, one at least.
-fn size_of(q: &[f64]) -> f64 {
-    q.iter().fold(1.0, |size, q| size.max(q.abs()))
 }
 
 impl Ode for ExplicitMotion<'_> {

@@ -1,9 +1,9 @@
 //! A run again, at any instant, from its segments: the samples that the run itself would have handed
 //! out there.
 
+use super::completion::complete_state;
 use super::observer::Segment;
 use super::sample::{Energy, Sample};
-use super::sampler::{complete, project};
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::modes::Modes;
@@ -82,8 +82,7 @@ impl<'a> Replay<'a> {
         sample.q.copy_from_slice(q);
         sample.v.copy_from_slice(v);
         // Numbers without a value are NaN, and show as such.
-        let _ = project(evaluator, multipliers, sample);
-        complete(evaluator, sample);
+        let _ = complete_state(evaluator, multipliers, sample);
         let Sample { q, v, lambda, .. } = sample;
         self.watcher.fill_slip_friction(&self.modes, (t, q, v), lambda);
         if self.compiled.yields() {

@@ -1,7 +1,8 @@
 //! [`Sampler`]: from dense output to samples, by projection, accelerations, reactions, energies.
 
-use bksim_dae::{Control, Loader, NotFinite, Saver, SolveError};
+use bksim_dae::{Control, Loader, Saver, SolveError};
 
+use super::completion::{complete, complete_state};
 use super::dense::DenseOutput;
 use super::mechanism::PhaseMechanism;
 use super::observer::{Observer, Segment};
@@ -10,11 +11,9 @@ use super::sample::Sample;
 use super::schedule::Schedule;
 use super::summary::Summary;
 use crate::compiled::CompiledSystem;
-use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;
 use crate::sampled::Tick;
 use crate::start::Start;
-use crate::state::{AccelerationRef, StateRef};
 use bksim_model::LoadId;
 
 /// Samples that are kept of a step in which a run was stopped: few, as whoever stops a run waits for them.
@@ -88,7 +87,8 @@ impl Sampler {
         sample.lambda.clone_from(&start.lambda);
         sample.position_residual = [start.position_residual; 2];
         sample.velocity_residual = [start.velocity_residual; 2];
-        self.complete(mechanism);
+        complete(&mut mechanism.evaluator, sample);
+        self.share(mechanism);
         self.potential_start = self.sample.energy.potential;
         summary.energy.initial = self.sample.energy.kinetic + self.sample.energy.potential;
         self.hand_out(summary, observer)
@@ -164,6 +164,9 @@ impl Sampler {
         while let Some(t) = self.due(t) {
             self.schedule.next_idx += 1;
             self.work_until(dense, [from, t], mechanism, summary);
+            if !dense.has_work {
+                dense.at(t, &mut self.y);
+            }
             from = t;
             self.take(dense, t, mechanism, summary);
             if self.is_undefined {
@@ -205,6 +208,7 @@ impl Sampler {
         // Samples that are kept back come before it.
         let is_next = self.pending.is_empty() && self.schedule.is_after(dense.t1, summary.t);
         if !self.is_undefined && is_next {
+            dense.at(dense.t1, &mut self.y);
             self.take(dense, dense.t1, mechanism, summary);
             if !self.is_undefined {
                 // The run has ended: there is nothing left to stop.
@@ -245,6 +249,7 @@ impl Sampler {
         }
         while let Some(t) = self.due(dense.t1) {
             self.schedule.next_idx += 1;
+            dense.at(t, &mut self.y);
             self.take(dense, t, mechanism, summary);
             if self.is_undefined {
                 return Control::Stop;
@@ -271,7 +276,7 @@ impl Sampler {
     }
 
     /// Follows the work of loads and drives: ∫ P dt by Gauss quadrature of order 6, unless the
-    /// dense output knows it.
+    /// dense output knows it, whose state at the end is then left in `y`.
     fn work_until(
         &mut self,
         dense: &DenseOutput<'_>,
@@ -284,7 +289,10 @@ impl Sampler {
             [(-OFFSET, 5.0 / 18.0), (0.0, 8.0 / 18.0), (OFFSET, 5.0 / 18.0)];
         let nq = self.sample.q.len();
         if dense.has_work {
-            dense.at(to, &mut self.y);
+            // Otherwise it is there.
+            if from != to || to == dense.t0 {
+                dense.at(to, &mut self.y);
+            }
             summary.energy.work = self.y[2 * nq];
             return;
         }
@@ -307,7 +315,7 @@ impl Sampler {
         }
     }
 
-    /// Samples the dense output at `t`.
+    /// Samples the state of the dense output at `t`, which is in `y`.
     fn take(
         &mut self,
         dense: &DenseOutput<'_>,
@@ -315,24 +323,22 @@ impl Sampler {
         mechanism: &mut PhaseMechanism<'_>,
         summary: &Summary,
     ) {
-        let nq = self.sample.q.len();
-        dense.at(t, &mut self.y);
-        let Self { multipliers, sample, .. } = self;
+        let Self { multipliers, sample, y, .. } = self;
+        let nq = sample.q.len();
         sample.t = t;
-        sample.q.copy_from_slice(&self.y[..nq]);
-        sample.v.copy_from_slice(&self.y[nq..2 * nq]);
+        sample.q.copy_from_slice(&y[..nq]);
+        sample.v.copy_from_slice(&y[nq..2 * nq]);
         sample.step_size = dense.h;
         sample.stats = dense.stats;
         sample.work = summary.energy.work;
-        let projected = project(&mut mechanism.evaluator, multipliers, sample);
-        self.complete(mechanism);
+        let completed = complete_state(&mut mechanism.evaluator, multipliers, sample);
+        self.share(mechanism);
         // Numbers too large to be held are no result either.
-        self.is_undefined = projected.is_err() || !self.sample.is_finite();
+        self.is_undefined = completed.is_err() || !self.sample.is_finite();
     }
 
-    /// Energies and reactions of the sample's state.
-    fn complete(&mut self, mechanism: &mut PhaseMechanism<'_>) {
-        complete(&mut mechanism.evaluator, &mut self.sample);
+    /// Brings the multipliers of friction and the reactions of a complete sample to what they are in these modes.
+    fn share(&mut self, mechanism: &mut PhaseMechanism<'_>) {
         let Sample { t, q, v, lambda, reactions, .. } = &mut self.sample;
         let driving = mechanism.fill_slip_friction(*t, q, v, lambda);
         self.driving = self.driving.or(driving.map(|load| (*t, load)));
@@ -378,40 +384,4 @@ impl Sampler {
         self.potential_start = loader.real()?;
         Ok(summary)
     }
-}
-
-/// Projects a state of an integrator onto the constraints and gives it accelerations and
-/// multipliers; they are NaN where the equations have no value.
-pub(super) fn project(
-    evaluator: &mut Evaluator<'_>,
-    multipliers: &mut MultiplierSystem,
-    sample: &mut Sample,
-) -> Result<(), NotFinite> {
-    const MAX_CORRECTIONS: usize = 4;
-    let Sample { t, q, v, a, lambda, .. } = sample;
-    // A step may straddle a pole of a drive; an output time may hit it.
-    let factored = multipliers.factor(&evaluator.dynamics(*t, q, v));
-    let drift = multipliers.project(evaluator, *t, (&mut *q, &mut *v), MAX_CORRECTIONS);
-    let solved =
-        factored.and_then(|()| multipliers.complete_into(evaluator, *t, (q, v), a, lambda));
-    if solved.is_err() {
-        a.fill(f64::NAN);
-        lambda.fill(f64::NAN);
-    }
-    sample.position_residual = drift.position;
-    sample.velocity_residual = drift.velocity;
-    solved
-}
-
-/// Completes a sample by what follows from its state, accelerations and multipliers: inputs,
-/// energies, reactions.
-pub(super) fn complete(evaluator: &mut Evaluator<'_>, sample: &mut Sample) {
-    let Sample { t, q, v, a, lambda, reactions, inputs, signals, energy, .. } = sample;
-    let state = StateRef { t: *t, q, v };
-    signals.clear();
-    signals.extend_from_slice(evaluator.signals(state, AccelerationRef { a, lambda }));
-    inputs.clear();
-    inputs.extend_from_slice(evaluator.inputs(*t, q, v));
-    *energy = evaluator.energy(*t, q, v, lambda);
-    evaluator.reactions_into(state, AccelerationRef { a, lambda }, reactions);
 }

@@ -77,8 +77,8 @@ impl Elimination {
         (solution, values)
     }
 
-    /// [`Elimination::solve_in_place`] written down, with these factors: the first nq numbers of the solution for a
-    /// right side that is zero but in its multipliers.
+    /// [`Elimination::solve_in_place`] written down, with these factors, for a right side that is zero but in its
+    /// multipliers.
     pub(crate) fn record_step(
         &self,
         recorder: &mut Composition,
@@ -126,11 +126,9 @@ impl Elimination {
             }
             x[k] = value;
         }
-        let mut solution = vec![recorder.constant(0.0); self.order.nq];
+        let mut solution = vec![recorder.constant(0.0); n];
         for (&node, x) in self.order.nodes.iter().zip(x) {
-            if let (Some(place), Some(x)) = (solution.get_mut(node), x) {
-                *place = x;
-            }
+            solution[node] = x.unwrap_or(solution[node]);
         }
         solution
     }
