@@ -28,7 +28,9 @@ mod tests;
 use self::control::PiController;
 use self::stages::StageWork;
 use self::stiffness::StiffnessTest;
-pub use self::straight_line::{N_STEP_VECTORS, Recorder, STEP_END, record_step};
+pub use self::straight_line::{
+    N_EXTENSION_VECTORS, N_STEP_VECTORS, Recorder, STEP_END, record_extension, record_step,
+};
 pub use self::taylor::{N_SERIES_VECTORS, SeriesVector, record_series_end};
 use crate::accessors::accessors;
 use crate::dense::{ContinuousExtension, Interpolant, Step, TaylorPolynomial};

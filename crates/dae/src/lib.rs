@@ -112,8 +112,8 @@ pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
 pub use events::{Crossing, Event, EventSearch, Events};
 pub use explicit::{
-    Advance, ExplicitSolver, N_SERIES_VECTORS, N_STEP_VECTORS, Recorder, STEP_END, SeriesVector,
-    record_series_end, record_step, solve_ode,
+    Advance, ExplicitSolver, N_EXTENSION_VECTORS, N_SERIES_VECTORS, N_STEP_VECTORS, Recorder,
+    STEP_END, SeriesVector, record_extension, record_series_end, record_step, solve_ode,
 };
 pub use noise::Noise;
 pub use run::{Control, End, Outcome, Start};
@@ -124,4 +124,6 @@ pub use settings::{
 };
 pub use solve::{Solver, solve};
 pub use stats::Stats;
-pub use system::{Attempt, Index, LANES, Lanes, Layout, NotFinite, Ode, Pattern, StepSpan, System};
+pub use system::{
+    Attempt, ExtendedStep, Index, LANES, Lanes, Layout, NotFinite, Ode, Pattern, StepSpan, System,
+};

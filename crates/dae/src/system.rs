@@ -59,6 +59,21 @@ pub trait System {
     ) -> Result<(), NotFinite>;
 }
 
+/// An accepted step whose dense output is asked for.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ExtendedStep<'a> {
+    /// Its start.
+    pub t: f64,
+    /// Its size, signed.
+    pub h: f64,
+    /// The state where it begins.
+    pub y: &'a [f64],
+    /// The derivative there.
+    pub f0: &'a [f64],
+    /// The derivative at its end.
+    pub f1: &'a [f64],
+}
+
 /// A borrowed system is one too, so that a run need not consume it.
 impl<S: System + ?Sized> System for &mut S {
     fn layout(&self) -> &Layout {
@@ -167,6 +182,18 @@ pub trait Ode {
         false
     }
 
+    /// Writes the vectors of [`record_extension`](crate::record_extension) of the step that [`Ode::whole_step`] has taken
+    /// last, with these `results`, where there is straight-line code for them and they are finite; false where its dense
+    /// output must be found stage by stage. What is written must equal what stages give.
+    fn whole_extension(
+        &mut self,
+        _step: ExtendedStep<'_>,
+        _results: &[f64],
+        _terms: &mut [f64],
+    ) -> bool {
+        false
+    }
+
     /// Writes the coefficients `c_1 … c_p` of the Taylor series `y + Σ c_k (τ − t)^k` of the solution through `(t, y)`,
     /// of `n` numbers each, to `results`, where they are known; false where steps from there must be taken by stages, as
     /// they must by default. After them, `results` has room for [`N_SERIES_VECTORS`](crate::N_SERIES_VECTORS) vectors, then
@@ -247,6 +274,15 @@ impl<S: Ode + ?Sized> Ode for &mut S {
 
     fn whole_end(&mut self, t1: f64, results: &[f64], y1: &mut [f64], ydot1: &mut [f64]) -> bool {
         (**self).whole_end(t1, results, y1, ydot1)
+    }
+
+    fn whole_extension(
+        &mut self,
+        step: ExtendedStep<'_>,
+        results: &[f64],
+        terms: &mut [f64],
+    ) -> bool {
+        (**self).whole_extension(step, results, terms)
     }
 
     fn series(&mut self, t: f64, y: &[f64], order: usize, results: &mut Vec<f64>) -> bool {

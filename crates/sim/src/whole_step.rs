@@ -6,7 +6,10 @@
 
 use std::sync::OnceLock;
 
-use bksim_dae::{N_STEP_VECTORS, Recorder, STEP_END, StepSpan, record_step};
+use bksim_dae::{
+    ExtendedStep, N_EXTENSION_VECTORS, N_STEP_VECTORS, Recorder, STEP_END, StepSpan,
+    record_extension, record_step,
+};
 use bksim_expr::{Composition, Jit, LaneRunner, LaneValues, LaneWorkspace, Tape, Value};
 
 use crate::function::Uses;
@@ -19,6 +22,8 @@ const N_STAGES: usize = 11;
 /// Operations up to which a step is made one function: beyond, code is longer than the cache of a processor, and what
 /// surrounds an evaluation is little next to it.
 const LARGEST: usize = 20_000;
+/// Stages of its dense output.
+const N_EXTENSION_STAGES: usize = 3;
 /// Steps by which making the function for one state has about paid, for each operation of a stage: it is made of so many stages.
 const STEPS_PER_OPERATION: usize = N_STAGES;
 
@@ -32,6 +37,9 @@ pub(crate) struct WholeStep {
     made: OnceLock<Option<Made>>,
     /// A further projection of the end, and the derivative there.
     closing: OnceLock<LaneRunner<1>>,
+    /// The dense output.
+    extensions: Uses,
+    extension: OnceLock<LaneRunner<1>>,
 }
 
 /// The functions that a step is made of, all of the same parameters.
@@ -61,9 +69,9 @@ pub(crate) struct StepBuffers {
     arguments: Vec<[f64; 1]>,
 }
 
-/// The same for [`WholeStep::close`], and room for its results.
+/// The same for [`WholeStep::close`] or [`WholeStep::extend`], and room for its results.
 #[derive(Debug)]
-pub(crate) struct ClosingBuffers {
+pub(crate) struct ResultBuffers {
     workspace: LaneWorkspace<1>,
     arguments: Vec<[f64; 1]>,
     results: Vec<[f64; 1]>,
@@ -152,8 +160,15 @@ pub(crate) fn are_finite(numbers: &[f64]) -> bool {
 impl WholeStep {
     /// Not made yet.
     pub(crate) fn new(parts: StepParts, jit: Jit) -> Self {
-        let (steps, made, closing) = (Uses::new(jit), OnceLock::new(), OnceLock::new());
-        Self { parts, jit, steps, made, closing }
+        Self {
+            parts,
+            jit,
+            steps: Uses::new(jit),
+            made: OnceLock::new(),
+            closing: OnceLock::new(),
+            extensions: Uses::new(jit),
+            extension: OnceLock::new(),
+        }
     }
 
     fn made(&self) -> Option<&Made> {
@@ -213,26 +228,60 @@ impl WholeStep {
     /// pivots there.
     pub(crate) fn close<'b>(
         &self,
-        buffers: &'b mut Option<ClosingBuffers>,
+        buffers: &'b mut Option<ResultBuffers>,
         parameters: &[f64],
         t1: f64,
         (state, factors): (&[f64], &[f64]),
     ) -> (ProjectedEnd<'b>, &'b [f64]) {
         let make = || LaneRunner::new(closing_tape(&self.parts, factors.len()), self.jit);
         let runner = self.closing.get_or_init(make);
-        let ClosingBuffers { workspace, arguments, results } =
-            buffers.get_or_insert_with(|| ClosingBuffers {
-                workspace: runner.workspace(parameters),
-                arguments: vec![[0.0]; runner.tape().n_inputs()],
-                results: vec![[0.0]; runner.tape().n_outputs()],
-            });
-        let numbers = arguments.as_flattened_mut();
-        numbers[0] = t1;
-        let (own_state, own_factors) = numbers[1..].split_at_mut(state.len());
-        own_state.copy_from_slice(state);
-        own_factors.copy_from_slice(factors);
+        let buffers = buffers.get_or_insert_with(|| ResultBuffers::new(runner, parameters));
+        let results = buffers.evaluate(runner, [&[t1], state, factors]);
+        ProjectedEnd::of(results, state.len(), self.parts.shape.nc)
+    }
+
+    /// The terms of the dense output of a step with these results, see [`record_extension`], and the pivots of its stages;
+    /// `None` where these must be had one by one.
+    pub(crate) fn extend<'b>(
+        &self,
+        buffers: &'b mut Option<ResultBuffers>,
+        parameters: &[f64],
+        ExtendedStep { t, h, y, f0, f1 }: ExtendedStep<'_>,
+        results: &[f64],
+    ) -> Option<(&'b [f64], &'b [f64])> {
+        if !self.extensions.are_enough(N_EXTENSION_STAGES * self.parts.line.len()) {
+            return None;
+        }
+        let make = || LaneRunner::new(extension_tape(&self.parts), Jit::On);
+        let runner = self.extension.get_or_init(make);
+        let n = y.len();
+        let buffers = buffers.get_or_insert_with(|| ResultBuffers::new(runner, parameters));
+        let stages = &results[..N_STAGES * n];
+        let found = buffers.evaluate(runner, [&[t, h], y, f0, stages, f1]);
+        Some(found.split_at(N_EXTENSION_VECTORS * n))
+    }
+}
+
+impl ResultBuffers {
+    fn new(runner: &LaneRunner<1>, parameters: &[f64]) -> Self {
+        Self {
+            workspace: runner.workspace(parameters),
+            arguments: vec![[0.0]; runner.tape().n_inputs()],
+            results: vec![[0.0]; runner.tape().n_outputs()],
+        }
+    }
+
+    /// The results at arguments that are given in parts.
+    fn evaluate<const N: usize>(&mut self, runner: &LaneRunner<1>, parts: [&[f64]; N]) -> &[f64] {
+        let Self { workspace, arguments, results } = self;
+        let mut left = arguments.as_flattened_mut();
+        for part in parts {
+            let (own, rest) = left.split_at_mut(part.len());
+            own.copy_from_slice(part);
+            left = rest;
+        }
         runner.evaluate(workspace, arguments, results);
-        ProjectedEnd::of(results.as_flattened(), state.len(), self.parts.shape.nc)
+        results.as_flattened()
     }
 }
 
@@ -294,6 +343,26 @@ fn closing_tape(parts: &StepParts, n_factors: usize) -> Tape {
     let inputs: Vec<Value> = (0..=n + n_factors).map(|i| recorder.input(i)).collect();
     let (end, pivots) = record_end(parts, &mut recorder, inputs[0], inputs[1..].split_at(n));
     recorder.finish(&[end, pivots].concat())
+}
+
+/// The dense output of a step as a function of (t, h, y, k_0 … k_12): its terms, then the pivots of its stages, each
+/// [`padded`].
+fn extension_tape(parts: &StepParts) -> Tape {
+    let Shape { nq, nc, .. } = parts.shape;
+    let n = 2 * nq + 1;
+    let n_inputs = 2 + (N_STAGES + 3) * n;
+    let mut recorder = StepRecorder(Composition::new(n_inputs, parts.line.n_parameters()));
+    let inputs: Vec<Value> = (0..n_inputs).map(|i| recorder.0.input(i)).collect();
+    let (y, k) = inputs[2..].split_at(n);
+    let k = k.chunks_exact(n).map(<[Value]>::to_vec).collect();
+    let mut pivots = Vec::new();
+    let stage = |StepRecorder(recorder): &mut StepRecorder, t: Value, y: &[Value]| {
+        let (slope, factors) = parts.record_derivative(recorder, t, y);
+        pivots.extend(padded(&factors[..nq + nc]));
+        slope
+    };
+    let terms = record_extension(&mut recorder, [inputs[0], inputs[1]], y, k, stage);
+    recorder.0.finish(&[terms, pivots].concat())
 }
 
 /// Records a [`ProjectedEnd`] at `t1`, from a state near it and factors, and the pivots there, [`padded`].
@@ -381,11 +450,11 @@ impl LaneSteps {
         }
     }
 
-    /// The results of a lane.
-    pub(crate) fn results(&self, lane: usize) -> Vec<f64> {
+    /// Writes the results of a lane.
+    pub(crate) fn results_into(&self, lane: usize, own: &mut Vec<f64>) {
         match self {
-            Self::Four(Lanes { results, .. }) => results.iter().map(|all| all[lane]).collect(),
-            Self::Eight(Lanes { results, .. }) => results.iter().map(|all| all[lane]).collect(),
+            Self::Four(lanes) => lanes.results_into(lane, own),
+            Self::Eight(lanes) => lanes.results_into(lane, own),
         }
     }
 }
@@ -408,6 +477,11 @@ impl<const N: usize> Lanes<N> {
         }
         let numbers = [t, h, t1].into_iter().chain(y.iter().chain(ydot).copied());
         self.arguments.iter_mut().zip(numbers).for_each(|(all, one)| all[lane] = one);
+    }
+
+    fn results_into(&self, lane: usize, own: &mut Vec<f64>) {
+        own.resize(self.results.len(), 0.0);
+        own.iter_mut().zip(&*self.results).for_each(|(own, all)| *own = all[lane]);
     }
 
     fn take(&mut self, runner: &LaneRunner<N>) {

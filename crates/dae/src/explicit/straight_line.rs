@@ -2,7 +2,7 @@
 //!
 //! Operations are those of [`StageWork`](super::stages::StageWork) in the same order, so that the code gives the same bits.
 
-use super::coefficients::{A, C, E3, E5, N_STAGES, Term};
+use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES, N_TERMS, Term};
 
 /// Arithmetic that is written down, to be carried out often: straight-line code in the making.
 pub trait Recorder {
@@ -72,10 +72,7 @@ pub fn record_step<R: Recorder>(
     let mut k = vec![f0.to_vec()];
     let mut last_argument = Vec::new();
     for i in 1..N_STAGES {
-        let size = recorder.constant(C[i]);
-        let later = recorder.multiply(size, h);
-        let stage_time = recorder.add(t, later);
-        let argument = record_sum(recorder, (h, A[i]), &k, Some(y));
+        let (stage_time, argument) = record_stage(recorder, i, [t, h], (y, &k));
         k.push(derivative(recorder, stage_time, &argument));
         last_argument = argument;
     }
@@ -84,6 +81,38 @@ pub fn record_step<R: Recorder>(
     k.remove(0);
     k.extend([last_argument, y1, error5, error3]);
     k.concat()
+}
+
+/// Vectors, as long as there are unknowns, that [`record_extension`] gives.
+pub const N_EXTENSION_VECTORS: usize = N_TERMS - 3;
+
+/// Records the stages of the dense output of a step from `(t, y)` of size `h`, where `k` holds `k_0 … k_12`, the last at its
+/// end, with a `derivative` that records `f`: the terms `r_4 … r_7` of the dense output, of `n` numbers each.
+pub fn record_extension<R: Recorder>(
+    recorder: &mut R,
+    [t, h]: [R::Value; 2],
+    y: &[R::Value],
+    mut k: Vec<Vec<R::Value>>,
+    mut derivative: impl FnMut(&mut R, R::Value, &[R::Value]) -> Vec<R::Value>,
+) -> Vec<R::Value> {
+    for i in N_STAGES + 1..N_EXTENDED {
+        let (stage_time, argument) = record_stage(recorder, i, [t, h], (y, &k));
+        k.push(derivative(recorder, stage_time, &argument));
+    }
+    D.iter().flat_map(|row| record_sum(recorder, (h, row), &k, None)).collect()
+}
+
+/// Time and argument of stage `i`.
+fn record_stage<R: Recorder>(
+    recorder: &mut R,
+    i: usize,
+    [t, h]: [R::Value; 2],
+    (y, k): (&[R::Value], &[Vec<R::Value>]),
+) -> (R::Value, Vec<R::Value>) {
+    let size = recorder.constant(C[i]);
+    let later = recorder.multiply(size, h);
+    let stage_time = recorder.add(t, later);
+    (stage_time, record_sum(recorder, (h, A[i]), k, Some(y)))
 }
 
 /// `y + h Σ factor_j k_j`; without `y`, the sum alone. As [`super::sums::combine`].
@@ -135,7 +164,7 @@ mod tests {
     use crate::explicit::solve_ode;
     use crate::run::{Control, Start};
     use crate::settings::Settings;
-    use crate::system::{Index, Layout, NotFinite, Ode, StepSpan};
+    use crate::system::{ExtendedStep, Index, Layout, NotFinite, Ode, StepSpan};
 
     /// A driven oscillator of Van der Pol, which has whole steps or not.
     struct Oscillator {
@@ -171,6 +200,19 @@ mod tests {
                 self.n_whole_steps += 1;
             }
             self.has_whole_steps
+        }
+
+        fn whole_extension(
+            &mut self,
+            ExtendedStep { t, h, y, f0, f1 }: ExtendedStep<'_>,
+            results: &[f64],
+            terms: &mut [f64],
+        ) -> bool {
+            let stages = results.chunks_exact(2).take(N_STAGES - 1);
+            let k = [f0].into_iter().chain(stages).chain([f1]).map(<[f64]>::to_vec).collect();
+            let f = |_: &mut Eager, t: f64, y: &[f64]| slope(t, y);
+            terms.copy_from_slice(&record_extension(&mut Eager, [t, h], y, k, f));
+            true
         }
     }
 

@@ -77,8 +77,10 @@ fn take_steps(step: &WholeStep, members: &mut [Option<Run<'_>>], lanes: &mut Opt
     let Some(lanes) = lanes else { return };
     lanes.take(step);
     for (lane, (member, span)) in members.iter_mut().zip(spans).enumerate() {
-        if let (Some(run), Some(span)) = (member, span) {
-            run.offer(span, lanes.results(lane));
+        if let (Some(run), Some(span)) = (member, span)
+            && let Some(room) = run.room_for(span)
+        {
+            lanes.results_into(lane, room);
         }
     }
 }

@@ -178,9 +178,9 @@ impl Stepper for ExplicitStepper<'_> {
         Some(PendingStep { parameters: &motion.parameters, span, y, ydot })
     }
 
-    fn offer(&mut self, span: StepSpan, results: Vec<f64>) {
+    fn room_for(&mut self, span: StepSpan) -> Option<&mut Vec<f64>> {
         self.is_abreast = true;
-        self.solver.system_mut().offered = Some((span, results));
+        Some(self.solver.system_mut().room_for(span))
     }
 
     /// Never: the accelerations have a limit in a singular pose. Notes the rank margin of the stages,

@@ -13,7 +13,8 @@
 use std::sync::Arc;
 
 use bksim_dae::{
-    Attempt, Lanes, Layout, NotFinite, Ode, Settings, StepControl, StepSpan, Tolerance,
+    Attempt, ExtendedStep, Lanes, Layout, NotFinite, Ode, Settings, StepControl, StepSpan,
+    Tolerance,
 };
 
 use super::holding::Holding;
@@ -24,7 +25,7 @@ use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;
 use crate::multiplier::projection::{CLOSED, size_of};
 use crate::series_step::{SeriesFunction, SeriesWork};
-use crate::whole_step::{ClosingBuffers, ProjectedEnd, StepBuffers, StepResults, are_finite};
+use crate::whole_step::{ProjectedEnd, ResultBuffers, StepBuffers, StepResults, are_finite};
 use bksim_model::SolveOptions;
 
 /// A mechanism as y′ = f(t, y).
@@ -41,13 +42,23 @@ pub(crate) struct ExplicitMotion<'a> {
     /// Whole steps.
     step: Option<StepBuffers>,
     /// Further projections of their ends.
-    closing: Option<ClosingBuffers>,
+    closing: Option<ResultBuffers>,
+    /// Their dense output.
+    extension: Option<ResultBuffers>,
     /// Steps by series, where those are asked for.
     series: Option<SeriesWork>,
     pub(super) parameters: Vec<f64>,
-    /// The results of one that was taken together with those of other runs.
-    pub(super) offered: Option<(StepSpan, Vec<f64>)>,
+    /// One that was taken together with those of other runs.
+    offered: Offered,
     last: LastFactors,
+}
+
+/// A step that others have taken.
+#[derive(Default)]
+struct Offered {
+    /// Where it lies, until it is tried.
+    span: Option<StepSpan>,
+    results: Vec<f64>,
 }
 
 /// Where the factors of the last state are.
@@ -86,8 +97,9 @@ impl<'a> ExplicitMotion<'a> {
             lanes: None,
             step: None,
             closing: None,
+            extension: None,
             series: None,
-            offered: None,
+            offered: Offered::default(),
             parameters: parameters.to_vec(),
             last: LastFactors::Taken,
         }
@@ -113,6 +125,12 @@ impl<'a> ExplicitMotion<'a> {
             && !self.holding.is_on
             && self.multipliers.is_whole(system.nc())
             && self.multipliers.rank_margin() >= CLOSE
+    }
+
+    /// Room for the results of this step, which others take; it is the next one that is tried.
+    pub(super) fn room_for(&mut self, span: StepSpan) -> &mut Vec<f64> {
+        self.offered.span = Some(span);
+        &mut self.offered.results
     }
 
     /// True where series serve: away from singular poses.
@@ -227,8 +245,8 @@ impl Ode for ExplicitMotion<'_> {
         }
         let Self { evaluator, step, parameters, offered, .. } = self;
         let Some(whole) = &evaluator.system().step else { return false };
-        match offered.take() {
-            Some((of, numbers)) if of == span => *results = numbers,
+        match offered.span.take() {
+            Some(of) if of == span => std::mem::swap(results, &mut offered.results),
             _ if whole.take(step, parameters, span, (y, ydot), results) => (),
             _ => return false,
         }
@@ -262,6 +280,26 @@ impl Ode for ExplicitMotion<'_> {
             state.copy_from_slice(end.state[0]);
         }
         self.closing = closing;
+        is_taken
+    }
+
+    fn whole_extension(
+        &mut self,
+        step: ExtendedStep<'_>,
+        results: &[f64],
+        terms: &mut [f64],
+    ) -> bool {
+        let Some(whole) = &self.evaluator.system().step else { return false };
+        if self.holding.is_on {
+            return false;
+        }
+        let mut extension = self.extension.take();
+        let found = whole.extend(&mut extension, &self.parameters, step, results);
+        let is_taken = found.is_some_and(|(found, pivots)| {
+            terms.copy_from_slice(found);
+            are_finite(terms) && self.accept_pivots(pivots)
+        });
+        self.extension = extension;
         is_taken
     }
 

@@ -243,10 +243,11 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Takes the results of the step that was pending.
-    pub(super) fn offer(&mut self, span: StepSpan, results: Vec<f64>) {
-        if let Progress::Within(phase) = &mut self.progress {
-            phase.stepper.offer(span, results);
+    /// Room for the results of the step that was pending.
+    pub(super) fn room_for(&mut self, span: StepSpan) -> Option<&mut Vec<f64>> {
+        match &mut self.progress {
+            Progress::Within(phase) => phase.stepper.room_for(span),
+            _ => None,
         }
     }
 

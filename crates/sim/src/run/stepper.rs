@@ -27,8 +27,10 @@ pub(super) trait Stepper: Send + Sync {
         None
     }
 
-    /// Takes the results of the step that was [pending](Stepper::pending).
-    fn offer(&mut self, _span: StepSpan, _results: Vec<f64>) {}
+    /// Room for the results of the step that was [pending](Stepper::pending).
+    fn room_for(&mut self, _span: StepSpan) -> Option<&mut Vec<f64>> {
+        None
+    }
 
     /// The step just taken, with its dense output.
     ///
