@@ -30,18 +30,23 @@ impl Tape {
         let mut memory = LaneValues::zeros(EXTRA.len() + self.n_registers);
         let (extra, registers) = memory.as_flattened_mut().split_at_mut(EXTRA.len());
         extra.copy_from_slice(&EXTRA);
-        registers.copy_from_slice(&self.known(parameters, self.n_registers));
+        self.write_known(parameters, registers);
         Workspace { memory, n_registers: self.n_registers }
+    }
+
+    /// Writes constants, parameters and what depends on these alone to the registers, which are the first.
+    fn write_known(&self, parameters: &[f64], registers: &mut [f64]) {
+        assert_eq!(parameters.len(), self.n_parameters, "number of parameters");
+        let (constants, rest) = registers.split_at_mut(self.constants.len());
+        constants.copy_from_slice(&self.constants);
+        rest[..parameters.len()].copy_from_slice(parameters);
+        self.run(&self.prologue, registers, self.first_prologue());
     }
 
     /// The first `n` registers: constants, parameters, and what depends on these alone, then zeros.
     pub(super) fn known(&self, parameters: &[f64], n: usize) -> Vec<f64> {
-        assert_eq!(parameters.len(), self.n_parameters, "number of parameters");
-        let mut registers = Vec::with_capacity(n);
-        registers.extend_from_slice(&self.constants);
-        registers.extend_from_slice(parameters);
-        registers.resize(n, 0.0);
-        self.run(&self.prologue, &mut registers, self.first_prologue());
+        let mut registers = vec![0.0; n];
+        self.write_known(parameters, &mut registers);
         registers
     }
 

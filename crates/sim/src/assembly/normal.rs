@@ -21,7 +21,7 @@ pub(super) struct Normal {
     slope: Vec<f64>,
     /// |r|².
     cost: f64,
-    /// L of L Lᵀ = JᵀJ + μ, as `matrix`.
+    /// L and the inverse of D of L D Lᵀ = JᵀJ + μ, as `matrix`.
     factor: Vec<f64>,
 }
 
@@ -136,46 +136,42 @@ fn end_of(column: &[f64]) -> usize {
 }
 
 /// Factors the n × n matrix A + μ, of which `a` has what is on and below the diagonal by columns, in place, and solves
-/// L Lᵀ s = s; false where it is not positive definite to rounding.
+/// L D Lᵀ s = s; false where it is not positive definite to rounding. Each pivot is divided by once: quotients wait long.
 #[expect(clippy::inline_always, reason = "n is to be a constant")]
 #[inline(always)]
 fn solve(n: usize, a: &mut [f64], damping: f64, s: &mut [f64]) -> bool {
     assert!(a.len() == n * n && s.len() == n, "n × n numbers for n unknowns");
     for k in 0..n {
-        // Column k of L is done; the columns after it still lack their parts along it.
-        let square = a[k * n + k] + damping;
-        if square.is_nan() || square <= 0.0 {
+        // Column k of L D is done; the columns after it still lack their parts along it.
+        let pivot = a[k * n + k] + damping;
+        if pivot.is_nan() || pivot <= 0.0 {
             return false;
         }
-        let pivot = square.sqrt();
-        a[k * n + k] = pivot;
+        let inverse = 1.0 / pivot;
+        a[k * n + k] = inverse;
         // Chains of bodies leave the ends of many columns empty.
         let end = if n <= FLAT { n } else { end_of(&a[k * n..][..n]) };
-        for i in k + 1..end {
-            a[k * n + i] /= pivot;
-        }
         for j in k + 1..end {
-            let part = a[k * n + j];
-            if part != 0.0 {
+            let part = a[k * n + j] * inverse;
+            if n <= FLAT || part != 0.0 {
                 for i in j..end {
                     a[j * n + i] -= part * a[k * n + i];
                 }
             }
+            a[k * n + j] = part;
         }
     }
 
     for k in 0..n {
-        s[k] /= a[k * n + k];
         for i in k + 1..n {
             s[i] -= s[k] * a[k * n + i];
         }
     }
     for k in (0..n).rev() {
-        let mut along = 0.0;
+        s[k] *= a[k * n + k];
         for i in k + 1..n {
-            along += s[i] * a[k * n + i];
+            s[k] -= s[i] * a[k * n + i];
         }
-        s[k] = (s[k] - along) / a[k * n + k];
     }
     true
 }

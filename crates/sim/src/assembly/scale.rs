@@ -115,7 +115,9 @@ fn squared_lengths(model: &Model) -> Vec<Expr> {
 
 /// The same angle in (−π, π].
 pub(super) fn wrapped(angle: f64) -> f64 {
-    angle - TAU * whole_turns(angle)
+    // Most are so small: no turn is to be found.
+    const SMALL: f64 = 3.0;
+    if angle.abs() <= SMALL { angle } else { angle - TAU * whole_turns(angle) }
 }
 
 /// How many turns an angle is from the nearest one in (−π, π].

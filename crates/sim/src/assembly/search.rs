@@ -74,6 +74,8 @@ struct Going<'a> {
     part: &'a Part,
     /// Its place in what is found.
     i: usize,
+    /// Its rows hold, and its guesses: it stays where it is.
+    is_held: bool,
     /// Where it has come to so far.
     ends: Vec<End>,
     /// Once it comes where another way has been.
@@ -273,21 +275,19 @@ pub(super) fn search(
         trial: q.clone(),
         walks: which.iter().map(|_| None).collect(),
     };
+    let mut going: Vec<Going> = Vec::with_capacity(which.len());
     for k in 0..MAX_SHAPES {
         // The parts that go on, each in its next shape.
-        let mut going: Vec<Going> = which
-            .iter()
-            .enumerate()
-            .map(|(i, &part)| Going {
-                part: &ground.parts[part],
-                i,
-                ends: Vec::new(),
-                outcome: None,
-            })
-            .filter(|Going { part, i, .. }| {
-                k < Ground::n_shapes(part) && !is_enough(&found[*i], part, k)
-            })
-            .collect();
+        let all = which.iter().enumerate().map(|(i, &part)| Going {
+            part: &ground.parts[part],
+            i,
+            is_held: false,
+            ends: Vec::new(),
+            outcome: None,
+        });
+        going.extend(all.filter(|Going { part, i, .. }| {
+            k < Ground::n_shapes(part) && !is_enough(&found[*i], part, k)
+        }));
         if going.is_empty() {
             break;
         }
@@ -298,13 +298,12 @@ pub(super) fn search(
         ground.write_at(closing, evaluator, &q, &mut room.at);
         let goals: &[Goal] = if leads_by_guesses(k) { &Goal::BY_GUESSES } else { &Goal::BY_ROWS };
         for &goal in goals {
-            let is_open = |Going { part, .. }: &&mut Going| {
-                let is_held = ground.distance(part, &room.at) <= GUESS_HOLDS;
-                !(is_held && ground.open(part, &room.at) <= HOLDS)
-            };
-            let mut open: Vec<&mut Going> = going.iter_mut().filter(is_open).collect();
-            if !open.is_empty() {
-                walk(closing, evaluator, ground, (&found, &mut open), goal, (&mut q, &mut room));
+            for Going { part, is_held, .. } in &mut going {
+                *is_held = ground.distance(part, &room.at) <= GUESS_HOLDS
+                    && ground.open(part, &room.at) <= HOLDS;
+            }
+            if going.iter().any(|going| !going.is_held) {
+                walk(closing, evaluator, ground, (&found, &mut going), goal, (&mut q, &mut room));
             }
             for going in &mut going {
                 found[going.i].note_end(ground, going, goal, (&room.at, &q));
@@ -314,7 +313,7 @@ pub(super) fn search(
                 found[i].meet_again(ends, outcome.unwrap_or(Outcome(None)));
             }
         }
-        for Going { part, i, ends, .. } in going {
+        for Going { part, i, ends, .. } in going.drain(..) {
             let place = ground
                 .candidate(part, &room.at, &q)
                 .map(|candidate| found[i].add(ground, part, candidate));
@@ -419,13 +418,13 @@ struct Room {
     walks: Vec<Option<Walk>>,
 }
 
-/// Leads the parts down from `q`, where the rows are known, and leaves those at its end; parts that come where it is
+/// Leads the parts that are not held down from `q`, where the rows are known, and leaves those at its end; parts that come where it is
 /// known how they go on are left before it.
 fn walk(
     closing: &mut Closing<'_>,
     evaluator: &mut Evaluator<'_>,
     ground: &Ground<'_>,
-    (found, going): (&[Found], &mut [&mut Going<'_>]),
+    (found, going): (&[Found], &mut [Going<'_>]),
     goal: Goal,
     (q, room): (&mut [f64], &mut Room),
 ) {
@@ -434,14 +433,14 @@ fn walk(
     const SHORT: f64 = 0.1;
     let wish_weight = goal.wish_weight();
     let Room { at, next, trial, walks } = room;
-    for Going { part, i, .. } in going.iter().map(|going| &**going) {
+    for Going { part, i, .. } in going.iter().filter(|going| !going.is_held) {
         walks[*i].get_or_insert_with(|| ground.walk_of(part)).begin(at, wish_weight);
     }
     let mut is_current = true;
     for _ in 0..MAX_STEPS {
         trial.copy_from_slice(q);
         let mut n_tried = 0;
-        for going in &mut *going {
+        for going in going.iter_mut().filter(|going| !going.is_held) {
             let (part, Some(walk)) = (going.part, &mut walks[going.i]) else { continue };
             let Some(step) = walk.next_step() else { continue };
             for (&column, step) in part.columns.iter().zip(step) {
@@ -463,7 +462,7 @@ fn walk(
         }
         ground.write_at(closing, evaluator, trial, next);
         let mut n_taken = 0;
-        for going in &*going {
+        for going in going.iter().filter(|going| !going.is_held) {
             if walks[going.i].as_mut().is_some_and(|walk| walk.judge(next)) {
                 n_taken += 1;
                 going.part.columns.iter().for_each(|&column| q[column] = trial[column]);
