@@ -59,21 +59,6 @@ pub trait System {
     ) -> Result<(), NotFinite>;
 }
 
-/// An accepted step whose dense output is asked for.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct ExtendedStep<'a> {
-    /// Its start.
-    pub t: f64,
-    /// Its size, signed.
-    pub h: f64,
-    /// The state where it begins.
-    pub y: &'a [f64],
-    /// The derivative there.
-    pub f0: &'a [f64],
-    /// The derivative at its end.
-    pub f1: &'a [f64],
-}
-
 /// A borrowed system is one too, so that a run need not consume it.
 impl<S: System + ?Sized> System for &mut S {
     fn layout(&self) -> &Layout {
@@ -246,6 +231,21 @@ pub struct StepSpan {
     pub h: f64,
     /// Its end, `t + h` but for rounding.
     pub t1: f64,
+}
+
+/// An accepted step whose dense output is asked for.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ExtendedStep<'a> {
+    /// Its start.
+    pub t: f64,
+    /// Its size, signed.
+    pub h: f64,
+    /// The state where it begins.
+    pub y: &'a [f64],
+    /// The derivative there.
+    pub f0: &'a [f64],
+    /// The derivative at its end.
+    pub f1: &'a [f64],
 }
 
 /// A borrowed system is one too, so that a run need not consume it.

@@ -69,7 +69,7 @@ pub struct CompiledSystem {
     pub(crate) step: Option<Arc<WholeStep>>,
     /// The same by Taylor series, where nothing has power.
     pub(crate) series: Option<Arc<SeriesStep>>,
-    /// A whole sample of them.
+    /// A whole sample, of the same mechanisms as a whole step.
     pub(crate) sample: Option<Arc<WholeSample>>,
     /// The unknowns (q, v, W) of explicit steps, W the work of loads and drives.
     pub(crate) unknowns: Layout,
@@ -94,11 +94,11 @@ pub struct CompiledSystem {
     pub(crate) transmissions: Transmissions,
     /// Second angles of three in sequence.
     pub(crate) second_angles: Vec<usize>,
-    /// The model's own, without modes.
     /// The values of the named signals, where there are some.
     pub(crate) signals: Option<Function>,
     /// The function that tells of another assembly, where one is held.
     pub(crate) held_rows: Option<HeldRows>,
+    /// Parameters of the model itself, without modes.
     pub(crate) n_parameters: usize,
     /// Coordinates whose velocities are states.
     pub(crate) n_states: usize,
@@ -155,11 +155,13 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let power = is_powered.then(|| function(&energy[2..], &[&q, &v, &lambda, u])).transpose()?;
     let power = power.map(|power| if unrolled.is_some() { power.in_lanes(model) } else { power });
     let inputs = Inputs::of(model);
-    let step = unrolled.as_ref().filter(|_| inputs.is_empty()).map(|line| StepParts {
-        shape: shape.clone(),
-        line: line.tape().clone(),
-        power: power.as_ref().map(|power| power.tape().clone()),
-        constraints: constraints.tape().clone(),
+    let step = unrolled.as_ref().filter(|_| inputs.is_empty()).map(|line| {
+        Arc::new(StepParts {
+            shape: shape.clone(),
+            line: line.tape().clone(),
+            power: power.as_ref().map(|power| power.tape().clone()),
+            constraints: constraints.tape().clone(),
+        })
     });
     let all_reactions = reactions(model, system);
     let reaction_outputs: Vec<Expr> =
@@ -173,10 +175,8 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let reactions = function(&reaction_outputs, &[&q, &v, &a, &lambda, u])?;
     let signals =
         (!signals.is_empty()).then(|| function(&signals, &[&q, &v, &a, &lambda, u])).transpose()?;
-    let sample = step.clone().map(|StepParts { shape, line, constraints, .. }| SampleParts {
-        shape,
-        constraints,
-        line,
+    let sample = step.clone().map(|step| SampleParts {
+        step,
         dynamics: dynamics.tape().clone(),
         energy: energy.tape().clone(),
         reactions: reactions.tape().clone(),

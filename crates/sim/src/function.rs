@@ -32,13 +32,6 @@ struct Room {
     results: Vec<f64>,
 }
 
-/// Uses of what is made of several functions once that pays; without machine code it never does.
-#[derive(Debug)]
-pub(crate) struct Uses {
-    jit: Jit,
-    n_before: AtomicUsize,
-}
-
 /// The same at several points at once.
 #[derive(Clone, Debug)]
 pub(crate) struct LaneBuffers {
@@ -47,29 +40,8 @@ pub(crate) struct LaneBuffers {
     results: LaneValues<LANES>,
 }
 
-impl Uses {
-    /// None yet.
-    pub(crate) fn new(jit: Jit) -> Self {
-        Self { jit, n_before: AtomicUsize::new(0) }
-    }
-
-    /// True where there have been as many as pay, or all pay; takes note of one otherwise.
-    pub(crate) fn are_enough(&self, n_paid: usize) -> bool {
-        match self.jit {
-            Jit::Off => return false,
-            Jit::On => return true,
-            Jit::Auto => (),
-        }
-        let are_enough = self.n_before.load(Relaxed) >= n_paid;
-        if !are_enough {
-            self.n_before.fetch_add(1, Relaxed);
-        }
-        are_enough
-    }
-}
-
 impl Buffers {
-    /// Those of a function of so many parameters.
+    /// Those of a function of these parameters.
     pub(crate) fn new(parameters: Arc<[f64]>) -> Self {
         Self { parameters, room: None }
     }
@@ -184,6 +156,34 @@ impl Function {
         let Room { workspace, arguments: gathered, .. } = self.room(buffers);
         gather(gathered, arguments);
         self.runner.evaluate(workspace, gathered, out);
+    }
+}
+
+/// Uses of what is made of several functions once that pays; without machine code it never does.
+#[derive(Debug)]
+pub(crate) struct Uses {
+    jit: Jit,
+    n_before: AtomicUsize,
+}
+
+impl Uses {
+    /// None yet.
+    pub(crate) fn new(jit: Jit) -> Self {
+        Self { jit, n_before: AtomicUsize::new(0) }
+    }
+
+    /// True where there have been as many as pay, or all pay; takes note of one otherwise.
+    pub(crate) fn are_enough(&self, n_paid: usize) -> bool {
+        match self.jit {
+            Jit::Off => return false,
+            Jit::On => return true,
+            Jit::Auto => (),
+        }
+        let are_enough = self.n_before.load(Relaxed) >= n_paid;
+        if !are_enough {
+            self.n_before.fetch_add(1, Relaxed);
+        }
+        are_enough
     }
 }
 

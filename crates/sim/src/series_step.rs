@@ -55,7 +55,7 @@ const N_SPAN: usize = 3;
 /// The function by the order of the series, made when it is first asked for; shared by all runs of a mechanism.
 #[derive(Debug)]
 pub(crate) struct SeriesStep {
-    parts: StepParts,
+    parts: Arc<StepParts>,
     jit: Jit,
     /// Operations of series up to each order; `None` where there are no series.
     n_operations: OnceLock<Option<Vec<usize>>>,
@@ -91,14 +91,14 @@ pub(crate) struct SeriesResults<'a> {
 
 impl SeriesStep {
     /// Nothing made yet.
-    pub(crate) fn new(parts: StepParts, jit: Jit) -> Self {
+    pub(crate) fn new(parts: Arc<StepParts>, jit: Jit) -> Self {
         Self { parts, jit, n_operations: OnceLock::new(), made: Mutex::default() }
     }
 
     /// The order of series that need the least work at this tolerance of the integrator; `None` where steps by stages,
     /// or by extrapolation if that would be chosen, need less, or accelerations have kinks.
     pub(crate) fn cheapest_order(&self, rtol: f64, is_extrapolated: bool) -> Option<usize> {
-        let StepParts { shape, line, .. } = &self.parts;
+        let StepParts { shape, line, .. } = &*self.parts;
         if line.operation_count() > LARGEST {
             return None;
         }

@@ -4,7 +4,7 @@
 //! are written down one after the other and translated as a whole: what they have in common is computed once. In this it
 //! gives the bits of its parts one by one (`run::completion`).
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use bksim_expr::{Composition, Jit, Tape, Value};
 
@@ -12,6 +12,7 @@ use crate::function::{Buffers, Function, Uses};
 use crate::linear::elimination::{n_padded, padded};
 use crate::linear::shape::Shape;
 use crate::linear::written::{WrittenSystem, largest};
+use crate::whole_step::StepParts;
 
 /// Steps of Newton's method for the positions of a sample.
 pub(crate) const N_CORRECTIONS: usize = 2;
@@ -30,13 +31,10 @@ pub(crate) struct WholeSample {
 }
 
 /// The functions that a sample is made of, all of the same parameters.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct SampleParts {
-    pub(crate) shape: Shape,
-    /// G, g and ∂g/∂t of (t, q).
-    pub(crate) constraints: Tape,
-    /// v̇, λ and factors of (t, q, v).
-    pub(crate) line: Tape,
+    /// Those that a step is made of, too.
+    pub(crate) step: Arc<StepParts>,
     /// M, G, f and γ of (t, q, v).
     pub(crate) dynamics: Tape,
     /// T, V and the power of (t, q, v, λ).
@@ -90,14 +88,16 @@ impl WholeSample {
 impl SampleParts {
     /// About as many operations as the whole has.
     fn n_operations(&self) -> usize {
-        let Self { constraints, line, energy, reactions, signals, .. } = self;
+        let Self { step, energy, reactions, signals, .. } = self;
+        let StepParts { constraints, line, .. } = &**step;
         let signals = signals.as_ref().map_or(0, Tape::len);
         3 * line.len() + 3 * constraints.len() + energy.len() + reactions.len() + signals
     }
 
     /// A sample as a function of (t, q, v): pivots, then numbers, in the order of [`SampleParts::results`].
     fn record(&self) -> Tape {
-        let Self { shape, constraints, line, dynamics, energy, reactions, signals } = self;
+        let Self { step, dynamics, energy, reactions, signals } = self;
+        let StepParts { shape, constraints, line, .. } = &**step;
         let Shape { nq, nc, .. } = *shape;
         let mut composition = Composition::new(1 + 2 * nq, line.n_parameters());
         let recorder = &mut composition;
@@ -151,7 +151,7 @@ impl SampleParts {
 
     /// The results of the function by their meaning.
     fn results<'r>(&self, results: &'r [f64]) -> SampleResults<'r> {
-        let Shape { nq, nc, .. } = self.shape;
+        let Shape { nq, nc, .. } = self.step.shape;
         let n_states = if nc > 0 { 2 } else { 1 };
         let (pivots, numbers) = results.split_at(n_states * n_padded(nq + nc));
         let (residuals, rest) = numbers.split_at(N_RESIDUALS);

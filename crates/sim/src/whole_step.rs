@@ -4,7 +4,7 @@
 //! and translated as a whole: nothing is gathered, copied or looked at from stage to stage. In this it gives the
 //! bits of the stages one by one.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use bksim_dae::{
     ExtendedStep, N_EXTENSION_VECTORS, N_STEP_VECTORS, Recorder, STEP_END, StepSpan,
@@ -12,7 +12,7 @@ use bksim_dae::{
 };
 use bksim_expr::{Composition, Jit, LaneRunner, LaneValues, LaneWorkspace, Tape, Value};
 
-use crate::function::Uses;
+use crate::function::{Buffers, Function, Uses};
 use crate::linear::elimination::{n_padded, padded};
 use crate::linear::shape::Shape;
 use crate::linear::written::WrittenSystem;
@@ -30,20 +30,20 @@ const STEPS_PER_OPERATION: usize = N_STAGES;
 /// The function, made when it pays; shared by all runs of a mechanism.
 #[derive(Debug)]
 pub(crate) struct WholeStep {
-    parts: StepParts,
+    parts: Arc<StepParts>,
     jit: Jit,
     steps: Uses,
     /// `None` where there is no such function.
     made: OnceLock<Option<Made>>,
     /// A further projection of the end, and the derivative there.
-    closing: OnceLock<LaneRunner<1>>,
+    closing: OnceLock<Function>,
     /// The dense output.
     extensions: Uses,
-    extension: OnceLock<LaneRunner<1>>,
+    extension: OnceLock<Function>,
 }
 
 /// The functions that a step is made of, all of the same parameters.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct StepParts {
     pub(crate) shape: Shape,
     /// v̇, λ and factors of (t, q, v).
@@ -67,14 +67,6 @@ struct Made {
 pub(crate) struct StepBuffers {
     workspace: LaneWorkspace<1>,
     arguments: Vec<[f64; 1]>,
-}
-
-/// The same for [`WholeStep::close`] or [`WholeStep::extend`], and room for its results.
-#[derive(Debug)]
-pub(crate) struct ResultBuffers {
-    workspace: LaneWorkspace<1>,
-    arguments: Vec<[f64; 1]>,
-    results: Vec<[f64; 1]>,
 }
 
 /// The same in lanes, each with parameters of its own.
@@ -159,7 +151,7 @@ pub(crate) fn are_finite(numbers: &[f64]) -> bool {
 
 impl WholeStep {
     /// Not made yet.
-    pub(crate) fn new(parts: StepParts, jit: Jit) -> Self {
+    pub(crate) fn new(parts: Arc<StepParts>, jit: Jit) -> Self {
         Self {
             parts,
             jit,
@@ -228,15 +220,12 @@ impl WholeStep {
     /// pivots there.
     pub(crate) fn close<'b>(
         &self,
-        buffers: &'b mut Option<ResultBuffers>,
-        parameters: &[f64],
+        buffers: &'b mut Buffers,
         t1: f64,
         (state, factors): (&[f64], &[f64]),
     ) -> (ProjectedEnd<'b>, &'b [f64]) {
-        let make = || LaneRunner::new(closing_tape(&self.parts, factors.len()), self.jit);
-        let runner = self.closing.get_or_init(make);
-        let buffers = buffers.get_or_insert_with(|| ResultBuffers::new(runner, parameters));
-        let results = buffers.evaluate(runner, [&[t1], state, factors]);
+        let make = || Function::with_code(closing_tape(&self.parts, factors.len()), self.jit);
+        let results = self.closing.get_or_init(make).evaluate(buffers, &[&[t1], state, factors]);
         ProjectedEnd::of(results, state.len(), self.parts.shape.nc)
     }
 
@@ -244,44 +233,18 @@ impl WholeStep {
     /// `None` where these must be had one by one.
     pub(crate) fn extend<'b>(
         &self,
-        buffers: &'b mut Option<ResultBuffers>,
-        parameters: &[f64],
+        buffers: &'b mut Buffers,
         ExtendedStep { t, h, y, f0, f1 }: ExtendedStep<'_>,
         results: &[f64],
     ) -> Option<(&'b [f64], &'b [f64])> {
         if !self.extensions.are_enough(N_EXTENSION_STAGES * self.parts.line.len()) {
             return None;
         }
-        let make = || LaneRunner::new(extension_tape(&self.parts), Jit::On);
-        let runner = self.extension.get_or_init(make);
-        let n = y.len();
-        let buffers = buffers.get_or_insert_with(|| ResultBuffers::new(runner, parameters));
+        let make = || Function::with_code(extension_tape(&self.parts), Jit::On);
+        let (function, n) = (self.extension.get_or_init(make), y.len());
         let stages = &results[..N_STAGES * n];
-        let found = buffers.evaluate(runner, [&[t, h], y, f0, stages, f1]);
+        let found = function.evaluate(buffers, &[&[t, h], y, f0, stages, f1]);
         Some(found.split_at(N_EXTENSION_VECTORS * n))
-    }
-}
-
-impl ResultBuffers {
-    fn new(runner: &LaneRunner<1>, parameters: &[f64]) -> Self {
-        Self {
-            workspace: runner.workspace(parameters),
-            arguments: vec![[0.0]; runner.tape().n_inputs()],
-            results: vec![[0.0]; runner.tape().n_outputs()],
-        }
-    }
-
-    /// The results at arguments that are given in parts.
-    fn evaluate<const N: usize>(&mut self, runner: &LaneRunner<1>, parts: [&[f64]; N]) -> &[f64] {
-        let Self { workspace, arguments, results } = self;
-        let mut left = arguments.as_flattened_mut();
-        for part in parts {
-            let (own, rest) = left.split_at_mut(part.len());
-            own.copy_from_slice(part);
-            left = rest;
-        }
-        runner.evaluate(workspace, arguments, results);
-        results.as_flattened()
     }
 }
 

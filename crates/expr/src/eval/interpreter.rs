@@ -34,7 +34,7 @@ impl Tape {
         Workspace { memory, n_registers: self.n_registers }
     }
 
-    /// Writes constants, parameters and what depends on these alone to the registers, which are the first.
+    /// Writes constants, parameters and what depends on these alone to the first registers.
     fn write_known(&self, parameters: &[f64], registers: &mut [f64]) {
         assert_eq!(parameters.len(), self.n_parameters, "number of parameters");
         let (constants, rest) = registers.split_at_mut(self.constants.len());

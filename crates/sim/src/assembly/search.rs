@@ -418,7 +418,7 @@ struct Room {
     walks: Vec<Option<Walk>>,
 }
 
-/// Leads the parts that are not held down from `q`, where the rows are known, and leaves those at its end; parts that come where it is
+/// Leads the parts down from `q`, but for those that are held, and leaves the rows at its end; parts that come where it is
 /// known how they go on are left before it.
 fn walk(
     closing: &mut Closing<'_>,

@@ -22,10 +22,11 @@ use super::lanes::LaneMotion;
 use super::singular::{CLOSE, NOTICEABLE};
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
+use crate::function::Buffers;
 use crate::multiplier::MultiplierSystem;
 use crate::multiplier::projection::{CLOSED, size_of};
 use crate::series_step::{SeriesFunction, SeriesWork};
-use crate::whole_step::{ProjectedEnd, ResultBuffers, StepBuffers, StepResults, are_finite};
+use crate::whole_step::{ProjectedEnd, StepBuffers, StepResults, are_finite};
 use bksim_model::SolveOptions;
 
 /// A mechanism as y′ = f(t, y).
@@ -42,9 +43,9 @@ pub(crate) struct ExplicitMotion<'a> {
     /// Whole steps.
     step: Option<StepBuffers>,
     /// Further projections of their ends.
-    closing: Option<ResultBuffers>,
+    closing: Option<Buffers>,
     /// Their dense output.
-    extension: Option<ResultBuffers>,
+    extension: Option<Buffers>,
     /// Steps by series, where those are asked for.
     series: Option<SeriesWork>,
     pub(super) parameters: Vec<f64>,
@@ -116,6 +117,11 @@ impl<'a> ExplicitMotion<'a> {
     pub(super) fn by_series(self, function: Arc<SeriesFunction>) -> Self {
         let series = SeriesWork::new(function, &self.parameters);
         Self { series: Some(series), ..self }
+    }
+
+    /// Buffers of a function of these parameters.
+    fn buffers(&self) -> Buffers {
+        Buffers::new(self.parameters.as_slice().into())
     }
 
     /// True where whole steps serve: next to a singular pose, they hardly ever do.
@@ -269,17 +275,18 @@ impl Ode for ExplicitMotion<'_> {
             return self.take_end(&end, end_pivots, (y1, ydot1));
         }
         // Long steps leave a gap that one step of Newton's method does not close.
-        let (mut closing, mut is_taken) = (self.closing.take(), false);
+        let mut closing = self.closing.take().unwrap_or_else(|| self.buffers());
+        let mut is_taken = false;
         let mut state = end.state[0].to_vec();
         for pass in 2..=MAX_PASSES {
-            let (end, pivots) = whole.close(&mut closing, &self.parameters, t1, (&state, factors));
+            let (end, pivots) = whole.close(&mut closing, t1, (&state, factors));
             if pass == MAX_PASSES || self.is_closed(&end, y1) {
                 is_taken = end.is_finite() && self.take_end(&end, pivots, (y1, ydot1));
                 break;
             }
             state.copy_from_slice(end.state[0]);
         }
-        self.closing = closing;
+        self.closing = Some(closing);
         is_taken
     }
 
@@ -293,13 +300,13 @@ impl Ode for ExplicitMotion<'_> {
         if self.holding.is_on {
             return false;
         }
-        let mut extension = self.extension.take();
-        let found = whole.extend(&mut extension, &self.parameters, step, results);
-        let is_taken = found.is_some_and(|(found, pivots)| {
-            terms.copy_from_slice(found);
-            are_finite(terms) && self.accept_pivots(pivots)
-        });
-        self.extension = extension;
+        let mut extension = self.extension.take().unwrap_or_else(|| self.buffers());
+        let is_taken =
+            whole.extend(&mut extension, step, results).is_some_and(|(found, pivots)| {
+                terms.copy_from_slice(found);
+                are_finite(terms) && self.accept_pivots(pivots)
+            });
+        self.extension = Some(extension);
         is_taken
     }
 
