@@ -124,3 +124,19 @@ pub(super) fn wrapped(angle: f64) -> f64 {
 pub(super) fn whole_turns(angle: f64) -> f64 {
     (angle / TAU).round()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_turns_are_taken_off_angles_alone() {
+        for angle in [-3.1, -3.0, -1.0, 0.0, 2.9, 3.0, 3.1] {
+            assert_eq!(wrapped(angle), angle);
+            for n in [-2.0, -1.0, 1.0, 3.0] {
+                let off = wrapped(angle + n * TAU) - angle;
+                assert!(off.abs() < 1e-14, "{angle} and {n} turns: off by {off:e}");
+            }
+        }
+    }
+}
