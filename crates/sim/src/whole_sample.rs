@@ -17,10 +17,9 @@ use crate::whole_step::StepParts;
 /// Steps of Newton's method for the positions of a sample.
 pub(crate) const N_CORRECTIONS: usize = 2;
 
-/// Operations of the function for which a sample has about paid: measured, making it takes 4400 instructions for each, and a
-/// sample by its parts some 11 more for each than by the function; so two samples for five.
-const SAMPLES: usize = 2;
-const OPERATIONS: usize = 5;
+/// Operations of the function that a sample has about paid for: measured on the five links and the slider-crank, making it
+/// takes 3400 instructions for each, and a sample by its parts 10 to 15 more for each than by the function.
+const OPERATIONS_PER_SAMPLE: usize = 3;
 
 /// The function, made when it pays; shared by all runs of a mechanism.
 #[derive(Debug)]
@@ -77,7 +76,7 @@ impl WholeSample {
         buffers: &'b mut Buffers,
         (t, q, v): (f64, &[f64], &[f64]),
     ) -> Option<SampleResults<'b>> {
-        if !self.samples.are_enough(SAMPLES * self.parts.n_operations() / OPERATIONS) {
+        if !self.samples.are_enough(self.parts.n_operations() / OPERATIONS_PER_SAMPLE) {
             return None;
         }
         let function = self.made.get_or_init(|| Function::with_code(self.parts.record(), Jit::On));
