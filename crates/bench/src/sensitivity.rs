@@ -1,10 +1,11 @@
 //! Derivatives of a motion by its parameters against the runs that differences would take.
 //!
 //! The derivatives by P parameters go along one run; forward differences would take P + 1 runs, whose digits are half of theirs.
+//! The gradient of one number goes back along it.
 
 use bksim::dae::Control;
 use bksim::sim::run::{Observer, Sample};
-use bksim::sim::sensitivity::StateSensitivity;
+use bksim::sim::sensitivity::{GradientPlan, SampleWeights, Sensitive, StateSensitivity};
 use bksim::sim::start::Start;
 use bksim::{Mechanism, SensitivityPlan, Simulation};
 use serde_json::json;
@@ -77,7 +78,41 @@ pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
         }
     }
     report.tables.push(table);
+    gradients(context, &mut report)?;
     Ok(report)
+}
+
+/// Gradients of a sum over all samples, by some parameters and by all.
+fn gradients(context: &Context, report: &mut Report) -> Result<(), BenchError> {
+    let mut table = Table::new(["rtol", "outputs", "gradient by", "run", "gradient", "over a run"]);
+    for tolerance in TOLERANCES {
+        for n_outputs in [1, 500] {
+            let subject = Subject::new(tolerance, n_outputs)?;
+            let all: Vec<Sensitive> =
+                (0..subject.mechanism.model.parameters.len()).map(Sensitive::Parameter).collect();
+            for n in [1, all.len()] {
+                let plan = subject.simulation.plan_gradient(&subject.start, &all[..n]);
+                let plan = plan.map_err(|rejected| refused(&rejected))?;
+                let mut pair = Paired::default();
+                for _ in 0..context.effort.rounds {
+                    let back = repeat(context.effort, || (), |()| subject.go_back(&plan));
+                    pair.push(&back, &repeat(context.effort, || (), |()| subject.run()));
+                }
+                table.push([
+                    format!("{tolerance:.0e}"),
+                    n_outputs.to_string(),
+                    n.to_string(),
+                    seconds(pair.theirs.minimum()),
+                    seconds(pair.ours.minimum()),
+                    ratio(pair.ratio()),
+                ]);
+                let name = format!("{tolerance:.0e}, {n_outputs} outputs, gradient by {n}");
+                report.numbers.insert(name, json!(pair.ratio()));
+            }
+        }
+    }
+    report.tables.push(table);
+    Ok(())
 }
 
 /// A mechanism at its start.
@@ -112,6 +147,20 @@ impl Subject {
         let mut last = Last::default();
         let ran = self.simulation.run(&self.start, &mut last, &|| false);
         assert!(ran.is_ok() && !last.q.is_empty(), "the slider-crank runs to its end");
+    }
+
+    fn go_back(&self, plan: &GradientPlan) {
+        let mut last = Last::default();
+        let mut sum = |samples: &[Sample]| {
+            let weights = |sample: &Sample| SampleWeights {
+                q: vec![1.0; sample.q.len()],
+                ..SampleWeights::default()
+            };
+            samples.iter().map(|sample| Some(weights(sample))).collect()
+        };
+        let found = self.simulation.gradient(&self.start, plan, &mut last, &mut sum, &|| false);
+        let is_found = found.is_ok_and(|gradient| gradient.is_some());
+        assert!(is_found && !last.q.is_empty(), "it does so back, too");
     }
 
     fn derive(&self, plan: &SensitivityPlan) {

@@ -13,8 +13,12 @@
 
 #![expect(clippy::inline_always, reason = "kernels are compiled with the registers of `run`")]
 
+mod adjoint;
+
 use nalgebra::DMatrix;
 use pulp::{Simd, WithSimd};
+
+pub use adjoint::{AdjointCollocation, AdjointStep, Costates};
 
 use crate::lanes::run;
 use crate::settings::Stages;
@@ -236,12 +240,14 @@ impl LinearStep {
         let s = self.w.len() / width.max(1);
         let of_degree = move |k: usize| &self.w[k * width..(k + 1) * width];
         let [before, last] = [of_degree(s - 2), of_degree(s - 1)];
-        before.iter().zip(last).map(move |(before, last)| {
-            let falling = (last / before).abs().min(1.0);
-            let next = if last.abs() > 0.0 { last.abs() * falling } else { 0.0 };
-            (self.h * next).abs()
-        })
+        before.iter().zip(last).map(move |(before, last)| (self.h * falling(*before, *last)).abs())
     }
+}
+
+/// The size of a coefficient that falls to the last one as that falls to the next.
+fn falling(before: f64, last: f64) -> f64 {
+    let falling = (last / before).abs().min(1.0);
+    if last.abs() > 0.0 { last.abs() * falling } else { 0.0 }
 }
 
 /// Solves the n equations in the first n columns of `rows`, whose length is `width`, for the right sides in the others,

@@ -107,7 +107,10 @@ mod system;
 mod tableau;
 
 pub use checkpoint::{Checkpoint, Loader, Method, Saver};
-pub use collocation::{LinearCoefficients, LinearCollocation, LinearStep, eliminate};
+pub use collocation::{
+    AdjointCollocation, AdjointStep, Costates, LinearCoefficients, LinearCollocation, LinearStep,
+    eliminate,
+};
 pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
 pub use events::{Crossing, Event, EventSearch, Events};

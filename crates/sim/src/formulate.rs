@@ -139,6 +139,20 @@ pub(crate) fn parameter_columns(
     unknowns.compile(model, system, &columns, &[])
 }
 
+/// Compiles loads on the rows of F at the level of accelerations after those of q̇ − v: one column of n after the
+/// other, of the inputs of the residual.
+///
+/// # Errors
+/// [`TapeError`] as [`formulate`].
+pub(crate) fn load_columns(model: &Model, system: &SymbolicSystem) -> Result<Function, TapeError> {
+    let unknowns = UnknownSymbols::new(model, system, Formulation::Index1);
+    let (nq, n) = (system.coordinates().len(), unknowns.y.len());
+    let [zero, one] = [model.pool.zero(), model.pool.one()];
+    let column = |load: usize| (0..n).map(move |row| if row == load { one } else { zero });
+    let columns: Vec<Expr> = (nq..n).flat_map(column).collect();
+    unknowns.compile(model, system, &columns, &[])
+}
+
 /// M a + Gᵀ λ − f, then G a + γ.
 pub(crate) fn acceleration_level(model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
     let unknowns = UnknownSymbols::new(model, system, Formulation::Index1);

@@ -1,6 +1,7 @@
 //! [`Simulation`]: a mechanism that is ready to run.
 
 mod derived;
+mod differentiated;
 mod together;
 
 use std::borrow::Cow;
@@ -14,16 +15,13 @@ use crate::compiled::CompiledSystem;
 use crate::fault::{diagnose_run, diagnose_slowness, diagnose_start, diagnose_worth};
 use crate::formulate::{LazyMotionEquations, MotionEquations};
 use crate::input::{InputError, InputValues, Law, UnknownInput, check_inputs};
-use crate::mechanism::{Mechanism, insensitive, uncompiled};
+use crate::mechanism::{Mechanism, uncompiled};
 use crate::modes::Modes;
 use crate::redundancy::SelfStress;
 use crate::run::{
-    Failure, Observer, Problem, RunCheckpoint, Sample, Slowness, Summary, Unresumed,
-    WithSensitivities, resume, run,
+    Failure, Observer, Problem, RunCheckpoint, Sample, Slowness, Summary, Unresumed, resume, run,
 };
-use crate::sensitivity::{
-    self, Sensitive, SensitivityPlan, StateSensitivity, differentiate, run_with_sensitivities,
-};
+use crate::sensitivity::StateSensitivity;
 use crate::start::{Start, StartEquations, StartError, start_at};
 use crate::state::State;
 use derived::Derived;
@@ -344,40 +342,6 @@ impl Simulation {
         resume(self.problem(&start), checkpoint, observer, stop)
     }
 
-    /// As [`Simulation::run`], every sample with its sensitivities.
-    ///
-    /// # Errors
-    /// [`Failure`] when the integrator cannot go on; see [`Simulation::diagnose`].
-    pub fn run_with_sensitivities(
-        &self,
-        start: &Start,
-        plan: &SensitivityPlan,
-        observer: &mut dyn Observer,
-        stop: &dyn Fn() -> bool,
-    ) -> Result<Summary, Box<Failure>> {
-        let start = self.beginning(start)?;
-        run_with_sensitivities(self.problem(&start), plan, observer, stop)
-    }
-
-    /// The differentiated equations, and the sensitivities of the start.
-    ///
-    /// # Errors
-    /// [`Rejected`] when there are none, as where no motion exists for other values near these.
-    pub fn plan_sensitivities(
-        &self,
-        start: &Start,
-        sensitive: &[Sensitive],
-    ) -> Result<SensitivityPlan, Rejected> {
-        let Mechanism { model, system, compiled, parameters, .. } = &self.mechanism();
-        let options = &self.options;
-        let plan = || {
-            let equations = differentiate(model, system, compiled, options, sensitive, parameters)?;
-            let start = sensitivity::start(&equations, model, compiled, start, parameters)?;
-            Ok(SensitivityPlan { equations, start })
-        };
-        plan().map_err(|error| insensitive(model, &error))
-    }
-
     /// Finds the start, runs to the end and keeps every sample.
     ///
     /// # Errors
@@ -415,25 +379,6 @@ impl Simulation {
             .run(&start, &mut keep, stop)
             .map_err(|failure| Rejected(vec![self.diagnose(&failure)]))?;
         Ok(Motion { start, samples, summary })
-    }
-
-    /// Finds the start, runs to the end and keeps every sample with its derivatives by `sensitive`.
-    ///
-    /// # Errors
-    /// [`Rejected`] when there is no consistent start, none near it, or the run stops early.
-    pub fn sensitivities(&self, sensitive: &[Sensitive]) -> Result<SensitivityMotion, Rejected> {
-        let start = self.start()?;
-        let plan = self.plan_sensitivities(&start, sensitive)?;
-        let (mut samples, mut sensitivities) = (Vec::new(), Vec::new());
-        let mut keep = WithSensitivities(|sample: &Sample, by: &[StateSensitivity]| {
-            samples.push(sample.clone());
-            sensitivities.push(by.to_vec());
-            Control::Continue
-        });
-        let summary = self
-            .run_with_sensitivities(&start, &plan, &mut keep, &|| false)
-            .map_err(|failure| Rejected(vec![self.diagnose(&failure)]))?;
-        Ok(SensitivityMotion { motion: Motion { start, samples, summary }, sensitivities })
     }
 
     /// A start that was not found, in the author's terms.

@@ -1,11 +1,16 @@
 //! Sensitivities of runs in which something switches: closed forms, differences of tight runs, and what has none.
 
+mod both_ways;
+
 use bksim_expr::Jit;
 use bksim_model::Method;
 use bksim_sim::sensitivity::StateSensitivity;
 use bksim_sim::{Mechanism, SensitivityMotion};
+use both_ways::{Of, both_ways};
 
 const TIGHT: f64 = 1e-11;
+/// Of terms of both signs, gradients differ from what the derivatives forward sum up to.
+const BOTH_WAYS: f64 = 1e-10;
 
 /// A block of 2 kg on a guide, with what is appended.
 fn block(axis: &str, rest: &str) -> String {
@@ -32,7 +37,9 @@ fn found(text: &str, times: (f64, f64), method: Method, names: &[&str]) -> Sensi
     let by: Vec<_> =
         names.iter().map(|name| mechanism.sensitive(name).expect("it is there")).collect();
     let simulation = mechanism.simulation().expect("a simulation");
-    simulation.sensitivities(&by).unwrap_or_else(|fault| panic!("{names:?}: {fault}"))
+    let motion = simulation.sensitivities(&by).unwrap_or_else(|fault| panic!("{names:?}: {fault}"));
+    both_ways(&mechanism, &motion, &by, Of::Everything, BOTH_WAYS);
+    motion
 }
 
 fn refused(text: &str, times: (f64, f64), name: &str) -> String {

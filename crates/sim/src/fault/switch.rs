@@ -68,6 +68,14 @@ pub(super) fn no_sensitivity(model: &Model, fault: &NoSensitivity) -> Diagnostic
             fault_of(format!("the derivatives of the motion have no bound at t = {t} s"))
                 .help("end the run before the singular pose there")
         }
+        Undefined::Shared => fault_of(
+            "joints that repeat each other share the reactions: they have no gradient".to_owned(),
+        )
+        .help("let the goal depend on the motion, or leave out the joints that repeat others"),
+        Undefined::Room => fault_of(format!(
+            "the motion until t = {t} s takes more room than there is to go back along it"
+        ))
+        .help("end the run earlier, or take the derivatives forward, by few parameters at a time"),
     }
 }
 

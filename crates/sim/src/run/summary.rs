@@ -231,6 +231,10 @@ pub enum Undefined {
     Together,
     /// The equations have no unique solution, or no finite values.
     Singular,
+    /// Multipliers, and reactions made of them, are shared by joints that repeat each other.
+    Shared,
+    /// The motion takes too much room to go back along it.
+    Room,
 }
 
 impl Failure {

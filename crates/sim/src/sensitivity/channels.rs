@@ -72,7 +72,7 @@ pub fn channels(model: &Model, system: &SymbolicSystem) -> Vec<Channel> {
 }
 
 /// The channels of a model that have a formula of the state, with that.
-fn found<'m>(
+pub(super) fn found<'m>(
     model: &'m Model,
     system: &'m SymbolicSystem,
 ) -> impl Iterator<Item = (Expr, Channel)> + 'm {

@@ -3,7 +3,7 @@
 //! A change of one parameter is a direction in the space of all: those that are defined through it
 //! follow. Directions of the state are inputs of the tapes, so each tape serves every quantity.
 
-use bksim_expr::{Expr, SymbolId, TapeError};
+use bksim_expr::{Expr, TapeError};
 
 use crate::function::Function;
 
@@ -62,16 +62,8 @@ pub fn differentiate(
     parameters: &[f64],
 ) -> Result<SensitivityEquations, SensitivityError> {
     let system = system.integrated();
-    if !compiled.sampled.is_empty() {
-        return Err(SensitivityError::Sampled);
-    }
-    if !model.inputs.is_empty() {
-        return Err(SensitivityError::Inputs);
-    }
     let derivation = Direction::new(model, system);
-    let directions: Vec<Vec<Expr>> =
-        sensitive.iter().map(|&by| parameter_direction(model, by)).collect();
-    derivation.check_latches(&directions)?;
+    let directions = derivation.checked(compiled, sensitive)?;
 
     // Fixed steps are Radau's unless others are asked for.
     let is_radau = options.method == Method::Radau
@@ -89,6 +81,20 @@ pub fn differentiate(
     } else {
         Way::Followed(Box::new(Following::new(&derivation, &directions)?))
     };
+    derived(&derivation, (sensitive, &directions), way, parameters)
+}
+
+/// The derivatives besides those of the way, along at least the directions of `sensitive`.
+///
+/// # Errors
+/// [`SensitivityError`] when an expression cannot be compiled.
+pub(super) fn derived(
+    derivation: &Direction<'_>,
+    (sensitive, directions): (&[Sensitive], &[Vec<Expr>]),
+    way: Way,
+    parameters: &[f64],
+) -> Result<SensitivityEquations, SensitivityError> {
+    let model = derivation.model;
     let evaluated = |values: &[Expr]| -> Result<Vec<f64>, TapeError> {
         let function = Function::compile(model, values, &[], &derivation.own)?;
         Ok(function.evaluate(&mut function.buffers(parameters), &[]).to_vec())
@@ -100,7 +106,7 @@ pub fn differentiate(
         levels: derivation.levels()?,
         jacobian,
         cells,
-        channels: Channels::new(&derivation)?,
+        channels: Channels::new(derivation)?,
         closing: derivation.closing()?,
         directions: evaluated(&directions.concat())?,
         n_parameters: model.parameters.len(),
@@ -118,18 +124,4 @@ impl SensitivityEquations {
         let dp = &self.directions[k * self.n_parameters..(k + 1) * self.n_parameters];
         Change { dt: 0.0, dp }
     }
-}
-
-/// ∂P/∂p: one for the parameter itself, and what follows for those defined through it.
-pub(crate) fn parameter_direction(model: &Model, by: Sensitive) -> Vec<Expr> {
-    let pool = &model.pool;
-    let mut rates: Vec<(SymbolId, Expr)> = Vec::with_capacity(model.parameters.len());
-    for (k, parameter) in model.parameters.iter().enumerate() {
-        let is_it = by == Sensitive::Parameter(k);
-        // Definitions use parameters that come before them.
-        let rate =
-            if is_it { pool.one() } else { pool.total_derivative(parameter.definition, &rates) };
-        rates.push((parameter.symbol, rate));
-    }
-    rates.into_iter().map(|(_, rate)| rate).collect()
 }

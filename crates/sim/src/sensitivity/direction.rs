@@ -2,10 +2,11 @@
 
 use bksim_expr::{Expr, SymbolId, TapeError};
 
+use crate::compiled::CompiledSystem;
 use crate::formulate::acceleration_level;
 use crate::function::Function;
 
-use super::SensitivityError;
+use super::{Sensitive, SensitivityError};
 
 use bksim_mbs::levels::constraint_velocity;
 use bksim_mbs::system::SymbolicSystem;
@@ -96,8 +97,29 @@ impl<'a> Direction<'a> {
         self.compile(&changes, &[q, v, &a, &lambda, &[*dt], dq, dv, dp, &da, &dl])
     }
 
+    /// ∂P/∂p by each quantity.
+    ///
+    /// # Errors
+    /// [`SensitivityError`] when something in the model is sampled, or follows a law that is not known.
+    pub(super) fn checked(
+        &self,
+        compiled: &CompiledSystem,
+        sensitive: &[Sensitive],
+    ) -> Result<Vec<Vec<Expr>>, SensitivityError> {
+        if !compiled.sampled.is_empty() {
+            return Err(SensitivityError::Sampled);
+        }
+        if !self.model.inputs.is_empty() {
+            return Err(SensitivityError::Inputs);
+        }
+        let directions: Vec<Vec<Expr>> =
+            sensitive.iter().map(|&by| parameter_direction(self.model, by)).collect();
+        self.check_latches(&directions)?;
+        Ok(directions)
+    }
+
     /// Refuses latched signals whose values themselves follow the motion or what it is differentiated by.
-    pub(super) fn check_latches(&self, directions: &[Vec<Expr>]) -> Result<(), SensitivityError> {
+    fn check_latches(&self, directions: &[Vec<Expr>]) -> Result<(), SensitivityError> {
         let pool = &self.model.pool;
         let moves = |symbol: SymbolId| {
             let place = self.own.iter().position(|&own| own == symbol);
@@ -158,4 +180,18 @@ impl<'a> Direction<'a> {
         }
         self.compile(&outputs, &[q, v, &[*dt], dq, dv, dp])
     }
+}
+
+/// ∂P/∂p: one for the parameter itself, and what follows for those defined through it.
+pub(crate) fn parameter_direction(model: &Model, by: Sensitive) -> Vec<Expr> {
+    let pool = &model.pool;
+    let mut rates: Vec<(SymbolId, Expr)> = Vec::with_capacity(model.parameters.len());
+    for (k, parameter) in model.parameters.iter().enumerate() {
+        let is_it = by == Sensitive::Parameter(k);
+        // Definitions use parameters that come before them.
+        let rate =
+            if is_it { pool.one() } else { pool.total_derivative(parameter.definition, &rates) };
+        rates.push((parameter.symbol, rate));
+    }
+    rates.into_iter().map(|(_, rate)| rate).collect()
 }

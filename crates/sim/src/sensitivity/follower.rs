@@ -8,6 +8,7 @@ use bksim_dae::{Control, LinearCoefficients, LinearCollocation, LinearStep, Stag
 
 use super::channels::Channels;
 use super::following::{Following, Variation};
+use super::pace::Pace;
 use super::tangent::{TangentPoint, Tangents};
 use super::written::Instants;
 use super::{SensitivityEquations, SensitivityPlan};
@@ -45,8 +46,7 @@ pub(super) struct Follower<'a, 'o> {
     pub(super) phase: PhaseEquations<'a>,
     collocation: LinearCollocation,
     coefficients: Vec<LinearCoefficients>,
-    /// The longest part of a step whose errors are expected to be small enough, s.
-    longest: f64,
+    pace: Pace,
     /// Time up to which the motion has been followed, s.
     pub(super) t: f64,
     /// Changes of q and v there, nq × n_sensitive by rows.
@@ -67,12 +67,15 @@ pub(super) struct Follower<'a, 'o> {
     observer: &'o mut dyn Observer,
 }
 
-/// Coordinates of a mechanism for which seven stages cost less than shorter steps of five.
-const MOST_OF_SEVEN: usize = 6;
 /// Segments after which changes are taken onto the constraints.
 const DRIFTING: usize = 8;
-/// Part of a step below which errors are left as they are.
-const SHORTEST: f64 = 1e-4;
+
+/// The stages for a mechanism of nq coordinates.
+pub(super) fn stages(nq: usize) -> Stages {
+    /// Coordinates for which seven stages cost less than shorter steps of five.
+    const MOST_OF_SEVEN: usize = 6;
+    if nq <= MOST_OF_SEVEN { Stages::Seven } else { Stages::Five }
+}
 
 impl<'a, 'o> Follower<'a, 'o> {
     /// From the start of a run.
@@ -82,12 +85,12 @@ impl<'a, 'o> Follower<'a, 'o> {
         following: &'a Following,
         observer: &'o mut dyn Observer,
     ) -> Self {
-        let Problem { compiled, start, parameters, .. } = problem;
+        let Problem { compiled, start, parameters, options, .. } = problem;
         let (equations, m, nq) = (&plan.equations, plan.start.len(), compiled.nq());
         let parameters = start.parameters_with_modes(parameters);
         let inactive = start.inactive_rows().to_vec();
         let phase = PhaseEquations::new(problem, (equations, following), parameters, inactive);
-        let stages = if nq <= MOST_OF_SEVEN { Stages::Seven } else { Stages::Five };
+        let stages = stages(nq);
         let by_rows = |of: fn(&StateSensitivity) -> &[f64]| -> Vec<f64> {
             (0..nq).flat_map(|i| plan.start.iter().map(move |by| of(by)[i])).collect()
         };
@@ -100,7 +103,7 @@ impl<'a, 'o> Follower<'a, 'o> {
             phase,
             collocation: LinearCollocation::new(stages, nq, m),
             coefficients: vec![LinearCoefficients::zeros(nq, m); stages.count()],
-            longest: f64::INFINITY,
+            pace: Pace::new(options.rtol),
             t: start.t,
             dq: by_rows(|by| &by.q),
             dv: by_rows(|by| &by.v),
@@ -183,23 +186,18 @@ impl<'a, 'o> Follower<'a, 'o> {
         }
         self.steps.clear();
         let whole = segment.t1 - segment.t0;
-        let tolerance = self.problem.options.rtol.max(1e-12);
         let mut from = segment.t0;
         while from != segment.t1 {
-            // The rest in equal parts, none of them longer than it may be.
-            let left = segment.t1 - from;
-            let n_parts = (left.abs() / self.longest).ceil().max(1.0);
-            let h = left / n_parts;
+            let (h, is_last) = self.pace.step(segment.t1 - from);
             let step = self.step(segment, from, h).ok_or(Undefined::Singular)?;
             let error = self.error(&step);
-            let is_kept = error <= tolerance || h.abs() <= SHORTEST * whole.abs();
-            let longest = self.collocation.longest_step(h.abs(), error / tolerance);
-            self.longest = longest.max(SHORTEST * whole.abs());
-            if is_kept {
+            let Self { pace, collocation, .. } = self;
+            let longest = |h: f64, error: f64| collocation.longest_step(h, error);
+            if pace.accepts((h, whole), error, longest) {
                 step.at(step.t1(), &mut self.dq, &mut self.dv);
                 self.note_scale();
                 self.steps.push(step);
-                from = if n_parts == 1.0 { segment.t1 } else { from + h };
+                from = if is_last { segment.t1 } else { from + h };
             }
         }
         self.t = segment.t1;

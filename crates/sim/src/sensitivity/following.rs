@@ -16,7 +16,7 @@ use super::written::{
 };
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
-use crate::formulate::{MotionEquations, MotionSystem, formulate, parameter_columns};
+use crate::formulate::{MotionEquations, MotionSystem, formulate, load_columns, parameter_columns};
 use crate::function::{Buffers, Function};
 use crate::modes::indicators::indicator_functions;
 use crate::multiplier::MultiplierSystem;
@@ -27,8 +27,8 @@ use bksim_model::Formulation;
 #[derive(Clone, Debug)]
 pub(super) struct Following {
     /// At the level of accelerations.
-    equations: MotionEquations,
-    /// F_p, then F_t, one column after the other.
+    equations: Arc<MotionEquations>,
+    /// F_p, then F_t, one column after the other; or loads on the rows of F, one by one.
     columns: Function,
     /// Changes of the functions of [`indicator_functions`].
     pub(super) indicators: Function,
@@ -45,6 +45,46 @@ impl Following {
         direction: &Direction<'_>,
         directions: &[Vec<Expr>],
     ) -> Result<Self, TapeError> {
+        let Direction { model, system, .. } = direction;
+        let equations = formulate(model, system, Formulation::Index1)?;
+        Self::of(Arc::new(equations), direction, directions)
+    }
+
+    /// The same equations along other directions.
+    ///
+    /// # Errors
+    /// As [`Following::new`].
+    pub(super) fn along(
+        &self,
+        direction: &Direction<'_>,
+        directions: &[Vec<Expr>],
+    ) -> Result<Self, TapeError> {
+        Self::of(self.equations.clone(), direction, directions)
+    }
+
+    /// The changes by loads on the rows of F, each in the place of F_p of one quantity.
+    ///
+    /// # Errors
+    /// As [`Following::new`].
+    pub(super) fn of_loads(direction: &Direction<'_>) -> Result<Self, TapeError> {
+        let Direction { model, system, .. } = direction;
+        let equations = formulate(model, system, Formulation::Index1)?;
+        let columns = load_columns(model, system)?;
+        let n_directions = system.coordinates().len() + system.constraints.len();
+        Ok(Self {
+            equations: Arc::new(equations),
+            columns,
+            indicators: direction.changes(&[])?,
+            n_directions,
+            written: Arc::new(WrittenCoefficients::new(model.solve.jit)),
+        })
+    }
+
+    fn of(
+        equations: Arc<MotionEquations>,
+        direction: &Direction<'_>,
+        directions: &[Vec<Expr>],
+    ) -> Result<Self, TapeError> {
         let Direction { model, system, own, .. } = direction;
         let pool = &model.pool;
         let wrt = [own.as_slice(), &[model.time]].concat();
@@ -54,7 +94,7 @@ impl Following {
         all.push(extended(&vec![pool.zero(); own.len()], pool.one()));
         let level = Formulation::Index1;
         Ok(Self {
-            equations: formulate(model, system, level)?,
+            equations,
             columns: parameter_columns(model, system, level, &wrt, &all)?,
             indicators: direction.changes(&indicator_functions(model, system).0)?,
             n_directions: directions.len(),
@@ -84,6 +124,8 @@ pub(super) struct Variation<'a> {
     places: [Vec<(usize, usize)>; 2],
     /// F_z, F_q, F_v, F_p and F_t, one row after the other; then −dz in the place of all but F_z.
     rows: Vec<f64>,
+    /// a and λ of the instants whose coefficients were written last, one after the other.
+    of_instants: Vec<f64>,
 }
 
 impl<'a> Variation<'a> {
@@ -114,7 +156,18 @@ impl<'a> Variation<'a> {
             compiled,
             parameters: parameters.to_vec(),
             lanes: None,
+            of_instants: Vec::new(),
         }
+    }
+
+    /// Number of accelerations and multipliers.
+    pub(super) fn n_unknowns(&self) -> usize {
+        self.a.len() + self.lambda.len()
+    }
+
+    /// a and λ of the instants whose coefficients were written last, one after the other.
+    pub(super) fn unknowns_at_instants(&self) -> &[f64] {
+        &self.of_instants
     }
 
     fn width_of(nq: usize, nc: usize, n_directions: usize) -> usize {
@@ -162,22 +215,27 @@ impl<'a> Variation<'a> {
         instants: Instants<'_>,
         out: &mut [LinearCoefficients],
     ) -> bool {
-        let Self { following, compiled, multipliers, lanes, .. } = self;
+        let n_unknowns = self.n_unknowns();
+        let Self { following, compiled, multipliers, lanes, of_instants, .. } = self;
         let Following { equations, columns, n_directions, written, .. } = following;
         let nc = compiled.nc();
+        of_instants.resize(instants.len() * n_unknowns, 0.0);
         if multipliers.is_whole(nc)
             && let Some(function) =
                 written.due(|| coefficients(compiled, equations, (columns, *n_directions)))
         {
             let make = || CoefficientLanes::new(function, &self.parameters);
             let lanes = lanes.get_or_insert_with(make);
-            if coefficients_into((function, lanes), (multipliers, nc), instants, out) {
+            let into = (&mut *out, &mut of_instants[..]);
+            if coefficients_into((function, lanes), (multipliers, nc), instants, into) {
                 return true;
             }
         }
-        instants.iter().zip(out).all(|(state, out)| {
+        instants.iter().zip(out).enumerate().all(|(k, (state, out))| {
             let is_regular = self.take(state);
             self.coefficients_into(out);
+            let z = self.a.iter().chain(&self.lambda);
+            self.of_instants[k * n_unknowns..].iter_mut().zip(z).for_each(|(x, z)| *x = *z);
             is_regular
         })
     }
@@ -205,6 +263,15 @@ impl<'a> Variation<'a> {
         for (dz, row) in dz.iter_mut().zip(self.rows.chunks_exact(width)) {
             let by_state = row[nz..nz + 2 * nq].iter().zip(dq.iter().chain(dv));
             *dz = -row[nz + 2 * nq + k] - by_state.map(|(by, change)| by * change).sum::<f64>();
+        }
+    }
+
+    /// What weights of a and λ are for q, v, and for each direction but the last.
+    pub(super) fn pull_into(&self, weights: &[f64], out: &mut [f64]) {
+        let (width, nz) = (self.width(), self.n_unknowns());
+        out.fill(0.0);
+        for (weight, row) in weights.iter().zip(self.rows.chunks_exact(width)) {
+            out.iter_mut().zip(&row[nz..]).for_each(|(sum, change)| *sum -= weight * change);
         }
     }
 

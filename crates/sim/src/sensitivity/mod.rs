@@ -14,7 +14,8 @@
 //! staggered direct method of [`bksim_dae::SensitivitySolver`]; along the steps of any method, and across events,
 //! by collocation of the linear equations ([`bksim_dae::LinearCollocation`]). As with the motion itself, positions and velocities
 //! are projected onto their (linearised) constraints at every output, and ∂a and ∂λ come from the
-//! equations of motion there. Sources: M. Caracotsios and W. E. Stewart, Comput. Chem. Eng. 9
+//! equations of motion there. [`gradient()`] goes the other way: back along the motion, from one number to all that it
+//! depends on. Sources: M. Caracotsios and W. E. Stewart, Comput. Chem. Eng. 9
 //! (1985); W. F. Feehery, J. E. Tolsma and P. I. Barton, Appl. Numer. Math. 25 (1997).
 
 mod channels;
@@ -23,6 +24,8 @@ mod direction;
 mod fault;
 mod follower;
 mod following;
+mod gradient;
+mod pace;
 mod run;
 mod saltation;
 mod start;
@@ -33,9 +36,12 @@ use bksim_model::Model;
 
 pub use crate::run::StateSensitivity;
 pub use channels::{Channel, channels};
-pub(crate) use derive::parameter_direction;
 pub use derive::{SensitivityEquations, differentiate};
+pub(crate) use direction::parameter_direction;
 pub use fault::{SensitivityError, diagnose_sensitivity};
+pub use gradient::{
+    Goal, Gradient, GradientPlan, SampleWeights, gradient, plan_gradient, plan_gradient_by_some,
+};
 pub use run::run_with_sensitivities;
 pub use start::start;
 

@@ -28,15 +28,26 @@ pub fn start(
     start: &Start,
     parameters: &[f64],
 ) -> Result<Vec<StateSensitivity>, SensitivityError> {
+    start_by_each(equations, model, compiled, start, parameters).collect()
+}
+
+/// As [`start`], quantity by quantity.
+pub(super) fn start_by_each<'a>(
+    equations: &'a SensitivityEquations,
+    model: &'a Model,
+    compiled: &'a CompiledSystem,
+    start: &'a Start,
+    parameters: &'a [f64],
+) -> impl Iterator<Item = Result<StateSensitivity, SensitivityError>> + 'a {
     // Contacts leave the neighbours of a start alone; accelerations follow those that hold.
-    let parameters = &start.parameters_with_modes(parameters);
-    let tangents = Tangents::with_contacts_open(equations, compiled, parameters, start);
-    let held = Tangents::new(equations, compiled, parameters, start.inactive_rows());
+    let parameters = start.parameters_with_modes(parameters);
+    let tangents = Tangents::with_contacts_open(equations, compiled, &parameters, start);
+    let held = Tangents::new(equations, compiled, &parameters, start.inactive_rows());
     let Start { t, q, v, a, lambda, .. } = start;
     let state = StateRef { t: *t, q, v };
     let at = TangentPoint { state, acceleration: AccelerationRef { a, lambda } };
     let mut opening = Opening { equations, model, tangents, held, parameters, at };
-    (0..equations.sensitive.len()).map(|k| opening.by(k)).collect()
+    (0..equations.sensitive.len()).map(move |k| opening.by(k))
 }
 
 /// The start whose changes are looked for.
@@ -46,7 +57,7 @@ struct Opening<'a> {
     /// With all contacts open, and as they are.
     tangents: Tangents<'a>,
     held: Tangents<'a>,
-    parameters: &'a [f64],
+    parameters: Vec<f64>,
     at: TangentPoint<'a>,
 }
 
@@ -147,7 +158,7 @@ impl Opening<'_> {
         let (at, nq) = (self.at, dq.len());
         let zero = vec![0.0; nq];
         let function = &self.equations.closing;
-        let mut buffers = function.buffers(self.parameters);
+        let mut buffers = function.buffers(&self.parameters[..]);
         let Change { dt, dp } = self.equations.change(k);
         let arguments = [&[at.state.t], at.state.q, v, &[dt], dq, &zero, dp];
         let outputs = function.evaluate(&mut buffers, &arguments);

@@ -64,6 +64,11 @@ pub(super) struct Instants<'a> {
 }
 
 impl<'a> Instants<'a> {
+    /// How many.
+    pub(super) fn len(self) -> usize {
+        self.t.len()
+    }
+
     /// One after the other.
     pub(super) fn iter(self) -> impl Iterator<Item = StateRef<'a>> {
         let n = self.states.len() / self.t.len().max(1);
@@ -161,18 +166,19 @@ impl Parts<'_> {
     }
 }
 
-/// Writes the coefficients at all instants; false where a pivot or a number is not regular.
+/// Writes the coefficients at all instants, and a and λ there; false where a pivot or a number is not regular.
 pub(super) fn coefficients_into(
     (function, lanes): (&LaneRunner<LANES>, &mut CoefficientLanes),
     (multipliers, nc): (&mut MultiplierSystem, usize),
     instants: Instants<'_>,
-    out: &mut [LinearCoefficients],
+    (out, unknowns): (&mut [LinearCoefficients], &mut [f64]),
 ) -> bool {
     let CoefficientLanes { workspace, arguments, results } = lanes;
     let nq = instants.states.len() / instants.t.len().max(1) / 2;
     let n_known = 2 * (nq + nc);
     let all: Vec<StateRef<'_>> = instants.iter().collect();
-    for (few, out) in all.chunks(LANES).zip(out.chunks_mut(LANES)) {
+    let of_instants = unknowns.chunks_mut(LANES * (nq + nc).max(1));
+    for ((few, out), known) in all.chunks(LANES).zip(out.chunks_mut(LANES)).zip(of_instants) {
         // The last lanes repeat the last instant where there are fewer.
         for lane in 0..LANES {
             let StateRef { t, q, v } = &few[lane.min(few.len() - 1)];
@@ -183,6 +189,9 @@ pub(super) fn coefficients_into(
         let (z, rest) = results.split_at(nq + nc);
         if !multipliers.accept_lanes(z, rest) {
             return false;
+        }
+        for (lane, known) in known.chunks_exact_mut(nq + nc).enumerate() {
+            known.iter_mut().zip(z).for_each(|(x, lanes)| *x = lanes[lane]);
         }
         let width = (results.len() - n_known) / nq.max(1);
         for (lane, LinearCoefficients { by_position, by_velocity, forcing }) in
