@@ -39,6 +39,20 @@ pub enum AnalysisError {
         /// As written.
         name: String,
     },
+    /// Nothing with a derivative has this name among what a run shows.
+    #[error("no quantity of the run with a derivative is called `{name}`")]
+    UnknownGoal {
+        /// As written.
+        name: String,
+        /// Those that there are.
+        known: Vec<String>,
+    },
+    /// The root of a mean square that is zero has a kink.
+    #[error("the rms of `{name}` is zero, where it has no derivative")]
+    NoSlope {
+        /// The quantity.
+        name: String,
+    },
     /// No point, joint or body has this name.
     #[error("no point, joint or body is called `{name}`")]
     UnknownPoint {

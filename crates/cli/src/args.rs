@@ -77,6 +77,8 @@ pub(crate) enum Command {
     Bode(analysis::Bode),
     /// Run a model in two independent ways and compare every channel with the tolerances.
     Verify(analysis::Verify),
+    /// Differentiate one number of a run by many parameters and initial values at once.
+    Gradient(analysis::Gradient),
     /// Tell the free motions, the conditions that repeat others, and changes of joints that cure them.
     Doctor(analysis::Doctor),
     /// Find the efforts, reactions and powers that a motion needs.

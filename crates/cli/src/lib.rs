@@ -198,6 +198,9 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
         Command::Verify(args) => {
             own("verify", commands::analysis::verify::run(args, json, nesting))
         }
+        Command::Gradient(args) => {
+            own("gradient", commands::analysis::gradient::run(args, json, nesting))
+        }
         Command::Doctor(args) => match args.picture() {
             Some(path) => studio(StudioCommand::Doctor(args, path)),
             None => own("doctor", commands::analysis::doctor::run(args, None, json, nesting)),

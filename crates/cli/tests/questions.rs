@@ -365,3 +365,30 @@ fn frequencies_in_hertz_are_cycles_and_begin_above_zero() {
     assert_eq!(refused.status.code(), Some(1));
     assert!(text(&refused.stdout).contains("above zero"), "{}", text(&refused.stdout));
 }
+
+#[test]
+fn a_number_of_a_run_is_differentiated_by_all_quantities() {
+    let place = Scratch::new();
+    place.write("rod.toml", format!("{ROD}[initial]\nA = {{ angle = \"0.5 rad\" }}\n"));
+    let asked = ["gradient", "rod.toml", "--of", "A_angle", "--value", "rms", "-o", "gradient.csv"];
+    let answer = json(&place, &asked);
+    assert_eq!([&answer["goal"]["name"], &answer["goal"]["take"]], ["A_angle", "rms"]);
+    let gradient = answer["gradient"].as_array().expect("derivatives");
+    let names: Vec<&Value> = gradient.iter().map(|one| &one["name"]).collect();
+    assert_eq!(names, ["k", "A.angle"]);
+    assert_eq!(gradient[0]["derivative_unit"], "rad/(N m)");
+    let table = std::fs::read_to_string(place.path().join("gradient.csv")).expect("a table");
+    let heads: Vec<&str> =
+        table.lines().map(|line| line.split(',').next().expect("a name")).collect();
+    assert_eq!(heads, ["quantity", "k", "A.angle"], "{table}");
+
+    let report = text(&place.run("gradient rod.toml --of state.A_angle --by k --t-end 0.5").stdout);
+    for part in ["last of A_angle = ", "by 1 %", "rad/(N m)", " forward, "] {
+        assert!(report.contains(part), "{part}: {report}");
+    }
+    let unknown = text(&place.run("gradient rod.toml --of A_angel").stderr);
+    assert!(unknown.contains("error[Q002]"), "{unknown}");
+    assert!(unknown.contains("did you mean `A_angle`?"), "{unknown}");
+    let unknown = text(&place.run("gradient rod.toml --of A_angle --by kk").stderr);
+    assert!(unknown.contains("error[S012]"), "{unknown}");
+}

@@ -23,8 +23,8 @@ pub use bksim_cli::output_file;
 pub mod questions {
     pub use bksim_cli::commands::analysis::answer::Answer;
     pub use bksim_cli::commands::analysis::{
-        bode, curves, doctor, inverse, kinematics, limits, linearize, modes, polygons, statics,
-        verify,
+        bode, curves, doctor, gradient, inverse, kinematics, limits, linearize, modes, polygons,
+        statics, verify,
     };
 }
 

@@ -75,6 +75,27 @@ type = "revolute"
 between = ["ground", "cam"]
 "#;
 
+/// A block on two guides in one line, which part where `h` is not zero.
+const GUIDES: &str = r#"
+[parameters]
+h = "0 m"
+[ground.points]
+P = [0, "h"]
+[bodies.block]
+mass = 1
+inertia = 1
+[joints.S]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+[joints.R]
+type = "prismatic"
+between = ["ground.P", "block"]
+axis = [1, 0]
+[initial]
+S = { velocity = "1 m/s" }
+"#;
+
 /// A block that runs against a stop, with friction and a spring with a kink.
 const CONTACTS: &str = include_str!("../../../tests/fixtures/contacts.toml");
 
@@ -104,6 +125,7 @@ fn the_page_lists_the_keys_that_are_printed() {
     place.write("bead.toml", "[bodies.bead]\nmass = 1\nfree = true\n");
     place.write("contacts.toml", CONTACTS);
     place.write("outputs.toml", format!("{CONTACTS}[outputs]\nway = \"2*S.position\"\n"));
+    place.write("guides.toml", GUIDES);
     place.write("cam.toml", CAM);
     place.write("undercut.toml", CAM.replace("30 mm", "5 mm"));
     let commands = [
@@ -136,6 +158,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "expr x*y-y=1 --solve x --certificate",
         "expr x+1 --at x=1",
         "code five-link.toml -o code",
+        "gradient guides.toml --of energy.total -o gradient.csv",
         "assemble five-link.toml",
         "assemble parallelogram.toml",
         "solve parallelogram.toml --every 0.1",

@@ -1,6 +1,7 @@
 //! The code of each question without an answer, and what to write instead.
 
 use bksim_model::diagnostic::Diagnostic;
+use bksim_model::file::suggest;
 use bksim_model::message::counted;
 
 use super::AnalysisError;
@@ -31,6 +32,14 @@ impl AnalysisError {
                 codes::UNKNOWN_NAME,
                 "write `JOINT.angle`, `JOINT.position`, `BODY.angle`, `BODY.x` or `BODY.POINT.x`"
                     .to_owned(),
+            ),
+            Self::UnknownGoal { name, known } => {
+                let known: Vec<&str> = known.iter().map(String::as_str).collect();
+                (codes::UNKNOWN_NAME, suggest(name, &known))
+            }
+            Self::NoSlope { .. } => (
+                bksim_sim::codes::NO_SENSITIVITY,
+                "ask for its mean, or for its largest or smallest value".to_owned(),
             ),
             Self::UnknownPoint { .. } => (
                 codes::UNKNOWN_NAME,

@@ -4,6 +4,7 @@ mod bode;
 mod continuation;
 mod controllers;
 mod families;
+mod gradient;
 mod inverse;
 mod letters;
 mod linear;

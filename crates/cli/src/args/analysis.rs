@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use bksim::analysis::About;
-use clap::Args;
+use bksim::analysis::{About, GoalTake};
+use clap::{Args, ValueEnum};
 
 use super::mode::ModeArgs;
 use super::render::Render;
 use super::time::time;
-use super::{ModelArgs, assignment};
+use super::{ModelArgs, Tuning, assignment};
 
 /// `NAME=VALUES`, or a name alone.
 fn assignment_or_name(text: &str) -> Result<(String, String), String> {
@@ -284,6 +284,54 @@ pub(crate) struct Verify {
     pub(crate) patience: f64,
     #[command(flatten)]
     pub(crate) table: TableArgs,
+}
+
+/// With no quantity named, the derivatives by all parameters and stated initial values that have one.
+#[derive(Args, Debug)]
+pub(crate) struct Gradient {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// A quantity of the run: `theta1`, `theta1_dot`, `energy.total`, `reactions.B.fx`, `signals.u`, `rod.B.x`, as
+    /// columns of derivatives in a log are named.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) of: String,
+    /// The number that is made of it.
+    #[arg(long, value_enum, value_name = "WHICH", default_value = "last")]
+    pub(crate) value: Take,
+    /// A parameter (`l1`) or stated initial value (`A.rate`) that the derivative is by; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) by: Vec<String>,
+    #[command(flatten)]
+    pub(crate) tuning: Tuning,
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
+}
+
+/// One number of a quantity over time.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Take {
+    /// Its value at the end.
+    Last,
+    /// Its mean over time.
+    Mean,
+    /// The root of the mean of its square over time.
+    Rms,
+    /// Its largest sample.
+    Max,
+    /// Its smallest sample.
+    Min,
+}
+
+impl From<Take> for GoalTake {
+    fn from(word: Take) -> Self {
+        match word {
+            Take::Last => Self::Last,
+            Take::Mean => Self::Mean,
+            Take::Rms => Self::Rms,
+            Take::Max => Self::Max,
+            Take::Min => Self::Min,
+        }
+    }
 }
 
 /// The arguments of `bksim doctor`. A FILE of -o that ends in .svg shows every free motion as it moves and the conditions that

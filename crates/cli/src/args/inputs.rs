@@ -19,6 +19,7 @@ impl Command {
             Self::Modes(args) => &args.model.model,
             Self::Bode(args) => &args.model.model,
             Self::Verify(args) => &args.model.model,
+            Self::Gradient(args) => &args.model.model,
             Self::Doctor(args) => &args.model.model,
             Self::Inverse(args) => &args.model.model,
             Self::Cam(args) => &args.model.model,

@@ -5,6 +5,7 @@ pub mod bode;
 pub(crate) mod cam;
 pub mod curves;
 pub mod doctor;
+pub mod gradient;
 pub mod inverse;
 pub mod kinematics;
 pub mod limits;
