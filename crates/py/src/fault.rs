@@ -35,6 +35,8 @@ pub(crate) enum Fault {
     Value(String),
     /// Nothing has this name.
     Name(String),
+    /// Something that bksim itself does wrong.
+    Internal(String),
     /// Something of Python's own.
     Python(PyErr),
 }
@@ -66,6 +68,7 @@ impl Fault {
             Self::Limit(message) => made(py, "limit", &message, "[]"),
             Self::Log(message) => made(py, "log", &message, "[]"),
             Self::Drawing(message) => made(py, "drawing", &message, "[]"),
+            Self::Internal(message) => made(py, "internal", &message, "[]"),
             Self::File(message) => PyOSError::new_err(message),
             Self::Value(message) => PyValueError::new_err(message),
             Self::Name(message) => PyKeyError::new_err(message),

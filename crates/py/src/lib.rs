@@ -17,6 +17,7 @@
 //! | `solution.rs` | what a run leaves |
 //! | `logged.rs` | runs as logs, and back |
 //! | `functions.rs` | the compiled functions |
+//! | `gradient.rs` | derivatives of one number of a motion, back along it |
 //! | `expr.rs` | the algebra by itself |
 //! | `questions.rs` | questions besides motion in time |
 //! | `show.rs` | curves, pages and the numbers of a run |
@@ -43,6 +44,7 @@ mod expr;
 mod fault;
 mod file;
 mod functions;
+mod gradient;
 mod interrupt;
 mod laws;
 mod logged;
@@ -76,6 +78,8 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(functions::compiled_functions, m)?)?;
     m.add_function(wrap_pyfunction!(derivatives::derivatives_of, m)?)?;
     m.add_function(wrap_pyfunction!(solving::solve, m)?)?;
+    m.add_function(wrap_pyfunction!(gradient::weight_columns, m)?)?;
+    m.add_function(wrap_pyfunction!(gradient::gradient_of, m)?)?;
     m.add_function(wrap_pyfunction!(stepping::begin, m)?)?;
     m.add_function(wrap_pyfunction!(stepping::held_again, m)?)?;
     m.add_function(wrap_pyfunction!(stepping::saved_again, m)?)?;

@@ -274,12 +274,17 @@ pub(crate) struct Rows {
 }
 
 impl Run {
+    /// Instants of the samples, s.
+    pub(crate) fn instants(&self, py: Python<'_>) -> Vec<f64> {
+        use numpy::PyArrayMethods;
+        self.t.bind(py).readonly().as_array().to_vec()
+    }
+
     /// The table, sample by sample.
     pub(crate) fn rows(&self, py: Python<'_>) -> Rows {
         use numpy::PyArrayMethods;
-        let t = self.t.bind(py).readonly();
         let table = self.table.bind(py).readonly();
-        let (t, table) = (t.as_array().to_vec(), table.as_array());
+        let (t, table) = (self.instants(py), table.as_array());
         let n_columns = table.nrows();
         Rows { t, values: table.t().iter().copied().collect(), n_columns }
     }

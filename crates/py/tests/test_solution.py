@@ -208,6 +208,7 @@ def test_sensitivities_pass_impacts():
     since, by_v1, by_t1 = t - v1 / g, g / v1, 1 / v1
     expected = by_v1 * since / 2 - (v1 / 2 - g * since) * by_t1
     assert abs(sol.sensitivity["h"]["x"][-1] - expected) < 1e-8
+    assert abs(sol.gradient({"x": (sol.t == t).astype(float)})["h"] - expected) < 1e-8
     assert set(sol.sensitivity) == {"h"} and "energy.total" in list(sol.sensitivity["h"])
 
 

@@ -25,6 +25,7 @@ def program(m: bksim.Model) -> None:
     assert_type(sol["theta"], Array)
     assert_type(sol.sensitivity["l1"].q, Array)
     assert_type(sol.sensitivity["l1"]["reactions.A.fx"], Array)
+    assert_type(sol.gradient({"theta": sol.t}, by=["l1"]), dict[str, float])
     f = m.compile()
     assert_type(f.measure(["b.x"], sol.q.T), Array)
     assert_type(f.derivatives("forces", 0.0, sol.q[:, 0], by="q"), dict[str, Array])

@@ -16,7 +16,7 @@ mod table;
 pub use crate::channels::{Channels, INPUTS, Signal};
 pub use contents::{Contents, compliance_options, compliances, overrides, set_option};
 pub use recorder::Recorder;
-pub use sensitivities::{sensitivity_columns, sensitivity_row};
+pub use sensitivities::{sensitivity_columns, sensitivity_row, weight_columns};
 
 /// Version of bksim, written into every log.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -37,6 +37,7 @@ __all__ = [
     "explain",
     "figure",
     "from_toml",
+    "gradient_of",
     "held_again",
     "inverse_of",
     "kinematics_of",
@@ -59,6 +60,7 @@ __all__ = [
     "to_toml",
     "unit_word",
     "verify_of",
+    "weight_columns",
     "with_values",
     "workspaces_of",
 ]
@@ -338,6 +340,10 @@ def derivatives_of(
     functions: Functions, of: str, names: list[str], by: list[str]
 ) -> Derivatives: ...
 def solve(engine: Engine, wanted: _Wanted) -> Run: ...
+def weight_columns(engine: Engine) -> list[str]: ...
+def gradient_of(
+    run: Run, columns: list[int], weights: NDArray[np.float64], by: list[str] | None
+) -> list[tuple[str, float]]: ...
 def begin(engine: Engine, wanted: _Begun) -> Stepping: ...
 def held_again(engine: Engine, wanted: _Begun, bytes: bytes) -> Stepping: ...
 def saved_again(engine: Engine, wanted: _Begun, bytes: bytes) -> SavedState: ...

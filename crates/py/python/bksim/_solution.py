@@ -19,6 +19,7 @@ from ._checked import path as checked_path
 from ._checked import real, whole
 from ._errors import Diagnostic, LogError, diagnostics_of
 from ._functions import Functions
+from ._gradient import gradient
 from ._named import Array, Named, resolved, unknown
 from ._progress import Progress
 from ._report import Report
@@ -216,6 +217,37 @@ class Solution(Samples):
             return Sensitivity(dict(zip(names, table, strict=True)), table, (nq, len(self.lam)), by, self)
 
         return {by: one(by, block) for by, block in blocks.items()}
+
+    def gradient(
+        self, weights: Mapping[str, ArrayLike], by: str | Sequence[str] | None = None
+    ) -> dict[str, float]:
+        """Derivatives of one number J of the motion by parameters and stated initial values, in SI: J may depend on
+        many quantities at many instants.
+
+        ``weights`` are the derivatives of J by these: by name, an array with one for each sample. The names are
+        those of a :class:`Sensitivity`. ``by`` names what J is differentiated by; unless given, all parameters and
+        stated initial values that have a derivative.
+
+        The motion is run again as it was, and back along it by the adjoint method, which takes as long for many
+        parameters as for one. A fit to measurements, by the sum of squares J = Σ r²/2, has its residuals as weights:
+
+        >>> import bksim
+        >>> import numpy as np
+        >>> m = bksim.example("slider-crank")
+        >>> sol = m.solve(t_end=0.2, sensitivity="l1")
+        >>> data = np.full(len(sol), 3.95)
+        >>> r = sol["x3"] - data
+        >>> J = r @ r / 2
+        >>> g = sol.gradient({"x3": r})
+        >>> set(m.parameters) <= set(g), bool(np.isclose(g["l1"], r @ sol.sensitivity["l1"]["x3"]))
+        (True, True)
+
+        The interpreter lock is released, and Ctrl-C ends it. Raises KeyError for unknown names of quantities;
+        ValueError for weights that are not one finite number for each sample, and for a motion that ended early;
+        LogError for one that comes from a log; ModelError as :meth:`Model.solve` does with ``sensitivity``, and
+        SolverError where the motion has no derivatives.
+        """
+        return gradient(self, self._run, self._functions, weights, by)
 
     @cached_property
     def summary(self) -> dict[str, Any]:

@@ -16,6 +16,18 @@ pub fn sensitivity_columns(mechanism: &Mechanism, by: &[Sensitive]) -> Vec<(Stri
     columns.collect()
 }
 
+/// Names of everything in a sample that a goal may depend on, in the order of the fields of
+/// [`SampleWeights`](bksim_sim::sensitivity::SampleWeights) and of [`sensitivity_row`]: `theta1`, `energy.total`.
+pub fn weight_columns(mechanism: &Mechanism) -> Vec<String> {
+    let Mechanism { model, system, compiled, .. } = mechanism;
+    let names = compiled.coordinates.iter().map(|c| &c.name);
+    let rates =
+        (0..2).flat_map(|order| compiled.coordinates.iter().map(move |c| &c.rates[order][0]));
+    let multipliers = compiled.multipliers.iter().map(|m| &m.name);
+    let channels = channels(model, system).into_iter().map(|channel| channel.name);
+    names.chain(rates).chain(multipliers).cloned().chain(channels).collect()
+}
+
 /// The derivatives of a sample by one quantity.
 pub fn sensitivity_row(by: &StateSensitivity) -> impl Iterator<Item = f64> {
     [&by.q, &by.v, &by.a, &by.lambda, &by.channels].into_iter().flatten().copied()
