@@ -162,8 +162,9 @@ pub fn gradient(
     let values = values(&mechanism, &by)?;
     let numbers = by.iter().zip(values).zip(found.by);
     let derivative = |((by, value), derivative): ((&Sensitive, f64), f64)| {
-        let own = Column::new(by.name(&mechanism.model), by.unit(&mechanism.model));
-        Derivative { unit: over(&of.unit, &own.unit), by: own, value, derivative }
+        let model = &mechanism.model;
+        let unit = by.unit_of_derivative(model, &of.unit);
+        Derivative { by: Column::new(by.name(model), by.unit(model)), value, derivative, unit }
     };
     Ok(Some(MotionGradient {
         by: numbers.map(derivative).collect(),
@@ -232,14 +233,4 @@ fn values(mechanism: &Mechanism, by: &[Sensitive]) -> Result<Vec<f64>, AnalysisE
     let mut values = vec![0.0; by.len()];
     tape.evaluate(&mut tape.workspace(parameters), &[], &mut values);
     Ok(values)
-}
-
-/// The unit of a derivative by a quantity whose unit is `of`, as columns of a log have it: `m/(N/m)`.
-fn over(unit: &str, of: &str) -> String {
-    let unit = if unit.is_empty() && !of.is_empty() { "1" } else { unit };
-    match of {
-        "" => unit.to_owned(),
-        of if of.contains(['/', '*', ' ']) => format!("{unit}/({of})"),
-        of => format!("{unit}/{of}"),
-    }
 }

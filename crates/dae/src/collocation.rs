@@ -68,6 +68,21 @@ impl LinearCoefficients {
         let square = || vec![0.0; n * n];
         Self { by_position: square(), by_velocity: square(), forcing: vec![0.0; n * m] }
     }
+
+    /// Writes u″ = K u + C u′ + B, n × m by rows.
+    pub fn apply(&self, (u, rate): (&[f64], &[f64]), out: &mut [f64]) {
+        let Self { by_position, by_velocity, forcing } = self;
+        out.copy_from_slice(forcing);
+        let n = by_position.len().isqrt();
+        let m = forcing.len() / n.max(1);
+        for (i, out) in out.chunks_exact_mut(m.max(1)).enumerate() {
+            let row = by_position[i * n..][..n].iter().zip(&by_velocity[i * n..][..n]);
+            for (j, (k, c)) in row.enumerate() {
+                let changes = u[j * m..][..m].iter().zip(&rate[j * m..][..m]);
+                out.iter_mut().zip(changes).for_each(|(sum, (u, rate))| *sum += k * u + c * rate);
+            }
+        }
+    }
 }
 
 /// See [`LinearCollocation::solve_into`].
@@ -139,6 +154,24 @@ impl LinearCollocation {
         }
         let is_finite = w.iter().all(|value| value.is_finite());
         is_finite.then(|| LinearStep { t0, h, u: u.to_vec(), rate: rate.to_vec(), w })
+    }
+
+    /// The step from u and u′ at `t0` with these u″ at the nodes, one node after the other, n × m by rows.
+    pub fn through(
+        &self,
+        (t0, h): (f64, f64),
+        (u, rate): (&[f64], &[f64]),
+        at_nodes: &[f64],
+    ) -> LinearStep {
+        let (s, width) = (self.c.len(), self.n * self.m);
+        let mut w = vec![0.0; s * width];
+        for (k, of_degree) in w.chunks_exact_mut(width.max(1)).enumerate() {
+            let of_nodes = at_nodes.chunks_exact(width.max(1));
+            for (weight, of_node) in self.to_legendre[k * s..][..s].iter().zip(of_nodes) {
+                of_degree.iter_mut().zip(of_node).for_each(|(sum, w)| *sum += weight * w);
+            }
+        }
+        LinearStep { t0, h, u: u.to_vec(), rate: rate.to_vec(), w }
     }
 
     /// Writes the Legendre coefficients of u″; false where the system is singular.
@@ -401,6 +434,26 @@ mod tests {
         let left = error(&mut method, h);
         assert!((0.3..0.9).contains(&left), "{left} tolerances at {h}");
         assert!(method.longest_step(h, f64::NAN) < 0.5 * h);
+    }
+
+    #[test]
+    fn a_step_is_that_through_its_own_nodes() {
+        let mut method = LinearCollocation::new(Stages::Five, 1, 2);
+        let step = swing(&mut method, 0.2, 0.7, [&[0.0, 1.0], &[1.0, 0.0]]);
+        let at_nodes: Vec<f64> = method
+            .nodes()
+            .iter()
+            .flat_map(|c| {
+                let (mut u, mut rate) = ([0.0; 2], [0.0; 2]);
+                step.at(0.2 + c * 0.7, &mut u, &mut rate);
+                [1.0 - u[0], 0.2 + c * 0.7 - u[1]]
+            })
+            .collect();
+        let again = method.through((0.2, 0.7), (&[0.0, 1.0], &[1.0, 0.0]), &at_nodes);
+        for (one, other) in step.w.iter().zip(&again.w) {
+            // Stages integrate the polynomial through their own values: they are off by the error of the step.
+            assert!((one - other).abs() < 1e-6, "{:?} and {:?}", step.w, again.w);
+        }
     }
 
     #[test]

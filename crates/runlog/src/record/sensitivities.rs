@@ -38,14 +38,9 @@ pub fn sensitivity_row(by: &StateSensitivity) -> impl Iterator<Item = f64> {
 /// point, `/sensitivity/l1/reactions/B`.
 pub(super) fn sensitivity_topics(mechanism: &Mechanism, by: Sensitive) -> Vec<Topic> {
     let (model, compiled) = (&mechanism.model, &mechanism.compiled);
-    let (name, of) = (by.name(model), by.unit(model));
+    let name = by.name(model);
     let field = |name: String, unit: String| {
-        let unit = if unit.is_empty() && !of.is_empty() { "1".to_owned() } else { unit };
-        let unit = match of.as_str() {
-            "" => unit,
-            of if of.contains(['/', '*', ' ']) => format!("{unit}/({of})"),
-            of => format!("{unit}/{of}"),
-        };
+        let unit = by.unit_of_derivative(model, &unit);
         Field::new(&name, &unit, &format!("derivative by {}", by.name(model)))
     };
     let motion = (0..3).flat_map(|order: usize| {

@@ -9,6 +9,7 @@ use bksim_dae::{Control, LinearCoefficients, LinearCollocation, LinearStep, Stag
 use super::channels::Channels;
 use super::following::{Following, Variation};
 use super::pace::Pace;
+use super::reduction::Reduction;
 use super::tangent::{TangentPoint, Tangents};
 use super::written::Instants;
 use super::{SensitivityEquations, SensitivityPlan};
@@ -46,6 +47,9 @@ pub(super) struct Follower<'a, 'o> {
     pub(super) phase: PhaseEquations<'a>,
     collocation: LinearCollocation,
     coefficients: Vec<LinearCoefficients>,
+    /// The equations of independent coordinates, and the method for as many.
+    reduction: Reduction,
+    reduced: Option<(usize, LinearCollocation)>,
     pace: Pace,
     /// Time up to which the motion has been followed, s.
     pub(super) t: f64,
@@ -69,6 +73,9 @@ pub(super) struct Follower<'a, 'o> {
 
 /// Segments after which changes are taken onto the constraints.
 const DRIFTING: usize = 8;
+
+/// Changes of q and v, nq × n_sensitive by rows.
+type Changes = (Vec<f64>, Vec<f64>);
 
 /// The stages for a mechanism of nq coordinates.
 pub(super) fn stages(nq: usize) -> Stages {
@@ -103,6 +110,8 @@ impl<'a, 'o> Follower<'a, 'o> {
             phase,
             collocation: LinearCollocation::new(stages, nq, m),
             coefficients: vec![LinearCoefficients::zeros(nq, m); stages.count()],
+            reduction: Reduction::default(),
+            reduced: None,
             pace: Pace::new(options.rtol),
             t: start.t,
             dq: by_rows(|by| &by.q),
@@ -189,12 +198,16 @@ impl<'a, 'o> Follower<'a, 'o> {
         let mut from = segment.t0;
         while from != segment.t1 {
             let (h, is_last) = self.pace.step(segment.t1 - from);
-            let step = self.step(segment, from, h).ok_or(Undefined::Singular)?;
+            let (step, end) = self.step(segment, from, h).ok_or(Undefined::Singular)?;
             let error = self.error(&step);
             let Self { pace, collocation, .. } = self;
             let longest = |h: f64, error: f64| collocation.longest_step(h, error);
             if pace.accepts((h, whole), error, longest) {
-                step.at(step.t1(), &mut self.dq, &mut self.dv);
+                self.n_drifting += usize::from(end.is_none());
+                match end {
+                    Some(end) => (self.dq, self.dv) = end,
+                    None => step.at(step.t1(), &mut self.dq, &mut self.dv),
+                }
                 self.note_scale();
                 self.steps.push(step);
                 from = if is_last { segment.t1 } else { from + h };
@@ -202,8 +215,7 @@ impl<'a, 'o> Follower<'a, 'o> {
         }
         self.t = segment.t1;
 
-        // Onto the linearised constraints now and then: they are left by the error of a step.
-        self.n_drifting += 1;
+        // Onto the linearised constraints now and then: steps of all coordinates leave them by their errors.
         if !self.phase.tangents.is_free() && self.n_drifting >= DRIFTING {
             self.n_drifting = 0;
             let mut state = std::mem::take(&mut self.state);
@@ -222,9 +234,15 @@ impl<'a, 'o> Follower<'a, 'o> {
         Ok(())
     }
 
-    /// A step of the changes along a part of a segment.
-    fn step(&mut self, segment: &Segment, t0: f64, h: f64) -> Option<LinearStep> {
-        let Self { collocation, coefficients, phase, nodes, dq, dv, .. } = self;
+    /// A step of the changes along a part of a segment; and those at its end, where dependent coordinates follow from the
+    /// others there.
+    fn step(
+        &mut self,
+        segment: &Segment,
+        t0: f64,
+        h: f64,
+    ) -> Option<(LinearStep, Option<Changes>)> {
+        let Self { collocation, coefficients, phase, nodes, .. } = self;
         let (t, states) = nodes;
         let width = states.len() / t.len().max(1);
         for ((t, state), c) in
@@ -236,7 +254,45 @@ impl<'a, 'o> Follower<'a, 'o> {
         if !phase.variation.coefficients_at(Instants { t, states }, coefficients) {
             return None;
         }
-        collocation.step((t0, h), (dq, dv), coefficients)
+        if let Some((step, end)) = self.reduced_step(t0, h) {
+            return Some((step, Some(end)));
+        }
+        let Self { collocation, coefficients, dq, dv, .. } = self;
+        Some((collocation.step((t0, h), (dq, dv), coefficients)?, None))
+    }
+
+    /// The same by the independent coordinates alone, where the coefficients at the nodes are known.
+    fn reduced_step(&mut self, t0: f64, h: f64) -> Option<(LinearStep, Changes)> {
+        let Self { collocation, coefficients, reduction, reduced, phase, following, .. } = self;
+        if phase.tangents.has_sticking() {
+            return None;
+        }
+        let variation = &phase.variation;
+        let values = &variation.of_instants.constraints;
+        let partition =
+            reduction.take(&following.constraints, values, variation.active(), coefficients)?;
+
+        // The changes of independent coordinates.
+        let (m, ni) = (self.start.len(), partition.independent.len());
+        let stages = stages(self.problem.compiled.nq());
+        if reduced.as_ref().is_none_or(|(n, _)| *n != ni) {
+            *reduced = Some((ni, LinearCollocation::new(stages, ni, m)));
+        }
+        let (_, method) = reduced.as_mut()?;
+        let [mut q_i, mut v_i] = [&self.dq, &self.dv].map(|all| partition.independent_rows(all, m));
+        let step = method.step((t0, h), (&q_i, &v_i), reduction.coefficients())?;
+
+        // All of them at the nodes.
+        let partition = reduction.partition()?;
+        let (mut q, mut v) = (vec![0.0; self.dq.len()], vec![0.0; self.dv.len()]);
+        let mut w = vec![0.0; coefficients.len() * q.len()];
+        let nodes = collocation.nodes().iter().zip(&*coefficients).zip(reduction.dependents());
+        for (((c, of_node), dependents), w) in nodes.zip(w.chunks_exact_mut(q.len().max(1))) {
+            step.at(t0 + c * h, &mut q_i, &mut v_i);
+            partition.complete(dependents, (&q_i, &v_i), (&mut q, &mut v), m);
+            of_node.apply((&q, &v), w);
+        }
+        Some((collocation.through((t0, h), (&self.dq, &self.dv), &w), (q, v)))
     }
 
     /// Largest error of a step, relative to the largest change of a velocity by the same quantity.

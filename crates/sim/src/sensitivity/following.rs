@@ -10,9 +10,10 @@ use std::sync::Arc;
 use bksim_dae::{LinearCoefficients, Pattern, System, eliminate};
 use bksim_expr::{Expr, TapeError};
 
+use super::dependent::ConstraintChanges;
 use super::direction::Direction;
 use super::written::{
-    CoefficientLanes, Instants, WrittenCoefficients, coefficients, coefficients_into,
+    CoefficientLanes, Instants, OfInstants, WrittenCoefficients, coefficients, coefficients_into,
 };
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
@@ -30,6 +31,8 @@ pub(super) struct Following {
     equations: Arc<MotionEquations>,
     /// F_p, then F_t, one column after the other; or loads on the rows of F, one by one.
     columns: Function,
+    /// Changes of the constraints along the same.
+    pub(super) constraints: ConstraintChanges,
     /// Changes of the functions of [`indicator_functions`].
     pub(super) indicators: Function,
     n_directions: usize,
@@ -69,11 +72,11 @@ impl Following {
     pub(super) fn of_loads(direction: &Direction<'_>) -> Result<Self, TapeError> {
         let Direction { model, system, .. } = direction;
         let equations = formulate(model, system, Formulation::Index1)?;
-        let columns = load_columns(model, system)?;
         let n_directions = system.coordinates().len() + system.constraints.len();
         Ok(Self {
             equations: Arc::new(equations),
-            columns,
+            columns: load_columns(model, system)?,
+            constraints: ConstraintChanges::none(direction)?,
             indicators: direction.changes(&[])?,
             n_directions,
             written: Arc::new(WrittenCoefficients::new(model.solve.jit)),
@@ -96,6 +99,7 @@ impl Following {
         Ok(Self {
             equations,
             columns: parameter_columns(model, system, level, &wrt, &all)?,
+            constraints: ConstraintChanges::new(direction, directions)?,
             indicators: direction.changes(&indicator_functions(model, system).0)?,
             n_directions: directions.len(),
             written: Arc::new(WrittenCoefficients::new(model.solve.jit)),
@@ -124,8 +128,11 @@ pub(super) struct Variation<'a> {
     places: [Vec<(usize, usize)>; 2],
     /// F_z, F_q, F_v, F_p and F_t, one row after the other; then −dz in the place of all but F_z.
     rows: Vec<f64>,
-    /// a and λ of the instants whose coefficients were written last, one after the other.
-    of_instants: Vec<f64>,
+    /// Of the instants whose coefficients were written last, one after the other.
+    pub(super) of_instants: OfInstants,
+    constraints: Buffers,
+    /// Rows of the constraints that hold.
+    active: Vec<usize>,
 }
 
 impl<'a> Variation<'a> {
@@ -156,7 +163,9 @@ impl<'a> Variation<'a> {
             compiled,
             parameters: parameters.to_vec(),
             lanes: None,
-            of_instants: Vec::new(),
+            of_instants: OfInstants::default(),
+            constraints: following.constraints.function.buffers(parameters),
+            active: (0..nc).filter(|row| !inactive.contains(row)).collect(),
         }
     }
 
@@ -165,9 +174,14 @@ impl<'a> Variation<'a> {
         self.a.len() + self.lambda.len()
     }
 
-    /// a and λ of the instants whose coefficients were written last, one after the other.
-    pub(super) fn unknowns_at_instants(&self) -> &[f64] {
-        &self.of_instants
+    /// Rows of the constraints that hold.
+    pub(super) fn active(&self) -> &[usize] {
+        &self.active
+    }
+
+    /// The changes of the constraints at a state.
+    pub(super) fn constraints_at(&mut self, StateRef { t, q, v }: StateRef<'_>) -> &[f64] {
+        self.following.constraints.function.evaluate(&mut self.constraints, &[&[t], q, v])
     }
 
     fn width_of(nq: usize, nc: usize, n_directions: usize) -> usize {
@@ -217,16 +231,19 @@ impl<'a> Variation<'a> {
     ) -> bool {
         let n_unknowns = self.n_unknowns();
         let Self { following, compiled, multipliers, lanes, of_instants, .. } = self;
-        let Following { equations, columns, n_directions, written, .. } = following;
+        let Following { equations, columns, constraints, n_directions, written, .. } = following;
         let nc = compiled.nc();
-        of_instants.resize(instants.len() * n_unknowns, 0.0);
+        let constraints = &constraints.function;
+        let n_changes = constraints.n_outputs();
+        of_instants.unknowns.resize(instants.len() * n_unknowns, 0.0);
+        of_instants.constraints.resize(instants.len() * n_changes, 0.0);
         if multipliers.is_whole(nc)
-            && let Some(function) =
-                written.due(|| coefficients(compiled, equations, (columns, *n_directions)))
+            && let Some(function) = written
+                .due(|| coefficients(compiled, equations, (columns, *n_directions), constraints))
         {
             let make = || CoefficientLanes::new(function, &self.parameters);
             let lanes = lanes.get_or_insert_with(make);
-            let into = (&mut *out, &mut of_instants[..]);
+            let into = (&mut *out, &mut *of_instants);
             if coefficients_into((function, lanes), (multipliers, nc), instants, into) {
                 return true;
             }
@@ -235,7 +252,11 @@ impl<'a> Variation<'a> {
             let is_regular = self.take(state);
             self.coefficients_into(out);
             let z = self.a.iter().chain(&self.lambda);
-            self.of_instants[k * n_unknowns..].iter_mut().zip(z).for_each(|(x, z)| *x = *z);
+            let unknowns = self.of_instants.unknowns[k * n_unknowns..].iter_mut();
+            unknowns.zip(z).for_each(|(x, z)| *x = *z);
+            let mut changes = std::mem::take(&mut self.of_instants.constraints);
+            changes[k * n_changes..][..n_changes].copy_from_slice(self.constraints_at(state));
+            self.of_instants.constraints = changes;
             is_regular
         })
     }

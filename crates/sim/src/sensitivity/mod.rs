@@ -19,6 +19,7 @@
 //! (1985); W. F. Feehery, J. E. Tolsma and P. I. Barton, Appl. Numer. Math. 25 (1997).
 
 mod channels;
+mod dependent;
 mod derive;
 mod direction;
 mod fault;
@@ -26,6 +27,7 @@ mod follower;
 mod following;
 mod gradient;
 mod pace;
+mod reduction;
 mod run;
 mod saltation;
 mod start;
@@ -84,6 +86,17 @@ impl Sensitive {
         match self {
             Self::Parameter(k) => &model.parameters[k].name,
             Self::Initial(k) => &model.initial[k].name,
+        }
+    }
+
+    /// The unit of a derivative by it, of something in this unit: `m/(N/m)`.
+    pub fn unit_of_derivative(self, model: &Model, unit: &str) -> String {
+        let own = self.unit(model);
+        let unit = if unit.is_empty() && !own.is_empty() { "1" } else { unit };
+        match own.as_str() {
+            "" => unit.to_owned(),
+            own if own.contains(['/', '*', ' ']) => format!("{unit}/({own})"),
+            own => format!("{unit}/{own}"),
         }
     }
 

@@ -179,6 +179,11 @@ impl<'a> Tangents<'a> {
         dense((at.acceleration.lambda.len(), dq.len()), cells, values)
     }
 
+    /// True where rows of friction that sticks hold: they keep a place that changes.
+    pub(super) fn has_sticking(&self) -> bool {
+        !self.sticking.is_empty()
+    }
+
     /// True where no rows hold.
     pub(super) fn is_free(&self) -> bool {
         self.multipliers.active_rows().is_empty()

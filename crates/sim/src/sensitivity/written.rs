@@ -63,6 +63,15 @@ pub(super) struct Instants<'a> {
     pub(super) states: &'a [f64],
 }
 
+/// More about some instants.
+#[derive(Debug, Default)]
+pub(super) struct OfInstants {
+    /// a and λ.
+    pub(super) unknowns: Vec<f64>,
+    /// The changes of the constraints.
+    pub(super) constraints: Vec<f64>,
+}
+
 impl<'a> Instants<'a> {
     /// How many.
     pub(super) fn len(self) -> usize {
@@ -100,12 +109,13 @@ impl WrittenCoefficients {
 }
 
 /// The function of (t, q, v): z, the pivots, then by rows of accelerations the solutions for F_q, F_v and F_p, by
-/// `n_directions` columns of the latter. `None` for mechanisms that are too large, or whose accelerations are not
+/// `n_directions` columns of the latter; then `constraints`, of the same arguments. `None` for mechanisms that are too large, or whose accelerations are not
 /// straight-line code.
 pub(super) fn coefficients(
     compiled: &CompiledSystem,
     equations: &MotionEquations,
     (columns, n_directions): (&Function, usize),
+    constraints: &Function,
 ) -> Option<Tape> {
     let line = compiled.unrolled.as_ref()?.tape();
     let Shape { nq, nc, .. } = compiled.shape;
@@ -113,9 +123,9 @@ pub(super) fn coefficients(
     let elimination = Elimination::new(&compiled.shape, &rows);
     let n_sides = 2 * nq + n_directions;
     let is_small = elimination.n_updates() * n_sides <= LARGEST;
-    let columns = columns.tape();
-    let is_same = columns.n_parameters() == line.n_parameters();
-    let parts = Parts { line, columns, equations, elimination };
+    let (columns, constraints) = (columns.tape(), constraints.tape());
+    let is_same = [columns, constraints].iter().all(|of| of.n_parameters() == line.n_parameters());
+    let parts = Parts { line, columns, constraints, equations, elimination };
     (is_small && is_same).then(|| parts.record((nq, nc), n_directions))
 }
 
@@ -124,13 +134,15 @@ struct Parts<'a> {
     line: &'a Tape,
     /// F_p and more of (t, y, y′), one column after the other.
     columns: &'a Tape,
+    /// Changes of the constraints, of (t, q, v).
+    constraints: &'a Tape,
     equations: &'a MotionEquations,
     elimination: Elimination,
 }
 
 impl Parts<'_> {
     fn record(&self, (nq, nc): (usize, usize), n_directions: usize) -> Tape {
-        let Self { line, columns, equations, elimination } = self;
+        let Self { line, columns, constraints, equations, elimination } = self;
         let mut recorder = Composition::new(1 + 2 * nq, line.n_parameters());
         let inputs: Vec<Value> = (0..=2 * nq).map(|i| recorder.input(i)).collect();
         let solved = recorder.call(line, &inputs);
@@ -161,24 +173,26 @@ impl Parts<'_> {
             |side: &Vec<Option<Value>>| elimination.record_solution(&mut recorder, factors, side);
         let solutions: Vec<Vec<Value>> = sides.iter().map(&mut solve).collect();
         let by_rows = (0..nq).flat_map(|i| solutions.iter().map(move |solution| solution[i]));
-        let outputs = [z, &factors[..nq + nc]].concat();
-        recorder.finish(&outputs.into_iter().chain(by_rows).collect::<Vec<_>>())
+        let mut outputs = [z, &factors[..nq + nc]].concat();
+        outputs.extend(by_rows);
+        outputs.extend(recorder.call(constraints, &inputs));
+        recorder.finish(&outputs)
     }
 }
 
-/// Writes the coefficients at all instants, and a and λ there; false where a pivot or a number is not regular.
+/// Writes the coefficients at all instants, and more about them; false where a pivot or a number is not regular.
 pub(super) fn coefficients_into(
     (function, lanes): (&LaneRunner<LANES>, &mut CoefficientLanes),
     (multipliers, nc): (&mut MultiplierSystem, usize),
     instants: Instants<'_>,
-    (out, unknowns): (&mut [LinearCoefficients], &mut [f64]),
+    (out, OfInstants { unknowns, constraints }): (&mut [LinearCoefficients], &mut OfInstants),
 ) -> bool {
     let CoefficientLanes { workspace, arguments, results } = lanes;
     let nq = instants.states.len() / instants.t.len().max(1) / 2;
     let n_known = 2 * (nq + nc);
     let all: Vec<StateRef<'_>> = instants.iter().collect();
-    let of_instants = unknowns.chunks_mut(LANES * (nq + nc).max(1));
-    for ((few, out), known) in all.chunks(LANES).zip(out.chunks_mut(LANES)).zip(of_instants) {
+    let n_changes = constraints.len() / instants.len().max(1);
+    for (first, (few, out)) in all.chunks(LANES).zip(out.chunks_mut(LANES)).enumerate() {
         // The last lanes repeat the last instant where there are fewer.
         for lane in 0..LANES {
             let StateRef { t, q, v } = &few[lane.min(few.len() - 1)];
@@ -190,15 +204,21 @@ pub(super) fn coefficients_into(
         if !multipliers.accept_lanes(z, rest) {
             return false;
         }
-        for (lane, known) in known.chunks_exact_mut(nq + nc).enumerate() {
-            known.iter_mut().zip(z).for_each(|(x, lanes)| *x = lanes[lane]);
+        let (solutions, changes) = results[n_known..].split_at(results.len() - n_known - n_changes);
+        for lane in 0..few.len() {
+            let instant = first * LANES + lane;
+            let own = |lanes: &Lanes| lanes[lane];
+            let z = unknowns[instant * (nq + nc)..].iter_mut().zip(z);
+            z.for_each(|(x, lanes)| *x = own(lanes));
+            let changes = constraints[instant * n_changes..].iter_mut().zip(changes);
+            changes.for_each(|(x, lanes)| *x = own(lanes));
         }
-        let width = (results.len() - n_known) / nq.max(1);
+        let width = solutions.len() / nq.max(1);
         for (lane, LinearCoefficients { by_position, by_velocity, forcing }) in
             out.iter_mut().enumerate()
         {
             let m = width - 2 * nq;
-            for (i, row) in results[n_known..].chunks_exact(width).enumerate() {
+            for (i, row) in solutions.chunks_exact(width).enumerate() {
                 let mut negated = row.iter().map(|lanes| -lanes[lane]);
                 for (part, n) in
                     [(&mut *by_position, nq), (&mut *by_velocity, nq), (&mut *forcing, m)]

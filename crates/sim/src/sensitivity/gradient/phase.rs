@@ -69,7 +69,7 @@ impl<'a> PhaseAdjoint<'a> {
         let (nq, nz) = (self.problem.compiled.nq(), self.variation.n_unknowns());
         let first_load = 1 + 2 * nq + nz;
         let Self { variation, arguments, .. } = self;
-        let z = variation.unknowns_at_instants();
+        let z = &variation.of_instants.unknowns;
         let all: Vec<StateRef<'_>> = instants.iter().collect();
         for (first, few) in all.chunks(LANES).enumerate().map(|(k, few)| (k * LANES, few)) {
             // Lanes beyond the last instant repeat it without weight.
