@@ -49,19 +49,8 @@ pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
             let subject = Subject::new(tolerance, n_outputs)?;
             for n in NUMBERS {
                 let plan = subject.plan(n)?;
-                let mut pair = Paired::default();
-                for _ in 0..context.effort.rounds {
-                    let derived = repeat(context.effort, || (), |()| subject.derive(&plan));
-                    pair.push(&derived, &repeat(context.effort, || (), |()| subject.run()));
-                }
-                table.push([
-                    format!("{tolerance:.0e}"),
-                    n_outputs.to_string(),
-                    n.to_string(),
-                    seconds(pair.theirs.minimum()),
-                    seconds(pair.ours.minimum()),
-                    ratio(pair.ratio()),
-                ]);
+                let pair = subject.paired(context, || subject.derive(&plan));
+                table.push(row((tolerance, n_outputs, n), &pair));
                 report.numbers.insert(
                     format!("{tolerance:.0e}, {n_outputs} outputs, {n} parameters"),
                     json!(pair.ratio()),
@@ -93,19 +82,8 @@ fn gradients(context: &Context, report: &mut Report) -> Result<(), BenchError> {
             for n in [1, all.len()] {
                 let plan = subject.simulation.plan_gradient(&subject.start, &all[..n]);
                 let plan = plan.map_err(|rejected| refused(&rejected))?;
-                let mut pair = Paired::default();
-                for _ in 0..context.effort.rounds {
-                    let back = repeat(context.effort, || (), |()| subject.go_back(&plan));
-                    pair.push(&back, &repeat(context.effort, || (), |()| subject.run()));
-                }
-                table.push([
-                    format!("{tolerance:.0e}"),
-                    n_outputs.to_string(),
-                    n.to_string(),
-                    seconds(pair.theirs.minimum()),
-                    seconds(pair.ours.minimum()),
-                    ratio(pair.ratio()),
-                ]);
+                let pair = subject.paired(context, || subject.go_back(&plan));
+                table.push(row((tolerance, n_outputs, n), &pair));
                 let name = format!("{tolerance:.0e}, {n_outputs} outputs, gradient by {n}");
                 report.numbers.insert(name, json!(pair.ratio()));
             }
@@ -113,6 +91,18 @@ fn gradients(context: &Context, report: &mut Report) -> Result<(), BenchError> {
     }
     report.tables.push(table);
     Ok(())
+}
+
+/// A row of a table: what was asked, a run, and what was timed beside it.
+fn row((tolerance, n_outputs, n): (f64, u32, usize), pair: &Paired) -> [String; 6] {
+    [
+        format!("{tolerance:.0e}"),
+        n_outputs.to_string(),
+        n.to_string(),
+        seconds(pair.theirs.minimum()),
+        seconds(pair.ours.minimum()),
+        ratio(pair.ratio()),
+    ]
 }
 
 /// A mechanism at its start.
@@ -141,6 +131,16 @@ impl Subject {
         self.simulation
             .plan_sensitivities(&self.start, &sensitive)
             .map_err(|rejected| refused(&rejected))
+    }
+
+    /// Times of something beside those of a run.
+    fn paired(&self, context: &Context, timed: impl Fn()) -> Paired {
+        let mut pair = Paired::default();
+        for _ in 0..context.effort.rounds {
+            let ours = repeat(context.effort, || (), |()| timed());
+            pair.push(&ours, &repeat(context.effort, || (), |()| self.run()));
+        }
+        pair
     }
 
     fn run(&self) {

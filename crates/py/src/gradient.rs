@@ -95,7 +95,7 @@ impl Goal<'_> {
         Some(SampleWeights { q, v, a, lambda, channels })
     }
 
-    /// Whether these are the samples that it was made for.
+    /// True of the samples that it was made for.
     fn is_of(&self, samples: &[Sample]) -> bool {
         samples.iter().map(|sample| sample.t).eq(self.instants.iter().copied())
             && self.weights.ncols() == samples.len()

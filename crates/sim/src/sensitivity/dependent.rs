@@ -246,7 +246,7 @@ impl Partition {
         }
     }
 
-    /// Whether dependent coordinates follow from these rows.
+    /// True where dependent coordinates follow from these rows.
     pub(super) fn is_by(&self, rows: &[usize]) -> bool {
         self.rows == rows
     }

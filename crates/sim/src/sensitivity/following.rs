@@ -180,7 +180,7 @@ impl<'a> Variation<'a> {
     }
 
     /// The changes of the constraints at a state.
-    pub(super) fn constraints_at(&mut self, StateRef { t, q, v }: StateRef<'_>) -> &[f64] {
+    fn constraints_at(&mut self, StateRef { t, q, v }: StateRef<'_>) -> &[f64] {
         self.following.constraints.function.evaluate(&mut self.constraints, &[&[t], q, v])
     }
 
@@ -287,7 +287,7 @@ impl<'a> Variation<'a> {
         }
     }
 
-    /// What weights of a and λ are for q, v, and for each direction but the last.
+    /// Weights of q, v and of each direction but the last, from weights of a and λ.
     pub(super) fn pull_into(&self, weights: &[f64], out: &mut [f64]) {
         let (width, nz) = (self.width(), self.n_unknowns());
         out.fill(0.0);

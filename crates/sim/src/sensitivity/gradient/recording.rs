@@ -25,7 +25,7 @@ pub(super) struct Recording<'o> {
 }
 
 /// Most bytes that a recording takes.
-pub(crate) const MOST_BYTES: usize = 1 << 31;
+const MOST_BYTES: usize = 1 << 31;
 
 impl<'o> Recording<'o> {
     pub(super) fn new(observer: &'o mut dyn Observer) -> Self {
