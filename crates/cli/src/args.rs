@@ -5,6 +5,7 @@ pub(crate) mod cad;
 pub(crate) mod code;
 pub(crate) mod draw;
 pub(crate) mod edit;
+pub(crate) mod groups;
 pub(crate) mod info;
 mod inputs;
 pub mod mode;
@@ -51,72 +52,72 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Write a small commented model that solves, or one of the examples.
     New(New),
-    /// Read a model, report every fault, and count its degrees of freedom.
+    /// Report every fault of a model, and count its freedoms.
     Check(ModelArgs),
-    /// Put a model of several files, with parts and elements that repeat, into one text.
+    /// Write a model of several files and repeated parts as one text.
     Expand(Expand),
     /// List the parts that come with bksim, or print one.
     Parts(Parts),
-    /// Print T, V, the Lagrange equations with multipliers and the constraints.
+    /// Print energies, Lagrange equations and constraints.
     Equations(Equations),
     /// Find the consistent start.
     Assemble(ModelArgs),
-    /// Positions, velocities and accelerations over a range; limits; assemblies. Needs no loads.
+    /// Compute positions and rates over a range, limits and assemblies.
     Kinematics(analysis::Kinematics),
-    /// Trace the curves of points with double points and cusps, instant centres and centrodes, swept regions, workspaces.
+    /// Trace coupler curves, centrodes, swept regions and workspaces.
     Curves(analysis::Curves),
-    /// Find the velocity and acceleration polygon of a pose; drawn as SVG, PNG or PDF.
+    /// Draw the velocity and acceleration polygons of a pose.
     Polygons(analysis::Polygons),
-    /// Find the equilibria, their stability and the reactions in them.
+    /// Find equilibria, their stability and their reactions.
     Static(analysis::Static),
-    /// Make the equations linear about a state: A, B, C, D.
+    /// Linearize about a state: A, B, C, D.
     Linearize(analysis::Linearize),
-    /// Find the frequencies, damping and shapes of small motions.
+    /// Find frequencies, damping and shapes of small motions.
     Modes(analysis::Modes),
-    /// Find the frequency response of a linear form, its poles and zeros; drawn as SVG, PNG or PDF.
+    /// Compute a frequency response, its poles and zeros.
     Bode(analysis::Bode),
-    /// Run a model in two independent ways and compare every channel with the tolerances.
+    /// Solve in two independent ways and compare every channel.
     Verify(analysis::Verify),
-    /// Differentiate one number of a run by many parameters and initial values at once.
+    /// Differentiate one result by many parameters at once.
     Gradient(analysis::Gradient),
-    /// Tell the free motions, the conditions that repeat others, and changes of joints that cure them.
+    /// Find unwanted freedoms and redundant constraints, and cures.
     Doctor(analysis::Doctor),
-    /// Find the efforts, reactions and powers that a motion needs.
+    /// Find the efforts, reactions and powers of a motion.
     Inverse(analysis::Inverse),
-    /// Tell the motion, pressure angle and curvature of a cam, and draw its profile.
+    /// Examine a cam: motion, pressure angle, curvature, profile.
     Cam(analysis::Cam),
-    /// Write the equations as code: C, Rust or Python, with a test of itself.
+    /// Write the equations as C, Rust or Python that tests itself.
     Code(code::Code),
     /// Solve a model and log its motion.
     Solve(Solve),
-    /// Solve a model at many values of its parameters, on all cores, into one table.
+    /// Solve at many parameter values, on all cores, into one table.
     Sweep(sweep::Sweep),
-    /// Draw a motion as a picture or a film, without a window.
+    /// Write a picture or a film, without a window.
     Render(render::Render),
     /// Show a model or a log moving, in a window.
     View(view::View),
     /// Write channels of a run as CSV or Parquet.
     Export(Export),
-    /// Tell what a log, or the run of a model, holds.
+    /// Summarise a log or the run of a model.
     Info(info::Info),
-    /// Tell limits, strokes, time ratios, peaks and energies of a run.
+    /// Report limits, strokes, time ratios, peaks and energies.
     Report(report::Report),
-    /// Draw curves of runs, as SVG, PNG, PDF or text.
+    /// Draw curves of runs as SVG, PNG, PDF or text.
     Plot(plot::Plot),
-    /// Write a run as one page of HTML: animation, curves, equations, certificate.
+    /// Write a page of HTML: animation, curves, equations.
     Page(page::Page),
-    /// Differentiate, simplify, solve, evaluate and typeset one expression.
+    /// Differentiate, simplify, solve or typeset an expression.
     Expr(Expression),
-    /// Read and write what is attached to drawings.
+    /// Read and edit the mechanism in a drawing.
     #[command(subcommand)]
     Cad(cad::Cad),
     /// Explain a diagnostic code, or list them all.
     Explain(Explain),
-    /// Answer an editor about model files: faults, meanings, completions, names, order.
+    /// Serve an editor: the language server of model files.
     Lsp,
-    /// Print the JSON Schema of model files, by which editors complete and check them.
+    /// Print the JSON Schema of model files.
     Schema,
-    /// Print what completes commands, options and files in a shell.
+    /// Print the completions for a shell.
     Completions(shell::Completions),
     /// Print a page of the manual, or write all of them.
     Man(shell::Man),

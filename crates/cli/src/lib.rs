@@ -29,6 +29,7 @@ use std::path::Path;
 use clap::{CommandFactory, FromArgMatches};
 
 use crate::args::analysis::{Bode, Doctor, Inverse, Kinematics, Polygons};
+use crate::args::groups::with_groups;
 use crate::args::page::Page;
 use crate::args::plot::Plot;
 use crate::args::render::Render;
@@ -112,8 +113,9 @@ pub fn run(arguments: &[OsString]) -> u8 {
 /// As [`run`], with the commands of the studio done by `studio`.
 pub fn run_with(arguments: &[OsString], studio: Studio<'_>) -> u8 {
     let wants_json = arguments.iter().any(|argument| argument == "--json");
-    let parsed =
-        with_language(Cli::command()).try_get_matches_from(arguments).and_then(|matches| {
+    let parsed = with_groups(with_language(Cli::command()))
+        .try_get_matches_from(arguments)
+        .and_then(|matches| {
             render::speak(language(&matches));
             Cli::from_arg_matches(&matches)
         });

@@ -14,6 +14,44 @@ const ENDINGS: [&str; 14] = [
     "json", "md",
 ];
 
+/// Words of other programs for commands, and the command that does it here.
+const SYNONYMS: [(&str, &str); 34] = [
+    ("run", "solve"),
+    ("simulate", "solve"),
+    ("sim", "solve"),
+    ("integrate", "solve"),
+    ("start", "assemble"),
+    ("close", "assemble"),
+    ("animate", "render"),
+    ("film", "render"),
+    ("video", "render"),
+    ("movie", "render"),
+    ("draw", "render"),
+    ("picture", "render"),
+    ("show", "view"),
+    ("open", "view"),
+    ("play", "view"),
+    ("latex", "equations --format latex"),
+    ("typst", "equations --format typst"),
+    ("mathml", "equations --format mathml"),
+    ("derive", "equations"),
+    ("eq", "equations"),
+    ("html", "page"),
+    ("csv", "export"),
+    ("parquet", "export"),
+    ("table", "export"),
+    ("curve", "curves"),
+    ("graph", "plot"),
+    ("chart", "plot"),
+    ("validate", "check"),
+    ("lint", "check"),
+    ("statics", "static"),
+    ("equilibrium", "static"),
+    ("eigen", "modes"),
+    ("frequency", "bode"),
+    ("init", "new"),
+];
+
 /// The way out of a command line that the parser refuses, where it is one of those that people often write.
 pub(crate) fn advice(error: &clap::Error, arguments: &[OsString]) -> Option<Failure> {
     let word = |kind| match error.get(kind) {
@@ -21,7 +59,10 @@ pub(crate) fn advice(error: &clap::Error, arguments: &[OsString]) -> Option<Fail
         _ => None,
     };
     match error.kind() {
-        ErrorKind::InvalidSubcommand => file_alone(word(ContextKind::InvalidSubcommand)?),
+        ErrorKind::InvalidSubcommand => {
+            let word = word(ContextKind::InvalidSubcommand)?;
+            file_alone(word).or_else(|| synonym(word))
+        }
         ErrorKind::UnknownArgument => {
             let word = word(ContextKind::InvalidArg)?;
             unit_alone(word, arguments).or_else(|| file_too_many(word))
@@ -44,6 +85,14 @@ fn file_alone(word: &str) -> Option<Failure> {
         _ => "`bksim --help` lists the commands".to_owned(),
     };
     Some(Failure::usage(format!("`{word}` is a file, and the first word is a command"), &help))
+}
+
+/// `bksim run first.toml`: the word of another program for a command.
+fn synonym(word: &str) -> Option<Failure> {
+    let small = word.to_ascii_lowercase();
+    let (_, command) = SYNONYMS.iter().find(|(theirs, _)| *theirs == small)?;
+    let help = format!("did you mean `bksim {command}`?");
+    Some(Failure::usage(format!("there is no command `{word}`"), &help))
 }
 
 /// `--set a=5 kg`: a unit apart from its number.
@@ -73,4 +122,22 @@ fn ending(word: &str) -> Option<String> {
 /// A name as a shell takes it.
 fn quoted(word: &str) -> String {
     if word.contains(char::is_whitespace) { format!("\"{word}\"") } else { word.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+    use crate::args::Cli;
+
+    #[test]
+    fn words_of_other_programs_lead_to_commands_that_exist() {
+        let command = Cli::command();
+        for (theirs, ours) in SYNONYMS {
+            let name = ours.split(' ').next().unwrap_or_default();
+            assert!(command.find_subcommand(name).is_some(), "{ours}");
+            assert!(command.find_subcommand(theirs).is_none(), "`{theirs}` is a command");
+        }
+    }
 }
