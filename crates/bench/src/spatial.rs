@@ -1,7 +1,7 @@
 //! Arms, chains and trees in space against Pinocchio: M, h and g at random states, and the time of an evaluation.
 
 use bksim::Mechanism;
-use bksim::expr::{Expr, SymbolId, Tape};
+use bksim::expr::{Expr, Jit, Runner, SymbolId, Tape};
 use bksim::model::{JointKind, LoadKind, Model, Vector};
 use serde_json::{Value, json};
 
@@ -269,17 +269,11 @@ fn timed(context: &Context, tape: &Tape, parameters: &[f64], states: &[[Vec<f64>
     let points: Vec<Vec<f64>> = states.iter().map(|state| state.concat()).collect();
     let mut out = vec![0.0; tape.n_outputs()];
     let mut workspace = tape.workspace(parameters);
-    let samples = match tape.machine_code() {
-        Ok(code) => repeat_short(context.effort, |n| {
-            for k in 0..n {
-                code.evaluate(&mut workspace, &points[k % points.len()], &mut out);
-            }
-        }),
-        Err(_) => repeat_short(context.effort, |n| {
-            for k in 0..n {
-                tape.evaluate(&mut workspace, &points[k % points.len()], &mut out);
-            }
-        }),
-    };
+    let runner = Runner::new(tape.clone(), Jit::On);
+    let samples = repeat_short(context.effort, |n| {
+        for k in 0..n {
+            runner.evaluate(&mut workspace, &points[k % points.len()], &mut out);
+        }
+    });
     samples.minimum()
 }

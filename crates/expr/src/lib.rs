@@ -85,8 +85,6 @@ pub use eval::{
     Batch, DomainFault, EvalError, Jit, LaneRunner, LaneValues, LaneWorkspace, Runner, Workspace,
     widest_lanes,
 };
-#[cfg(feature = "jit")]
-pub use eval::{JitError, MachineCode};
 pub use listing::ListingError;
 pub use lower::LowerError;
 pub use named_row::FunctionId;

@@ -133,7 +133,7 @@ impl Function {
     }
 
     /// The function at a position of the table, which is its discriminant.
-    #[cfg(feature = "jit")]
+    #[cfg(target_arch = "x86_64")]
     pub(crate) fn from_index(index: usize) -> Option<Self> {
         TABLE.get(index).map(|row| row.function)
     }

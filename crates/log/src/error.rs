@@ -28,6 +28,10 @@ pub enum LogError {
         reason: String,
     },
 
+    /// A chunk is compressed, and this build has no decompression: that of WebAssembly.
+    #[error("log is compressed, which this build of bksim cannot read")]
+    Compressed,
+
     /// A record is larger than any reader of this crate accepts.
     #[error("{what} takes {bytes} bytes, the limit is {limit}")]
     TooLarge {

@@ -15,6 +15,7 @@ use mcap::{
 };
 
 use crate::LogError;
+use crate::compression::Decompressor;
 
 /// Largest record, and largest chunk after decompression, bytes.
 pub(crate) const RECORD_LIMIT: usize = 64 << 20;
@@ -30,7 +31,7 @@ pub(crate) struct Frames<R> {
     /// Records not yet handed out: one chunk after decompression, or one record by itself.
     records: Vec<u8>,
     position: usize,
-    decompressor: zstd::bulk::Decompressor<'static>,
+    decompressor: Decompressor,
     state: State,
 }
 
@@ -57,7 +58,7 @@ impl<R: Read> Frames<R> {
             linear: LinearReader::new_with_options(options),
             records: Vec::new(),
             position: 0,
-            decompressor: zstd::bulk::Decompressor::new()?,
+            decompressor: Decompressor::new()?,
             state: State::Open,
         })
     }
@@ -137,7 +138,7 @@ fn read_some(source: &mut impl Read, space: &mut [u8]) -> Result<usize, LogError
 /// Decompresses a chunk into `records` and verifies its checksum before anyone sees it.
 fn open_chunk(
     body: &[u8],
-    decompressor: &mut zstd::bulk::Decompressor<'static>,
+    decompressor: &mut Decompressor,
     records: &mut Vec<u8>,
 ) -> Result<(), LogError> {
     let mcap::records::Record::Chunk { header, data } = mcap::parse_record(op::CHUNK, body)? else {
@@ -151,10 +152,7 @@ fn open_chunk(
     }
     match compression.as_str() {
         "" => records.extend_from_slice(&data),
-        "zstd" => {
-            let broken = |error| LogError::damaged(format!("a chunk does not decompress: {error}"));
-            *records = decompressor.decompress(&data, size).map_err(broken)?;
-        }
+        "zstd" => *records = decompressor.open(&data, size)?,
         other => return Err(LogError::damaged(format!("unknown compression `{other}`"))),
     }
     if records.len() != size {

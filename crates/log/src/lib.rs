@@ -48,6 +48,7 @@
 //! Bytes in, bytes out: this crate opens no file. Reading checks every CRC, keeps at most a few
 //! records in memory, and answers any bytes with data or a [`LogError`], never with a panic.
 
+mod compression;
 mod error;
 pub mod export;
 mod frames;

@@ -13,6 +13,7 @@ use mcap::{Attachment, McapResult, WriteOptions, Writer, records::MessageHeader,
 use crate::{
     EndStatus, Header, LOG_TOPIC, Level, LogError, MOTION_TOPIC, NotUnique, Segment, Topic,
     TopicId,
+    compression::compressed,
     frames::RECORD_LIMIT,
     meta, names,
     schema::{self, field_number, motion_number},
@@ -384,19 +385,15 @@ impl Channel {
 }
 
 fn write_options(version: &str) -> WriteOptions {
-    WriteOptions::new()
+    let options = WriteOptions::new()
         .profile("bksim")
         .library(format!("bksim {version}"))
         // They are closed between two times.
         .chunk_size(None)
         // Whole chunks from memory: streams that cannot seek will do, and a kill tears no chunk
         // that had been begun long before.
-        .disable_seeking(true)
-        // A quarter of the time of the usual level, for files some four per cent larger. The library hands it on as a
-        // signed number, and levels below zero are zstd's fast ones.
-        .compression_level((-1_i32).cast_unsigned())
-        // The bytes must not depend on the number of processors.
-        .compression_threads(0)
+        .disable_seeking(true);
+    compressed(options)
 }
 
 fn add_topic<W: Write>(writer: &mut Writer<NoSeek<W>>, topic: &Topic) -> Result<Channel, LogError> {

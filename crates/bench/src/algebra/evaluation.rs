@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use bksim_expr::Tape;
+use bksim_expr::{Jit, LaneRunner, Runner, Tape};
 use serde_json::{Map, Value, json};
 
 use super::andrews;
@@ -197,7 +197,8 @@ fn measure(
     let tape = system.tape(&outputs)?;
     let points = system.points(N_POINTS);
     let expected = Expected::new(&tape, system.parameter_values(), points);
-    let compile = repeat(context.effort, || (), |()| tape.machine_code().ok());
+    let one_lane = |tape| LaneRunner::<1>::new(tape, Jit::On);
+    let compile = repeat(context.effort, || one_lane(tape.clone()), |runner| runner.has_code());
     let mut found = Measured {
         times: Vec::new(),
         compile,
@@ -256,17 +257,18 @@ fn ours(
     });
     found.push("interpreter", samples);
 
-    // Machine code, where the machine has a compiler.
-    if let Ok(code) = tape.machine_code() {
-        let mut values = Vec::new();
-        for point in expected.points.chunks_exact(tape.n_inputs()) {
-            code.evaluate(&mut workspace, point, &mut out);
-            values.extend_from_slice(&out);
-        }
-        expected.check("JIT", &values)?;
+    // Machine code, where there is any for the processor.
+    let runner = Runner::new(tape.clone(), Jit::On);
+    let mut values = Vec::new();
+    for point in expected.points.chunks_exact(tape.n_inputs()) {
+        runner.evaluate(&mut workspace, point, &mut out);
+        values.extend_from_slice(&out);
+    }
+    expected.check("machine code", &values)?;
+    if runner.is_compiled() {
         let samples = repeat_short(effort, |n| {
             for point in points.by_ref().take(n) {
-                code.evaluate(&mut workspace, point, &mut out);
+                runner.evaluate(&mut workspace, point, &mut out);
             }
         });
         found.push("JIT", samples);

@@ -1,8 +1,6 @@
 //! [`Jit`] and [`Due`]: machine code that is made when it pays.
 
-#[cfg(feature = "jit")]
 use std::sync::OnceLock;
-#[cfg(feature = "jit")]
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// The time at which a tape is compiled to machine code.
@@ -21,7 +19,6 @@ pub enum Jit {
 }
 
 /// Machine code, once enough evaluations have been interpreted; threads share it.
-#[cfg(feature = "jit")]
 #[derive(Debug)]
 pub(super) struct Due<C> {
     n_interpreted: AtomicUsize,
@@ -29,14 +26,12 @@ pub(super) struct Due<C> {
     compiled: OnceLock<Option<C>>,
 }
 
-#[cfg(feature = "jit")]
 impl<C> Default for Due<C> {
     fn default() -> Self {
         Self { n_interpreted: AtomicUsize::new(0), compiled: OnceLock::new() }
     }
 }
 
-#[cfg(feature = "jit")]
 impl<C> Due<C> {
     /// True once there is code.
     pub(super) fn is_compiled(&self) -> bool {

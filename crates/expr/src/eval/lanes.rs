@@ -3,39 +3,33 @@
 //! ```text
 //! interpreter   any machine
 //! code          machine code of AVX and AVX-512, by an assembler of its own: `assembler`, `allocation`
+//! no_code       in its place on other processors, where all tapes are interpreted
 //! ```
-//!
-//! One lane is machine code of one point that is made in a hundredth of the time that cranelift takes.
 
-#[cfg(all(feature = "jit", target_arch = "x86_64"))]
+#[cfg(target_arch = "x86_64")]
 mod allocation;
-#[cfg(all(feature = "jit", target_arch = "x86_64"))]
+#[cfg(target_arch = "x86_64")]
 mod assembler;
-#[cfg(all(feature = "jit", target_arch = "x86_64"))]
+#[cfg(target_arch = "x86_64")]
+mod code;
+#[cfg(not(target_arch = "x86_64"))]
+#[path = "lanes/no_code.rs"]
 mod code;
 mod interpreter;
-#[cfg(all(feature = "jit", target_arch = "x86_64"))]
+#[cfg(target_arch = "x86_64")]
 mod program;
-#[cfg(all(feature = "jit", target_arch = "x86_64"))]
+#[cfg(target_arch = "x86_64")]
 mod turn;
 
-#[cfg(all(feature = "jit", target_arch = "x86_64"))]
 pub(super) use self::code::AnyAngleCode;
-#[cfg(all(feature = "jit", target_arch = "x86_64"))]
-use super::due::Due;
-use super::due::Jit;
+use super::due::{Due, Jit};
 use crate::tape::Tape;
 use std::ops::{Deref, DerefMut};
-#[cfg(all(feature = "jit", target_arch = "x86_64"))]
 use std::sync::Arc;
 
 /// Lanes that this machine has machine code for: eight with AVX-512, else four.
 pub fn widest_lanes() -> usize {
-    #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-    if assembler::Width::of(8).is_some() {
-        return 8;
-    }
-    4
+    if code::has_eight_lanes() { 8 } else { 4 }
 }
 
 /// Eight numbers, where no vector straddles two cache lines.
@@ -131,14 +125,11 @@ pub(super) struct Group {
 pub struct LaneRunner<const N: usize> {
     tape: Tape,
     layout: Layout,
-    #[cfg(all(feature = "jit", target_arch = "x86_64"))]
     jit: Jit,
-    #[cfg(all(feature = "jit", target_arch = "x86_64"))]
     code: Arc<Due<AnyAngleCode<N>>>,
 }
 
 /// Compiling costs about as much as interpreting the tape so often.
-#[cfg(all(feature = "jit", target_arch = "x86_64"))]
 const EVALUATIONS_PER_COMPILATION: usize = 50;
 
 impl<const N: usize> LaneRunner<N> {
@@ -148,16 +139,7 @@ impl<const N: usize> LaneRunner<N> {
     }
 
     pub(super) fn with_layout(tape: Tape, jit: Jit, layout: Layout) -> Self {
-        #[cfg(not(all(feature = "jit", target_arch = "x86_64")))]
-        let _ = jit;
-        Self {
-            tape,
-            layout,
-            #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-            jit,
-            #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-            code: Arc::default(),
-        }
+        Self { tape, layout, jit, code: Arc::default() }
     }
 
     /// The tape.
@@ -167,18 +149,12 @@ impl<const N: usize> LaneRunner<N> {
 
     /// True where there is machine code, which is made now.
     pub fn has_code(&self) -> bool {
-        #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-        return self.jit != Jit::Off && self.code.made(|| self.make()).is_some();
-        #[cfg(not(all(feature = "jit", target_arch = "x86_64")))]
-        false
+        self.jit != Jit::Off && self.code.made(|| self.make()).is_some()
     }
 
     /// True once evaluations run machine code.
     pub fn is_compiled(&self) -> bool {
-        #[cfg(all(feature = "jit", target_arch = "x86_64"))]
-        return self.code.is_compiled();
-        #[cfg(not(all(feature = "jit", target_arch = "x86_64")))]
-        false
+        self.code.is_compiled()
     }
 
     /// Registers with everything computed that depends on parameters only, which are the same at all points so far.
@@ -239,7 +215,6 @@ impl<const N: usize> LaneRunner<N> {
         );
         self.check(ws);
         let registers = &mut ws.registers;
-        #[cfg(all(feature = "jit", target_arch = "x86_64"))]
         if let Some(code) = self.code()
             && code.evaluate(&self.tape, registers, group, inputs, out)
         {
@@ -254,15 +229,13 @@ impl<const N: usize> LaneRunner<N> {
     }
 
     /// The machine code if it is there or due now.
-    #[cfg(all(feature = "jit", target_arch = "x86_64"))]
     fn code(&self) -> Option<&AnyAngleCode<N>> {
         self.code.code(self.jit, EVALUATIONS_PER_COMPILATION, || self.make())
     }
 
     /// New machine code, where the tape can be compiled.
-    #[cfg(all(feature = "jit", target_arch = "x86_64"))]
     fn make(&self) -> Option<AnyAngleCode<N>> {
-        AnyAngleCode::of(&self.tape, self.layout).ok()
+        AnyAngleCode::of(&self.tape, self.layout)
     }
 }
 
@@ -291,7 +264,7 @@ pub(super) const EXTRA: [f64; Extra::N] = {
 
 /// Registers before those of a tape.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(not(all(feature = "jit", target_arch = "x86_64")), expect(dead_code))]
+#[cfg_attr(not(target_arch = "x86_64"), expect(dead_code))]
 enum Extra {
     /// A second operand of a call.
     Operand,

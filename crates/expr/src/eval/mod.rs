@@ -4,9 +4,8 @@
 //! reference     the graph itself, one expression at one point
 //! interpreter   a tape at one point: the reference for all that follow
 //! batch         a tape at many points, some dozens of them at each instruction
-//! lanes         a tape at one, four or eight points at once, in the lanes of registers, by an assembler of its own
-//! jit           a tape as machine code by cranelift, for processors that have no such assembler (feature `jit`);
-//!               sections: in several functions; memory: memory that can be executed, of either kind of code
+//! lanes         a tape at one, four or eight points at once, in the lanes of registers: as machine code by an assembler
+//!               of its own on x86-64 with AVX2, interpreted elsewhere; memory: memory that can be executed
 //! runner        a tape at one point, interpreted until machine code pays; due: when that is
 //! ```
 //!
@@ -18,23 +17,15 @@
 mod batch;
 mod due;
 mod interpreter;
-#[cfg(feature = "jit")]
-mod jit;
 mod lanes;
-#[cfg(feature = "jit")]
+#[cfg(target_arch = "x86_64")]
 mod memory;
 mod reference;
 mod runner;
-#[cfg(feature = "jit")]
-mod sections;
 
 pub use batch::Batch;
 pub use due::Jit;
 pub use interpreter::Workspace;
-#[cfg(feature = "jit")]
-pub use jit::MachineCode;
 pub use lanes::{LaneRunner, LaneValues, LaneWorkspace, widest_lanes};
-#[cfg(feature = "jit")]
-pub use memory::JitError;
 pub use reference::{DomainFault, EvalError};
 pub use runner::Runner;

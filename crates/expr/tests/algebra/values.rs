@@ -5,7 +5,7 @@
 use crate::common::{
     Expected, NAMES, Point, Recipe, every_function, points, recipes, symbols, value_at,
 };
-use bksim_expr::{Expr, Function, Pool, Tape};
+use bksim_expr::{Expr, Function, Jit, Pool, Runner, Tape};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -51,11 +51,9 @@ fn by_each_evaluator(
     let mut found = vec![("interpreter", out.clone())];
     tape.batch(parameters).evaluate(1, inputs, &mut out);
     found.push(("batch", out.clone()));
-    #[cfg(feature = "jit")]
-    {
-        tape.machine_code().expect("short enough").evaluate(&mut workspace, inputs, &mut out);
-        found.push(("jit", out.clone()));
-    }
+    let runner = Runner::new(tape.clone(), Jit::On);
+    runner.evaluate(&mut workspace, inputs, &mut out);
+    found.push(("runner", out.clone()));
     found
 }
 

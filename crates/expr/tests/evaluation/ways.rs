@@ -18,8 +18,6 @@ const EVALUATORS: &[(&str, Evaluator)] = &[
     ("four lanes", |tape, parameters, points| in_lanes::<4>(tape, Jit::On, parameters, points)),
     // Interpreted where the processor has no registers for them.
     ("eight lanes", |tape, parameters, points| in_lanes::<8>(tape, Jit::On, parameters, points)),
-    #[cfg(feature = "jit")]
-    ("jit", by_machine_code),
 ];
 
 pub(crate) fn interpreted(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) -> Vec<Vec<f64>> {
@@ -39,18 +37,6 @@ pub(crate) fn by_runner(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) ->
     let mut evaluate = |point: &Vec<f64>| {
         let mut out = vec![0.0; tape.n_outputs()];
         runner.evaluate(&mut workspace, point, &mut out);
-        out
-    };
-    points.iter().map(&mut evaluate).collect()
-}
-
-#[cfg(feature = "jit")]
-fn by_machine_code(tape: &Tape, parameters: &[f64], points: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let code = tape.machine_code().expect("short enough");
-    let mut workspace = tape.workspace(parameters);
-    let mut evaluate = |point: &Vec<f64>| {
-        let mut out = vec![0.0; tape.n_outputs()];
-        code.evaluate(&mut workspace, point, &mut out);
         out
     };
     points.iter().map(&mut evaluate).collect()

@@ -6,11 +6,19 @@ use super::allocation::{Body, Callees, assemble};
 use super::assembler::Width;
 use super::program::Turns;
 use super::{Extra, Group, LaneValues, Layout};
-use crate::eval::memory::{JitError, MOST_INSTRUCTIONS, Memory};
+use crate::eval::memory::Memory;
 use crate::op::{Function, power};
 use crate::sincos::{LARGEST, sin_cos, sin_cos_lanes};
 use crate::tape::Tape;
 use std::sync::OnceLock;
+
+/// Longest body that is compiled: beyond, code is longer than any cache, and interpreting costs no more.
+const MOST_INSTRUCTIONS: usize = 500_000;
+
+/// True where the processor has registers of eight lanes.
+pub(super) fn has_eight_lanes() -> bool {
+    Width::of(8).is_some()
+}
 
 /// Machine code of one tape at `N` points, for angles of any size.
 #[derive(Debug)]
@@ -22,13 +30,10 @@ pub(in crate::eval) struct AnyAngleCode<const N: usize> {
 }
 
 impl<const N: usize> AnyAngleCode<N> {
-    /// Compiles the body.
-    ///
-    /// # Errors
-    /// Those of [`LaneCode::of`].
-    pub(in crate::eval) fn of(tape: &Tape, layout: Layout) -> Result<Self, JitError> {
+    /// Compiles the body; `None` for tapes that are too long, and processors without registers of this width.
+    pub(in crate::eval) fn of(tape: &Tape, layout: Layout) -> Option<Self> {
         let code = LaneCode::of(tape, layout, Turns::Written)?;
-        Ok(Self { layout, code, for_large_angles: OnceLock::new() })
+        Some(Self { layout, code, for_large_angles: OnceLock::new() })
     }
 
     /// Computes all outputs of its tape at the points of a group; lengths have been checked, and that a packed group is
@@ -45,7 +50,7 @@ impl<const N: usize> AnyAngleCode<N> {
             registers.hold(code.n_registers);
             code.evaluate(registers, group, inputs, out)
         };
-        let make = || LaneCode::of(tape, self.layout, Turns::Called).ok().map(Box::new);
+        let make = || LaneCode::of(tape, self.layout, Turns::Called).map(Box::new);
         run(&self.code) || self.for_large_angles.get_or_init(make).as_deref().is_some_and(run)
     }
 }
@@ -74,17 +79,11 @@ impl<const N: usize> std::fmt::Debug for LaneCode<N> {
 }
 
 impl<const N: usize> LaneCode<N> {
-    /// Compiles the body.
-    ///
-    /// # Errors
-    /// [`JitError`] for tapes that are too long, and processors without registers of this width.
-    fn of(tape: &Tape, layout: Layout, turns: Turns) -> Result<Self, JitError> {
-        let Some(width) = Width::of(N) else {
-            return Err(JitError::Host { reason: "no vector registers of this width" });
-        };
+    /// Compiles the body, see [`AnyAngleCode::of`].
+    fn of(tape: &Tape, layout: Layout, turns: Turns) -> Option<Self> {
+        let width = Width::of(N)?;
         if tape.body.len() > MOST_INSTRUCTIONS {
-            let (found, limit) = (tape.body.len(), MOST_INSTRUCTIONS);
-            return Err(JitError::TooLong { found, limit });
+            return None;
         }
         let (turn, elementary): (Turn, Elementary) = match width {
             Width::One => (turn_one, elementary_one),
@@ -98,11 +97,11 @@ impl<const N: usize> LaneCode<N> {
         };
         let Body { bytes, n_registers, has_angles } =
             assemble(tape, (width, layout), turns, callees);
-        let (memory, address) = Memory::of(&bytes)?;
+        let memory = Memory::of(&bytes)?;
         // SAFETY: the bytes are a function of these arguments in this convention, and their memory lives as
         // long as `memory`.
-        let function = unsafe { std::mem::transmute::<*const u8, Compiled<N>>(address) };
-        Ok(Self { function, n_registers, has_angles, _memory: memory })
+        let function = unsafe { std::mem::transmute::<*const u8, Compiled<N>>(memory.address()) };
+        Some(Self { function, n_registers, has_angles, _memory: memory })
     }
 
     /// Computes all outputs at the points of a group; lengths have been checked, and that a packed group is whole. False
