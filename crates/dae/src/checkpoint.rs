@@ -30,7 +30,7 @@ pub enum Method {
 }
 
 /// First bytes of a stored checkpoint, the last of them the version of its layout.
-const MAGIC: [u8; 8] = *b"bkdae\0\0\x02";
+const MAGIC: [u8; 8] = *b"bkdae\0\0\x03";
 
 impl Checkpoint {
     /// As little-endian bytes.

@@ -2,11 +2,9 @@
 
 mod collocation;
 mod extension;
-mod taylor;
 
 pub(crate) use self::collocation::CollocationPolynomial;
-pub(crate) use self::extension::{ContinuousExtension, basis};
-pub(crate) use self::taylor::TaylorPolynomial;
+pub(crate) use self::extension::{ContinuousExtension, N_STAGES, N_TERMS};
 use crate::stats::Stats;
 
 /// The dense output of either method.
@@ -14,7 +12,6 @@ use crate::stats::Stats;
 pub(crate) enum Interpolant<'a> {
     Collocation(&'a CollocationPolynomial),
     Explicit(&'a ContinuousExtension),
-    Taylor(&'a TaylorPolynomial),
 }
 
 /// An accepted step, with the solution at its end and everywhere between.
@@ -34,7 +31,6 @@ impl<'a> Step<'a> {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.t0,
             Interpolant::Explicit(extension) => extension.t0,
-            Interpolant::Taylor(series) => series.t0,
         }
     }
 
@@ -48,7 +44,6 @@ impl<'a> Step<'a> {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.h,
             Interpolant::Explicit(extension) => extension.h,
-            Interpolant::Taylor(series) => series.h,
         }
     }
 
@@ -57,7 +52,6 @@ impl<'a> Step<'a> {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => &polynomial.y0,
             Interpolant::Explicit(extension) => &extension.y0,
-            Interpolant::Taylor(series) => &series.y0,
         }
     }
 
@@ -80,8 +74,7 @@ impl<'a> Step<'a> {
     pub fn n_stages(&self) -> usize {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.n_stages(),
-            Interpolant::Explicit(extension) => extension.n_stages,
-            Interpolant::Taylor(series) => series.order,
+            Interpolant::Explicit(_) => N_STAGES,
         }
     }
 
@@ -89,8 +82,7 @@ impl<'a> Step<'a> {
     pub fn degree(&self) -> usize {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.n_stages(),
-            Interpolant::Explicit(extension) => extension.degree,
-            Interpolant::Taylor(series) => series.order.max(3),
+            Interpolant::Explicit(_) => N_TERMS,
         }
     }
 
@@ -100,7 +92,7 @@ impl<'a> Step<'a> {
     }
 
     /// Writes the state at `t` (length `n`) by the collocation polynomial, exact to order `s + 1`
-    /// within the step, or the continuous extension, of order 7 or more; extrapolated outside.
+    /// within the step, or the continuous extension, of order 7; extrapolated outside.
     pub fn at(&self, t: f64, y: &mut [f64]) {
         if t == self.t1 {
             y.copy_from_slice(self.y1);
@@ -109,7 +101,6 @@ impl<'a> Step<'a> {
             match self.polynomial {
                 Interpolant::Collocation(polynomial) => polynomial.value_into(tau, y),
                 Interpolant::Explicit(extension) => extension.value_into(tau, y),
-                Interpolant::Taylor(series) => series.value_into(tau, y),
             }
         }
     }
@@ -121,7 +112,6 @@ impl<'a> Step<'a> {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.derivative_into(tau, ydot),
             Interpolant::Explicit(extension) => extension.derivative_into(tau, ydot),
-            Interpolant::Taylor(series) => series.derivative_into(tau, ydot),
         }
     }
 }

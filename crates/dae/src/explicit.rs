@@ -13,27 +13,23 @@
 
 mod coefficients;
 mod control;
-mod extrapolation;
-mod lanes;
-mod picard;
 mod resume;
 mod stages;
 mod stiffness;
 mod straight_line;
 mod sums;
-mod taylor;
 #[cfg(test)]
 mod tests;
 
 use self::control::PiController;
 use self::stages::StageWork;
+pub use self::stiffness::STABLE_RANGE;
 use self::stiffness::StiffnessTest;
 pub use self::straight_line::{
     N_EXTENSION_VECTORS, N_STEP_VECTORS, Recorder, STEP_END, record_extension, record_step,
 };
-pub use self::taylor::{N_SERIES_VECTORS, SeriesVector, record_series_end};
 use crate::accessors::accessors;
-use crate::dense::{ContinuousExtension, Interpolant, Step, TaylorPolynomial};
+use crate::dense::{ContinuousExtension, Interpolant, Step};
 use crate::error::{Cause, SolveError, Standstill};
 use crate::limits::{
     check_finite, check_length, first_not_finite, next_adaptive, next_fixed, step_floor,
@@ -92,8 +88,6 @@ pub struct ExplicitSolver<S: Ode> {
     grid: (f64, usize),
     stages: StageWork,
     last: ContinuousExtension,
-    /// The same of a step by a series.
-    last_series: Option<TaylorPolynomial>,
     last_state: LastStep,
     controller: PiController,
     stiffness: StiffnessTest,
@@ -120,8 +114,6 @@ enum LastStep {
     Taken { error: Option<f64> },
     /// Its extension is known.
     Extended { error: Option<f64> },
-    /// It is a series.
-    Series { error: Option<f64> },
 }
 
 impl<S: Ode> ExplicitSolver<S> {
@@ -144,11 +136,10 @@ impl<S: Ode> ExplicitSolver<S> {
         check_finite("y", &start.y)?;
         let stages = StageWork::new(n, &settings);
         let mut solver = Self {
-            last: stages.extension(),
-            last_series: stages.polynomial(),
+            last: ContinuousExtension::new(n),
             stages,
             last_state: LastStep::Missing,
-            controller: PiController::new(settings.explicit.order_of_estimate()),
+            controller: PiController::new(),
             stiffness: StiffnessTest::default(),
             system,
             settings,
@@ -167,18 +158,12 @@ impl<S: Ode> ExplicitSolver<S> {
     /// Evaluates `f` at the start of the run or after a jump, and chooses the step from there.
     fn begin(&mut self) -> Result<(), SolveError> {
         let Self { system, stages, stats, .. } = self;
-        stages.leave();
         let found = stages.evaluate(system, self.t, &self.y, &mut self.ydot, stats);
         if let Err(NotFinite { row }) = found {
             let at = self.standstill(0.0, Cause::NotFinite { row });
             return Err(SolveError::NotFinite { row, at });
         }
-        let is_chosen =
-            self.settings.step == StepControl::Adaptive && self.settings.h_initial.is_none();
-        self.h = match self.develop() {
-            Some(h) if is_chosen => h,
-            _ => self.first_step_size(),
-        };
+        self.h = self.first_step_size();
         Ok(())
     }
 
@@ -195,7 +180,7 @@ impl<S: Ode> ExplicitSolver<S> {
     }
 
     /// `|h| ρ` of the last step, from two states at its end; stable up to
-    /// [`crate::ExplicitMethod::stable_range`].
+    /// [`STABLE_RANGE`].
     pub fn stability(&self) -> f64 {
         self.stiffness.last
     }
@@ -267,7 +252,7 @@ impl<S: Ode> ExplicitSolver<S> {
             LastStep::Missing => {
                 return Err(SolveError::InvalidStart { what: "step", value: f64::NAN });
             }
-            LastStep::Extended { error } | LastStep::Series { error } => error,
+            LastStep::Extended { error } => error,
             LastStep::Taken { error } => {
                 let Self { system, stages, stats, last, y, ydot, .. } = self;
                 if let Err(NotFinite { row }) = stages.extend(system, last, y, ydot, stats) {
@@ -278,10 +263,8 @@ impl<S: Ode> ExplicitSolver<S> {
                 error
             }
         };
-        let series = self.last_series.as_ref();
-        let series = series.filter(|_| matches!(self.last_state, LastStep::Series { .. }));
         Ok(Step {
-            polynomial: series.map_or(Interpolant::Explicit(&self.last), Interpolant::Taylor),
+            polynomial: Interpolant::Explicit(&self.last),
             t1: self.t,
             y1: &self.y,
             ydot1: &self.ydot,
@@ -303,7 +286,7 @@ impl<S: Ode> ExplicitSolver<S> {
         self.grid = (t, 0);
         self.last_state = LastStep::Missing;
         let noise = self.controller.noise;
-        self.controller = PiController::new(self.settings.explicit.order_of_estimate());
+        self.controller = PiController::new();
         self.controller.noise = noise;
         self.stiffness = StiffnessTest::default();
         self.begin()
@@ -344,44 +327,18 @@ impl<S: Ode> ExplicitSolver<S> {
     fn accept(&mut self, h: f64, t1: f64, error: Option<f64>) {
         self.stats.n_accept += 1;
         self.grid.1 += 1;
-        self.keep_dense_output(h, error);
-        let stable_range = self.settings.explicit.stable_range();
-        self.stiffness.observe(self.stages.stability(h), stable_range);
+        // The dense output of the step follows from where it began.
+        (self.last.t0, self.last.h) = (self.t, h);
+        self.last.y0.copy_from_slice(&self.y);
+        self.last_state = LastStep::Taken { error };
+        self.stiffness.observe(self.stages.stability(h));
         self.t = t1;
         self.y.copy_from_slice(self.stages.y1.values());
         std::mem::swap(&mut self.ydot, &mut self.stages.f1);
-        let next = self.develop();
         if let Some(error) = error {
-            let next = next.unwrap_or_else(|| self.controller.after_accept(h, error));
+            let next = self.controller.after_accept(h, error);
             self.h = next.signum() * next.abs().min(self.settings.h_max);
         }
-    }
-
-    /// Keeps what the dense output of the step follows from, before the run moves to its end.
-    fn keep_dense_output(&mut self, h: f64, error: Option<f64>) {
-        let Self { t, y, stages, last, last_series, last_state, .. } = self;
-        match last_series {
-            Some(series) if stages.has_series() => {
-                (series.t0, series.h) = (*t, h);
-                series.y0.copy_from_slice(y);
-                stages.hand_over(series);
-                *last_state = LastStep::Series { error };
-            }
-            _ => {
-                (last.t0, last.h) = (*t, h);
-                last.y0.copy_from_slice(y);
-                *last_state = LastStep::Taken { error };
-            }
-        }
-    }
-
-    /// The size of the next step, signed, where it is taken by a series.
-    fn develop(&mut self) -> Option<f64> {
-        let Self { system, stages, t, y, t_end, settings, stats, .. } = self;
-        let span = *t_end - *t;
-        let longest = span.abs().min(settings.h_max);
-        let size = stages.develop(system, (*t, y), longest, stats)?;
-        Some(size.copysign(span))
     }
 
     /// `f` has no value somewhere in the step.

@@ -115,18 +115,15 @@ pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
 pub use events::{Crossing, Event, EventSearch, Events};
 pub use explicit::{
-    Advance, ExplicitSolver, N_EXTENSION_VECTORS, N_SERIES_VECTORS, N_STEP_VECTORS, Recorder,
-    STEP_END, SeriesVector, record_extension, record_series_end, record_step, solve_ode,
+    Advance, ExplicitSolver, N_EXTENSION_VECTORS, N_STEP_VECTORS, Recorder, STABLE_RANGE, STEP_END,
+    record_extension, record_step, solve_ode,
 };
 pub use noise::Noise;
 pub use run::{Control, End, Outcome, Start};
 pub use sensitivity::{SensitivitySolver, SensitivityStart, SensitivityStep, SensitivitySystem};
 pub use settings::{
-    ErrorTest, ExplicitMethod, LinearSolver, NewtonSettings, Order, Settings, Stages, StepControl,
-    Tolerance,
+    ErrorTest, LinearSolver, NewtonSettings, Order, Settings, Stages, StepControl, Tolerance,
 };
 pub use solve::{Solver, solve};
 pub use stats::Stats;
-pub use system::{
-    Attempt, ExtendedStep, Index, LANES, Lanes, Layout, NotFinite, Ode, Pattern, StepSpan, System,
-};
+pub use system::{Attempt, ExtendedStep, Index, Layout, NotFinite, Ode, Pattern, StepSpan, System};

@@ -135,21 +135,6 @@ impl Scale {
         sum / x.len() as f64
     }
 
-    /// The same of several vectors of length `n`, side by side.
-    pub(crate) fn mean_squares<const N: usize>(&self, vectors: [&[f64]; N]) -> [f64; N] {
-        let n = self.weight.len();
-        let vectors = vectors.map(|x| &x[..n]);
-        let mut sums = [0.0; N];
-        for (i, weight) in self.weight.iter().enumerate() {
-            for (sum, x) in sums.iter_mut().zip(vectors) {
-                let scaled = x[i] * weight;
-                *sum += scaled * scaled;
-            }
-        }
-        let part = 1.0 / n.max(1) as f64;
-        sums.map(|sum| sum * part)
-    }
-
     /// Weighted magnitude of entry `i`, the largest over the vectors in `x`.
     fn magnitude(&self, x: &[f64], i: usize) -> f64 {
         let n = self.weight.len();

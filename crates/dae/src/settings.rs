@@ -37,8 +37,6 @@ pub struct Settings {
     pub max_steps: usize,
     /// Order of the method. Default [`Order::Auto`].
     pub order: Order,
-    /// The method of [`crate::ExplicitSolver`]. Default [`ExplicitMethod::DormandPrince`].
-    pub explicit: ExplicitMethod,
     /// The unknowns in the error test. Default [`ErrorTest::WithoutMultipliers`].
     pub error_test: ErrorTest,
     /// Newton's iteration.
@@ -59,7 +57,6 @@ impl Default for Settings {
             h_max: f64::INFINITY,
             max_steps: usize::MAX,
             order: Order::Auto,
-            explicit: ExplicitMethod::default(),
             error_test: ErrorTest::WithoutMultipliers,
             newton: NewtonSettings::default(),
             linear_solver: LinearSolver::Auto,
@@ -129,57 +126,6 @@ impl Order {
         match self {
             Self::Auto => Stages::Three,
             Self::Fixed(stages) => stages,
-        }
-    }
-}
-
-/// The last term of a step by a series, in tolerances. What follows it is a part of it that falls with the order, and the
-/// error of a run less still: as many digits come out as Dormand and Prince give for the same tolerance.
-pub(crate) const LAST_TERM: f64 = 4.0;
-
-/// The explicit method.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum ExplicitMethod {
-    /// Of order 8, twelve evaluations one after the other.
-    #[default]
-    DormandPrince,
-    /// Extrapolation of the midpoint rule of order `2 · columns`, most of whose evaluations are made
-    /// several at once: for high accuracy where [`crate::Ode::derivative_lanes`] is cheap.
-    Extrapolation {
-        /// Columns that are extrapolated. Range `3 ..= 7`; seven take 13 evaluations of all lanes.
-        columns: usize,
-    },
-    /// The Taylor series of the solution, where [`crate::Ode::series`] knows it, and the method of Dormand and Prince
-    /// elsewhere: for equations of few operations. Its dense output costs nothing.
-    Taylor {
-        /// Terms of the series. Range `4 ..= 32`.
-        order: usize,
-    },
-}
-
-impl ExplicitMethod {
-    /// The largest `|h| ρ` of a decaying motion for which steps are stable. Of extrapolation these are the ends of
-    /// the intervals on which its polynomial `T_ss(z)` for `y′ = λ y` stays below one, rounded down.
-    pub fn stable_range(self) -> f64 {
-        match self {
-            // Code of `DOP853`.
-            Self::DormandPrince => 6.1,
-            Self::Extrapolation { columns } => 1.28 + 0.75 * columns as f64,
-            Self::Taylor { order } => 1.3 + 0.37 * order as f64,
-        }
-    }
-
-    /// The way of a step by a series of this order, in radii of convergence, for this relative tolerance.
-    pub fn way_of_series(order: usize, rtol: f64) -> f64 {
-        (LAST_TERM * rtol).powf(1.0 / order as f64)
-    }
-
-    /// The order of the error estimate plus one.
-    pub(crate) fn order_of_estimate(self) -> usize {
-        match self {
-            // Of series, that of their steps by stages.
-            Self::DormandPrince | Self::Taylor { .. } => 8,
-            Self::Extrapolation { columns } => 2 * columns - 1,
         }
     }
 }
@@ -308,12 +254,6 @@ impl Settings {
             positive(x) && x >= self.h_min
         })?;
         check("max_steps", self.max_steps as f64, "at least 1", |x| x >= 1.0)?;
-        if let ExplicitMethod::Extrapolation { columns } = self.explicit {
-            check("explicit.columns", columns as f64, "3 ..= 7", |x| (3.0..=7.0).contains(&x))?;
-        }
-        if let ExplicitMethod::Taylor { order } = self.explicit {
-            check("explicit.order", order as f64, "4 ..= 32", |x| (4.0..=32.0).contains(&x))?;
-        }
         // Newton's iteration.
         if let Some(kappa) = self.newton.kappa {
             check("newton.kappa", kappa, "between 0 and 1", fraction)?;

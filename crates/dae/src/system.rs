@@ -95,12 +95,6 @@ impl<S: System + ?Sized> System for &mut S {
     }
 }
 
-/// States that [`Ode::derivative_lanes`] takes at once.
-pub const LANES: usize = 4;
-
-/// A number of each of them.
-pub type Lanes = [f64; LANES];
-
 /// An attempt at an explicit step, as it goes.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Attempt {
@@ -133,12 +127,6 @@ pub trait Ode {
     /// [`NotFinite`] names the first row that has no finite value; the solver then retries with a
     /// smaller step. The solver checks `ydot` itself as well.
     fn derivative(&mut self, t: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite>;
-
-    /// Writes `f` at [`LANES`] states at once, unknown by unknown; false where it must be evaluated one
-    /// by one, as it must by default. What is written must equal [`Ode::derivative`] in every lane.
-    fn derivative_lanes(&mut self, _t: Lanes, _y: &[Lanes], _ydot: &mut [Lanes]) -> bool {
-        false
-    }
 
     /// Writes the vectors of [`record_step`](crate::record_step) to `results`, where there is straight-line code for
     /// a whole step from `(t, y)` and all numbers are finite; false where the step must be taken stage by stage, as it
@@ -175,34 +163,6 @@ pub trait Ode {
         _step: ExtendedStep<'_>,
         _results: &[f64],
         _terms: &mut [f64],
-    ) -> bool {
-        false
-    }
-
-    /// Writes the coefficients `c_1 … c_p` of the Taylor series `y + Σ c_k (τ − t)^k` of the solution through `(t, y)`,
-    /// of `n` numbers each, to `results`, where they are known; false where steps from there must be taken by stages, as
-    /// they must by default. After them, `results` has room for [`N_SERIES_VECTORS`](crate::N_SERIES_VECTORS) vectors, then
-    /// takes as many numbers as the system likes; its length never shrinks.
-    fn series(&mut self, _t: f64, _y: &[f64], _order: usize, _results: &mut Vec<f64>) -> bool {
-        false
-    }
-
-    /// True where nothing that the equations divide by vanishes within a step of this size by the series whose
-    /// `results` these are.
-    fn series_holds(&self, _h: f64, _results: &[f64]) -> bool {
-        true
-    }
-
-    /// Takes a step from `y` by the series whose results are `begin`, whose vectors it may overwrite, and writes the results of the series from its
-    /// projected end to `end`, with the vectors of [`SeriesVector`](crate::SeriesVector) in the room for them; false
-    /// where these must be found one by one, by [`Ode::derivative`] near the end, [`Ode::project`],
-    /// [`Ode::derivative`] and [`Ode::series`] at the end, as they must by default. What is written must be finite.
-    fn series_step(
-        &mut self,
-        _span: StepSpan,
-        _y: &[f64],
-        _begin: &mut [f64],
-        _end: &mut Vec<f64>,
     ) -> bool {
         false
     }
@@ -258,10 +218,6 @@ impl<S: Ode + ?Sized> Ode for &mut S {
         (**self).derivative(t, y, ydot)
     }
 
-    fn derivative_lanes(&mut self, t: Lanes, y: &[Lanes], ydot: &mut [Lanes]) -> bool {
-        (**self).derivative_lanes(t, y, ydot)
-    }
-
     fn whole_step(
         &mut self,
         span: StepSpan,
@@ -283,24 +239,6 @@ impl<S: Ode + ?Sized> Ode for &mut S {
         terms: &mut [f64],
     ) -> bool {
         (**self).whole_extension(step, results, terms)
-    }
-
-    fn series(&mut self, t: f64, y: &[f64], order: usize, results: &mut Vec<f64>) -> bool {
-        (**self).series(t, y, order, results)
-    }
-
-    fn series_holds(&self, h: f64, results: &[f64]) -> bool {
-        (**self).series_holds(h, results)
-    }
-
-    fn series_step(
-        &mut self,
-        span: StepSpan,
-        y: &[f64],
-        begin: &mut [f64],
-        end: &mut Vec<f64>,
-    ) -> bool {
-        (**self).series_step(span, y, begin, end)
     }
 
     fn note(&mut self, attempt: Attempt) {

@@ -3,8 +3,8 @@
 mod common;
 
 use bksim_dae::{
-    Checkpoint, ExplicitMethod, ExplicitSolver, Layout, Method, NotFinite, Ode, Order, Settings,
-    SolveError, Solver, Start, Stats, System, Tolerance,
+    Checkpoint, ExplicitSolver, Layout, Method, NotFinite, Ode, Order, Settings, SolveError,
+    Solver, Start, Stats, System, Tolerance,
 };
 
 use common::mechanism::{Form, Formulated};
@@ -104,13 +104,8 @@ impl Ode for Oscillator {
 
 #[test]
 fn a_resumed_explicit_run_equals_the_undisturbed_one() {
-    let extrapolation = ExplicitMethod::Extrapolation { columns: 6 };
-    for (t_end, explicit) in [
-        (40.0, ExplicitMethod::DormandPrince),
-        (-40.0, ExplicitMethod::DormandPrince),
-        (40.0, extrapolation),
-    ] {
-        let settings = Settings { explicit, ..settings(1e-9, Order::Auto) };
+    for t_end in [40.0, -40.0] {
+        let settings = settings(1e-9, Order::Auto);
         let start = Start { t: 0.0, y: vec![3.0, 0.0], ydot: vec![0.0; 2] };
         let finish = |solver: &mut ExplicitSolver<Oscillator>| {
             let mut trace = Vec::new();

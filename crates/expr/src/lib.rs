@@ -98,4 +98,4 @@ pub use solve::{LinearSolution, SolveError};
 pub use syntax::{
     BinaryOperator, ParseError, ParseErrorKind, Syntax, SyntaxKind, SyntaxNode, UnitFactor,
 };
-pub use tape::{Coefficient, Composition, Tape, TapeError, TapeSeries, Value};
+pub use tape::{Composition, Tape, TapeError, Value};

@@ -30,7 +30,6 @@ use crate::redundancy::{
     Effort, MovingInstant, Redundancy, SelfStress, Transmissions, Uniqueness, Yields, resting,
 };
 use crate::sampled::{SampledSignals, Sampling};
-use crate::series_step::SeriesStep;
 use crate::whole_sample::{SampleParts, WholeSample};
 use crate::whole_step::{StepParts, WholeStep};
 use bksim_mbs::constraint::Source;
@@ -67,8 +66,6 @@ pub struct CompiledSystem {
     pub(crate) unrolled: Option<Function>,
     /// A whole step of small mechanisms whose loads follow no law.
     pub(crate) step: Option<Arc<WholeStep>>,
-    /// The same by Taylor series, where nothing has power.
-    pub(crate) series: Option<Arc<SeriesStep>>,
     /// A whole sample, of the same mechanisms as a whole step.
     pub(crate) sample: Option<Arc<WholeSample>>,
     /// The unknowns (q, v, W) of explicit steps, W the work of loads and drives.
@@ -141,7 +138,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let dynamics = function(&dynamics, &[&q, &v, u, &pressing_lambda])?;
     let unrolled =
         pressing.is_none().then(|| solved_with_factors(&shape, dynamics.tape())).flatten();
-    let unrolled = unrolled.map(|line| Function::of(line, model).in_lanes(model));
+    let unrolled = unrolled.map(|line| Function::of(line, model));
     // Constraints at positions, energies, reactions.
     let closed = system.constraints.iter().map(|c| c.expression);
     let constraints: Vec<Expr> =
@@ -153,7 +150,6 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let energy = energy_outputs(pool, system);
     let is_powered = !pool.is_zero(energy[2]);
     let power = is_powered.then(|| function(&energy[2..], &[&q, &v, &lambda, u])).transpose()?;
-    let power = power.map(|power| if unrolled.is_some() { power.in_lanes(model) } else { power });
     let inputs = Inputs::of(model);
     let step = unrolled.as_ref().filter(|_| inputs.is_empty()).map(|line| {
         Arc::new(StepParts {
@@ -196,10 +192,6 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         pressing,
         bearings: bearings(model),
         unrolled,
-        series: step
-            .clone()
-            .filter(|parts| parts.power.is_none())
-            .map(|parts| Arc::new(SeriesStep::new(parts, model.solve.jit))),
         step: step.map(|parts| Arc::new(WholeStep::new(parts, model.solve.jit))),
         sample: sample.map(|parts| Arc::new(WholeSample::new(parts, model.solve.jit))),
         constraints,
@@ -278,11 +270,6 @@ impl CompiledSystem {
     /// The sampled signals at these values of the model's own parameters.
     pub(crate) fn sampling(&self, parameters: &[f64]) -> Sampling<'_> {
         self.sampled.at(parameters, &self.inputs)
-    }
-
-    /// Whether accelerations can be had at several states at once.
-    pub(crate) fn has_lanes(&self) -> bool {
-        self.unrolled.is_some() && self.inputs.is_empty()
     }
 
     /// Number of generalised coordinates.

@@ -3,11 +3,16 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use bksim_dae::{LANES, Lanes};
 use bksim_expr::{
     Expr, Jit, LaneRunner, LaneValues, LaneWorkspace, Runner, SymbolId, Tape, TapeError, Workspace,
 };
 use bksim_model::Model;
+
+/// Points at which a function in lanes is evaluated at once.
+pub(crate) const LANES: usize = 4;
+
+/// A number at each of them.
+pub(crate) type Lanes = [f64; LANES];
 
 /// Expressions compiled as one function of numbers, as machine code where the model asks for it.
 #[derive(Clone, Debug)]
@@ -44,13 +49,6 @@ impl Buffers {
     /// Those of a function of these parameters.
     pub(crate) fn new(parameters: Arc<[f64]>) -> Self {
         Self { parameters, room: None }
-    }
-}
-
-impl LaneBuffers {
-    /// The results of the last evaluation.
-    pub(crate) fn results(&self) -> &[Lanes] {
-        &self.results
     }
 }
 

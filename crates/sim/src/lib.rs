@@ -31,7 +31,6 @@ pub mod redundancy;
 pub mod run;
 pub mod sampled;
 pub mod sensitivity;
-mod series_step;
 mod simulation;
 pub mod start;
 mod start_error;

@@ -14,7 +14,6 @@ mod explicit;
 pub(crate) mod hold;
 mod holding;
 pub(crate) mod implicit;
-mod lanes;
 pub(crate) mod mechanism;
 mod motion;
 mod observer;
@@ -39,7 +38,6 @@ use bksim_dae::SolveError;
 
 pub use self::checkpoint::{RunCheckpoint, Unfit};
 pub use self::ensemble::{ensemble_size, run_together};
-pub use self::explicit::explicit_method;
 pub use self::observer::{Observer, Segment, WithSensitivities};
 pub use self::pace::Slowness;
 pub use self::problem::Problem;

@@ -93,8 +93,7 @@ fn parameters_and_all_that_depends_on_them() {
 }
 
 #[test]
-fn samples_that_no_output_needs_choose_the_method_all_the_same() {
-    // With so few samples at this tolerance, a run is extrapolated; with more it is not.
+fn samples_that_no_output_needs_change_no_bit() {
     for every in ["0.1", "0.001"] {
         let text =
             press().replace("every = \"0.02 s\"", &format!("every = \"{every} s\"\nrtol = 1e-9"));

@@ -6,10 +6,16 @@
 //! r_1 = y1 − y0,  r_2 = h f0 − r_1,  r_3 = r_1 − h f1 − r_2,  r_{4+k} = h Σ_j d_kj k_j
 //! ```
 //!
-//! with more terms of the same kind where the method is of a higher order. HNW1 §II.6 (E. Hairer, S. P. Nørsett, G. Wanner, *Solving Ordinary Differential Equations I*);
+//! HNW1 §II.6 (E. Hairer, S. P. Nørsett, G. Wanner, *Solving Ordinary Differential Equations I*);
 //! the form of `DOP853`.
 
 use super::sums_into;
+
+/// Stages of the method of Dormand and Prince without those of its continuous extension.
+pub(crate) const N_STAGES: usize = 12;
+
+/// Terms of the continuous extension, the degree of its polynomial.
+pub(crate) const N_TERMS: usize = 7;
 
 /// The polynomial of the last accepted step; its buffers are allocated once.
 #[derive(Clone, Debug)]
@@ -18,18 +24,13 @@ pub(crate) struct ContinuousExtension {
     pub(crate) h: f64,
     /// State at `t0`, length `n`.
     pub(crate) y0: Vec<f64>,
-    /// `r_1 … r_7`, or more, one after the other.
+    /// `r_1 … r_7`, one after the other.
     pub(crate) terms: Vec<f64>,
-    /// Their number, the degree of the polynomial.
-    pub(crate) degree: usize,
-    /// Evaluations of `f` in sequence that the method takes for a step.
-    pub(crate) n_stages: usize,
 }
 
 impl ContinuousExtension {
-    pub(crate) fn new(n: usize, degree: usize, n_stages: usize) -> Self {
-        let (y0, terms) = (vec![0.0; n], vec![0.0; degree * n]);
-        Self { t0: 0.0, h: 0.0, y0, terms, degree, n_stages }
+    pub(crate) fn new(n: usize) -> Self {
+        Self { t0: 0.0, h: 0.0, y0: vec![0.0; n], terms: vec![0.0; N_TERMS * n] }
     }
 
     /// The first three terms of unknown `i`, from its derivative at the start and both at the end.
@@ -46,7 +47,7 @@ impl ContinuousExtension {
     pub(crate) fn value_into(&self, theta: f64, out: &mut [f64]) {
         // Even terms have the factor θ, odd ones the factor 1 − θ.
         let factors = [theta, 1.0 - theta];
-        sums_into(&self.terms, self.degree, out, |k, inner| factors[k % 2] * inner);
+        sums_into(&self.terms, N_TERMS, out, |k, inner| factors[k % 2] * inner);
         out.iter_mut().zip(&self.y0).for_each(|(value, y0)| *value += y0);
     }
 
@@ -54,15 +55,15 @@ impl ContinuousExtension {
     pub(crate) fn derivative_into(&self, theta: f64, out: &mut [f64]) {
         let n = self.y0.len();
         for (i, out) in out.iter_mut().enumerate() {
-            let (_, slope) = horner(self.degree, theta, |k| self.terms[k * n + i]);
+            let (_, slope) = horner(theta, |k| self.terms[k * n + i]);
             *out = slope / self.h;
         }
     }
 }
 
 /// `u(θ) − y0` and its derivative by `θ`, from the inside out.
-fn horner(n_terms: usize, theta: f64, term: impl Fn(usize) -> f64) -> (f64, f64) {
-    (0..n_terms).rev().fold((0.0, 0.0), |(value, slope), k| {
+fn horner(theta: f64, term: impl Fn(usize) -> f64) -> (f64, f64) {
+    (0..N_TERMS).rev().fold((0.0, 0.0), |(value, slope), k| {
         let inner = term(k) + value;
         // Even terms have the factor θ, odd ones the factor 1 − θ.
         if k % 2 == 0 {
@@ -71,9 +72,4 @@ fn horner(n_terms: usize, theta: f64, term: impl Fn(usize) -> f64) -> (f64, f64)
             ((1.0 - theta) * inner, (1.0 - theta) * slope - inner)
         }
     })
-}
-
-/// The factor of term `k` of so many in `u(θ)`, and its derivative.
-pub(crate) fn basis(n_terms: usize, k: usize, theta: f64) -> (f64, f64) {
-    horner(n_terms, theta, |j| if j == k { 1.0 } else { 0.0 })
 }

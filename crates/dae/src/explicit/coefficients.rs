@@ -10,10 +10,8 @@
 //! Stages count from zero. Stage 12 is the derivative at the end of the step, the first stage of
 //! the next one; stages 13 to 15 serve the extension only.
 
-/// Stages of the method itself.
-pub(super) const N_STAGES: usize = 12;
-/// Terms of the continuous extension.
-pub(super) const N_TERMS: usize = 7;
+pub(super) use crate::dense::{N_STAGES, N_TERMS};
+
 /// Stages with those of the continuous extension.
 pub(super) const N_EXTENDED: usize = 16;
 

@@ -4,7 +4,7 @@
 //! h_new = 0.9 h err^{−α} err_old^{β},  α = 1/p − 0.2 β
 //! ```
 //!
-//! `p` is the order of the error estimate plus one: 8 for the method of Dormand and Prince.
+//! `p` is the order of the error estimate plus one, 8.
 
 use crate::noise::Noise;
 
@@ -13,6 +13,10 @@ use crate::noise::Noise;
 /// to 25, and a third of a digit more for the same work. Beyond 0.1 the exponents nearly cancel and the step
 /// grows only far below the tolerance.
 const MEMORY: f64 = 0.56;
+/// 1/p.
+const EXPONENT: f64 = 1.0 / 8.0;
+const BETA: f64 = MEMORY * EXPONENT;
+const ALPHA: f64 = EXPONENT - 0.2 * BETA;
 const SAFETY: f64 = 0.9;
 /// Largest growth and strongest cut of one step.
 const MAX_GROWTH: f64 = 6.0;
@@ -27,8 +31,6 @@ const OF_NOISE: f64 = 3.0;
 /// State of the controller between two steps.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct PiController {
-    /// 1/p.
-    pub(super) exponent: f64,
     last_error: f64,
     /// Its part in the size of the next step, known before the error of the next one is.
     memory: f64,
@@ -40,10 +42,9 @@ pub(super) struct PiController {
 }
 
 impl PiController {
-    /// Before the first step, for estimates of this order plus one.
-    pub(super) fn new(p: usize) -> Self {
+    /// Before the first step.
+    pub(super) fn new() -> Self {
         let mut controller = Self {
-            exponent: 1.0 / p as f64,
             last_error: 1.0,
             memory: 1.0,
             is_retry: false,
@@ -62,11 +63,7 @@ impl PiController {
     /// Remembers the error of an accepted step.
     pub(super) fn remember(&mut self, error: f64) {
         self.last_error = error.max(MIN_REMEMBERED_ERROR);
-        self.memory = self.last_error.powf(self.beta());
-    }
-
-    fn beta(&self) -> f64 {
-        MEMORY * self.exponent
+        self.memory = self.last_error.powf(BETA);
     }
 
     /// Compares an attempt with the larger one before it, if that was rejected: the power of the size by which the
@@ -82,8 +79,7 @@ impl PiController {
 
     /// The size of the step after an accepted one of size `h`.
     pub(super) fn after_accept(&mut self, h: f64, error: f64) -> f64 {
-        let alpha = self.exponent - 0.2 * self.beta();
-        let proposed = SAFETY * error.max(1e-12).powf(-alpha) * self.memory;
+        let proposed = SAFETY * error.max(1e-12).powf(-ALPHA) * self.memory;
         let factor = proposed.clamp(MAX_CUT, if self.is_retry { 1.0 } else { MAX_GROWTH });
         self.remember(error);
         self.is_retry = false;
@@ -94,7 +90,7 @@ impl PiController {
     pub(super) fn after_reject(&mut self, h: f64, error: f64) -> f64 {
         self.rejected = error.is_finite().then_some((h, error));
         self.is_retry = true;
-        let factor = SAFETY * error.powf(-(self.exponent - 0.2 * self.beta()));
+        let factor = SAFETY * error.powf(-ALPHA);
         h * if factor.is_finite() { factor.clamp(MAX_CUT, SAFETY) } else { MAX_CUT }
     }
 

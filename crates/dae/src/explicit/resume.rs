@@ -24,7 +24,6 @@ impl<S: Ode> ExplicitSolver<S> {
         self.controller.noise.save(&mut saver);
         saver.count(self.stiffness.n_beyond);
         saver.count(self.stiffness.n_within);
-        saver.flag(self.stages.has_series());
         saver.stats(&self.stats);
         saver.finish(Method::Explicit)
     }
@@ -52,9 +51,6 @@ impl<S: Ode> ExplicitSolver<S> {
         solver.controller.noise = Noise::load(&mut loader)?;
         solver.stiffness.n_beyond = loader.count()?;
         solver.stiffness.n_within = loader.count()?;
-        if !loader.flag()? {
-            solver.stages.forget_series();
-        }
         solver.stats = loader.stats()?;
         Ok(solver)
     }

@@ -1,16 +1,13 @@
 //! One attempt at an explicit step: stages, result, error estimate, extension. No policy.
 
-use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES, N_TERMS};
+use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES};
 use super::derivative;
-use super::extrapolation::{Ends, Extrapolation};
-use super::picard::{self, Picard};
 use super::straight_line::StepVectors;
 use super::sums::{Columns, combine};
-use super::taylor::{SeriesVector, TaylorSeries};
-use crate::dense::{ContinuousExtension, TaylorPolynomial};
+use crate::dense::ContinuousExtension;
 use crate::error::WorstUnknown;
 use crate::scale::{Scale, Unit};
-use crate::settings::{ExplicitMethod, Settings};
+use crate::settings::Settings;
 use crate::stats::Stats;
 use crate::system::{ExtendedStep, Layout, NotFinite, Ode, StepSpan};
 
@@ -35,10 +32,6 @@ pub(super) struct StageWork {
     whole: Vec<f64>,
     /// True where the stages, the end before any projection and the errors are among those alone.
     is_whole: bool,
-    /// In the place of the stages.
-    extrapolation: Option<Box<(Extrapolation, Picard)>>,
-    /// In the place of the stages wherever it is known.
-    series: Option<Box<TaylorSeries>>,
 }
 
 impl StageWork {
@@ -57,75 +50,6 @@ impl StageWork {
             unit: Unit::new(settings),
             whole: Vec::new(),
             is_whole: false,
-            extrapolation: match settings.explicit {
-                ExplicitMethod::Extrapolation { columns } => {
-                    Some(Box::new((Extrapolation::new(n, columns), Picard::new(n))))
-                }
-                _ => None,
-            },
-            series: match settings.explicit {
-                ExplicitMethod::Taylor { order } => {
-                    Some(Box::new(TaylorSeries::new(n, order, settings.rtol)))
-                }
-                _ => None,
-            },
-        }
-    }
-
-    /// Room for the dense output of a step.
-    pub(super) fn extension(&self) -> ContinuousExtension {
-        let n = self.f1.len();
-        match &self.extrapolation {
-            None => ContinuousExtension::new(n, N_TERMS, N_STAGES),
-            Some(method) => ContinuousExtension::new(n, picard::N_TERMS, method.0.n_stages()),
-        }
-    }
-
-    /// Room for the dense output of a step by a series.
-    pub(super) fn polynomial(&self) -> Option<TaylorPolynomial> {
-        self.series.as_ref().map(|series| series.polynomial())
-    }
-
-    /// True where the next step is taken by a series.
-    pub(super) fn has_series(&self) -> bool {
-        known(self.series.as_deref()).is_some()
-    }
-
-    /// Has the next step taken by stages.
-    pub(super) fn forget_series(&mut self) {
-        if let Some(series) = &mut self.series {
-            series.forget();
-        }
-    }
-
-    /// Develops the solution through `(t, y)`, where the method is one of series; the size of the step that they
-    /// serve for, or `None` where it is taken by stages.
-    pub(super) fn develop<S: Ode>(
-        &mut self,
-        system: &mut S,
-        (t, y): (f64, &[f64]),
-        longest: f64,
-        stats: &mut Stats,
-    ) -> Option<f64> {
-        let Self { series, scale, unit, .. } = self;
-        let series = series.as_mut()?;
-        scale.weigh(unit, [y, y]);
-        stats.n_residual += 1;
-        series.develop(system, (t, y), scale, longest)
-    }
-
-    /// Hands the series of the step that was just accepted over to its dense output.
-    pub(super) fn hand_over(&mut self, polynomial: &mut TaylorPolynomial) {
-        let Self { series, y1, .. } = self;
-        if let Some(series) = series {
-            series.hand_over(polynomial, y1.values());
-        }
-    }
-
-    /// Forgets the step that was tried last: the run goes on from elsewhere.
-    pub(super) fn leave(&mut self) {
-        if let Some(series) = &mut self.series {
-            series.leave();
         }
     }
 
@@ -142,7 +66,7 @@ impl StageWork {
         derivative(system, t, y, out, stats)
     }
 
-    /// Stages 1 to 11, or the series, and `y1`, from `(y, f(t, y))`.
+    /// Stages 1 to 11 and `y1`, from `(y, f(t, y))`.
     pub(super) fn step<S: Ode>(
         &mut self,
         system: &mut S,
@@ -150,23 +74,13 @@ impl StageWork {
         (y, ydot): (&[f64], &[f64]),
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
-        self.is_whole = false;
-        if let Some(series) = known_mut(self.series.as_deref_mut()) {
-            if !series.step(system, span, y) {
-                self.y1.values_mut().copy_from_slice(series.vector(SeriesVector::End));
-            }
-            return Ok(());
-        }
-        self.is_whole = self.extrapolation.is_none() && self.whole(system, span, (y, ydot));
+        self.is_whole = self.whole(system, span, (y, ydot));
         if self.is_whole {
             stats.n_residual += N_STAGES - 1;
             return Ok(());
         }
         self.y0.values_mut().copy_from_slice(y);
         self.k.column_mut(0).copy_from_slice(ydot);
-        if self.extrapolation.is_some() {
-            return self.extrapolate(system, (t, h), ydot, stats);
-        }
         for i in 1..N_STAGES {
             self.stage(system, i, (t, h), stats)?;
         }
@@ -191,32 +105,10 @@ impl StageWork {
 
     /// The error estimates of order 5 and 3.
     fn errors(&self) -> [&[f64]; 2] {
-        if let Some(series) = known(self.series.as_deref()) {
-            return [series.last_term(); 2];
-        }
         if self.is_whole {
             return StepVectors::new(self.f1.len(), &self.whole).errors();
         }
         [self.error5.values(), self.error3.values()]
-    }
-
-    /// `y1` by extrapolation; what stage 11 is otherwise, a state near it is here.
-    fn extrapolate<S: Ode>(
-        &mut self,
-        system: &mut S,
-        at: (f64, f64),
-        ydot: &[f64],
-        stats: &mut Stats,
-    ) -> Result<(), NotFinite> {
-        let Self { extrapolation, y0, y1, k, last_argument, error5: error, argument, .. } = self;
-        let Some(method) = extrapolation else { return Ok(()) };
-        let (near, f_near) = (last_argument.values_mut(), k.column_mut(N_STAGES - 1));
-        let mut ends = Ends { y1, error, near, f_near };
-        let found = method.0.step(system, at, (y0.values(), ydot), &mut ends, stats);
-        if found.is_err() {
-            method.0.argument_into(argument.values_mut());
-        }
-        found
     }
 
     fn stage<S: Ode>(
@@ -232,14 +124,8 @@ impl StageWork {
 
     /// The error estimate in units of the tolerance, and [`StageWork::worst`] prepared.
     pub(super) fn error(&mut self, h: f64, y: &[f64]) -> f64 {
-        if let Some(series) = known(self.series.as_deref()) {
-            return series.error(h);
-        }
         // The larger of both ends is the magnitude an error is relative to.
         self.scale.weigh(&self.unit, [y, self.y1.values()]);
-        if self.extrapolation.is_some() {
-            return self.scale.rms(self.error5.values());
-        }
         if !self.is_whole {
             combine(h, E5, &self.k, None, &mut self.error5);
             combine(h, E3, &self.k, None, &mut self.error3);
@@ -258,14 +144,6 @@ impl StageWork {
         t1: f64,
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
-        if let Some(series) = known_mut(self.series.as_deref_mut())
-            && series.finish(system, t1, stats)?
-        {
-            stats.n_residual += 2;
-            self.y1.values_mut().copy_from_slice(series.vector(SeriesVector::ProjectedEnd));
-            self.f1.copy_from_slice(series.vector(SeriesVector::EndDerivative));
-            return Ok(());
-        }
         if self.is_whole && system.whole_end(t1, &self.whole, self.y1.values_mut(), &mut self.f1) {
             stats.n_residual += 1;
             return Ok(());
@@ -280,21 +158,13 @@ impl StageWork {
 
     /// `|h| ρ`, see `stiffness`; zero where the two states are as good as one.
     pub(super) fn stability(&self, h: f64) -> f64 {
-        /// The last term of a step by a series that is shorter than its error asks for, in tolerances: rounding.
-        const NOTHING: f64 = 1e-2;
-        let series = known(self.series.as_deref());
-        let (last, argument) = if let Some(series) = series {
-            (series.vector(SeriesVector::NearDerivative), series.vector(SeriesVector::Near))
-        } else if self.is_whole {
+        let (last, argument) = if self.is_whole {
             let step = StepVectors::new(self.f1.len(), &self.whole);
             (step.k(N_STAGES - 1), step.last_argument())
         } else {
             (self.k.column(N_STAGES - 1), self.last_argument.values())
         };
         let distance = self.scale.rms_of_difference(self.y1.values(), argument);
-        if series.is_some() && distance < NOTHING {
-            return 0.0;
-        }
         let ratio = self.scale.rms_of_difference(&self.f1, last) / distance;
         if ratio.is_finite() { ratio * h.abs() } else { 0.0 }
     }
@@ -309,10 +179,6 @@ impl StageWork {
         stats: &mut Stats,
     ) -> Result<(), NotFinite> {
         let (n, at) = (y1.len(), (last.t0, last.h));
-        if let Some(method) = &mut self.extrapolation {
-            let ends = (self.k.column(0), y1, f1);
-            return method.1.extend(system, last, ends, &self.scale, stats);
-        }
         if self.is_whole {
             // Where the step has been accepted, the run has left its first derivative in exchange for the last.
             let (t, h, y, f0) = (last.t0, last.h, &last.y0[..], &self.f1[..]);
@@ -383,13 +249,4 @@ impl StageWork {
     pub(super) fn worst(&self, layout: &Layout) -> Vec<WorstUnknown> {
         self.scale.worst(layout, self.errors()[0])
     }
-}
-
-/// The series from where the run is, if the next step is taken by it.
-fn known(series: Option<&TaylorSeries>) -> Option<&TaylorSeries> {
-    series.filter(|series| series.is_known())
-}
-
-fn known_mut(series: Option<&mut TaylorSeries>) -> Option<&mut TaylorSeries> {
-    series.filter(|series| series.is_known())
 }

@@ -5,7 +5,10 @@
 //! ```
 //!
 //! for the argument `Y` of the last stage, close to `y1` at the same time. The method is stable on
-//! the negative axis up to [`crate::ExplicitMethod::stable_range`].
+//! the negative axis up to [`STABLE_RANGE`].
+
+/// The largest `|h| ρ` of a decaying motion for which steps are stable: code of `DOP853`.
+pub const STABLE_RANGE: f64 = 6.1;
 
 /// So many steps beyond the stable range are stiffness,
 const STIFF_AFTER: usize = 15;
@@ -22,10 +25,10 @@ pub(super) struct StiffnessTest {
 }
 
 impl StiffnessTest {
-    /// Takes note of `h ρ` of an accepted step, and how large it may be.
-    pub(super) fn observe(&mut self, h_rho: f64, stable_range: f64) {
+    /// Takes note of `h ρ` of an accepted step.
+    pub(super) fn observe(&mut self, h_rho: f64) {
         self.last = h_rho;
-        if h_rho > stable_range {
+        if h_rho > STABLE_RANGE {
             self.n_beyond += 1;
             self.n_within = 0;
         } else if self.n_beyond > 0 {

@@ -139,25 +139,6 @@ fn record_sum<R: Recorder>(
     sums
 }
 
-/// Arithmetic that is carried out at once.
-pub(super) struct Eager;
-
-impl Recorder for Eager {
-    type Value = f64;
-
-    fn constant(&mut self, value: f64) -> f64 {
-        value
-    }
-
-    fn add(&mut self, a: f64, b: f64) -> f64 {
-        a + b
-    }
-
-    fn multiply(&mut self, a: f64, b: f64) -> f64 {
-        a * b
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -165,6 +146,25 @@ mod tests {
     use crate::run::{Control, Start};
     use crate::settings::Settings;
     use crate::system::{ExtendedStep, Index, Layout, NotFinite, Ode, StepSpan};
+
+    /// Arithmetic that is carried out at once.
+    struct Eager;
+
+    impl Recorder for Eager {
+        type Value = f64;
+
+        fn constant(&mut self, value: f64) -> f64 {
+            value
+        }
+
+        fn add(&mut self, a: f64, b: f64) -> f64 {
+            a + b
+        }
+
+        fn multiply(&mut self, a: f64, b: f64) -> f64 {
+            a * b
+        }
+    }
 
     /// A driven oscillator of Van der Pol, which has whole steps or not.
     struct Oscillator {

@@ -15,9 +15,6 @@ pub(super) const WIDTH: usize = 8;
 
 pub(super) type Block = [f64; WIDTH];
 
-/// Columns of a table that is extrapolated, at most.
-pub(crate) const MOST_COLUMNS: usize = 7;
-
 /// A number for every unknown, or several such columns, in blocks.
 #[derive(Clone, Debug)]
 pub(super) struct Columns {
@@ -94,63 +91,6 @@ impl WithSimd for Combine<'_> {
                 }
             }
             *out = sum;
-        }
-    }
-}
-
-/// The table of Aitken and Neville in `1/n_j²`, `n_j = 2 j`, from its first entries `T_j1`: its last entry,
-/// and by how much that differs from the one before in its row.
-pub(super) fn extrapolate(first: &Columns, end: &mut Columns, change: &mut Columns) {
-    run(Extrapolate { first, end, change });
-}
-
-/// `1/((n_j/n_{j−l})² − 1)`, with `j` counted from zero here.
-const WEIGHTS: [[f64; MOST_COLUMNS]; MOST_COLUMNS] = {
-    let mut weights = [[0.0; MOST_COLUMNS]; MOST_COLUMNS];
-    let mut j = 1;
-    while j < MOST_COLUMNS {
-        let mut l = 1;
-        while l <= j {
-            let [lower, upper] = [(j + 1 - l).pow(2), (j + 1).pow(2)];
-            weights[j][l] = lower as f64 / (upper - lower) as f64;
-            l += 1;
-        }
-        j += 1;
-    }
-    weights
-};
-
-struct Extrapolate<'a> {
-    first: &'a Columns,
-    end: &'a mut Columns,
-    change: &'a mut Columns,
-}
-
-impl WithSimd for Extrapolate<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { first, end, change } = self;
-        for b in 0..first.n_blocks {
-            let mut table = [[0.0; WIDTH]; MOST_COLUMNS];
-            let own = first.blocks.iter().skip(b).step_by(first.n_blocks);
-            let s = table.iter_mut().zip(own).map(|(row, own)| *row = *own).count();
-            let mut last = [0.0; WIDTH];
-            for l in 1..s {
-                for j in (l..s).rev() {
-                    let weight = WEIGHTS[j][l];
-                    let (shorter, longer) = (table[j - 1], &mut table[j]);
-                    for lane in 0..WIDTH {
-                        last[lane] = (longer[lane] - shorter[lane]) * weight;
-                        longer[lane] += last[lane];
-                    }
-                    if j + 1 == s {
-                        change.blocks[b] = last;
-                    }
-                }
-            }
-            end.blocks[b] = table[s - 1];
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The coefficients against all order conditions, written as rooted trees.
 
-use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES, N_TERMS, Term};
+use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES, Term};
 use crate::dense::ContinuousExtension;
 
 /// A rooted tree: the subtrees of its root, each by its index in the list of all trees.
@@ -114,8 +114,7 @@ fn the_extension_has_order_seven_everywhere() {
         let second = phi[0] - change;
         let mut terms = vec![change, second, change - phi[N_STAGES] - second];
         terms.extend(D.iter().map(|row| sum(row, &phi)));
-        let extension =
-            ContinuousExtension { h: 1.0, terms, ..ContinuousExtension::new(1, N_TERMS, N_STAGES) };
+        let extension = ContinuousExtension { h: 1.0, terms, ..ContinuousExtension::new(1) };
         for theta in [0.1, 0.3, 0.5, 0.8, 1.0] {
             let (mut value, mut slope) = ([0.0], [0.0]);
             extension.value_into(theta, &mut value);

@@ -14,13 +14,6 @@ use crate::op::Function;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Value(Register);
 
-impl Value {
-    /// Parameter number `i`.
-    pub(super) fn parameter(i: usize) -> Self {
-        Self(Register::Parameter(index(i)))
-    }
-}
-
 /// A tape in the making. Whatever two calls compute alike, from the same values, is computed once.
 ///
 /// All tapes that it is made of are functions of the same parameters, which become those of the whole.
@@ -178,10 +171,6 @@ impl Composition {
         assert_eq!(function.arity(), operands.len(), "number of operands");
         let operands = std::array::from_fn(|i| *operands.get(i).unwrap_or(&operands[0]));
         self.emit_three(Action::Call(function), operands)
-    }
-
-    pub(super) fn n_parameters(&self) -> usize {
-        self.n_parameters
     }
 
     /// Any operation; operands that it does not take are not read.

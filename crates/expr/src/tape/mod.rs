@@ -17,14 +17,12 @@ mod emitter;
 mod latency;
 mod register;
 mod schedule;
-mod series;
 mod share;
 
 use crate::op::Function;
 use crate::pool::SymbolId;
 
 pub use self::composition::{Composition, Value};
-pub use self::series::{Coefficient, TapeSeries};
 
 /// Reason why outputs cannot be compiled.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]

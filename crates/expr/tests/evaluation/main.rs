@@ -7,7 +7,6 @@ mod derivatives;
 mod differential;
 mod evaluators;
 mod gradient;
-mod series;
 mod ways;
 
 #[path = "../common/mod.rs"]

@@ -135,9 +135,4 @@ impl MultiplierSystem {
     pub(crate) fn take_stage(&mut self, factors: &[f64]) {
         self.elimination.take(factors.iter().copied());
     }
-
-    /// Takes the factors of one of these states.
-    pub(crate) fn take_lane<const N: usize>(&mut self, (factors, lane): (&[[f64; N]], usize)) {
-        self.elimination.take(factors.iter().map(|factor| factor[lane]));
-    }
 }

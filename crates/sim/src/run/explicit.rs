@@ -1,8 +1,8 @@
-//! [`ExplicitStepper`]: the steps of explicit methods.
+//! [`ExplicitStepper`]: explicit steps, by the method of Dormand and Prince.
 
 use bksim_dae::{
-    Advance, Checkpoint, ExplicitMethod, ExplicitSolver, Loader, Method, Noise, Saver, SolveError,
-    Standstill, Start as From, Stats, Step, StepSpan,
+    Advance, Checkpoint, ExplicitSolver, Loader, Method, Noise, Saver, SolveError, Standstill,
+    Start as From, Stats, Step, StepSpan,
 };
 
 use super::dense::DenseOutput;
@@ -10,16 +10,14 @@ use super::ending::PhaseEnd;
 use super::mechanism::PhaseMechanism;
 use super::motion::ExplicitMotion;
 use super::problem::Problem;
-use super::race::{ExplicitPace, LARGE};
 use super::singular::{CLOSE, FLAT, NOTICEABLE, REGULAR, Sighting, SingularMonitor};
 use super::stepper::Stepper;
-use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::hybrid::EventMonitor;
 use crate::multiplier::MultiplierSystem;
 use crate::state::State;
 use crate::whole_step::PendingStep;
-use bksim_model::{self, Outputs, SolveOptions};
+use bksim_model;
 
 /// Explicit steps of a run.
 pub(super) struct ExplicitStepper<'a> {
@@ -32,51 +30,8 @@ pub(super) struct ExplicitStepper<'a> {
     passing: Option<f64>,
     /// Whether Radau takes over where the motion turns stiff.
     yields_to_radau: bool,
-    method: ExplicitMethod,
     /// True where its attempts are taken together with those of other runs, each when all are.
     is_abreast: bool,
-}
-
-/// The explicit method of a mechanism: what its options ask for, or the one with the least work, where nothing keeps its
-/// steps from being taken: for all but Dormand and Prince, no singular pose is passed, and no event can end them.
-pub fn explicit_method(compiled: &CompiledSystem, options: &SolveOptions) -> ExplicitMethod {
-    if options.method != bksim_model::Method::Auto || options.step.is_some() {
-        return ExplicitMethod::DormandPrince;
-    }
-    let is_extrapolated = pays_in_lanes(compiled) && pays_extrapolated(options);
-    let rtol = ExplicitMotion::settings(options, compiled.nq()).rtol;
-    let series = compiled.series.as_ref();
-    if let Some(order) = series.and_then(|series| series.cheapest_order(rtol, is_extrapolated)) {
-        return ExplicitMethod::Taylor { order };
-    }
-    if is_extrapolated {
-        ExplicitMethod::Extrapolation { columns: 7 }
-    } else {
-        ExplicitMethod::DormandPrince
-    }
-}
-
-/// True where four states at once, with what surrounds each evaluation, are less work than the stages of a whole step:
-/// those of the car axis are (146 operations), those of the slider-crank (206) are as much.
-fn pays_in_lanes(compiled: &CompiledSystem) -> bool {
-    const LARGEST: usize = 200;
-    let line = compiled.unrolled.as_ref().filter(|_| compiled.has_lanes());
-    line.is_some_and(|line| line.tape().operation_count() <= LARGEST)
-}
-
-/// True where extrapolation needs less work than the method of Dormand and Prince. Its dense output is dear, so that
-/// outputs must be few.
-fn pays_extrapolated(options: &SolveOptions) -> bool {
-    const FEW: f64 = 20.0;
-    let n_outputs = match &options.outputs {
-        Outputs::Even => (options.t_end - options.t_start).abs() / options.interval(),
-        // Whoever holds a run asks for any instant.
-        Outputs::Times(times) if !times.is_empty() => times.len() as f64,
-        Outputs::Times(_) | Outputs::Steps => f64::INFINITY,
-    };
-    // Measured on four mechanisms: at looser tolerances steps are so few and long that fewer stages are as cheap, at
-    // tighter ones rounding is near.
-    n_outputs <= FEW && (1e-11..=1e-8).contains(&options.rtol)
 }
 
 /// The state that a phase of explicit steps begins with.
@@ -108,24 +63,7 @@ impl<'a> ExplicitStepper<'a> {
         let motion = ExplicitMotion::new(mechanism.compiled(), parameters, multipliers.clone());
         let y = [q.as_slice(), v, &[work]].concat();
         let from = From { t: *t, ydot: vec![0.0; y.len()], y };
-        let mut settings = ExplicitMotion::settings(options, q.len());
-        let is_whole = multipliers.active_rows().len() == mechanism.compiled().nc();
-        let compiled = mechanism.compiled();
-        let is_regular = is_whole && passing.is_none() && monitor.is_none();
-        let (method, motion) = match explicit_method(compiled, options) {
-            by_series @ ExplicitMethod::Taylor { order } if is_regular => {
-                let function = compiled.series.as_ref().and_then(|series| series.function(order));
-                match function {
-                    Some(function) => (by_series, motion.by_series(function)),
-                    None => (ExplicitMethod::DormandPrince, motion),
-                }
-            }
-            in_lanes @ ExplicitMethod::Extrapolation { .. } if is_regular => {
-                (in_lanes, motion.in_lanes(parameters))
-            }
-            _ => (ExplicitMethod::DormandPrince, motion),
-        };
-        settings.explicit = method;
+        let settings = ExplicitMotion::settings(options, q.len());
         let mut margin = 1.0;
         let solver = match saved {
             None => ExplicitSolver::new(motion, from, t_end, settings)?,
@@ -150,7 +88,6 @@ impl<'a> ExplicitStepper<'a> {
             first_margin: 1.0,
             least_margin: 1.0,
             passing,
-            method,
             is_abreast: false,
             yields_to_radau: options.method == bksim_model::Method::Auto && passing.is_none(),
         })
@@ -171,7 +108,7 @@ impl Stepper for ExplicitStepper<'_> {
 
     fn pending(&self) -> Option<PendingStep<'_>> {
         let motion = self.solver.system();
-        if self.method != ExplicitMethod::DormandPrince || !motion.has_whole_steps() {
+        if !motion.has_whole_steps() {
             return None;
         }
         let (span, y, ydot) = self.solver.pending()?;
@@ -240,17 +177,8 @@ impl Stepper for ExplicitStepper<'_> {
         (self.yields_to_radau && solver.is_stiff()).then_some(PhaseEnd::Stiff)
     }
 
-    fn explicit_pace(&self) -> ExplicitPace {
-        // Of longer steps, accuracy leaves less of the stable range.
-        const FAR: f64 = 0.25;
-        let h_rho = self.solver.stability();
-        let of_long_steps = h_rho * LARGE / (FAR * self.method.stable_range());
-        match self.method {
-            ExplicitMethod::DormandPrince => ExplicitPace { h_rho, work: 1 },
-            // Measured on the car axis: 3.3.
-            ExplicitMethod::Extrapolation { .. } => ExplicitPace { h_rho: of_long_steps, work: 3 },
-            ExplicitMethod::Taylor { .. } => ExplicitPace { h_rho: of_long_steps, work: 1 },
-        }
+    fn stability(&self) -> f64 {
+        self.solver.stability()
     }
 
     fn noise(&self) -> Noise {

@@ -8,8 +8,6 @@
 
 use bksim_dae::{Attempt, Loader, Saver, SolveError};
 
-use super::singular::CLOSE;
-
 /// Rank margin of an attempt that is near a pose: mechanisms that pass none hardly come so near to one, and nearer, steps
 /// have become too short to pass over where rounding is large.
 const NEAR: f64 = 0.02;
@@ -27,21 +25,15 @@ pub(super) struct Holding {
     is_useless: bool,
     /// The least rank margin of the attempt.
     least_margin: f64,
-    /// The rank margin of an attempt that is near a pose.
-    near: f64,
+}
+
+impl Default for Holding {
+    fn default() -> Self {
+        Self { is_on: false, is_useless: false, least_margin: 1.0 }
+    }
 }
 
 impl Holding {
-    /// Of stages one by one.
-    pub(super) fn of_one() -> Self {
-        Self { is_on: false, is_useless: false, least_margin: 1.0, near: NEAR }
-    }
-
-    /// Of stages several at once, which they no longer are when they are held: only where nothing else is left.
-    pub(super) fn of_lanes() -> Self {
-        Self { near: CLOSE, ..Self::of_one() }
-    }
-
     /// Takes note of the rank margin of a stage.
     pub(super) fn observe(&mut self, margin: f64) {
         self.least_margin = self.least_margin.min(margin);
@@ -49,7 +41,7 @@ impl Holding {
 
     /// Takes note of an attempt.
     pub(super) fn note(&mut self, attempt: Attempt) {
-        let is_near = self.least_margin < self.near;
+        let is_near = self.least_margin < NEAR;
         let (power, is_rejected) = match attempt {
             Attempt::Begun => {
                 self.least_margin = 1.0;
@@ -80,7 +72,7 @@ mod tests {
 
     /// The attempts at steps of these least margins, and whether stages are held after each.
     fn after(attempts: &[(f64, Attempt)]) -> Vec<bool> {
-        let mut holding = Holding::of_one();
+        let mut holding = Holding::default();
         let mut one = |&(margin, attempt): &(f64, Attempt)| {
             holding.note(Attempt::Begun);
             holding.observe(margin);

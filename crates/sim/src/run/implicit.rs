@@ -9,7 +9,6 @@ use super::dense::DenseOutput;
 use super::ending::PhaseEnd;
 use super::mechanism::PhaseMechanism;
 use super::problem::Problem;
-use super::race::ExplicitPace;
 use super::singular::{Sighting, SingularMonitor, is_ahead};
 use super::stepper::Stepper;
 use crate::evaluator::Evaluator;
@@ -159,8 +158,8 @@ impl Stepper for RadauStepper<'_> {
         None
     }
 
-    fn explicit_pace(&self) -> ExplicitPace {
-        ExplicitPace { h_rho: 0.0, work: 1 }
+    fn stability(&self) -> f64 {
+        0.0
     }
 
     fn noise(&self) -> Noise {

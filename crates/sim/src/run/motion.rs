@@ -10,22 +10,17 @@
 //! coordinate projection method applied to mechanical systems with algebraic constraints*, SIAM
 //! J. Numer. Anal. 30 (1993).
 
-use std::sync::Arc;
-
 use bksim_dae::{
-    Attempt, ExtendedStep, Lanes, Layout, NotFinite, Ode, Settings, StepControl, StepSpan,
-    Tolerance,
+    Attempt, ExtendedStep, Layout, NotFinite, Ode, Settings, StepControl, StepSpan, Tolerance,
 };
 
 use super::holding::Holding;
-use super::lanes::LaneMotion;
 use super::singular::{CLOSE, NOTICEABLE};
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::function::Buffers;
 use crate::multiplier::MultiplierSystem;
 use crate::multiplier::projection::{CLOSED, size_of};
-use crate::series_step::{SeriesFunction, SeriesWork};
 use crate::whole_step::{ProjectedEnd, StepBuffers, StepResults, are_finite};
 use bksim_model::SolveOptions;
 
@@ -38,20 +33,17 @@ pub(crate) struct ExplicitMotion<'a> {
     pub(super) holding: Holding,
     layout: Layout,
     lambda: Vec<f64>,
-    /// The same at several states at once, where that is asked for.
-    lanes: Option<LaneMotion<'a>>,
     /// Whole steps.
     step: Option<StepBuffers>,
     /// Further projections of their ends.
     closing: Option<Buffers>,
     /// Their dense output.
     extension: Option<Buffers>,
-    /// Steps by series, where those are asked for.
-    series: Option<SeriesWork>,
     pub(super) parameters: Vec<f64>,
     /// One that was taken together with those of other runs.
     offered: Offered,
-    last: LastFactors,
+    /// True while the factors of the last state are with the evaluator alone.
+    has_left_factors: bool,
 }
 
 /// A step that others have taken.
@@ -60,17 +52,6 @@ struct Offered {
     /// Where it lies, until it is tried.
     span: Option<StepSpan>,
     results: Vec<f64>,
-}
-
-/// Where the factors of the last state are.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum LastFactors {
-    /// With the multiplier system.
-    Taken,
-    /// With the evaluator.
-    OfOne,
-    /// With the states in lanes.
-    OfLanes,
 }
 
 /// The integrator is asked for this part of the tolerance: what it keeps below is the error of a
@@ -92,31 +73,16 @@ impl<'a> ExplicitMotion<'a> {
             evaluator: compiled.evaluator(parameters),
             multipliers,
             least_margin: 1.0,
-            holding: Holding::of_one(),
+            holding: Holding::default(),
             layout: compiled.unknowns.clone(),
             lambda: vec![0.0; compiled.nc()],
-            lanes: None,
             step: None,
             closing: None,
             extension: None,
-            series: None,
             offered: Offered::default(),
             parameters: parameters.to_vec(),
-            last: LastFactors::Taken,
+            has_left_factors: false,
         }
-    }
-
-    /// The same motion, at several states at once where the mechanism is so small.
-    pub(super) fn in_lanes(self, parameters: &[f64]) -> Self {
-        let compiled = self.evaluator.system();
-        let lanes = LaneMotion::new(compiled, parameters);
-        Self { lanes, holding: Holding::of_lanes(), ..self }
-    }
-
-    /// The same motion by series, with this function.
-    pub(super) fn by_series(self, function: Arc<SeriesFunction>) -> Self {
-        let series = SeriesWork::new(function, &self.parameters);
-        Self { series: Some(series), ..self }
     }
 
     /// Buffers of a function of these parameters.
@@ -137,12 +103,6 @@ impl<'a> ExplicitMotion<'a> {
     pub(super) fn room_for(&mut self, span: StepSpan) -> &mut Vec<f64> {
         self.offered.span = Some(span);
         &mut self.offered.results
-    }
-
-    /// True where series serve: away from singular poses.
-    fn has_series(&self) -> bool {
-        let is_whole = self.multipliers.is_whole(self.evaluator.system().nc());
-        !self.holding.is_on && is_whole && self.multipliers.rank_margin() >= NOTICEABLE
     }
 
     /// Looks at the pivots of states, see [`MultiplierSystem::accept_stages`].
@@ -202,15 +162,17 @@ impl Ode for ExplicitMotion<'_> {
     }
 
     fn derivative(&mut self, t: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite> {
-        let Self { evaluator, multipliers, holding, least_margin, lambda, last, .. } = self;
+        let Self {
+            evaluator, multipliers, holding, least_margin, lambda, has_left_factors, ..
+        } = self;
         let nq = (y.len() - 1) / 2;
         let (q, v) = y[..2 * nq].split_at(nq);
         let (qdot, rest) = ydot.split_at_mut(nq);
         let (vdot, power) = rest.split_at_mut(nq);
         qdot.copy_from_slice(v);
-        *last = LastFactors::OfOne;
-        if holding.is_on || !multipliers.line_into(evaluator, t, (q, v), vdot, lambda) {
-            *last = LastFactors::Taken;
+        *has_left_factors =
+            !holding.is_on && multipliers.line_into(evaluator, t, (q, v), vdot, lambda);
+        if !*has_left_factors {
             let solved = if holding.is_on {
                 multipliers.nearby_into(evaluator, t, (q, v), vdot, lambda)
             } else {
@@ -223,20 +185,6 @@ impl Ode for ExplicitMotion<'_> {
         *least_margin = least_margin.min(margin);
         power[0] = evaluator.power(t, q, v, lambda);
         Ok(())
-    }
-
-    fn derivative_lanes(&mut self, t: Lanes, y: &[Lanes], ydot: &mut [Lanes]) -> bool {
-        let Self { multipliers, lanes: Some(lanes), holding, least_margin, last, .. } = self else {
-            return false;
-        };
-        if holding.is_on || !lanes.derivative(multipliers, t, y, ydot) {
-            return false;
-        }
-        let margin = multipliers.rank_margin();
-        holding.observe(margin);
-        *least_margin = least_margin.min(margin);
-        *last = LastFactors::OfLanes;
-        true
     }
 
     fn whole_step(
@@ -261,7 +209,7 @@ impl Ode for ExplicitMotion<'_> {
             return false;
         }
         self.multipliers.take_stage(factors);
-        self.last = LastFactors::Taken;
+        self.has_left_factors = false;
         true
     }
 
@@ -310,48 +258,14 @@ impl Ode for ExplicitMotion<'_> {
         is_taken
     }
 
-    fn series(&mut self, t: f64, y: &[f64], _: usize, results: &mut Vec<f64>) -> bool {
-        if !self.has_series() {
-            return false;
-        }
-        let Some(series) = &mut self.series else { return false };
-        series.begin(t, y, results);
-        true
-    }
-
-    fn series_holds(&self, h: f64, results: &[f64]) -> bool {
-        self.has_series() && self.series.as_ref().is_some_and(|series| series.holds(h, results))
-    }
-
-    fn series_step(
-        &mut self,
-        span: StepSpan,
-        _: &[f64],
-        begin: &mut [f64],
-        end: &mut Vec<f64>,
-    ) -> bool {
-        let Some(series) = &mut self.series else { return false };
-        series.take(span, begin, end);
-        let found = series.results(end);
-        self.multipliers.is_projected()
-            && self.is_closed(&found.end, found.unprojected)
-            && are_finite(found.vectors)
-            && self.accept_pivots(found.pivots)
-    }
-
     fn note(&mut self, attempt: Attempt) {
         self.holding.note(attempt);
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), NotFinite> {
-        match (self.last, &self.lanes) {
-            (LastFactors::OfOne, _) => self.multipliers.take_factors(&self.evaluator),
-            (LastFactors::OfLanes, Some(lanes)) => {
-                self.multipliers.take_lane(lanes.factors_near(t));
-            }
-            _ => (),
+        if std::mem::take(&mut self.has_left_factors) {
+            self.multipliers.take_factors(&self.evaluator);
         }
-        self.last = LastFactors::Taken;
         let nq = (y.len() - 1) / 2;
         let (q, rest) = y.split_at_mut(nq);
         let v = &mut rest[..nq];

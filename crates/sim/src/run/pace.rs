@@ -10,7 +10,7 @@
 //! has taken, it goes on as long as it comes forward: only one with next to everything still before it
 //! is stopped.
 
-use super::race::{COST, ExplicitPace, Race, TRIAL as TRIAL_OF_RACE};
+use super::race::{COST, Race, TRIAL as TRIAL_OF_RACE};
 use bksim_dae::{Loader, Saver, SolveError, Standstill};
 
 /// Attempts at a step after which the pace is looked at.
@@ -142,9 +142,9 @@ impl Pace {
         &mut self,
         (t, t_end): (f64, f64),
         n_step: usize,
-        step: ExplicitPace,
+        h_rho: f64,
     ) -> bool {
-        let rival = self.race.observe((t, t_end), n_step, step);
+        let rival = self.race.observe((t, t_end), n_step, h_rho);
         if let Some(way) = rival {
             let (way, begin) = (COST * way, (t, n_step));
             self.trial = Some(Trial { way, n: TRIAL_OF_RACE, begin });

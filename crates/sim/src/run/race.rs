@@ -19,13 +19,13 @@ const SMOOTH: f64 = 50.0;
 /// some trials.
 pub(super) const LARGE: f64 = 0.75;
 
-/// The work of explicit steps, in those of Dormand and Prince, before the first trial.
+/// Explicit steps before the first trial.
 const FIRST_WAIT: usize = 300;
 
 /// A trial of Radau's ends after so many attempts at a step.
 pub(super) const TRIAL: usize = 30;
 
-/// Steps of Dormand and Prince that are as dear as one of Radau's.
+/// Explicit steps that cost as much as one of Radau's.
 pub(super) const COST: f64 = 5.0;
 
 /// Attempts at a step of Radau's after which its steps are looked at first.
@@ -34,28 +34,19 @@ const FIRST_LOOK: usize = 200;
 /// Where `h ρ` of Radau's steps is smaller, explicit ones of nearly the same size are stable.
 pub(super) const STABLE: f64 = 5.0;
 
-/// An explicit step that has been accepted, as a race takes note of it.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct ExplicitPace {
-    /// `h ρ`, in the stable range of Dormand and Prince.
-    pub(super) h_rho: f64,
-    /// Its work in steps of that method.
-    pub(super) work: usize,
-}
-
 /// The pace of steps, and when Radau IIA is tried next.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Race {
     /// Where the last step ended, and the attempts until then.
     t: f64,
     n_step: usize,
-    /// Mean way of an attempt for the work of a step of Dormand and Prince, or of one of Radau's, s.
+    /// Mean way of an attempt, s.
     way: f64,
     /// Mean `h ρ` of a step.
     h_rho: f64,
-    /// Work since steps of this method began, or were looked at, in the same steps.
+    /// Attempts since steps of this method began, or were looked at.
     n: usize,
-    /// Work after which a trial may be.
+    /// Attempts after which a trial may be.
     wait: usize,
     /// Attempts after which Radau's steps are looked at.
     look: usize,
@@ -72,15 +63,15 @@ impl Race {
         *self = Self { wait: self.wait, look: self.look, ..Self::begin(t, n_step) };
     }
 
-    /// Takes note of an explicit step that ends at `t`. Returns the way for the work of a step of Dormand and Prince
-    /// where Radau IIA should be tried.
+    /// Takes note of an explicit step that ends at `t`, with `h ρ` near its end. Returns the mean way of an
+    /// attempt where Radau IIA should be tried.
     pub(super) fn observe(
         &mut self,
         (t, t_end): (f64, f64),
         n_step: usize,
-        ExplicitPace { h_rho, work }: ExplicitPace,
+        h_rho: f64,
     ) -> Option<f64> {
-        self.note_way(t, n_step, work);
+        self.note_way(t, n_step);
         self.h_rho += (h_rho - self.h_rho) / SMOOTH;
 
         // Not at once, not for nothing, and not for the last few steps.
@@ -96,7 +87,7 @@ impl Race {
     /// Takes note of a step of Radau's that ends at `t`. Returns the mean way of such steps where they should
     /// be looked at.
     pub(super) fn observe_implicit(&mut self, t: f64, n_step: usize) -> Option<f64> {
-        self.note_way(t, n_step, 1);
+        self.note_way(t, n_step);
         (self.n >= self.look).then(|| {
             self.n = 0;
             self.way
@@ -108,8 +99,8 @@ impl Race {
         self.look *= 2;
     }
 
-    fn note_way(&mut self, t: f64, n_step: usize, work: usize) {
-        let n = work * n_step.saturating_sub(self.n_step).max(1);
+    fn note_way(&mut self, t: f64, n_step: usize) {
+        let n = n_step.saturating_sub(self.n_step).max(1);
         #[expect(clippy::cast_precision_loss, reason = "the work of a few attempts")]
         let way = (t - self.t).abs() / n as f64;
         self.way += (way - self.way) / SMOOTH;
@@ -138,15 +129,14 @@ impl Race {
 mod tests {
     use super::*;
 
-    /// Steps at the end of the stable range.
-    const LIMITED: ExplicitPace = ExplicitPace { h_rho: 5.0, work: 1 };
+    /// `h ρ` of steps at the end of the stable range.
+    const LIMITED: f64 = 5.0;
 
     /// Attempts before a trial, of steps with this `h ρ`, in a run of ten thousand.
     fn attempts(race: &mut Race, h_rho: f64) -> Option<usize> {
         let t = |n: usize| 1e-4 * n as f64;
         race.restart(0.0, 0);
-        (1..10_000)
-            .find(|&n| race.observe((t(n), 1.0), n, ExplicitPace { h_rho, work: 1 }).is_some())
+        (1..10_000).find(|&n| race.observe((t(n), 1.0), n, h_rho).is_some())
     }
 
     #[test]
@@ -161,18 +151,6 @@ mod tests {
         let mut race = Race::begin(0.0, 0);
         let waits: Vec<_> = (0..4).map(|_| attempts(&mut race, 5.0)).collect();
         assert_eq!(waits, [300, 600, 1200, 2400].map(Some));
-    }
-
-    #[test]
-    fn dearer_steps_wait_for_fewer_of_them() {
-        let mut race = Race::begin(0.0, 0);
-        let dear = ExplicitPace { work: 3, ..LIMITED };
-        let mut ends = (1..1000).map(|n| (n, 1e-3 * n as f64));
-        let first = ends.find_map(|(n, t)| race.observe((t, 1.0), n, dear).map(|way| (n, way)));
-        let (n, way) = first.expect("a trial");
-        assert_eq!(n, FIRST_WAIT / 3);
-        // The mean of so many begins with zero.
-        assert!(way < 1e-3 / 3.0 && way > 0.8e-3 / 3.0, "{way}");
     }
 
     #[test]

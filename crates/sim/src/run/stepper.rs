@@ -4,7 +4,6 @@ use bksim_dae::{Advance, Method, Noise, Saver, SolveError, Standstill, Stats, St
 
 use super::dense::DenseOutput;
 use super::ending::PhaseEnd;
-use super::race::ExplicitPace;
 use super::singular::{Sighting, SingularMonitor};
 use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;
@@ -71,8 +70,8 @@ pub(super) trait Stepper: Send + Sync {
     /// Why another method had better go on from the end of the step.
     fn succession(&mut self) -> Option<PhaseEnd>;
 
-    /// `h ρ` of the step just taken, which stability limits to about six, or zero where it limits nothing; and its work.
-    fn explicit_pace(&self) -> ExplicitPace;
+    /// `h ρ` of the step just taken, which stability limits to about six, or zero where it limits nothing.
+    fn stability(&self) -> f64;
 
     /// Repeated steps whose error has not fallen with their size, in this phase.
     fn noise(&self) -> Noise;

@@ -237,7 +237,7 @@ impl<'a> Run<'a> {
         let here = (self.reached.t, options.t_end);
         if may_choose
             && is_explicit
-            && self.pace.begins_race(here, n_step, phase.stepper.explicit_pace())
+            && self.pace.begins_race(here, n_step, phase.stepper.stability())
         {
             return Some(PhaseEnd::Stiff);
         }

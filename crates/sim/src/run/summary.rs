@@ -66,8 +66,7 @@ pub struct MethodChange {
 /// Method that integrates the equations of motion.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Integrator {
-    /// Dormand–Prince 8(5,3), extrapolation or Taylor series, on the accelerations, with projection; see
-    /// [`explicit_method`](crate::run::explicit_method).
+    /// Dormand–Prince 8(5,3) on the accelerations, with projection.
     Explicit,
     /// Radau IIA on the formulation asked for.
     Radau,

@@ -10,12 +10,12 @@
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use bksim_dae::{LANES, Lanes, LinearCoefficients};
+use bksim_dae::LinearCoefficients;
 use bksim_expr::{Composition, Jit, LaneRunner, LaneWorkspace, Tape, Value};
 
 use crate::compiled::CompiledSystem;
 use crate::formulate::MotionEquations;
-use crate::function::Function;
+use crate::function::{Function, LANES, Lanes};
 use crate::linear::elimination::Elimination;
 use crate::linear::shape::Shape;
 use crate::multiplier::MultiplierSystem;

@@ -4,13 +4,12 @@ use std::path::Path;
 use std::time::Duration;
 
 use bksim::Mechanism;
-use bksim::dae::ExplicitMethod;
 use bksim::describe;
 use bksim::model::message::counted;
 use bksim::model::{Formulation, Outputs};
 use bksim::options::described;
 use bksim::sim::mobility::Mobility;
-use bksim::sim::run::{Integrator, Summary, explicit_method};
+use bksim::sim::run::{Integrator, Summary};
 use bksim::sim::sensitivity::Sensitive;
 use serde_json::{Map, Value, json};
 
@@ -250,13 +249,7 @@ fn method(mechanism: &Mechanism, method: Integrator) -> String {
         Formulation::Index1 => "index 1 with projection",
     };
     match method {
-        Integrator::Explicit => match explicit_method(&mechanism.compiled, solve) {
-            ExplicitMethod::DormandPrince => "explicit, Dormand–Prince 8(5,3)".to_owned(),
-            ExplicitMethod::Extrapolation { .. } => {
-                "explicit, extrapolation or Dormand–Prince 8(5,3)".to_owned()
-            }
-            ExplicitMethod::Taylor { order } => format!("explicit, Taylor series of order {order}"),
-        },
+        Integrator::Explicit => "explicit, Dormand–Prince 8(5,3)".to_owned(),
         Integrator::Radau => {
             let order = if solve.step.is_some() { "order 5" } else { "variable order" };
             format!("Radau IIA of {order}, {formulation}")

@@ -1,11 +1,11 @@
 //! [`PhaseAdjoint`]: the equations of one phase along weights.
 
-use bksim_dae::{Costates, LANES, Lanes, LinearCoefficients};
+use bksim_dae::{Costates, LinearCoefficients};
 
 use super::super::following::Variation;
 use super::super::written::Instants;
 use super::{GradientPlan, SampleWeights};
-use crate::function::{Buffers, LaneBuffers};
+use crate::function::{Buffers, LANES, LaneBuffers, Lanes};
 use crate::modes::{ContactMode, Modes};
 use crate::run::{Problem, Sample, Undefined};
 use crate::state::StateRef;
