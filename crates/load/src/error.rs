@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use bksim::model::diagnostic::Diagnostic;
-use bksim::model::file::suggest;
+use bksim::model::file::{LOOP_OF_LINKS, suggest};
 
 use crate::excerpt::plain;
 use crate::folder::models_in;
@@ -50,7 +50,13 @@ pub enum InputError {
 impl InputError {
     pub(crate) fn reading(path: &Path, error: &io::Error) -> Self {
         let what = format!("cannot be read: {}", plain_words(error));
-        let help = (error.kind() == io::ErrorKind::NotFound).then(|| instead(path)).flatten();
+        let help = match error.kind() {
+            io::ErrorKind::NotFound => instead(path),
+            _ if is_loop_of_links(error) => {
+                Some(format!("put a file in the place of the link `{}`", path.display()))
+            }
+            _ => None,
+        };
         Self::File { path: path.to_owned(), what, help }
     }
 }
@@ -88,8 +94,14 @@ pub fn plain_words(error: &io::Error) -> String {
         io::ErrorKind::NotFound => "there is no such file".to_owned(),
         io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
         io::ErrorKind::IsADirectory => "it is a directory".to_owned(),
+        _ if is_loop_of_links(error) => LOOP_OF_LINKS.to_owned(),
         _ => without_number(&error.to_string()).to_owned(),
     }
+}
+
+/// True of links that lead to each other in a circle: `ELOOP`, which the standard library has no stable word for.
+pub(crate) fn is_loop_of_links(error: &io::Error) -> bool {
+    error.raw_os_error() == Some(if cfg!(target_os = "linux") { 40 } else { 62 }) && cfg!(unix)
 }
 
 /// "No space left on device (os error 28)" without the part in parentheses.

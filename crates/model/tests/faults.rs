@@ -2,6 +2,8 @@
 //! in `.expected`. To add a case, write the model and run with `BKSIM_UPDATE=1`; then review what
 //! was written. A line `# --set name=value` overrides a parameter.
 
+mod helps;
+
 use std::path::{Path, PathBuf};
 
 use bksim_model::diagnostic::{Diagnostic, Severity, Span};
@@ -82,6 +84,66 @@ fn every_fault_is_said_as_expected() {
     }
     assert!(n_cases > 40, "only {n_cases} cases");
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// What a help says to write is written in place of what is at fault: nothing of that fault may be left.
+#[test]
+fn helps_cure_when_they_are_followed_to_the_letter() {
+    let (mut n_followed, mut n_helps, mut failures) = (0, 0, Vec::new());
+    for entry in std::fs::read_dir(folder()).expect("the folder of faults") {
+        let path = entry.expect("a readable folder").path();
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            continue;
+        }
+        let bytes = std::fs::read(&path).expect("a readable file");
+        let Ok(text) = decode(&bytes) else { continue };
+        let overrides = overrides(text);
+        let said = |text: &str| {
+            read(&Source { overrides: &overrides, ..Source::new(text, "model") }).diagnostics
+        };
+        for fault in said(text) {
+            n_helps += 1;
+            let Some(changed) = helps::followed(text, &fault) else { continue };
+            n_followed += 1;
+            let (before, after) = (said(text), said(&changed));
+            let is_same =
+                |other: &&Diagnostic| (other.code, &other.message) == (fault.code, &fault.message);
+            let counted = |all: &[Diagnostic]| all.iter().filter(is_same).count();
+            // Nor may what is written be a fault of its own.
+            let line = |text: &str, of: &Diagnostic| {
+                of.labels.first().map(|label| text[..label.span.start].matches('\n').count())
+            };
+            let here = line(text, &fault);
+            let is_known =
+                |other: &Diagnostic| before.iter().any(|old| old.message == other.message);
+            let is_example = fault.help.as_ref().is_some_and(|help| help.contains("for example"));
+            let codes: &[&str] = if is_example {
+                &["M002", "M020"]
+            } else {
+                &["M002", "M003", "M005", "M007", "M020", "M022"]
+            };
+            let is_of_writing = |of: &Diagnostic| codes.contains(&of.code.0);
+            let other = after
+                .iter()
+                .find(|of| is_of_writing(of) && line(&changed, of) == here && !is_known(of));
+            if counted(&after) >= counted(&before) || other.is_some() {
+                failures.push(format!(
+                    "{}: {}\n{:?}\n{}\n{:?}",
+                    path.display(),
+                    fault.message,
+                    fault.help,
+                    changed
+                        .lines()
+                        .zip(text.lines())
+                        .find(|(a, b)| a != b)
+                        .map_or("unchanged", |(a, _)| a),
+                    other.map(|other| &other.message)
+                ));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{} of {n_followed}:\n{}", failures.len(), failures.join("\n\n"));
+    assert!(n_followed > 120, "only {n_followed} of {n_helps} helps say what to write");
 }
 
 #[test]

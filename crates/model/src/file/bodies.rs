@@ -40,6 +40,10 @@ pub(super) struct BodyFacts {
     pub(super) has_density: bool,
     /// Every position of the body with a value: points, corners; m.
     pub(super) positions: Vec<Position>,
+    /// Whether the author says that the inertia is meant as it is, however it looks.
+    pub(super) is_inertia_meant: bool,
+    /// Position of the centre of mass, where one is stated.
+    pub(super) com_span: Option<Span>,
     /// Values of the points, by their ids.
     pub(super) points: Vec<Option<[f64; 3]>>,
 }
@@ -142,13 +146,14 @@ impl Reader<'_> {
             if let Some(node) = fields.get("com") {
                 com = self.vector(node, Quantity::LENGTH, &fields.what("com"), Scope::Constant);
                 body.com = com.as_ref().map_or(body.com, |com| com.components);
+                facts.com_span = Some(node.span.clone());
                 facts.positions.extend(com.as_ref().and_then(|com| com.position.clone()));
             }
             let com = match fields.get("com") {
                 Some(_) => com.and_then(|com| com.position).map(|position| position.numbers()),
                 None => Some([0.0; 3]),
             };
-            self.read_inertia(fields, com, &mut body, &facts);
+            self.read_inertia(fields, com, &mut body, &mut facts);
         }
         if !fields.has("density") {
             body.solids = self.read_shapes(fields, &mut facts).unwrap_or_default();
@@ -218,11 +223,12 @@ impl Reader<'_> {
         fields: &Fields<'_>,
         com: Option<[f64; 3]>,
         body: &mut Body,
-        facts: &BodyFacts,
+        facts: &mut BodyFacts,
     ) {
         // The value, and the point it is about.
         let Some(node) = fields.get("inertia") else { return };
         let mut value_node = node;
+        let mut is_meant = false;
         if let Value::Table(table) = &node.value {
             let owner = fields.what("inertia");
             if let Some(array) = self.tensor_of_table(table) {
@@ -231,10 +237,15 @@ impl Reader<'_> {
                 self.wrong_kind(node, &owner, expected, &node.value, &help);
                 return;
             }
-            let inner = Fields::open(self, table, owner, node.span.clone(), &["value", "about"]);
+            let keys = ["value", "about", "as_stated"];
+            let inner = Fields::open(self, table, owner, node.span.clone(), &keys);
             let help = "write for example { value = \"0.2 kg m^2\", about = \"A\" }";
             let Some(value) = inner.require(self, "value", help) else { return };
             value_node = value;
+            if let Some(node) = inner.get("as_stated") {
+                let what = format!("`as_stated` of {}", fields.what("inertia"));
+                is_meant = self.flag(node, &what) == Some(true);
+            }
             if let Some(about) = inner.get("about") {
                 let Some(point) = self.own_point(about, fields, body) else { return };
                 body.inertia.about = Some(point);
@@ -277,6 +288,7 @@ impl Reader<'_> {
             }
             _ => return,
         }
+        facts.is_inertia_meant = is_meant;
         self.check_inertia(fields, &components, com, body, facts);
     }
 

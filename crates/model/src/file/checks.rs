@@ -30,13 +30,19 @@ impl Reader<'_> {
         else {
             return true;
         };
-        let value = short(value.look());
+        let number = value.look();
+        let value = short(number);
         let unit = quantity.dimension().to_string();
         let space = if unit.is_empty() { "" } else { " " };
+        let help = if number < 0.0 {
+            format!("write \"{}{space}{unit}\"", short(-number))
+        } else {
+            format!("write for example \"{}\"", quantity.example)
+        };
         self.report(
             Diagnostic::error(codes::NOT_POSITIVE, format!("{what} is {value}{space}{unit}"))
                 .at(scalar.span.clone(), "must be greater than 0")
-                .help(format!("write for example \"{}\"", quantity.example)),
+                .help(help),
         );
         false
     }
@@ -161,7 +167,7 @@ impl Reader<'_> {
         let [dx, dy] = [com[0] - pin[0], com[1] - pin[1]];
         let (stated, distance) = (moments[moments.len() - 1], dx.hypot(dy));
         let steiner = mass * distance * distance;
-        if stated >= steiner * (1.0 - 1e-9) {
+        if stated >= steiner * (1.0 - 1e-9) || facts.is_inertia_meant {
             return;
         }
         let (name, pin) = (&body.name, &body.points[point.0].name);
@@ -179,7 +185,7 @@ impl Reader<'_> {
                     short(distance)
                 ))
                 .help(format!(
-                    "no rigid body has this: give at least \"{} kg m^2\" about `{pin}`",
+                    "no rigid body has this: give at least \"{} kg m^2\" about `{pin}`, or write `as_stated = true` in its table if it is meant so",
                     short(steiner)
                 )),
         );

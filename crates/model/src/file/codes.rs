@@ -73,6 +73,10 @@ crate::codes! {
     LEAVES_ROWS = "M096", "a spline that leaves its rows";
     BAD_MESH = "M100", "a mesh that cannot be read";
     OPEN_MESH = "M101", "a mesh that encloses no volume";
+    IMPLAUSIBLE_INERTIA = "M102", "an inertia that hardly fits its body";
+    FAR_CENTRE = "M103", "a centre of mass far outside of its body";
+    GRAVITY_ACROSS = "M104", "gravity across the plane of all motions";
+    AXIS_IN_PLANE = "M105", "the axis of one pin in the plane of the others";
 }
 
 #[cfg(test)]

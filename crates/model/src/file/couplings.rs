@@ -6,7 +6,8 @@ use super::codes;
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Table};
 use super::units::Quantity;
-use super::value::{Scalar, Scope};
+use super::value::{Kind, Scalar, Scope};
+use super::words::cut;
 use crate::coupling::{Coupling, CouplingKind, Rack};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
@@ -88,6 +89,9 @@ impl Reader<'_> {
         let help = "write for example `relation = \"2*A.angle - B.angle\"`, which is then zero";
         let node = fields.require(self, "relation", help)?;
         let what = fields.what("relation");
+        if self.is_of_rates(node, &what) {
+            return None;
+        }
         let (scalar, effort) = self.length_or_angle(node, &what)?;
         let pool = &self.pool;
         let signals = self.names.signals.iter();
@@ -115,6 +119,32 @@ impl Reader<'_> {
             return None;
         }
         Some((CouplingKind::Relation, scalar.expr, effort))
+    }
+
+    /// Reports a relation that says how fast things move: a condition on rates, which no positions keep.
+    fn is_of_rates(&mut self, node: &Node, what: &str) -> bool {
+        let Some(quoted) = node.text(self.text) else { return false };
+        let (n_faults, n_calls) = (self.faults.len(), self.table_calls.len());
+        let lowered = self.lowered(node, what, Scope::Motion);
+        self.faults.truncate(n_faults);
+        self.table_calls.truncate(n_calls);
+        let Some(lowered) = lowered else { return false };
+        let of = |quantity: Quantity| lowered.kind == Kind::Known(quantity.dimension());
+        if !of(Quantity::VELOCITY) && !of(Quantity::RATE) {
+            return false;
+        }
+        let (text, span) = (quoted.text.to_owned(), quoted.span_of(&(0..quoted.text.len())));
+        let unit = if of(Quantity::RATE) { "N m s" } else { "N s/m" };
+        self.report(
+            Diagnostic::error(codes::BAD_RELATION, format!("{what} is a condition on rates"))
+                .at(span, "must hold between positions")
+                .note("a relation is kept by positions; what holds between rates alone, as of a blade or a wheel, is none")
+                .help(format!(
+                    "write positions in it, or a load that resists such a rate in its place: a force or torque of \"-1e5 {unit}*({})\"",
+                    cut(&text)
+                )),
+        );
+        true
     }
 
     /// A pinion and its rack: radius · angle − travel.

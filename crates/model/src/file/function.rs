@@ -41,11 +41,17 @@ impl Reader<'_> {
             function_names().for_each(|known| names.push(known));
             names.push(PREVIOUS);
             let message = format!("unknown function `{}`", cut(name));
+            // The help of a function of another language is for the whole call.
+            let of = |at: &Option<Lowered>| self.text.get(at.as_ref()?.span.clone());
+            let texts: Option<Vec<&str>> = arguments.iter().map(of).collect();
+            let texts = texts.filter(|_| context.quoted.start.is_some()).unwrap_or_default();
+            let foreign = foreign_function(name, &texts);
+            let location = if foreign.is_some() && !texts.is_empty() { span } else { location };
             self.report(
                 Diagnostic::error(codes::UNKNOWN_FUNCTION, message)
                     .at(location, "no function has this name")
                     .note("`bksim explain M022` lists all functions")
-                    .help(foreign_function(name).unwrap_or_else(|| suggest(name, &names))),
+                    .help(foreign.unwrap_or_else(|| suggest(name, &names))),
             );
             return None;
         };
@@ -71,7 +77,7 @@ impl Reader<'_> {
         self.report(
             Diagnostic::error(codes::EXPRESSION, message)
                 .at(location.clone(), "")
-                .help(format!("write `{name}({example})`")),
+                .help(format!("give it what it takes: `{name}({example})`")),
         );
         true
     }
@@ -91,6 +97,10 @@ impl Reader<'_> {
         let mut is_angle = matches!(function, F::Asin | F::Acos | F::Atan | F::Atan2);
         let kind = match function {
             F::Sin | F::Cos | F::Tan => {
+                let bare = Some(&arguments[0]).filter(|argument| argument.kind == Kind::Bare);
+                if let Some(number) = bare.or(arguments[0].addend.as_deref()) {
+                    self.check_among_angles(&number.clone());
+                }
                 let adopted = self.adopt_if_bare(&arguments[0], true);
                 self.pure(&adopted, &role, context)?;
                 arguments[0] = adopted;

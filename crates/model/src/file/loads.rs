@@ -4,7 +4,7 @@ use bksim_expr::Expr;
 
 use super::codes;
 use super::friction::Connections;
-use super::names::quantities;
+use super::names::{JointName, quantities};
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
@@ -331,7 +331,7 @@ impl Reader<'_> {
     /// Reads all drives, in file order, and refuses two of one motion.
     pub(super) fn read_drives(&mut self, root: &Table) -> Vec<Drive> {
         let mut drives: Vec<Drive> = Vec::new();
-        let mut taken: Vec<(JointId, usize, Span)> = Vec::new();
+        let mut taken: Vec<(JointId, usize, Span, &str)> = Vec::new();
         // No key of a drive, but answered with the joint that it needs.
         let known = [DRIVE_KEYS.as_slice(), &["between"]].concat();
         for (name, span, table) in self.own_tables(root, "drive") {
@@ -345,21 +345,23 @@ impl Reader<'_> {
             let target = self.motion_of(&fields, help);
             // A motion follows one drive only.
             if let Some((joint, motion_idx, location)) = target.clone() {
-                let same = |(j, m, _): &&(JointId, usize, Span)| (*j, *m) == (joint, motion_idx);
-                if let Some((_, _, first)) = taken.iter().find(same).cloned() {
-                    let joint_name = &self.names.joints[joint.0].name;
-                    let message = format!("joint `{joint_name}` has two drives of one motion");
+                let same = |of: &&(JointId, usize, Span, &str)| (of.0, of.1) == (joint, motion_idx);
+                if let Some((_, _, first, other)) = taken.iter().find(same).cloned() {
+                    let JointName { name: joint_name, freedoms, .. } = &self.names.joints[joint.0];
+                    let [word, ..] = motion_words(freedoms.unwrap_or_default(), motion_idx);
+                    let message =
+                        format!("drives `{other}` and `{name}` both drive `{joint_name}.{word}`");
                     self.report(
                         Diagnostic::error(codes::TWO_DRIVES, message)
                             .at(location.clone(), "driven again here")
                             .at(first, "first driven here")
                             .note("one degree of freedom can follow one drive only")
                             .help(format!(
-                                "remove `[drives.{name}]` or let it drive another joint"
+                                "remove `[drives.{name}]` or `[drives.{other}]`, or let one drive another joint"
                             )),
                     );
                 }
-                taken.push((joint, motion_idx, location));
+                taken.push((joint, motion_idx, location, name));
             }
             // The motion as a function of time, in the quantity of the joint.
             let quantity = target.as_ref().map_or(Quantity::ANGLE, |(joint, idx, _)| {

@@ -225,7 +225,9 @@ impl Reader<'_> {
         let lowered = match operator {
             BinaryOperator::Add | BinaryOperator::Subtract => {
                 let is_sum = operator == BinaryOperator::Add;
-                // Terms have one dimension.
+                // Terms have one dimension; a number among them may turn out to be an angle.
+                let addend = [a, b].into_iter().find(|term| term.kind == Kind::Bare);
+                let addend = addend.map(|term| Box::new(Lowered { addend: None, ..term.clone() }));
                 let (a, b) = self.alike(a, b, if is_sum { "add" } else { "subtract" })?;
                 let value = a.value.zip(b.value).map(|(a, b)| {
                     let constants = &mut self.constants;
@@ -237,7 +239,8 @@ impl Reader<'_> {
                     self.pool.sub(a.expr, b.expr)
                 };
                 let is_angle = a.is_angle || b.is_angle;
-                Lowered { is_angle, ..Lowered::new(expr, a.kind, value, span) }
+                let addend = addend.or(a.addend).or(b.addend);
+                Lowered { is_angle, addend, ..Lowered::new(expr, a.kind, value, span) }
             }
             BinaryOperator::Multiply => {
                 // Dimensions multiply with the factors.
@@ -299,8 +302,18 @@ impl Reader<'_> {
                 );
                 None
             }
-            (Kind::Known(d), Kind::Bare) => Some((a.clone(), self.adopt(b, d, a.is_angle))),
-            (Kind::Bare, Kind::Known(d)) => Some((self.adopt(a, d, b.is_angle), b.clone())),
+            (Kind::Known(d), Kind::Bare) => {
+                if a.is_angle && d == Dimension::NONE {
+                    self.check_among_angles(b);
+                }
+                Some((a.clone(), self.adopt(b, d, a.is_angle)))
+            }
+            (Kind::Bare, Kind::Known(d)) => {
+                if b.is_angle && d == Dimension::NONE {
+                    self.check_among_angles(a);
+                }
+                Some((self.adopt(a, d, b.is_angle), b.clone()))
+            }
             _ => Some((a.clone(), b.clone())),
         }
     }
@@ -397,34 +410,6 @@ impl Reader<'_> {
                 power.map(Kind::Known)
             }
         }
-    }
-
-    /// In a file with units of its own, a bare parameter in a product, with something of the dimension `other`,
-    /// could mean anything.
-    fn needs_unit(&mut self, bare: &Lowered, other: Dimension) {
-        let known = self.parameters.iter().find(|p| p.symbol == bare.expr);
-        let (message, location, help) = match known {
-            Some(p) => {
-                let value = short(bare.value.map_or(0.0, Constant::look));
-                let example = if other.is_electrical() { "ohm" } else { "N/m" };
-                (
-                    format!("`{}` = {value} needs its unit", p.name),
-                    p.span.clone(),
-                    format!("write for example `{} = \"{value} {example}\"`", p.name),
-                )
-            }
-            None => (
-                "a product of numbers without units".to_owned(),
-                bare.span.clone(),
-                "give the parameters in it their units".to_owned(),
-            ),
-        };
-        self.report(
-            Diagnostic::error(codes::NEEDS_UNIT, message)
-                .at(location, "no unit here, and the file has units of its own")
-                .at(bare.span.clone(), "multiplied here")
-                .help(help),
-        );
     }
 
     /// A value that must be a pure number, with its value.

@@ -3,6 +3,7 @@
 use bksim_expr::{ParseError, ParseErrorKind};
 
 use super::codes;
+use super::letters::{first_foreign, meant};
 use super::marks::{is_typographic, with_points};
 use super::quantity::syntax_of;
 use super::reader::Reader;
@@ -59,8 +60,8 @@ const WORDS: [(&str, &str); 16] = [
     ("And", "`and`"),
     ("OR", "`or`"),
     ("Or", "`or`"),
-    ("mod", "`mod(a, b)`"),
-    ("MOD", "`mod(a, b)`"),
+    ("mod", "the remainder of a/b as `mod(a, b)`"),
+    ("MOD", "the remainder of a/b as `mod(a, b)`"),
     ("div", "`(a - mod(a, b))/b`"),
     ("then", "`if` before the condition: `if a > b then x else y`"),
     ("THEN", "`then` in small letters, after `if`"),
@@ -112,10 +113,29 @@ const MOTIONS: [(&[&str], MotionKind, usize); 4] = [
     (&["v", "xdot", "x_dot", "dx", "velocity", "speed", "vel"], MotionKind::Translation, 1),
 ];
 
-/// The help for a function of another language.
-pub(super) fn foreign_function(name: &str) -> Option<String> {
-    let row = FUNCTIONS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name));
-    row.map(|(_, written)| format!("write {written}"))
+/// The help for a function of another language, with the texts of its arguments in place of `a`, `b` and `x`, `y`.
+pub(super) fn foreign_function(name: &str, arguments: &[&str]) -> Option<String> {
+    let (_, written) = FUNCTIONS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name))?;
+    let is_operand = |c: char| c.is_alphanumeric() || matches!(c, '.' | '_');
+    let argument = |word: &str| {
+        let place = [["a", "x"], ["b", "y"]].iter().position(|names| names.contains(&word))?;
+        let text = arguments.get(place)?;
+        let is_bare = text.chars().all(is_operand) || !written.contains(['^', '/']);
+        Some(if is_bare { (*text).to_owned() } else { format!("({text})") })
+    };
+    // The names in what is written, one after the other.
+    let mut own = String::new();
+    let mut rest = *written;
+    while let Some(start) = rest.find(is_operand) {
+        let end = rest[start..].find(|c| !is_operand(c)).map_or(rest.len(), |end| start + end);
+        let word = &rest[start..end];
+        own.push_str(&rest[..start]);
+        let is_in_code = own.matches('`').count() % 2 == 1;
+        let text = argument(word).filter(|_| is_in_code);
+        own.push_str(text.as_deref().unwrap_or(word));
+        rest = &rest[end..];
+    }
+    Some(format!("write {own}{rest}"))
 }
 
 /// The help where a word stands in place of an operator.
@@ -202,7 +222,7 @@ impl Reader<'_> {
                     after_operand(name)
                 } else if self.names.plain(name).is_some() {
                     format!("write `*` between the number and `{name}`")
-                } else if closest(name, &units).is_some() {
+                } else if closest(name, &units).is_some() || first_foreign(name).is_some() {
                     suggest(name, &units)
                 } else {
                     "units: `bksim explain M030` lists them".to_owned()
@@ -213,9 +233,14 @@ impl Reader<'_> {
                     .help(help)
             }
             ParseErrorKind::UnexpectedEnd { expected } => {
+                let help = if expected.contains("else") {
+                    format!("write \"{} else 0\" if it is 0 otherwise", quoted.text.trim_end())
+                } else {
+                    format!("write {expected} at the end")
+                };
                 fault(format!("{what} ends where {expected} must follow"))
                     .at(location, "ends here")
-                    .help(format!("write {expected} at the end"))
+                    .help(help)
             }
             ParseErrorKind::UnexpectedToken { found, expected } => {
                 let decimals = self.decimals(quoted.text).filter(|_| found == ",");
@@ -230,7 +255,24 @@ impl Reader<'_> {
                     .help(help)
             }
             // Characters and digits.
+            // Letters that look like others: the one at fault, and the whole text without them.
+            ParseErrorKind::UnexpectedCharacter { .. } if first_foreign(quoted.text).is_some() => {
+                let [plain, _] = meant(quoted.text);
+                let letter = first_foreign(quoted.text).map(|letter| {
+                    let place = letter.at..letter.at + letter.letter.len_utf8();
+                    (quoted.span_of(&place), letter.character, letter.named())
+                });
+                let (place, character, named) = letter.unwrap_or((location, 1, String::new()));
+                fault(format!("{what}: character {character} is {named}"))
+                    .at(place, "not in expressions")
+                    .help(format!("write \"{plain}\""))
+            }
             ParseErrorKind::UnexpectedCharacter { found } => {
+                // Signs of other languages are doubled: `&&`.
+                let after = &quoted.text[error.span.end.min(quoted.text.len())..];
+                let is_double = matches!(found, '&' | '|' | '=') && after.starts_with(*found);
+                let end = error.span.end + usize::from(is_double);
+                let location = quoted.span_of(&(error.span.start..end));
                 fault(format!("an expression cannot contain `{}`", found.escape_debug()))
                     .at(location, "")
                     .help(character(*found))

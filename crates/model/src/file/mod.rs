@@ -38,6 +38,7 @@ mod couplings;
 mod curves;
 mod decimal_commas;
 mod definition;
+mod degrees;
 mod dimension;
 mod expand;
 mod frames;
@@ -45,12 +46,14 @@ mod friction;
 mod function;
 mod gather;
 mod grids;
+mod implausible;
 mod initial;
 mod io;
 mod joint_types;
 mod joints;
 mod latched;
 mod laws;
+mod letters;
 mod loads;
 mod lookup;
 mod lower;
@@ -59,7 +62,9 @@ mod misplaced;
 mod misread;
 mod monotone;
 mod names;
+mod needed_unit;
 mod orientation;
+mod other_forms;
 mod outline;
 mod parameters;
 mod pieces;
@@ -97,7 +102,7 @@ use bksim_expr::Pool;
 
 pub use codes::PAGES;
 pub use compliance::NoCompliance;
-pub use expand::{Expansion, Open, SourceFile, expand};
+pub use expand::{Expansion, LOOP_OF_LINKS, Open, SourceFile, expand};
 pub use quantity::names_in;
 pub use replay::Recording;
 pub use schema::{Holds, SectionForm, TableForm, sections};
@@ -238,6 +243,7 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
         joint_ends: Vec::new(),
         joint_bodies: Vec::new(),
         topology_unknown: false,
+        is_unit_missing: false,
         recorded: None,
         constants: Constants::new(varied),
     };

@@ -32,9 +32,15 @@ impl Reader<'_> {
             for (found, meant) in [(size / metres, "m"), (size * metres, unit)] {
                 if EARTH.contains(&found) {
                     let message = format!("{what} is {} m/s^2", short(size));
-                    let number = short(size / if meant == "m" { metres } else { 1.0 });
+                    let factor = if meant == "m" { 1.0 / metres } else { 1.0 };
+                    let entries = position.numbers().map(|x| match x {
+                        0.0 => "0".to_owned(),
+                        x => format!("\"{} {meant}/s^2\"", short(x * factor)),
+                    });
+                    let n = if position.numbers()[2] == 0.0 { 2 } else { 3 };
                     let help = format!(
-                        "write \"{number} {meant}/s^2\" if the gravity of the Earth is meant"
+                        "write [{}] if the gravity of the Earth is meant",
+                        entries[..n].join(", ")
                     );
                     let label = "without a unit these numbers are in the units of the file";
                     return self.hardly_meant(message, vector.span.clone(), label, help);

@@ -29,6 +29,7 @@ impl Reader<'_> {
             Some(quoted) => quoted.span_of(&(0..quoted.text.len())),
             None => node.span.clone(),
         };
+        let mut written = None;
         let lowered = match &node.value {
             Value::Number { value, digits } => {
                 self.literal(*value, digits, what, quantity.example, &node.span)?
@@ -36,7 +37,15 @@ impl Reader<'_> {
             Value::Text(_) => {
                 let quoted = node.text(self.text)?;
                 let syntax = self.parse(&quoted, what, quantity.example)?;
-                self.lower(&syntax, &quoted, what, scope)?
+                self.is_unit_missing = false;
+                let lowered = self.lower(&syntax, &quoted, what, scope);
+                if lowered.is_none() {
+                    self.find_needed_unit(quantity, |reader| {
+                        reader.lower(&syntax, &quoted, what, scope)
+                    });
+                }
+                written = Some((syntax, quoted));
+                lowered?
             }
             other => {
                 let example = format!("for example \"{}\"", quantity.example);
@@ -55,8 +64,14 @@ impl Reader<'_> {
         if let Some(value) = value {
             self.check_turns(quantity, what, value.look(), &span)?;
         }
-        if let Some(value) = value.filter(|_| is_bare) {
-            self.check_angle(&lowered, quantity, what, value.look());
+        match (value, written) {
+            (Some(value), _) if is_bare => {
+                self.check_angle(&lowered, quantity, what, value.look());
+            }
+            (None, Some((syntax, quoted))) if is_bare && quantity.is_angle() => {
+                self.check_amplitude(&syntax, &quoted, what);
+            }
+            _ => (),
         }
         Some(Scalar { expr, value, is_bare, span })
     }
@@ -231,34 +246,6 @@ impl Reader<'_> {
                 .help("write the angle without its whole turns, for example \"30 deg\""),
         );
         None
-    }
-
-    /// Warns of a bare angle that is more than a turn and looks like degrees.
-    fn check_angle(&mut self, lowered: &Lowered, quantity: Quantity, what: &str, value: f64) {
-        let turn = 2.0 * std::f64::consts::PI;
-        let looks_round = (2.0 * value).fract() == 0.0;
-        if !quantity.is_angle() || self.units.angle_stated || value.abs() <= turn || !looks_round {
-            return;
-        }
-        let Some((name, location)) = self.bare_source(lowered) else { return };
-        let what = name.map_or_else(|| what.to_owned(), |name| format!("the angle `{name}`"));
-        self.report(
-            Diagnostic::warning(
-                codes::LOOKS_LIKE_DEGREES,
-                format!("{what} is {} rad = {:.1} turns", short(value), value / turn),
-            )
-            .at(location, "a number without unit is in radians")
-            .help(format!("write \"{0} deg\", or \"{0} rad\" if it is right", short(value))),
-        );
-    }
-
-    /// Position of a bare number: here, or in the definition of the parameter that it is.
-    fn bare_source(&self, lowered: &Lowered) -> Option<(Option<String>, Span)> {
-        if lowered.is_literal {
-            return Some((None, lowered.span.clone()));
-        }
-        let known = self.parameters.iter().find(|p| p.symbol == lowered.expr)?;
-        Some((Some(known.name.clone()), known.span.clone()))
     }
 }
 

@@ -6,6 +6,7 @@ use bksim_expr::{Expr, Pool};
 use super::codes;
 use super::definition::ParameterState;
 use super::grids::MeasuredTable;
+use super::letters::{first_foreign, spelled, visible};
 use super::misplaced::{misplaced, size_key};
 use super::names::{Names, SampledName};
 use super::replay::{Constant, Constants};
@@ -89,6 +90,8 @@ pub(super) struct Reader<'a> {
     pub(super) joint_bodies: Vec<Option<[BodyId; 2]>>,
     /// Whether a joint could not be read, so that the topology is not known.
     pub(super) topology_unknown: bool,
+    /// Whether the value that is read lacks the unit of a parameter.
+    pub(super) is_unit_missing: bool,
 }
 
 impl Reader<'_> {
@@ -213,6 +216,8 @@ impl Reader<'_> {
         if self.has_seen_enough() {
             return;
         }
+        // Letters that nobody sees are shown by their numbers.
+        let message = message.replace(word, &visible(word));
         let mut fault = Diagnostic::error(code, message).at(location, label);
         if candidates.iter().any(|known| known.eq_ignore_ascii_case(word)) {
             fault = fault.note("names are case-sensitive");
@@ -227,19 +232,17 @@ impl Reader<'_> {
         if letters && starts_well && !name.is_empty() {
             return true;
         }
-        let mut better: String = name
-            .chars()
-            .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
-            .take(30)
-            .collect();
-        if !better.starts_with(|c: char| c.is_ascii_alphabetic()) {
-            better.insert_str(0, &what[..1]);
-        }
-        self.report(
-            Diagnostic::error(codes::BAD_NAME, format!("`{}` cannot name a {what}", cut(name)))
-                .at(location.clone(), "letters a–z, digits and `_`, not starting with a digit")
-                .help(format!("rename it, for example `{better}`")),
-        );
+        let better = spelled(name, what.chars().next().unwrap_or('n'));
+        let shown = visible(&cut(name));
+        let fault = Diagnostic::error(codes::BAD_NAME, format!("`{shown}` cannot name a {what}"))
+            .at(location.clone(), "letters a–z, digits and `_`, not starting with a digit")
+            .help(format!("rename it, for example `{better}`"));
+        self.report(match first_foreign(name) {
+            Some(letter) => {
+                fault.note(format!("character {} is {}", letter.character, letter.named()))
+            }
+            None => fault,
+        });
         false
     }
 }
@@ -282,12 +285,29 @@ impl<'t> Fields<'t> {
                 excused.push(meant);
                 let message = format!("unknown key `{key}` in {owner}");
                 let fault = Diagnostic::error(codes::UNKNOWN_KEY, message);
-                let help = format!("write `{meant}` for it");
+                let written = &reader.text[entry.node.span.clone()];
+                let help = match &entry.node.value {
+                    Value::Text(_) | Value::Number { .. } if meant == "vector" => {
+                        format!("write `vector = [{written}, 0]`")
+                    }
+                    _ => format!("write `{meant}` for it"),
+                };
                 reader.report(fault.at(entry.key_span.clone(), "not a key here").help(help));
                 continue;
             }
             let meant = closest(key, &free);
             excused.extend(meant);
+            let is_case = known.iter().any(|known| known.eq_ignore_ascii_case(key));
+            if meant.is_none() && !is_case && first_foreign(key).is_none() && owner != "the model" {
+                let message = format!("unknown key `{}` in {owner}", cut(key));
+                let fault = Diagnostic::error(codes::UNKNOWN_KEY, message);
+                let help = match free.as_slice() {
+                    [] => "remove it".to_owned(),
+                    free => format!("remove it, or write {}", suggest("", free)),
+                };
+                reader.report(fault.at(entry.key_span.clone(), "not a key here").help(help));
+                continue;
+            }
             reader.unknown(
                 codes::UNKNOWN_KEY,
                 format!("unknown key `{}` in {owner}", cut(key)),

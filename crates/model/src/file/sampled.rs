@@ -291,7 +291,7 @@ impl Reader<'_> {
             self.report(
                 Diagnostic::error(codes::EXPRESSION, message)
                     .at(name_span, "")
-                    .help(format!("write `{name}({example})`")),
+                    .help(format!("give it what it takes: `{name}({example})`")),
             );
             return None;
         }

@@ -108,7 +108,8 @@ impl Reader<'_> {
             return None;
         }
         self.recorded = Some(self.parameter_values());
-        let bodies: Option<Vec<Body>> = bodies.into_iter().map(|(body, _)| body).collect();
+        let (bodies, facts): (Vec<Option<Body>>, Vec<BodyFacts>) = bodies.into_iter().unzip();
+        let bodies: Option<Vec<Body>> = bodies.into_iter().collect();
         let joints: Option<Vec<Joint>> = joints.into_iter().collect();
         let mut model = Model {
             name,
@@ -143,6 +144,7 @@ impl Reader<'_> {
             pool: std::mem::take(&mut self.pool),
         };
         model.io = self.known_io(&model, io);
+        self.check_plausible(&model, &facts, top.has("space"));
         self.sort_faults();
         (!self.faults.iter().any(Diagnostic::is_error)).then_some(model)
     }
@@ -153,6 +155,7 @@ impl Reader<'_> {
         Fields::open(self, root, "the model".to_owned(), 0..0, SECTIONS);
         let mut free: Vec<&str> =
             SECTIONS.iter().copied().filter(|section| root.get(section).is_none()).collect();
+        let mut misspelt = Vec::new();
         for entry in &mut root.entries {
             if SECTIONS.contains(&entry.key.as_str()) {
                 continue;
@@ -161,7 +164,20 @@ impl Reader<'_> {
             if let Some(meant) = closest(&entry.key, &free) {
                 free.retain(|section| *section != meant);
                 meant.clone_into(&mut entry.key);
+            } else if let (Some(meant), Value::Table(table)) =
+                (closest(&entry.key, SECTIONS), &mut entry.node.value)
+            {
+                misspelt.push((meant, std::mem::take(&mut table.entries)));
             }
+        }
+        // What stands in a section that is there by its own name, too, is among its tables.
+        for (meant, entries) in misspelt {
+            let Some(Value::Table(table)) = root.get_mut(meant).map(|e| &mut e.node.value) else {
+                continue;
+            };
+            let is_new = |entry: &Entry| table.get(&entry.key).is_none();
+            let entries: Vec<Entry> = entries.into_iter().filter(is_new).collect();
+            table.entries.extend(entries);
         }
         root.entries.retain(|entry| SECTIONS.contains(&entry.key.as_str()));
         let examples =

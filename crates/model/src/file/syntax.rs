@@ -3,7 +3,9 @@
 use toml::de::{DeTable, DeValue, Error};
 
 use super::codes;
+use super::letters::{foreign_letters, spelled};
 use super::marks::{decimal_comma, typographic_quotes};
+use super::other_forms::{crossed_brackets, encoding_of, nearly, old_line_ends, other_language};
 use super::token::token_length;
 use super::tree::Table;
 use crate::diagnostic::{Diagnostic, Span};
@@ -20,6 +22,12 @@ const MAX_DUPLICATES: usize = 20;
 /// [`codes::NOT_UTF8`] with the line, the column (in characters) and the offset of the first bad
 /// byte.
 pub fn decode(bytes: &[u8]) -> Result<&str, Diagnostic> {
+    if let Some(encoding) = encoding_of(bytes) {
+        let message = format!("the file is {encoding}, not UTF-8");
+        return Err(Diagnostic::error(codes::NOT_UTF8, message)
+            .at(0..0, "its first bytes show it")
+            .help("save the file with the encoding UTF-8"));
+    }
     std::str::from_utf8(bytes).map_err(|error| {
         let offset = error.valid_up_to();
         let good = String::from_utf8_lossy(&bytes[..offset]);
@@ -48,15 +56,19 @@ pub(super) fn parse(text: &str, nesting: usize, faults: &mut Vec<Diagnostic>) ->
     let (duplicates, broken): (Vec<_>, Vec<_>) =
         errors.into_iter().partition(|error| error.message().contains("duplicate key"));
     if let Some(first) = broken.into_iter().min_by_key(|error| start(text, error)) {
-        let quotes = typographic_quotes(text);
+        if let Some(fault) = other_language(text).or_else(|| old_line_ends(text)) {
+            faults.push(fault);
+            return None;
+        }
         let line = line_of(text, start(text, &first));
-        // Only such quotes in the line of the fault explain it.
+        // Only such quotes and letters in the line of the fault explain it.
         let explains =
             |fault: &Diagnostic| fault.labels.iter().any(|label| line.contains(&label.span.start));
-        if quotes.iter().any(explains) {
-            faults.extend(quotes);
-        } else {
-            faults.push(decimal_comma(text, line).unwrap_or_else(|| explain_syntax(text, &first)));
+        let marks = [typographic_quotes(text), foreign_letters(text)];
+        match marks.into_iter().find(|marks| marks.iter().any(explains)) {
+            Some(marks) => faults.extend(marks),
+            None => faults
+                .push(decimal_comma(text, line).unwrap_or_else(|| explain_syntax(text, &first))),
         }
         return None;
     }
@@ -150,6 +162,9 @@ fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
             .at(span, "not in quotes")
             .help(format!("write \"{}\"", token.trim()));
     }
+    if let Some(nearly) = nearly(text, &line) {
+        return nearly;
+    }
     if said.starts_with("key with no value") {
         return fault("`=` is missing after a key")
             .at(line.start..line.end, "a key and its value are joined by `=`")
@@ -159,14 +174,26 @@ fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
     if said.starts_with("unclosed table") {
         return fault("`[` of the table is not closed")
             .at(line.clone(), "no `]` in this line")
-            .help(format!("write {}]", text[line].trim_end()));
+            .help(format!("write the line as `{}]`", text[line].trim()));
+    }
+    if let Some(places) = crossed_brackets(text, &line) {
+        return crossed(text, &line, places);
     }
     if let Some(offset) = unclosed_bracket(text, said, &span) {
         let bracket = &text[offset..=offset];
         let close = if bracket == "[" { "]" } else { "}" };
+        let own_line = &text[line_of(text, offset)];
+        // A line that goes on in the next one ends where nobody can know.
+        let goes_on = own_line.trim_end().ends_with(['[', '{', ',']) || own_line.contains('#');
+        let blank = if close == "}" { " " } else { "" };
+        let help = if goes_on {
+            format!("add `{close}` where it ends")
+        } else {
+            format!("write the line as `{}{blank}{close}`", own_line.trim())
+        };
         return fault(&format!("`{bracket}` is not closed"))
             .at(offset..offset + 1, "opened here")
-            .help(format!("add `{close}` where it ends"));
+            .help(help);
     }
     if said.starts_with("missing comma") {
         return fault("a comma is missing").at(span, "before this").help("add `,` here");
@@ -188,14 +215,32 @@ fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
             .help("write digits on both sides of the point and no zero in front, such as 0.5");
     }
     if said.starts_with("invalid unquoted key") {
+        let better = spelled(token, 'p');
         return fault(&format!("`{token}` cannot be a name"))
             .at(span, "only the letters a–z and A–Z, digits and `_`")
-            .help("rename it, for example `theta` for `θ`");
+            .help(format!("rename it, for example `{better}`"));
     }
     let plain = said.split(", expected").next().unwrap_or(said);
     fault(&format!("the file is not TOML: {plain}"))
         .at(span, "")
         .help("every line is `key = value`, `[table]`, a comment after `#`, or empty")
+}
+
+/// A bracket that one of the other kind closes.
+fn crossed(text: &str, line: &Span, [open, close]: [usize; 2]) -> Diagnostic {
+    let bracket = &text[open..=open];
+    let missing = if bracket == "[" { "]" } else { "}" };
+    let column = text[line.start..open].chars().count() + 1;
+    let message = format!("`{bracket}` at column {column} is not closed");
+    let before = text[line.start..close].trim();
+    let blank = if missing == "]" { "" } else { " " };
+    let after = &text[close..line.end];
+    // A blank that stood before the other bracket stays before it.
+    let gap = if text[..close].ends_with(' ') { " " } else { "" };
+    Diagnostic::error(codes::SYNTAX, message)
+        .at(open..open + 1, "opened here")
+        .at(close..close + 1, "closes another kind of bracket")
+        .help(format!("write the line as `{before}{blank}{missing}{gap}{}`", after.trim_end()))
 }
 
 /// The opening quote of a text that does not end in its line, or in the file.
@@ -218,15 +263,29 @@ fn unclosed_text(text: &str, end: &Span, said: &str) -> Diagnostic {
         rest = &text[offset + length..end.start];
     }
     let quotes = mark.to_string().repeat(if many { 3 } else { 1 });
-    let help = if many {
-        format!("add `{quotes}` where the text ends")
-    } else {
-        format!("add `{quotes}` at the end of the line")
+    let help = match with_quote(&text[line], mark).filter(|_| !many) {
+        Some(whole) => format!("write the line as `{whole}`"),
+        None if many => format!("add `{quotes}` where the text ends"),
+        None => format!("add `{quotes}` at the end of the line"),
     };
     let width = if open == end.start { 0 } else { quotes.len() };
     Diagnostic::error(codes::SYNTAX, "string is not closed")
         .at(open..open + width, "opened here")
         .help(help)
+}
+
+/// The line with one more quote, where that makes it TOML: before a comma, a bracket or a comment, or at its end.
+fn with_quote(line: &str, mark: char) -> Option<String> {
+    /// Longer lines have too many places.
+    const LONGEST: usize = 400;
+    let line = line.trim();
+    if line.len() > LONGEST {
+        return None;
+    }
+    let places = line.char_indices().filter(|(_, c)| matches!(c, ',' | ']' | '}' | '#'));
+    let places = places.map(|(at, _)| line[..at].trim_end().len()).chain([line.len()]);
+    let mut written = places.map(|at| format!("{}{mark}{}", &line[..at], &line[at..]));
+    written.find(|whole| DeTable::parse(whole).is_ok())
 }
 
 /// The innermost bracket still open where an array or inline table went wrong, when the fault is

@@ -64,6 +64,8 @@ pub(super) struct Lowered {
     pub(super) span: Span,
     /// Position of the unit, when it is a number with a unit.
     pub(super) unit_span: Option<Span>,
+    /// A bare number that is a term of this sum.
+    pub(super) addend: Option<Box<Self>>,
 }
 
 impl Lowered {
@@ -78,11 +80,21 @@ impl Lowered {
             is_literal: true,
             span,
             unit_span: None,
+            addend: None,
         }
     }
 
     pub(super) fn new(expr: Expr, kind: Kind, value: Option<Constant>, span: Span) -> Self {
-        Self { expr, kind, value, is_angle: false, is_literal: false, span, unit_span: None }
+        Self {
+            expr,
+            kind,
+            value,
+            is_angle: false,
+            is_literal: false,
+            span,
+            unit_span: None,
+            addend: None,
+        }
     }
 
     pub(super) fn varies(&self) -> bool {

@@ -118,7 +118,15 @@ impl Reader<'_> {
         };
         let mut size = |node: &Node| {
             let size = self.scalar(node, quantity, &what, Scope::Constant)?;
-            self.check_positive(&what, &size, quantity).then_some(size)
+            let is_positive = self.check_positive(&what, &size, quantity);
+            // Books count the teeth of a ring below zero.
+            if let (false, true, Some(fault)) =
+                (is_positive, key == "teeth", self.faults.last_mut())
+                && let Some(help) = &mut fault.help
+            {
+                help.push_str(", and `internal = true` for a ring with its teeth inside");
+            }
+            is_positive.then_some(size)
         };
         let sizes = [size(first), size(second)];
         let [Some(first), Some(second)] = sizes else { return None };

@@ -1,5 +1,7 @@
 //! Words of messages: the candidates near a misspelt word, and words cut to a readable length.
 
+use super::letters::suggest_plain;
+
 /// Longer words are not compared: comparing takes quadratic time.
 const MAX_WORD: usize = 60;
 
@@ -24,6 +26,9 @@ pub(super) fn closest<'c>(word: &str, candidates: &[&'c str]) -> Option<&'c str>
 
 /// The help for an unknown word: the nearest candidate, or a list of them.
 pub fn suggest(word: &str, candidates: &[&str]) -> String {
+    if let Some(help) = suggest_plain(word, candidates) {
+        return help;
+    }
     if let Some(known) = closest(word, candidates) {
         return format!("did you mean `{known}`?");
     }

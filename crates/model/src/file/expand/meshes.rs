@@ -7,8 +7,8 @@ use std::io::Cursor;
 
 use super::super::codes;
 use super::super::tree::{Entry, Node, Table, Value};
-use super::Expander;
 use super::uses::beside;
+use super::{Expander, Unopened};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::mesh::Mesh;
 
@@ -90,14 +90,15 @@ impl Expander<'_> {
             return None;
         };
         let path = beside(by, file);
-        let found = (self.open)(&path).and_then(|bytes| mesh_in(&path, &bytes));
+        let found = self.opened(&path).and_then(|bytes| mesh_in(&path, &bytes));
         let mesh = match found {
             Ok(mesh) => mesh,
-            Err(why) => {
+            Err(Unopened { why, help }) => {
+                let usual = "name a file of STL or OBJ in the folder of the model, or below it";
                 self.report(
                     Diagnostic::error(codes::BAD_MESH, format!("the mesh `{path}` {why}"))
                         .at(node.span.clone(), "this file")
-                        .help("name a file of STL or OBJ in the folder of the model, or below it"),
+                        .help(help.unwrap_or_else(|| usual.to_owned())),
                 );
                 return None;
             }
@@ -155,24 +156,25 @@ impl Writer {
 }
 
 /// The mesh of a file by the ending of its name; why there is none, worded to follow the file's name.
-fn mesh_in(path: &str, bytes: &[u8]) -> Result<Mesh, String> {
+fn mesh_in(path: &str, bytes: &[u8]) -> Result<Mesh, Unopened> {
     let ending = path.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
     let triangles = match ending.as_str() {
         "stl" => stl(bytes)?,
         "obj" => obj(bytes)?,
-        _ => return Err("is neither STL nor OBJ by the ending of its name".to_owned()),
+        _ => return Err("is neither STL nor OBJ by the ending of its name".into()),
     };
     if triangles.is_empty() {
-        return Err("has no faces".to_owned());
+        return Err("has no faces".into());
     }
     if triangles.len() > MOST_FACES {
         let n = triangles.len();
         return Err(format!(
             "has {n} faces; {MOST_FACES} are possible, so let its program simplify it"
-        ));
+        )
+        .into());
     }
     if triangles.iter().flatten().flatten().any(|x| !x.is_finite()) {
-        return Err("has a corner that is no place".to_owned());
+        return Err("has a corner that is no place".into());
     }
     Ok(Mesh::of_triangles(triangles))
 }
@@ -181,7 +183,7 @@ type Triangle = [[f64; 3]; 3];
 
 /// The triangles of an STL file. It is binary if its length is that of the triangles that it counts: some binary
 /// files begin with the word of the others.
-fn stl(bytes: &[u8]) -> Result<Vec<Triangle>, String> {
+fn stl(bytes: &[u8]) -> Result<Vec<Triangle>, Unopened> {
     let [head, each] = STL_BYTES;
     let counted = bytes.get(head - 4..head).and_then(|count| count.try_into().ok());
     let n_counted = counted.map(|count| u32::from_le_bytes(count) as usize);
@@ -191,13 +193,28 @@ fn stl(bytes: &[u8]) -> Result<Vec<Triangle>, String> {
     // Trailing bytes occur, missing ones are a damage.
     if length.is_some_and(|length| length == bytes.len() || length < bytes.len() && !is_text) {
         let nameless = [&[0; STL_BYTES[0] - 4], &bytes[head - 4..]].concat();
-        return read_stl(nameless);
+        return Ok(read_stl(nameless)?);
     }
     if !is_text {
-        return Err("is no STL file, or ends too early".to_owned());
+        return Err(cut_short(bytes.len(), n_counted, length));
     }
     // The reader asks for a name after the first word.
-    read_stl([b"solid ", &bytes[b"solid".len()..]].concat())
+    Ok(read_stl([b"solid ", &bytes[b"solid".len()..]].concat())?)
+}
+
+/// The fault of a binary file that is shorter than its faces.
+fn cut_short(n_bytes: usize, n_faces: Option<usize>, length: Option<usize>) -> Unopened {
+    let why = match (n_faces, length) {
+        (Some(n_faces), Some(length)) => format!(
+            "ends at byte {n_bytes}: the {n_faces} faces that it counts would end at byte {length}"
+        ),
+        _ => format!(
+            "ends at byte {n_bytes}, before the count of its faces at byte {}",
+            STL_BYTES[0]
+        ),
+    };
+    let help = "export the mesh again, as binary STL, text that begins with `solid`, or OBJ";
+    Unopened { why, help: Some(help.to_owned()) }
 }
 
 fn read_stl(bytes: Vec<u8>) -> Result<Vec<Triangle>, String> {

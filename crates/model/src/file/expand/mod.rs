@@ -33,6 +33,29 @@ pub(super) use meshes::MOST_FACES;
 /// Opens a file that a model names: its bytes, or why there are none, worded to follow the file's name.
 pub type Open<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, String>;
 
+/// The end of the words for a link that leads to no file, as whoever opens files says them.
+pub const LOOP_OF_LINKS: &str = "it is a link that leads back to itself";
+
+/// Why a file cannot be used.
+pub(super) struct Unopened {
+    /// The fault, worded to follow the file's name.
+    pub(super) why: String,
+    /// A way out, where the fault has one of its own.
+    pub(super) help: Option<String>,
+}
+
+impl From<String> for Unopened {
+    fn from(why: String) -> Self {
+        Self { why, help: None }
+    }
+}
+
+impl From<&str> for Unopened {
+    fn from(why: &str) -> Self {
+        why.to_owned().into()
+    }
+}
+
 /// The beginning of the names of files that come with bksim.
 const OF_LIBRARY: &str = "bksim:";
 
@@ -157,12 +180,24 @@ impl Expander<'_> {
         Some(root)
     }
 
+    /// The bytes of a file, or why there are none.
+    fn opened(&mut self, path: &str) -> Result<Vec<u8>, Unopened> {
+        (self.open)(path).map_err(|why| {
+            let is_loop = why.ends_with(LOOP_OF_LINKS);
+            let help = is_loop.then(|| format!("put a file in the place of the link `{path}`"));
+            Unopened { why, help }
+        })
+    }
+
     /// The text of a file, or why there is none.
-    fn text_of(&mut self, path: &str) -> Result<String, String> {
-        let bytes = (self.open)(path)?;
+    fn text_of(&mut self, path: &str) -> Result<String, Unopened> {
+        let bytes = self.opened(path)?;
         match decode(&bytes) {
             Ok(text) => Ok(text.to_owned()),
-            Err(fault) => Err(format!("cannot be read: {}", fault.message)),
+            Err(fault) => Err(Unopened {
+                why: format!("cannot be read: {}", fault.message),
+                help: fault.help,
+            }),
         }
     }
 

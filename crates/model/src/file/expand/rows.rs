@@ -5,9 +5,24 @@
 
 use super::super::codes;
 use super::super::tree::{Entry, Node, Table, Value};
-use super::Expander;
 use super::uses::beside;
+use super::{Expander, Unopened};
 use crate::diagnostic::{Diagnostic, Span};
+
+/// Cells without a number that are reported one by one.
+const MOST_CELLS: usize = 5;
+
+/// The help for cells that a spreadsheet or a program left without a value.
+const OF_SHEETS: &str = "write the value that was measured, or remove the row";
+const OF_WORDS: &str =
+    "write numbers alone, and their units in the first line: `angle [deg], force [N]`";
+
+/// True of what programs write for a value that they do not have.
+fn is_of_sheet(cell: &str) -> bool {
+    let cell = cell.to_ascii_lowercase();
+    let names = ["", "nan", "na", "n/a", "null", "none", "inf", "-inf", "infinity", "-", "?"];
+    cell.starts_with('#') || names.contains(&cell.as_str())
+}
 
 impl Expander<'_> {
     /// Puts the rows of other files into the tables that name them.
@@ -62,11 +77,12 @@ impl Expander<'_> {
         let path = beside(by, file);
         let text = match self.text_of(&path) {
             Ok(text) => text,
-            Err(why) => {
+            Err(Unopened { why, help }) => {
+                let usual = "name a file of comma-separated values in the folder of the model";
                 self.report(
                     Diagnostic::error(codes::BAD_TABLE, format!("the rows `{path}` {why}"))
                         .at(node.span.clone(), "this file")
-                        .help("name a file of comma-separated values in the folder of the model"),
+                        .help(help.unwrap_or_else(|| usual.to_owned())),
                 );
                 return None;
             }
@@ -93,7 +109,7 @@ impl Expander<'_> {
                 lines.remove(0);
             }
         }
-        let mut rows = Vec::with_capacity(lines.len());
+        let (mut rows, mut n_bad) = (Vec::with_capacity(lines.len()), 0_usize);
         for (row_idx, (line, span)) in lines.into_iter().enumerate() {
             let cells = cells_of(line, divider, span.start);
             let n = *n_columns.get_or_insert(if cells.len() == 3 { 3 } else { 2 });
@@ -116,19 +132,25 @@ impl Expander<'_> {
                 let Some(value) = number(cell, divider) else {
                     let message =
                         format!("row {} of table `{table}`: `{cell}` is no number", row_idx + 1);
-                    self.report(
-                        Diagnostic::error(codes::BAD_TABLE, message)
-                            .at(span, "not a number")
-                            .help("write numbers alone, and their units in the first line: `angle [deg], force [N]`"),
-                    );
-                    return None;
+                    n_bad += 1;
+                    if n_bad <= MOST_CELLS {
+                        self.report(
+                            Diagnostic::error(codes::BAD_TABLE, message)
+                                .at(span, "not a number")
+                                .help(if is_of_sheet(cell) { OF_SHEETS } else { OF_WORDS }),
+                        );
+                    }
+                    continue;
                 };
                 let digits = format!("{value:?}");
                 pair.push(Node { span, value: Value::Number { value, digits } });
             }
             rows.push(Node { span, value: Value::Array(pair) });
         }
-        Some((units, Node { span: whole, value: Value::Array(rows) }))
+        if let (true, Some(last)) = (n_bad > MOST_CELLS, self.faults.last_mut()) {
+            last.notes.push(format!("{} more cells are no numbers", n_bad - MOST_CELLS));
+        }
+        (n_bad == 0).then_some((units, Node { span: whole, value: Value::Array(rows) }))
     }
 
     /// The units in the brackets of a header, none where it has no brackets.

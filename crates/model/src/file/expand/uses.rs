@@ -10,7 +10,7 @@ use super::super::tree::{Entry, Node, Table, Value};
 use super::super::words::suggest;
 use super::merge::{given_in_place, put_ground_points, section_of};
 use super::rename::{Host, Renaming};
-use super::{Expander, OF_LIBRARY};
+use super::{Expander, OF_LIBRARY, Unopened};
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::library::{LIBRARY, LibraryPart};
 
@@ -171,11 +171,12 @@ impl Expander<'_> {
         }
         let text = match self.text_of(&path) {
             Ok(text) => text,
-            Err(why) => {
+            Err(Unopened { why, help }) => {
+                let usual = "name a model file in the folder of the model, or below it";
                 self.report(
                     Diagnostic::error(codes::BAD_PART, format!("the part `{path}` {why}"))
                         .at(node.span.clone(), "this file")
-                        .help("name a model file in the folder of the model, or below it"),
+                        .help(help.unwrap_or_else(|| usual.to_owned())),
                 );
                 return None;
             }
