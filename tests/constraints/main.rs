@@ -5,6 +5,7 @@ mod reactions;
 mod redundancy;
 mod redundant;
 mod starts;
+mod warnings;
 
 #[path = "../support/mod.rs"]
 mod support;

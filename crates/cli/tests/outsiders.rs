@@ -137,3 +137,91 @@ fn times_of_options_have_units_as_in_a_model() {
     assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
     assert!(text(&output.stderr).contains("`500 ms`"), "{}", text(&output.stderr));
 }
+
+/// A slider that follows a table of another file.
+const OF_TABLE: &str = "[bodies.cart]\nmass = \"1 kg\"\n[joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"cart\"]\n\
+                        axis = [1, 0]\n[tables.m]\nfile = \"m.csv\"\n[drives.d]\njoint = \"S\"\nmotion = \"m(t)\"\n";
+
+/// What is said of a model with another file beside it, which is refused.
+fn refused(model: &str, (file, bytes): (&str, &[u8])) -> String {
+    let place = Scratch::new();
+    place.write("model.toml", model);
+    place.write(file, bytes);
+    let output = place.run("check model.toml");
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    said
+}
+
+#[test]
+fn every_cell_without_a_number_is_named_in_its_file() {
+    let said =
+        refused(OF_TABLE, ("m.csv", b"t [s], x [m]\n0, 0\n0.1, NaN\n0.2, #DIV/0!\n1, 0.1\n"));
+    for fact in ["`NaN` is no number", "m.csv:3:6", "`#DIV/0!` is no number", "m.csv:4:6"] {
+        assert!(said.contains(fact), "{fact}: {said}");
+    }
+    assert_eq!(
+        said.matches("help: write the value that was measured, or remove the row").count(),
+        2
+    );
+}
+
+#[test]
+fn a_table_in_utf_16_is_called_so() {
+    let rows: Vec<u8> =
+        "\u{FEFF}t\tx\r\n0\t0\r\n1\t0.1\r\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let said = refused(OF_TABLE, ("m.csv", &rows));
+    assert!(said.contains("the file is UTF-16, not UTF-8"), "{said}");
+    assert!(said.contains("help: save the file with the encoding UTF-8"), "{said}");
+}
+
+#[test]
+fn a_mesh_that_ends_too_early_says_where() {
+    let model = "[bodies.bob]\ndensity = \"7850 kg/m^3\"\nfree = true\n\
+                 shapes = [{ type = \"mesh\", file = \"m.stl\", unit = \"mm\" }]\n";
+    let mut bytes = vec![b'x'; 80];
+    bytes.extend(4_000_000_000_u32.to_le_bytes());
+    bytes.extend([0; 100]);
+    let said = refused(model, ("m.stl", &bytes));
+    assert!(said.contains("ends at byte 184"), "{said}");
+    assert!(
+        said.contains("the 4000000000 faces that it counts would end at byte 200000000084"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_link_to_itself_is_called_so() {
+    let place = Scratch::new();
+    let model = "[use.p]\nfile = \"loop.toml\"\n[bodies.b]\nmass = 1\nfree = true\n";
+    place.write("model.toml", model);
+    symlink("loop.toml", place.path().join("loop.toml")).expect("a link");
+    let output = place.run("check model.toml");
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("it is a link that leads back to itself"), "{said}");
+    assert!(said.contains("put a file in the place of the link `loop.toml`"), "{said}");
+}
+
+/// A model without masses, which no run can follow, has positions.
+#[test]
+fn a_model_without_masses_says_what_can_be_asked_of_it() {
+    let place = Scratch::new();
+    place.write(
+        "model.toml",
+        "[ground]\npoints = { A = [0, 0], D = [3, 0] }\n[bodies.crank]\npoints = { A = [0, 0], B = [1, 0] }\n\
+         [bodies.coupler]\npoints = { B = [0, 0], C = [3, 0] }\n[bodies.rocker]\npoints = { D = [0, 0], C = [1.5, 0] }\n\
+         [joints]\nA = { type = \"revolute\", between = [\"ground.A\", \"crank.A\"] }\n\
+         B = { type = \"revolute\", between = [\"crank.B\", \"coupler.B\"] }\n\
+         C = { type = \"revolute\", between = [\"coupler.C\", \"rocker.C\"] }\n\
+         D = { type = \"revolute\", between = [\"ground.D\", \"rocker.D\"] }\n",
+    );
+    let output = place.run("check model.toml");
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("warning[S030]") && said.contains("`bksim kinematics`"), "{said}");
+    assert_eq!(said.matches("warning").count(), 1, "{said}");
+    // Another fault is one for every question.
+    let output = place.run("check model.toml --set crank.B.1=wide");
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+}

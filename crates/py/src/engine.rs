@@ -15,7 +15,6 @@ use bksim::model::file::{Limits, Recording};
 use bksim::options::{JITS, choice};
 use bksim::record::Channels;
 use bksim::sim::compiled::CompiledSystem;
-use bksim::sim::fault::{diagnose_guesses, diagnose_mobility, diagnose_turns};
 use bksim::sim::input::find_inputs;
 use bksim::sim::mobility::mobility;
 use bksim::sim::observable::{Observable, Observables};
@@ -325,13 +324,11 @@ impl Engine {
     /// The parts of the mechanism and how it can move, as JSON.
     fn check(&self, py: Python<'_>) -> PyResult<String> {
         guard(py, || {
-            let (start, mut warnings) = (self.start()?, self.warnings()?);
+            let (start, warnings) = (self.start()?, self.warnings()?);
             let mechanism = self.mechanism();
             let found = mobility(&mechanism.model, &mechanism.system, start);
 
-            warnings.extend(diagnose_guesses(&mechanism.model, &mechanism.system, start));
-            warnings.extend(diagnose_mobility(&mechanism.model, &found));
-            warnings.extend(diagnose_turns(&mechanism.model, &mechanism.system));
+            let warnings = mechanism.warnings_of(start, &found, warnings);
             let mut body = describe::parts(&mechanism, &found);
             body["diagnostics"] = json_all(self.source(), &warnings);
             Ok(body.to_string())

@@ -22,6 +22,9 @@ bksim_model::codes! {
     SHARED_REACTION = "S023", "friction by a reaction that is not unique";
     BELT_WAY = "S024", "a belt without a way around its wheels";
     ANGLE_JUMPS = "S025", "an angle that jumps at half a turn";
+    AT_DEAD_CENTRE = "S028", "at rest in a dead centre";
+    RATE_JUMPS = "S029", "a drive whose rate jumps";
+    POSITIONS_ALONE = "S030", "positions alone can be asked for";
     DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
     NO_VALUE = "R002", "an expression leaves its domain";
     STEP_TOO_SMALL = "R003", "the step size became too small";

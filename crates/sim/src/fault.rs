@@ -2,7 +2,10 @@
 //! diagnostics that name loops, bodies, stated values and expressions.
 
 mod amount;
+mod at_start;
 mod closing;
+mod corner;
+mod dead_centre;
 mod guesses;
 mod pace;
 mod pole;
@@ -16,6 +19,7 @@ mod within_turn;
 mod words;
 mod worth;
 
+pub use at_start::diagnose_at_start;
 pub use guesses::diagnose_guesses;
 pub use pace::diagnose_slowness;
 pub use run::diagnose_run;

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use crate::compiled::{CompiledSystem, compile};
 use crate::coupling::check_couplings;
-use crate::fault::diagnose_start;
+use crate::fault::{diagnose_at_start, diagnose_start};
 use crate::input::{Law, check_inputs};
+use crate::mobility::Mobility;
 use crate::sampled::Sampling;
 use crate::sensitivity::{self, Sensitive, SensitivityError};
 use crate::start::{Closed, Start, closed, start};
@@ -112,6 +113,18 @@ impl Mechanism {
         let Self { model, system, compiled, parameters, .. } = self;
         start(model, system, compiled, parameters)
             .map_err(|error| Rejected(vec![diagnose_start(model, system, compiled, &error)]))
+    }
+
+    /// All warnings about a start, after those that the reading of the model gave.
+    pub fn warnings_of(
+        &self,
+        start: &Start,
+        found: &Mobility,
+        read: Vec<Diagnostic>,
+    ) -> Vec<Diagnostic> {
+        let Self { model, system, compiled, parameters, .. } = self;
+        let numbers = (compiled.as_ref(), parameters.as_slice());
+        diagnose_at_start((model, system), numbers, start, found, read)
     }
 
     /// The positions of the start alone, which need no masses.

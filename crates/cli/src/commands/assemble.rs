@@ -3,7 +3,6 @@
 use bksim::Mechanism;
 use bksim::describe;
 use bksim::mbs::quantity::Quantity;
-use bksim::sim::fault::{diagnose_guesses, diagnose_mobility, diagnose_turns};
 use bksim::sim::mobility::mobility;
 use bksim::sim::start::{Moved, Start};
 
@@ -18,10 +17,7 @@ pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Sta
     let mechanism = derive(&loaded.source, loaded.model)?;
     let start = mechanism.start().map_err(|rejected| loaded.source.rejected(rejected.0))?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
-    let mut warnings = loaded.warnings;
-    warnings.extend(diagnose_guesses(&mechanism.model, &mechanism.system, &start));
-    warnings.extend(diagnose_mobility(&mechanism.model, &found));
-    warnings.extend(diagnose_turns(&mechanism.model, &mechanism.system));
+    let warnings = mechanism.warnings_of(&start, &found, loaded.warnings);
     if as_json {
         let mut body = describe::start(&mechanism, &start);
         body["diagnostics"] = render::json_all(&loaded.source, &warnings);

@@ -1,27 +1,30 @@
 //! `bksim check`: every fault at once, or what the mechanism is made of and how it can move.
 
 use bksim::Mechanism;
+use bksim::analysis::Positions;
 use bksim::describe::{self, coordinate_policy, joint_names};
 use bksim::mbs::particle::particles;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::code;
 use bksim::model::{CoordinatePolicy, Model, Space};
-use bksim::sim::fault::{diagnose_guesses, diagnose_mobility, diagnose_turns};
+use bksim::sim::codes::POSITIONS_ALONE;
 use bksim::sim::mobility::{Mobility, freedoms_of_body, mobility, taken};
 
 use crate::args::ModelArgs;
 use crate::exit::{Failure, Status};
 use crate::output::{self, table};
 use crate::render;
-use crate::source::{derive, load};
+use crate::source::{derive, load, load_geometry};
 
 pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Status, Failure> {
-    let loaded = load(args, nesting)?;
+    let loaded = match load(args, nesting) {
+        Ok(loaded) => loaded,
+        Err(failure) => return of_positions(args, as_json, nesting, failure),
+    };
     let mechanism = derive(&loaded.source, loaded.model)?;
     let start = mechanism.start().map_err(|rejected| loaded.source.rejected(rejected.0))?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
-    let mut warnings = loaded.warnings;
-    warnings.extend(diagnose_guesses(&mechanism.model, &mechanism.system, &start));
-    warnings.extend(diagnose_mobility(&mechanism.model, &found));
-    warnings.extend(diagnose_turns(&mechanism.model, &mechanism.system));
+    let warnings = mechanism.warnings_of(&start, &found, loaded.warnings);
 
     if as_json {
         let mut body = describe::parts(&mechanism, &found);
@@ -30,6 +33,69 @@ pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Sta
     } else {
         render::print_all(&loaded.source, &warnings);
         output::text(&report(&mechanism, &found))?;
+    }
+    Ok(Status::Done)
+}
+
+/// A model that lacks nothing but masses: what can be asked of its positions. The failure as it is for every other
+/// one.
+fn of_positions(
+    args: &ModelArgs,
+    as_json: bool,
+    nesting: usize,
+    failure: Failure,
+) -> Result<Status, Failure> {
+    let Failure::Model { diagnostics, .. } = &failure else { return Err(failure) };
+    let lacks_mass = |of: &Diagnostic| {
+        of.code == code::NO_BODIES
+            || of.code == code::MISSING_KEY && of.message.ends_with("has no `mass`")
+    };
+    let mut errors = diagnostics.iter().filter(|of| of.is_error());
+    let first = diagnostics.iter().find(|of| lacks_mass(of)).cloned();
+    let (true, Some(first)) = (errors.all(lacks_mass), first) else { return Err(failure) };
+    let n_faults = diagnostics.iter().filter(|of| lacks_mass(of)).count();
+    let Ok(loaded) = load_geometry(args, nesting) else { return Err(failure) };
+    let model = &loaded.model;
+    let is_of_laws = model.bodies.len() == 1;
+    // Where some bodies have masses, or loads act, a motion in time is meant.
+    let are_all = is_of_laws || n_faults == model.bodies.len() - 1;
+    if !are_all || !model.loads.is_empty() || model.joints.is_empty() && !is_of_laws {
+        return Err(failure);
+    }
+    let names: Vec<&str> = model.bodies.iter().skip(1).map(|body| body.name.as_str()).collect();
+    let (what, commands) = if is_of_laws {
+        ("there are no bodies", "`bksim cam`")
+    } else {
+        ("bodies have no mass", "`bksim kinematics`, `curves`, `polygons`, `doctor` or `cam`")
+    };
+    let message = format!("{what}: positions alone can be asked for");
+    let mut warning = Diagnostic::warning(POSITIONS_ALONE, message).help(format!(
+        "ask {commands}; for a motion in time {}",
+        first.help.as_deref().unwrap_or("give all bodies their masses")
+    ));
+    warning.labels = first.labels;
+    let mut warnings = loaded.warnings;
+    warnings.push(warning);
+
+    // Joints that cannot meet are a fault for every question.
+    let joints: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
+    let body = serde_json::json!({ "model": model.name, "bodies": names, "joints": joints });
+    let row = |what: &str, of: &[&str]| vec![what.to_owned(), of.len().to_string(), of.join(" ")];
+    let text = format!(
+        "{}: no errors\n{}",
+        model.name,
+        table(&[row("bodies", &names), row("joints", &joints)])
+    );
+    if !is_of_laws {
+        Positions::of(loaded.model).map_err(|error| loaded.source.rejected(error.diagnostics()))?;
+    }
+    if as_json {
+        let mut body = body;
+        body["diagnostics"] = render::json_all(&loaded.source, &warnings);
+        output::json("check", body)?;
+    } else {
+        render::print_all(&loaded.source, &warnings);
+        output::text(&text)?;
     }
     Ok(Status::Done)
 }

@@ -17,7 +17,6 @@ use bksim::log::{self, Level, LogError};
 use bksim::model::diagnostic::Diagnostic;
 use bksim::options::{BadOption, SolveChanges, described, in_words};
 use bksim::record::{Contents, Recorder, compliance_options, set_option};
-use bksim::sim::fault::{diagnose_guesses, diagnose_mobility, diagnose_turns};
 use bksim::sim::mobility::{Mobility, mobility};
 use bksim::sim::run::{self, Summary, Unresumed};
 use bksim::sim::sensitivity::Sensitive;
@@ -183,10 +182,7 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
     let plan = (!sensitive.is_empty()).then(|| simulation.plan_sensitivities(&start, &sensitive));
     let plan = plan.transpose().map_err(rejected)?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
-    let mut warnings = loaded.warnings;
-    warnings.extend(diagnose_guesses(&mechanism.model, &mechanism.system, &start));
-    warnings.extend(diagnose_mobility(&mechanism.model, &found));
-    warnings.extend(diagnose_turns(&mechanism.model, &mechanism.system));
+    let warnings = mechanism.warnings_of(&start, &found, loaded.warnings);
     times.assemble = clock.lap();
     Ok(Prepared {
         source,

@@ -193,7 +193,10 @@ impl Closing<'_> {
         let here = ground.at(self, evaluator, q);
         let distance = ground.distance(part, &here);
         let own = ground.taken(part, &here, q);
-        let other = candidates.iter().find(|other| !ground.is_same(part, other, &own))?;
+        let is_other = |other: &&Candidate| {
+            !ground.is_same(part, other, &own) && !ground.is_near(part, other, &own)
+        };
+        let other = candidates.iter().find(is_other)?;
         let ratio = other.distance / distance;
         if distance <= GUESS_HOLDS || ratio > NEARLY_AS_NEAR {
             return None;

@@ -225,6 +225,20 @@ impl<'a> Ground<'a> {
         pairs.all(|(&column, (a, b))| self.agrees(column, *a, *b))
     }
 
+    /// Whether two assemblies of a part that can move are places of one motion: so near each other that no other
+    /// way to close lies between.
+    pub(super) fn is_near(&self, part: &Part, a: &Candidate, b: &Candidate) -> bool {
+        const NEAR: f64 = 0.02;
+        let is_free = part.rows.len() < part.columns.len();
+        let mut pairs = part.columns.iter().zip(a.q.iter().zip(&b.q));
+        is_free
+            && pairs.all(|(&column, (a, b))| {
+                let apart = (a - b) / self.unit_of_column[column];
+                let turned = if self.is_turn[column] { wrapped(apart) } else { apart };
+                turned.abs() <= NEAR
+            })
+    }
+
     /// True where a part with the coordinates `known` is as in the position `q`.
     fn is_at(&self, part: &Part, known: &[f64], q: &[f64]) -> bool {
         let mut columns = part.columns.iter().zip(known);

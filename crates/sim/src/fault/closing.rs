@@ -12,7 +12,7 @@ use crate::start::{Conflict, Gap};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Code, Diagnostic};
 use bksim_model::message::{listed, short};
-use bksim_model::{Drive, JointId, JointKind, Measure, Model};
+use bksim_model::{Drive, JointId, JointKind, Measure, Model, Space};
 
 /// Three digits: what a search for the edge of a reach is good for.
 pub(super) fn estimate(value: f64) -> String {
@@ -209,7 +209,86 @@ pub(super) fn drives_out_of_reach(model: &Model, nearest: &[(usize, f64)]) -> Di
     let beyond = shortest_loop(model, Some(drive.joint), &held_by_drives(model, t));
     let note = beyond.map(|found| beyond_reach(&found)).or_else(|| reach_note(model, drive, t));
     let fault = note.into_iter().fold(fault, Diagnostic::note);
-    fault.help("start within the reach, or change the lengths of the links of this loop")
+    one_freedom(model, drive, fault).unwrap_or_else(|fault| {
+        fault.help("start within the reach, or change the lengths of the links of this loop")
+    })
+}
+
+/// The fault of a drive together with another one in a loop that has one freedom: both by their names, and the
+/// freedom. The fault as it is where there is no other.
+///
+/// # Errors
+/// The fault as it is where no other drive moves the same freedom.
+pub(super) fn one_freedom(
+    model: &Model,
+    drive: &Drive,
+    fault: Diagnostic,
+) -> Result<Diagnostic, Diagnostic> {
+    let around = loop_through(model, drive.joint);
+    let is_other = |other: &&Drive| other.name != drive.name && around.contains(&other.joint);
+    let others: Vec<&Drive> = model.drives.iter().filter(is_other).collect();
+    // A loop in the plane takes three freedoms from those of its joints.
+    let of_joints: usize = around.iter().map(|j| model.joints[j.0].kind.motions().len()).sum();
+    let is_planar = model.space == Space::Planar;
+    let n_free = of_joints.saturating_sub(if is_planar { 3 } else { 6 });
+    let Some(other) = others.last().filter(|_| !is_planar || others.len() + 1 > n_free) else {
+        return Err(fault);
+    };
+    let held = |drive: &Drive| {
+        let position = drive_position(model, drive, model.solve.t_start, short);
+        format!("drive `{}` holds `{}` at {position}", drive.name, name(model, drive.joint))
+    };
+    let what = match n_free {
+        1 => "the one freedom".to_owned(),
+        n => format!("the {n} freedoms"),
+    };
+    let message = format!(
+        "drives `{}` and `{}` move {what} of the loop {}, each in its own way",
+        other.name,
+        drive.name,
+        in_order(model, &around)
+    );
+    let fault = Diagnostic { message, ..fault }.at(other.span.clone(), "the other drive");
+    Ok(fault
+        .note(format!("at the start {}, and {}", held(other), held(drive)))
+        .help(format!("remove `[drives.{}]` or `[drives.{}]`", drive.name, other.name)))
+}
+
+/// A stated position of a joint that a drive holds at another one.
+fn held_by_drive(model: &Model, conflicts: &[Conflict]) -> Option<Diagnostic> {
+    let (conflict, drive) = conflicts.iter().find_map(|conflict| {
+        let Measure::JointPosition(joint, idx) = model.initial[conflict.initial_idx].measure else {
+            return None;
+        };
+        let drive = model.drives.iter().find(|d| (d.joint, d.motion_idx) == (joint, idx))?;
+        Some((conflict, drive))
+    })?;
+    let initial = &model.initial[conflict.initial_idx];
+    let start = drive_value(model, drive, model.solve.t_start);
+    let shown = |value: f64| match unit_of(model, initial.measure) {
+        "rad" => format!("{} deg ({} rad)", short(value.to_degrees()), short(value)),
+        unit => format!("{} {unit}", short(value)),
+    };
+    let message = format!(
+        "drive `{}` holds `{}` at {} at the start, and it is stated as {}",
+        drive.name,
+        initial.name,
+        shown(start),
+        shown(conflict.stated)
+    );
+    Some(
+        Diagnostic::error(codes::STATED_POSITIONS, message)
+            .at(initial.span.clone(), "stated here")
+            .at(
+                drive.span.clone(),
+                format!("{} at t = {} s", shown(start), short(model.solve.t_start)),
+            )
+            .help(format!(
+                "remove `{}` from `[initial]`, or add {} to the `motion` of the drive",
+                initial.name,
+                shown(conflict.stated - start)
+            )),
+    )
 }
 
 /// The part of a loop that does not reach while joints are held.
@@ -265,7 +344,8 @@ pub(super) fn stated_positions(
     system: &SymbolicSystem,
     conflicts: &[Conflict],
 ) -> Diagnostic {
-    let special = within_turn::stated(model, system, conflicts);
+    let special =
+        held_by_drive(model, conflicts).or_else(|| within_turn::stated(model, system, conflicts));
     if let Some(fault) = special.or_else(|| pole::stated(model, conflicts)) {
         return fault;
     }
@@ -280,10 +360,16 @@ pub(super) fn stated_positions(
         };
         conflicts.iter().find(own).map(|c| c.stated).or_else(driven)
     };
-    match shortest_loop(model, None, &stated) {
+    let fault = match shortest_loop(model, None, &stated) {
         Some(found) => fault.note(beyond_reach(&found)),
         None => fault,
-    }
+    };
+    // Drives hold what they drive, and so what is joined with it.
+    let of_loop = conflicts.iter().filter_map(|c| match model.initial[c.initial_idx].measure {
+        Measure::JointPosition(joint, _) => Some(loop_through(model, joint)),
+        _ => None,
+    });
+    with_drives(model, fault, &of_loop.flatten().collect::<Vec<_>>())
 }
 
 /// Stated values that exclude each other, each with what the others allow.

@@ -42,10 +42,12 @@ pub fn diagnose_start(
         StartError::DriveCannotMove { drive_idx } => {
             let drive = &model.drives[*drive_idx];
             let message = format!("drive `{}` cannot move its joint at the start", drive.name);
-            Diagnostic::error(codes::DRIVE_AT_START, message)
+            let fault = Diagnostic::error(codes::DRIVE_AT_START, message)
                 .at(drive.span.clone(), "this rate is excluded by the other constraints")
-                .note(format!("at t = {} s the joints allow no such rate", model.solve.t_start))
-                .help("start from another position, or drive another joint")
+                .note(format!("at t = {} s the joints allow no such rate", model.solve.t_start));
+            closing::one_freedom(model, drive, fault).unwrap_or_else(|fault| {
+                fault.help("start from another position, or drive another joint")
+            })
         }
         StartError::NoInertia { coordinates, q } => pole::at_start(model, system, coordinates, q)
             .unwrap_or_else(|| no_inertia(model, system, compiled, coordinates)),
@@ -145,7 +147,7 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
                 .help(help),
         );
     }
-    if mobility.mobility == 0 {
+    if mobility.mobility == 0 && !is_led_by_lengths(model) {
         let message = format!(
             "mobility 0: nothing can move; {} counts {}, and {} {}",
             counter(model),
@@ -162,6 +164,16 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
         });
     }
     found
+}
+
+/// Whether lengths or relations that change in time move the mechanism, though it has no freedom left.
+fn is_led_by_lengths(model: &Model) -> bool {
+    let lengths = model.joints.iter().filter_map(|joint| match joint.kind {
+        JointKind::Link { length } => Some(length),
+        _ => None,
+    });
+    let relations = model.couplings.iter().map(|coupling| coupling.relation);
+    lengths.chain(relations).any(|e| model.pool.depends_on(e, model.time))
 }
 
 /// Who counted the freedoms so.

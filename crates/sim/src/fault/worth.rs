@@ -27,6 +27,9 @@ const FACTOR: f64 = 1000.0;
 /// Repeated steps whose error has not fallen with their size that are told: so many, and this part of all
 /// steps.
 const NOISY: usize = 10;
+/// A mean error beyond so many tolerances is not rounding where no singular pose was passed: it is of steps far too large,
+/// as the first ones after an event may be, or of a motion that is stiff.
+const MOST_NOISE: f64 = 30.0;
 const NOISY_PART: f64 = 0.02;
 /// Steps follow a motion towards a singular pose until its noise meets the tolerance, whatever that is, so
 /// the noise met says nothing of another tolerance. One, two, ten and forty square windows in absolute
@@ -182,7 +185,8 @@ fn below_noise(model: &Model, options: &SolveOptions, summary: &Summary) -> Opti
     let is_sampled = !model.inputs.is_empty() || !model.held.is_empty();
     let is_in_pieces =
         !(model.table_calls.is_empty() && model.laws.is_empty() && model.curves.is_empty());
-    if !is_noisy || is_sampled || is_in_pieces || options.step.is_some() {
+    let is_of_steps = summary.singular_poses.is_empty() && noise.mean_error() > MOST_NOISE;
+    if !is_noisy || is_of_steps || is_sampled || is_in_pieces || options.step.is_some() {
         return None;
     }
     let message =
