@@ -20,7 +20,7 @@ use bksim_mbs::coordinate::Owner;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
-use bksim_model::{Model, motion_words};
+use bksim_model::{Measure, Model, motion_words};
 
 /// Larger mechanisms are not looked at.
 const MOST_COORDINATES: usize = 60;
@@ -57,10 +57,19 @@ pub(super) fn at_rest(
             .any(|side| goes_on((compiled, parameters), start, &(direction * side)) == Some(true))
     })?;
 
-    // The joint that moves most of all.
+    // The joint that moves most, of those that the file states where one of them moves.
     let coordinates = system.coordinates();
+    let is_stated = |i: usize| {
+        let Owner::Joint(joint, motion_idx) = coordinates[i].owner else { return false };
+        let measure = Measure::JointPosition(joint, motion_idx);
+        let moves = direction[i].abs() > 0.1 * direction.amax();
+        moves && model.initial.iter().any(|of| of.measure == measure && !of.is_guess)
+    };
     let of_joint = (0..n).filter(|&i| matches!(coordinates[i].owner, Owner::Joint(..)));
-    let most = of_joint.max_by(|&a, &b| direction[a].abs().total_cmp(&direction[b].abs()));
+    let most = of_joint.max_by(|&a, &b| {
+        let by_size = direction[a].abs().total_cmp(&direction[b].abs());
+        is_stated(a).cmp(&is_stated(b)).then(by_size)
+    });
     let example =
         most.map(|i| next_to(model, &coordinates[i].owner, start.q[i])).unwrap_or_default();
     let loads = match model.loads.len() {
