@@ -217,7 +217,10 @@ impl Reader<'_> {
             return;
         }
         // Letters that nobody sees are shown by their numbers.
-        let message = message.replace(word, &visible(word));
+        let message = match first_foreign(word) {
+            Some(_) => message.replace(word, &visible(word)),
+            None => message,
+        };
         let mut fault = Diagnostic::error(code, message).at(location, label);
         if candidates.iter().any(|known| known.eq_ignore_ascii_case(word)) {
             fault = fault.note("names are case-sensitive");

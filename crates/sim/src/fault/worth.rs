@@ -27,10 +27,13 @@ const FACTOR: f64 = 1000.0;
 /// Repeated steps whose error has not fallen with their size that are told: so many, and this part of all
 /// steps.
 const NOISY: usize = 10;
+const NOISY_PART: f64 = 0.02;
 /// A mean error beyond so many tolerances is not rounding where no singular pose was passed: it is of steps far too large,
 /// as the first ones after an event may be, or of a motion that is stiff.
 const MOST_NOISE: f64 = 30.0;
-const NOISY_PART: f64 = 0.02;
+/// Nor does rounding reach a tolerance as large as this without one: there it is that of motions with a bend, such as
+/// under a force of `t^0.3`.
+const NOISELESS: f64 = 1e-8;
 /// Steps follow a motion towards a singular pose until its noise meets the tolerance, whatever that is, so
 /// the noise met says nothing of another tolerance. One, two, ten and forty square windows in absolute
 /// coordinates are undisturbed at 1e-6: that is advised, or from there on so much more.
@@ -185,7 +188,8 @@ fn below_noise(model: &Model, options: &SolveOptions, summary: &Summary) -> Opti
     let is_sampled = !model.inputs.is_empty() || !model.held.is_empty();
     let is_in_pieces =
         !(model.table_calls.is_empty() && model.laws.is_empty() && model.curves.is_empty());
-    let is_of_steps = summary.singular_poses.is_empty() && noise.mean_error() > MOST_NOISE;
+    let is_regular = summary.singular_poses.is_empty();
+    let is_of_steps = is_regular && (noise.mean_error() > MOST_NOISE || options.rtol >= NOISELESS);
     if !is_noisy || is_of_steps || is_sampled || is_in_pieces || options.step.is_some() {
         return None;
     }
