@@ -1,5 +1,7 @@
 //! Files in another encoding or language, and lines that are nearly TOML: what they are, and how the line is written.
 
+use toml::de::DeTable;
+
 use super::codes;
 use super::letters::{bare_parts, spelled};
 use super::token::token_length;
@@ -112,6 +114,90 @@ pub(super) fn nearly(text: &str, line: &Span) -> Option<Diagnostic> {
             .at(at, "names have the letters a–z and A–Z, digits and `_`, no blanks")
             .help(format!("write the line as `{written} = {value}`")),
     )
+}
+
+/// The fault of a line that one small change makes TOML: signs of other languages, a sign that is missing, brackets of
+/// another kind.
+pub(super) fn repaired(text: &str, line: &Span) -> Option<Diagnostic> {
+    let whole = text[line.clone()].trim();
+    let start = line.start + (text[line.clone()].len() - text[line.clone()].trim_start().len());
+    if whole.len() > LONGEST {
+        return None;
+    }
+    let is_toml = |written: &str| DeTable::parse(written).is_ok();
+    let fault = |message: &str, at: usize, length: usize, label: &str, written: &str| {
+        Diagnostic::error(codes::SYNTAX, message)
+            .at(start + at..start + at + length, label)
+            .help(format!("write the line as `{written}`"))
+    };
+    // The signs that are in no text and no comment.
+    let bare = |signs: &[char]| {
+        bare_parts(whole).find_map(|(from, part)| part.find(signs).map(|at| from + at))
+    };
+    if let Some(kept) = whole.strip_suffix(';').filter(|kept| is_toml(kept)) {
+        return Some(fault(
+            "a line ends with `;`",
+            kept.len(),
+            1,
+            "lines need no sign at their end",
+            kept,
+        ));
+    }
+    if let Some(at) = bare(&['/']).filter(|at| whole[*at..].starts_with("//")) {
+        let written = format!("{}# {}", &whole[..at], whole[at..].trim_start_matches(['/', ' ']));
+        if is_toml(&written) {
+            return Some(fault("a comment after `//`", at, 2, "comments follow `#`", &written));
+        }
+    }
+    if whole.ends_with(']') && !whole.contains(['[', '=', '"']) {
+        let written = format!("[{whole}");
+        if is_toml(&written) {
+            return Some(fault(
+                "`]` of the table was not opened",
+                0,
+                1,
+                "no `[` before this",
+                &written,
+            ));
+        }
+    }
+    if let Some(at) =
+        whole.find(['"', '[', '{']).filter(|at| *at > 0 && !whole[..*at].contains('='))
+    {
+        let key = whole[..at].trim();
+        let written = format!("{key} = {}", &whole[at..]);
+        if !key.contains(char::is_whitespace) && is_toml(&written) {
+            return Some(fault("`=` is missing after a key", 0, key.len(), "this key", &written));
+        }
+    }
+    if let Some(at) = bare(&['(', ')']) {
+        let plain = |part: &str| part.replace('(', "[").replace(')', "]");
+        let written = changed_outside_texts(whole, plain);
+        if is_toml(&written) {
+            return Some(fault("a round bracket", at, 1, "lists have square brackets", &written));
+        }
+    }
+    let [open, close] = [whole.find("= [")? + 2, whole.rfind(']')?];
+    let inside = whole.get(open + 1..close)?;
+    let written = format!("{}{{{inside}}}{}", &whole[..open], &whole[close + 1..]);
+    (inside.contains('=') && is_toml(&written)).then(|| {
+        fault("keys and values in square brackets", open, 1, "tables have braces", &written)
+    })
+}
+
+/// Longer lines are not tried in other forms.
+const LONGEST: usize = 400;
+
+/// A line with the parts that are no texts and no comments changed.
+fn changed_outside_texts(line: &str, change: impl Fn(&str) -> String) -> String {
+    let mut written = String::new();
+    let mut end = 0;
+    for (start, part) in bare_parts(line) {
+        written.push_str(&line[end..start]);
+        written.push_str(&change(part));
+        end = start + part.len();
+    }
+    written + &line[end..]
 }
 
 /// A header whose names have blanks or letters of other alphabets: `[bodies.left arm]`.

@@ -5,7 +5,9 @@ use toml::de::{DeTable, DeValue, Error};
 use super::codes;
 use super::letters::{foreign_letters, spelled};
 use super::marks::{decimal_comma, typographic_quotes};
-use super::other_forms::{crossed_brackets, encoding_of, nearly, old_line_ends, other_language};
+use super::other_forms::{
+    crossed_brackets, encoding_of, nearly, old_line_ends, other_language, repaired,
+};
 use super::token::token_length;
 use super::tree::Table;
 use crate::diagnostic::{Diagnostic, Span};
@@ -148,6 +150,9 @@ fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
         return Diagnostic::error(codes::NESTING, message)
             .at(longest_name(text, line.start), "this name")
             .help("names of this model have at most three parts, such as `bodies.crank.mass`");
+    }
+    if let Some(fault) = repaired(text, &line) {
+        return fault;
     }
     // Values and keys.
     let token = text.get(span.clone()).unwrap_or_default();

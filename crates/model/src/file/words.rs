@@ -11,6 +11,12 @@ pub(super) fn closest<'c>(word: &str, candidates: &[&'c str]) -> Option<&'c str>
     if let Some(known) = same_letters {
         return Some(known);
     }
+    // The plural that no letter more makes.
+    if word.eq_ignore_ascii_case("body")
+        && let Some(known) = candidates.iter().find(|known| **known == "bodies")
+    {
+        return Some(known);
+    }
     if word.len() > MAX_WORD {
         return None;
     }
