@@ -205,3 +205,40 @@ fn the_works_of_parts_are_the_work_of_the_run() {
     let rows: Vec<Value> = bksim::report::json_of(&belt)["work"].as_array().expect("rows").clone();
     assert_eq!(rows.len(), belt.work.len());
 }
+
+/// Rotors in joints keep the energy, and move alike where their joint is in the tree and where it is cut.
+#[test]
+fn rotors_of_joints_keep_the_energy() {
+    let arm = |axis: &str, cut: bool| {
+        let cut = if cut { "cut = true\n" } else { "" };
+        format!(
+            "space = \"spatial\"\n[bodies.upper]\nmass = 2\ncom = [0.3, 0, 0]\ninertia = [0.02, 0.1, 0.1]\n\
+             points = {{ B = [0.6, 0, 0] }}\n[bodies.lower]\nmass = 1\ncom = [0.2, 0.05, 0]\n\
+             inertia = [0.01, 0.03, 0.03]\n[joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"upper\"]\n\
+             axis = [0, 1, 0]\narmature = 0.4\n[joints.B]\ntype = \"revolute\"\n\
+             between = [\"upper.B\", \"lower\"]\naxis = {axis}\narmature = \"0.05 kg m^2\"\n{cut}\
+             [loads.weight]\ntype = \"gravity\"\nacceleration = [0, 0, -9.81]\n\
+             [solve]\nt_end = 1\nrtol = 1e-10\natol = 1e-11\n"
+        )
+    };
+    for axis in ["[0, 1, 0]", "[0.3, 0.8, 0.5]"] {
+        let [whole, cut] = [false, true].map(|cut| audited(&arm(axis, cut)));
+        is_closed("in the tree", &whole, 1e-8);
+        is_closed("cut", &cut, 1e-8);
+        let within = Within { relative: 1e-7, absolute: 0.0 };
+        close(
+            "largest kinetic energy",
+            cut.energy.kinetic.value,
+            whole.energy.kinetic.value,
+            within,
+        );
+    }
+    // Of a block on a slope only the rotor's inertia counts, not its weight: a = m g/(m + a).
+    let block = "[bodies.block]\nmass = 2\n[joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"block\"]\n\
+         axis = [0, -1]\narmature = \"3 kg\"\n[loads.weight]\ntype = \"gravity\"\nacceleration = [0, -10]\n\
+         [solve]\nt_end = 1\n";
+    let found = audited(block);
+    // v = 4 m/s, and half of 5 kg v².
+    let within = Within { relative: 1e-9, absolute: 0.0 };
+    close("kinetic energy", found.energy.kinetic.value, 40.0, within);
+}

@@ -24,6 +24,7 @@ use crate::lagrange;
 use crate::modes::with_modes;
 use crate::norm;
 use crate::recursion;
+use crate::rotor;
 use crate::rubbing::measured_reactions;
 use crate::signal::signal_values;
 use crate::sparse::SparseMatrix;
@@ -71,6 +72,9 @@ fn assemble_along(
     };
     if !kinematics.turnings.is_empty() {
         left.add_norms(model, &kinematics);
+    }
+    if rotor::are_there(model) {
+        left.add_rotors(model, &kinematics);
     }
     if !model.states.is_empty() {
         left.add_states(model, &kinematics);

@@ -18,6 +18,7 @@ use crate::coordinate::{Coordinate, CoordinateKind};
 use crate::inertia::central_inertia;
 use crate::kinematics::Kinematics;
 use crate::norm::{self, unnamed};
+use crate::rotor;
 use crate::sparse::SparseMatrix;
 use crate::spatial;
 use bksim_model::{BodyId, Model, Vector};
@@ -58,6 +59,25 @@ impl LeftSide {
             for (i, rate) in states {
                 forces[i] = rate;
             }
+        }
+    }
+
+    /// Gives the joints their rotors.
+    pub(crate) fn add_rotors(&mut self, model: &Model, kinematics: &Kinematics) {
+        let pool = &model.pool;
+        let symbols = |of: fn(&Coordinate) -> SymbolId| -> Vec<Expr> {
+            kinematics.coordinates.iter().map(|c| pool.symbol_expr(of(c))).collect()
+        };
+        let (v, a) = (symbols(|c| c.v), symbols(|c| c.a));
+        let at_rest = vec![pool.zero(); v.len()];
+        let kinetic = rotor::kinetic_energy(model, kinematics, &v);
+        self.kinetic_energy = pool.sum([self.kinetic_energy].into_iter().chain(kinetic));
+        self.mass_matrix = rotor::mass_matrix(model, kinematics, &self.mass_matrix);
+        for forces in [&mut self.bias, &mut self.resistance] {
+            rotor::add_forces(model, kinematics, &at_rest, forces);
+        }
+        if let Some(forces) = &mut self.inverse_dynamics {
+            rotor::add_forces(model, kinematics, &a, forces);
         }
     }
 

@@ -24,6 +24,7 @@ pub mod quantity;
 pub mod quaternion;
 pub mod reaction;
 mod recursion;
+mod rotor;
 mod rubbing;
 pub mod signal;
 mod sliding;

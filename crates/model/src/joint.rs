@@ -26,6 +26,8 @@ pub struct Joint {
     /// Turns of the joint's frame on the successor against that of its point, each about an axis that those before
     /// it have turned; none where the axis has the same components in both.
     pub alignment: Vec<FixedTurn>,
+    /// Inertia of a rotor that turns with the joint's one motion: kg m² where it turns, kg where it slides; else zero.
+    pub armature: Expr,
     /// The author's word on cutting this joint.
     pub cut: Option<bool>,
     /// Names the author gave to its coordinates, in the order of its motion.

@@ -18,6 +18,7 @@ use crate::force::{Loads, Wrench};
 use crate::inertia::central_inertia;
 use crate::joint;
 use crate::norm;
+use crate::rotor;
 use crate::signal::signal_values;
 use crate::spatial;
 use crate::system::SymbolicSystem;
@@ -105,7 +106,8 @@ fn kinetic_energy(model: &Model, system: &SymbolicSystem) -> Expr {
     let of_bodies = pool.mul(pool.rational(1, 2), pool.sum(doubled));
     let rates: Vec<Expr> = system.coordinates().iter().map(|c| pool.symbol_expr(c.v)).collect();
     let of_norms = norm::kinetic_energy(model, kinematics, &rates, &norm::unnamed);
-    pool.sum([of_bodies].into_iter().chain(of_norms))
+    let of_rotors = rotor::kinetic_energy(model, kinematics, &rates);
+    pool.sum([of_bodies].into_iter().chain(of_norms).chain(of_rotors))
 }
 
 /// V, and the wrenches that have none.

@@ -31,6 +31,7 @@ use crate::kinematics::{Kinematics, Turning};
 use crate::lagrange::LeftSide;
 use crate::norm;
 use crate::pose::Pose;
+use crate::rotor;
 use crate::spatial::{self, Turn};
 use crate::tree::Tree;
 
@@ -173,11 +174,13 @@ pub(crate) fn named(
     };
     let mut kinetic_energy = energy::kinetic(pool, links, rates, &naming);
     kinetic_energy.extend(norm::kinetic_energy(model, kinematics, rates, &name("d")));
+    kinetic_energy.extend(rotor::kinetic_energy(model, kinematics, rates));
     let mut potential_energy = energy::potential(pool, links, &loads.field, &naming);
     potential_energy.extend(&loads.without_field);
     let mut inverse_dynamics = recursion.forces([rates, accelerations], Some(lifted), &naming);
     let motion = [rates.as_slice(), accelerations];
     norm::add_forces(model, kinematics, motion, &mut inverse_dynamics, &name("n"));
+    rotor::add_forces(model, kinematics, accelerations, &mut inverse_dynamics);
     let roots = [&kinetic_energy[..], &potential_energy, &inverse_dynamics].concat();
     let definitions = naming.needed(&roots);
     NamedRecursion { definitions, kinetic_energy, potential_energy, inverse_dynamics }

@@ -10,7 +10,7 @@ use super::tree::{Node, Table, Value};
 use super::units::Quantity;
 use super::value::{Scalar, Scope};
 use crate::body::{Body, Inertia};
-use crate::diagnostic::{Diagnostic, Span};
+use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::ids::{PointId, Vector};
 
 /// Keys of the ground.
@@ -27,6 +27,7 @@ pub(super) const BODY_KEYS: &[&str] = &[
     "shapes",
     "coordinates",
     "free",
+    "as_stated",
 ];
 
 /// The facts of a body for the checks of the whole model.
@@ -34,6 +35,8 @@ pub(super) const BODY_KEYS: &[&str] = &[
 pub(super) struct BodyFacts {
     /// Whether the author wrote `free = true`.
     pub(super) is_free: bool,
+    /// Whether the author wrote `as_stated = true`: an inertia that no body has is a warning.
+    pub(super) is_as_stated: bool,
     /// Mass, kg.
     pub(super) mass: Option<(f64, Span)>,
     /// Whether the mass follows from a density.
@@ -46,6 +49,16 @@ pub(super) struct BodyFacts {
     pub(super) com_span: Option<Span>,
     /// Values of the points, by their ids.
     pub(super) points: Vec<Option<[f64; 3]>>,
+}
+
+impl BodyFacts {
+    /// A fault of an inertia that no body has: an error, or a warning where it is to be taken as stated.
+    pub(super) fn weigh(&self, code: Code, message: String) -> Diagnostic {
+        match self.is_as_stated {
+            true => Diagnostic::warning(code, message),
+            false => Diagnostic::error(code, message),
+        }
+    }
 }
 
 /// A vector of the file and its value.
@@ -131,6 +144,9 @@ impl Reader<'_> {
         let mut body = self.plain_body(name, fields.span.clone());
         facts.is_free =
             fields.get("free").and_then(|node| self.flag(node, &fields.what("free"))) == Some(true);
+        facts.is_as_stated =
+            fields.get("as_stated").and_then(|node| self.flag(node, &fields.what("as_stated")))
+                == Some(true);
         body.points = self.read_points(fields, &mut facts);
         let outline = self.read_outline(fields, &mut facts);
         let excluded = ["mass", "com", "inertia"].map(|key| fields.conflict(self, key, "density"));

@@ -73,7 +73,8 @@ impl Reader<'_> {
         // No moment is negative.
         if let Some(idx) = moments.iter().position(|value| *value < 0.0) {
             self.report(
-                Diagnostic::error(codes::BAD_INERTIA, format!("{what} is {} kg m^2", moments[idx]))
+                facts
+                    .weigh(codes::BAD_INERTIA, format!("{what} is {} kg m^2", moments[idx]))
                     .at(components[idx].span.clone(), "must not be negative")
                     .help(format!("write \"{} kg m^2\"", -moments[idx])),
             );
@@ -84,7 +85,7 @@ impl Reader<'_> {
             let [xy, yz, zx] = [xy, yz, zx].map(|product| self.constants.pinned(product));
             let principal = principal_moments([xx, yy, zz], [xy, yz, zx]);
             let span = components[0].span.start..components[5].span.end;
-            if !self.are_moments(&what, principal, span) {
+            if !self.are_moments(&what, principal, span, facts) {
                 return;
             }
         } else if let [xx, yy, zz] = *moments {
@@ -98,7 +99,8 @@ impl Reader<'_> {
                     "{what} is [{xx}, {yy}, {zz}] kg m^2, but no moment may exceed the sum of the other two"
                 );
                 self.report(
-                    Diagnostic::error(codes::BAD_INERTIA, message)
+                    facts
+                        .weigh(codes::BAD_INERTIA, message)
                         .at(span, format!("{largest} > {others}"))
                         .help(format!(
                             "check units, axes and centre of mass; the largest may be {others} kg m^2"
@@ -111,7 +113,13 @@ impl Reader<'_> {
     }
 
     /// Whether a body can have these principal moments, the largest first; reports it otherwise.
-    fn are_moments(&mut self, what: &str, principal: [f64; 3], span: Span) -> bool {
+    fn are_moments(
+        &mut self,
+        what: &str,
+        principal: [f64; 3],
+        span: Span,
+        facts: &BodyFacts,
+    ) -> bool {
         const ROUNDING: f64 = 1e-9;
         let [largest, middle, least] = principal;
         let [a, b, c] = principal.map(short);
@@ -125,7 +133,8 @@ impl Reader<'_> {
             return true;
         };
         self.report(
-            Diagnostic::error(codes::BAD_INERTIA, format!("{message}, but {why}"))
+            facts
+                .weigh(codes::BAD_INERTIA, format!("{message}, but {why}"))
                 .at(span, label)
                 .help("check the products ixy, iyz, izx: their signs, their units, and that they are about the centre of mass"),
         );

@@ -5,8 +5,8 @@ use crate::joint::JOINT_TYPES;
 
 /// Keys of each type of joint, in the order of [`JOINT_TYPES`].
 pub(super) const JOINT_KEYS: [&[&str]; JOINT_TYPES.len()] = [
-    &["type", "between", "axis", "second", "coordinate", "cut"],
-    &["type", "between", "axis", "second", "direction", "angle", "coordinate", "cut"],
+    &["type", "between", "axis", "second", "armature", "coordinate", "cut"],
+    &["type", "between", "axis", "second", "direction", "angle", "armature", "coordinate", "cut"],
     &["type", "between", "angle", "cut"],
     &["type", "between", "axis", "direction", "coordinate", "cut"],
     &["type", "between", "length"],

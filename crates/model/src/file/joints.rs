@@ -6,6 +6,7 @@ use super::codes;
 use super::gather::sub_tables;
 use super::joint_types::{DISTANCE, DISTANCE_KEYS, JOINT_KEYS, PLANAR_TYPES, type_of};
 use super::reader::{Fields, Reader};
+use super::replay::Constant;
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
 use super::value::Scope;
@@ -58,6 +59,7 @@ impl Reader<'_> {
         let axis = self.joint_axis(word, &fields);
         let alignment = self.alignment(word, &fields);
         let kind = self.joint_kind(word, &fields);
+        let armature = self.armature(word, &fields);
         let cut = fields.get("cut").and_then(|node| self.flag(node, &fields.what("cut")));
         let mut coordinate_names = Vec::new();
         if let Some(node) = fields.get("coordinate") {
@@ -85,10 +87,32 @@ impl Reader<'_> {
             successor,
             axis: axis?,
             alignment: alignment?,
+            armature: armature?,
             cut,
             coordinate_names,
             span,
         })
+    }
+
+    /// The inertia of a rotor that turns with a revolute joint, kg m², or the mass that moves with a prismatic one, kg.
+    fn armature(&mut self, word: &str, fields: &Fields<'_>) -> Option<Expr> {
+        let Some(node) = fields.get("armature") else { return Some(self.pool.zero()) };
+        let quantity = if word == "prismatic" { Quantity::MASS } else { Quantity::INERTIA };
+        let what = fields.what("armature");
+        let armature = self.scalar(node, quantity, &what, Scope::Constant)?;
+        if let Some(value) = armature.value {
+            let is_good = self.constants.is_not_below(value, Constant::written(0.0));
+            if !is_good {
+                let message = format!("{what} is {} {}", value.look(), quantity.dimension());
+                self.report(
+                    Diagnostic::error(codes::BAD_INERTIA, message)
+                        .at(armature.span.clone(), "must not be negative")
+                        .help("write 0 or more, the inertia of the rotor times the square of its gear ratio"),
+                );
+                return None;
+            }
+        }
+        Some(armature.expr)
     }
 
     /// True where a distance says what it is: of a stated length, or between limits.

@@ -102,7 +102,7 @@ use bksim_expr::Pool;
 
 pub use codes::PAGES;
 pub use compliance::NoCompliance;
-pub use expand::{Expansion, LOOP_OF_LINKS, Open, SourceFile, expand};
+pub use expand::{Expansion, LOOP_OF_LINKS, Open, SourceFile, expand, triangles};
 pub use quantity::names_in;
 pub use replay::Recording;
 pub use schema::{Holds, SectionForm, TableForm, sections};

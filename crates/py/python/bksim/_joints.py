@@ -32,6 +32,7 @@ class Revolute(Joint):
     axis: Sequence[Value] | None = None
     coordinate: str | None = None
     second_: Sequence[Value] | None = None
+    armature: Value | None = None
 
 
 @dataclass(slots=True)
@@ -45,6 +46,7 @@ class Prismatic(Joint):
     angle: Value | None = None
     coordinate: str | None = None
     second_: Sequence[Value] | None = None
+    armature: Value | None = None
 
 
 @dataclass(slots=True)

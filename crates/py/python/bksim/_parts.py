@@ -38,6 +38,7 @@ class Body(Part):
     shapes: Sequence[Mapping[str, Any]] | None = None
     coordinates: Sequence[str] | None = None
     free: bool | None = None
+    as_stated: bool | None = None
 
 
 @dataclass(slots=True)

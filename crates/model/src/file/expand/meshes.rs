@@ -155,14 +155,27 @@ impl Writer {
     }
 }
 
+/// The triangles of an STL or OBJ file, by the ending of its name.
+///
+/// # Errors
+/// The reason why there are none, worded to follow the file's name.
+pub fn triangles(path: &str, bytes: &[u8]) -> Result<Vec<[[f64; 3]; 3]>, String> {
+    read(path, bytes).map_err(|unopened| unopened.why)
+}
+
+/// The triangles of a file by the ending of its name.
+fn read(path: &str, bytes: &[u8]) -> Result<Vec<Triangle>, Unopened> {
+    let ending = path.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
+    match ending.as_str() {
+        "stl" => stl(bytes),
+        "obj" => Ok(obj(bytes)?),
+        _ => Err("is neither STL nor OBJ by the ending of its name".into()),
+    }
+}
+
 /// The mesh of a file by the ending of its name; why there is none, worded to follow the file's name.
 fn mesh_in(path: &str, bytes: &[u8]) -> Result<Mesh, Unopened> {
-    let ending = path.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
-    let triangles = match ending.as_str() {
-        "stl" => stl(bytes)?,
-        "obj" => obj(bytes)?,
-        _ => return Err("is neither STL nor OBJ by the ending of its name".into()),
-    };
+    let triangles = read(path, bytes)?;
     if triangles.is_empty() {
         return Err("has no faces".into());
     }

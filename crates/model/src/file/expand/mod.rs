@@ -29,6 +29,7 @@ use super::tree::{Table, Value};
 use crate::diagnostic::{Diagnostic, Label, Span};
 use emit::Piece;
 pub(super) use meshes::MOST_FACES;
+pub use meshes::triangles;
 
 /// Opens a file that a model names: its bytes, or why there are none, worded to follow the file's name.
 pub type Open<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, String>;
