@@ -192,6 +192,11 @@ impl Number {
         Self::from_big(BigRational::new(numerator, denominator))
     }
 
+    /// True of an exact fraction with a part of more than 63 bits, whose sums and products take long.
+    pub(crate) fn is_long(&self) -> bool {
+        matches!(self.0, Long(_))
+    }
+
     /// Numerator and denominator, if both are short.
     pub(crate) fn short_parts(&self) -> Option<(i64, i64)> {
         match self.0 {

@@ -42,6 +42,10 @@ pub(super) struct Reading {
 /// Largest power of a sum that is multiplied out.
 const MAX_EXPANDED_POWER: i64 = 12;
 
+/// Work of a product of two coefficients of which one is long, by that of two short ones: measured on robots whose
+/// frames have all digits.
+const LONG_WORK: usize = 32;
+
 /// Polynomial arithmetic within a budget.
 pub(super) struct Algebra<'p> {
     pub(super) pool: &'p Pool,
@@ -276,7 +280,11 @@ impl<'p> Algebra<'p> {
 
     /// The product; `None` when it takes more than the budget.
     pub(super) fn multiply(&mut self, a: &Poly, b: &Poly, is_fourier: bool) -> Option<Poly> {
-        self.spend(a.len().checked_mul(b.len())?)?;
+        let n_long = |poly: &Poly| poly.iter().filter(|term| term.coefficient.is_long()).count();
+        // Pairs in which one is long, or both.
+        let n_short = (a.len() - n_long(a)).checked_mul(b.len() - n_long(b))?;
+        let n_pairs = a.len().checked_mul(b.len())?;
+        self.spend(n_short.checked_add((n_pairs - n_short).checked_mul(LONG_WORK)?)?)?;
         let mut terms = Vec::with_capacity(a.len() * b.len());
         for x in a {
             for y in b {
