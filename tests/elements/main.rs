@@ -6,6 +6,7 @@ mod cylinders;
 mod energy;
 mod friction;
 mod hydraulics;
+mod imports;
 mod loads;
 mod machines;
 mod reeving;

@@ -6,6 +6,7 @@ pub(crate) mod code;
 pub(crate) mod draw;
 pub(crate) mod edit;
 pub(crate) mod groups;
+pub(crate) mod import;
 pub(crate) mod info;
 mod inputs;
 pub mod mode;
@@ -111,6 +112,8 @@ pub(crate) enum Command {
     /// Read and edit the mechanism in a drawing.
     #[command(subcommand)]
     Cad(cad::Cad),
+    /// Write a robot or linkage of another program as a model.
+    Import(import::Import),
     /// Explain a diagnostic code, or list them all.
     Explain(Explain),
     /// Serve an editor: the language server of model files.

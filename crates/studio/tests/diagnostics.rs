@@ -106,6 +106,11 @@ fn sweeps() {
     check('P');
 }
 
+#[test]
+fn imports() {
+    check('I');
+}
+
 /// Checks the examples of these pages, and reports all that is wrong with them at once.
 fn check(letter: char) {
     let pages = pages(letter);
@@ -249,7 +254,7 @@ fn every_code_has_its_page_and_every_page_its_code() {
 
 #[test]
 fn few_pages_have_no_example() {
-    let all = ['M', 'D', 'S', 'R', 'P'].map(pages);
+    let all = ['M', 'D', 'S', 'R', 'P', 'I'].map(pages);
     let without: Vec<&str> = all
         .iter()
         .flatten()

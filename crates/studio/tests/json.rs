@@ -102,6 +102,7 @@ const CONTACTS: &str = include_str!("../../../tests/fixtures/contacts.toml");
 #[test]
 fn the_page_lists_the_keys_that_are_printed() {
     let place = Scratch::new();
+    place.write("mimic.urdf", include_str!("../../../tests/fixtures/import/mimic.urdf"));
     for example in ["five-link", "parallelogram", "four-bar", "winch", "quick-return", "robot-arm"]
     {
         let model = fs::read(format!("{CRATE}/../../examples/{example}/model.toml"));
@@ -202,6 +203,8 @@ fn the_page_lists_the_keys_that_are_printed() {
         "cad trace slider-crank.mcap slider-crank.dxf -o traced.dxf",
         "cad to-toml slider-crank.dxf",
         "cad to-toml slider-crank.dxf -o fresh2.toml",
+        "import mimic.urdf",
+        "import mimic.urdf -o mimic.toml",
         "explain",
         "explain M012",
         "explain Z999",

@@ -37,6 +37,7 @@ impl Command {
             | Self::View(_)
             | Self::Expr(_)
             | Self::Cad(_)
+            | Self::Import(_)
             | Self::Explain(_)
             | Self::Lsp
             | Self::Schema

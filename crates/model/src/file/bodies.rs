@@ -32,6 +32,7 @@ pub(super) const BODY_KEYS: &[&str] = &[
 
 /// The facts of a body for the checks of the whole model.
 #[derive(Debug, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact by itself")]
 pub(super) struct BodyFacts {
     /// Whether the author wrote `free = true`.
     pub(super) is_free: bool,
@@ -54,9 +55,10 @@ pub(super) struct BodyFacts {
 impl BodyFacts {
     /// A fault of an inertia that no body has: an error, or a warning where it is to be taken as stated.
     pub(super) fn weigh(&self, code: Code, message: String) -> Diagnostic {
-        match self.is_as_stated {
-            true => Diagnostic::warning(code, message),
-            false => Diagnostic::error(code, message),
+        if self.is_as_stated {
+            Diagnostic::warning(code, message)
+        } else {
+            Diagnostic::error(code, message)
         }
     }
 }

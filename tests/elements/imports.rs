@@ -1,0 +1,205 @@
+//! Models of other programs: their text, their faults, and that they move as their files say.
+//!
+//! The numbers are those of two independent programs each, to 14 digits: sums of body Jacobians by own code, held
+//! against mujoco 4.0 and pinocchio 4.1.
+
+use bksim::import::{Base, Imported, import};
+use bksim::sim::Mechanism;
+
+use crate::support::{Measures, Within, close, coordinate, derive, model, solve};
+
+fn imported(name: &str, text: &str) -> Imported {
+    import(name, text.as_bytes(), &|_| None, Base::Fixed)
+}
+
+/// The model of a file that has no errors.
+fn text_of(name: &str, text: &str) -> String {
+    let imported = imported(name, text);
+    imported.model.unwrap_or_else(|| panic!("{name}: {:?}", imported.faults))
+}
+
+/// The text without the tables whose names end so.
+fn without(text: &str, endings: &[&str]) -> String {
+    let mut is_kept = true;
+    let mut kept = String::new();
+    for line in text.lines() {
+        if let Some(table) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+            is_kept = !endings.iter().any(|ending| table.ends_with(ending));
+        }
+        if is_kept {
+            kept.push_str(line);
+            kept.push('\n');
+        }
+    }
+    kept
+}
+
+/// Values of coordinates and their accelerations at the start with `initial`.
+fn at_start(text: &str, initial: &str) -> (Mechanism, Vec<f64>, Vec<f64>) {
+    let text = format!("{text}\n[initial]\n{initial}\n[solve]\nt_end = 1e-6\nevery = 1e-6\n");
+    let mechanism = derive(model(&text));
+    let motion = solve(&mechanism);
+    let first = &motion.samples[0];
+    let (q, a) = (first.q.clone(), first.a.clone());
+    (mechanism, q, a)
+}
+
+#[track_caller]
+fn check(text: &str, initial: &str, expected: &[(&str, f64, f64)]) {
+    let (mechanism, q, a) = at_start(text, initial);
+    let largest = expected.iter().fold(0.0_f64, |most, (.., a)| most.max(a.abs()));
+    for &(name, position, acceleration) in expected {
+        let idx = coordinate(&mechanism, name);
+        close(name, q[idx], position, Within { relative: 0.0, absolute: 1e-12 });
+        let within = Within { relative: 0.0, absolute: 1e-8 * largest };
+        close(&format!("acceleration of {name}"), a[idx], acceleration, within);
+    }
+}
+
+#[test]
+fn a_loop_of_sdf_closes_and_accelerates_with_its_springs() {
+    let text = text_of("four_bar.sdf", include_str!("../fixtures/import/four_bar.sdf"));
+    let initial = "A = { angle = -0.05248, rate = 0.05686 }";
+    check(
+        &text.replace("[joints.C]\n", "[joints.C]\ncut = true\n"),
+        initial,
+        &[
+            ("A_angle", -0.05248, 56.986_695_879_147),
+            ("B_angle", 0.078_341_064_899_59, -84.622_130_131_013),
+            ("D_angle", 0.024_485_409_209_201, -24.654_145_269_419),
+        ],
+    );
+}
+
+#[test]
+fn a_loop_closed_by_connect_accelerates_as_with_hard_constraints() {
+    let file = include_str!("../fixtures/import/four_bar_connect.xml");
+    let text = without(&text_of("four_bar.xml", file), &["_damping", "_limit"]);
+    check(
+        &text,
+        "B = { angle = 0.359288, rate = -0.0869585 }",
+        &[
+            ("A_angle", -0.246_581_173_435_58, 73.442_149_354_603),
+            ("B_angle", 0.359_288, -103.208_458_666_94),
+            ("D_angle", 0.082_970_796_969_755, -12.436_736_182_46),
+        ],
+    );
+}
+
+#[test]
+fn equalities_of_joints_are_polynomials_from_their_references() {
+    let text = text_of("gears.xml", include_str!("../fixtures/import/gears.xml"));
+    check(
+        &without(&text, &["_spring"]),
+        "w2 = { angle = 0.40433, rate = 0.993595 }",
+        &[
+            ("w1_angle", -0.041_525_080_126_459, -3.558_950_455_567_8),
+            ("w2_angle", 0.404_33, 9.078_960_565_085),
+            ("s_position", 0.010_301_809_305_227, 0.477_422_885_247_37),
+        ],
+    );
+    assert!(text.contains("body \"wheel 1\" is wheel_1"), "{text}");
+}
+
+#[test]
+fn chains_of_mimic_joints_move_as_one() {
+    let imported = imported("mimic.urdf", include_str!("../fixtures/import/mimic.urdf"));
+    let text = imported.model.expect("a model");
+    // The bias over the mass of the one coordinate that moves them all.
+    let knuckle = -0.231_764_767_202_34 / 0.010_968_016_939_638;
+    check(
+        &text,
+        "j_knuckle = { angle = 0.356011, rate = 0.717062 }\n\
+         j_wheel = { angle = -0.740477, rate = 0.0985765 }",
+        &[
+            ("j_knuckle_angle", 0.356_011, knuckle),
+            ("j_wheel_angle", -0.740_477, 0.0),
+            ("j_middle_angle", 0.634_016_5, 1.5 * knuckle),
+            ("j_tip_angle", 0.457_213_2, 1.2 * knuckle),
+            ("j_slide_position", -0.014_240_44, -0.04 * knuckle),
+        ],
+    );
+    let renamed = &imported.renamed[0];
+    assert_eq!((renamed.from.as_str(), renamed.to.as_str()), ("j tip", "j_tip"));
+    // Efforts and speeds of four joints are left out, each with its line.
+    assert_eq!(imported.left_out.len(), 4, "{:?}", imported.left_out);
+}
+
+#[test]
+fn importing_twice_gives_the_same_text() {
+    let files = [
+        ("four_bar.sdf", include_str!("../fixtures/import/four_bar.sdf")),
+        ("gears.xml", include_str!("../fixtures/import/gears.xml")),
+        ("mimic.urdf", include_str!("../fixtures/import/mimic.urdf")),
+        ("slider_crank.adm", include_str!("../fixtures/import/slider_crank.adm")),
+    ];
+    for (name, text) in files {
+        assert_eq!(imported(name, text), imported(name, text), "{name}");
+    }
+}
+
+/// x = r cos θ + √(l² − r² sin² θ), θ = 30° + 2 t, in millimetres of the file.
+#[test]
+fn a_slider_crank_of_adams_follows_its_motion() {
+    let file = include_str!("../fixtures/import/slider_crank.adm");
+    let imported = imported("slider_crank.adm", file);
+    let text = imported.model.unwrap_or_else(|| panic!("{:?}", imported.faults));
+    let mechanism = derive(model(&format!("{text}\n[solve]\nt_end = 0.5\nevery = 0.25\n")));
+    let motion = solve(&mechanism);
+    let measures = Measures::new(&mechanism, &["slider.x", "slider.y", "A.angle"]);
+    for sample in &motion.samples {
+        let theta = 30_f64.to_radians() + 2.0 * sample.t;
+        let x = 0.1 * theta.cos() + (0.09 - (0.1 * theta.sin()).powi(2)).sqrt();
+        let within = Within { relative: 0.0, absolute: 1e-9 };
+        for (what, found, expected) in [("x", 0, x), ("y", 1, 0.0), ("angle", 2, theta)] {
+            close(what, measures.at(sample)[found], expected, within);
+        }
+    }
+    assert!(text.contains("5e-3 N m*(") || text.contains("0.001 N m*(-5*"), "{text}");
+    assert!(text.contains("stiffness = 2000"), "2 N/mm: {text}");
+    let left: Vec<&str> = imported.left_out.iter().map(|part| part.what.as_str()).collect();
+    assert_eq!(left, ["REQUEST/1"]);
+}
+
+/// Row of the crank-rocker with a coupler point at 0.4 rad more than drawn: meeting points of circles.
+#[test]
+fn a_link_of_pmks_has_the_positions_of_its_joints() {
+    let link = "?2O.Fe.K,0.1011.MA,A,0,0,0.GB,B,9O,CW,0.GC,C,o0,bW,0.KD,D,_W,0,0.GE,E,VG,mS,0..\
+        YRAB,AB,Im,4i,4i,6G,c5cae9,A,B,,.YRBCE,BCE,VG,HC,Ti,Wq,c5cae9,B,C,E,,.YRCD,CD,NS,CW,uG,Im,c5cae9,C,D,,...N_z";
+    let text = text_of("link", link);
+    let text = format!("{text}\n[solve]\nt_end = 0.1\nevery = 0.1\n");
+    let mechanism = derive(model(&text));
+    let motion = solve(&mechanism);
+    let names = ["AB.B.x", "AB.B.y", "BCE.C.x", "BCE.C.y", "BCE.E.x", "BCE.E.y"];
+    let drawn = Measures::new(&mechanism, &names).at(&motion.samples[0]);
+    for (found, expected) in drawn.into_iter().zip([0.6, 0.8, 3.2, 2.4, 2.0, 3.1]) {
+        close("as drawn", found, expected, Within { relative: 0.0, absolute: 1e-12 });
+    }
+    // After a tenth of a second at 20 rev/min the crank has turned by 12°.
+    let last = Measures::new(&mechanism, &names).at(&motion.samples[1]);
+    let theta = 0.8_f64.atan2(0.6) + 12_f64.to_radians();
+    close("B", last[0], theta.cos(), Within { relative: 0.0, absolute: 1e-9 });
+    let bar = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+    let within = Within { relative: 0.0, absolute: 1e-9 };
+    close("rod", bar([last[0], last[1]], [last[2], last[3]]), 2.6_f64.hypot(1.6), within);
+    close("rocker", bar([4.0, 0.0], [last[2], last[3]]), 0.8_f64.hypot(2.4), within);
+    close("coupler", bar([last[2], last[3]], [last[4], last[5]]), 1.2_f64.hypot(0.7), within);
+}
+
+#[test]
+fn faults_are_at_the_line_that_they_are_about() {
+    let urdf = "<robot name=\"r\">\n<link name=\"a\"/>\n<link name=\"b\"/>\n\
+        <joint name=\"j\" type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/><axis xyz=\"0 0 1\"/>\n\
+        <mimic joint=\"k\"/></joint>\n</robot>";
+    let found = imported("r.urdf", urdf);
+    assert!(found.model.is_some(), "a mimic joint of none is a warning");
+    let fault = &found.faults[0].diagnostic;
+    assert_eq!((fault.code.0, fault.is_error()), ("I005", false));
+    let line = bksim::import::line_of(urdf, fault.labels[0].span.start);
+    assert_eq!(line, 5);
+    // Any bytes lead to faults or a text.
+    for cut in 0..urdf.len() {
+        let _ = imported("r.urdf", &urdf[..cut]);
+        let _ = imported("r.adm", &urdf[..cut]);
+    }
+}
