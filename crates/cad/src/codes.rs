@@ -12,6 +12,7 @@ bksim_model::codes! {
     UNREADABLE = "D008", "a drawing that cannot be interpreted";
     BLOCK_IN_ITSELF = "D009", "a block within itself";
     NO_BLOCK = "D010", "an insert of no block";
+    NO_BLOCK_END = "D076", "a block without an end";
     // Outlines and mass.
     OPEN_OUTLINE = "D020", "an open outline";
     AMBIGUOUS_ENDS = "D021", "ends that meet in more than one way";

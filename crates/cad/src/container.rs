@@ -84,8 +84,15 @@ pub fn is_drawing(bytes: &[u8]) -> bool {
     bytes.starts_with(b"AC10") || recognise(bytes).is_ok()
 }
 
+/// Line ends of old programs, a carriage return alone, as line feeds, byte for byte; none of any other file.
+pub fn with_line_feeds(bytes: &[u8]) -> Option<Vec<u8>> {
+    let is_old = matches!(recognise(bytes), Ok(Container::Text { .. })) && !bytes.contains(&b'\n');
+    let line_feed = |&byte: &u8| if byte == b'\r' { b'\n' } else { byte };
+    is_old.then(|| bytes.iter().map(line_feed).collect())
+}
+
 fn begins_with_a_group_code(text: &[u8]) -> bool {
-    let mut lines = text.split(|&byte| byte == b'\n');
+    let mut lines = text.split(|byte| matches!(byte, b'\n' | b'\r'));
     let code = lines.next().and_then(|line| std::str::from_utf8(line).ok());
     lines.next().is_some() && code.is_some_and(|line| line.trim().parse::<i16>().is_ok())
 }

@@ -7,12 +7,12 @@ use crate::attach::attachments;
 use crate::attachment::Attachment;
 use crate::codes;
 use crate::compose::{ComposeOptions, Composition, compose};
-use crate::drawing::{Drawing, LengthUnit};
+use crate::drawing::{Drawing, Entity, LengthUnit};
 use crate::excerpt::Excerpts;
 use crate::open::{OpenOptions, open};
 use crate::read::read;
 use crate::tags::excerpt_text;
-use crate::unread::unread;
+use crate::unread::{is_of_shapes, kinds, unknown_layers, unread};
 
 /// Options of reading and composing a drawing.
 #[derive(Clone, Copy, Debug, Default)]
@@ -83,6 +83,10 @@ impl Sheet {
         let options = ComposeOptions { sidecar, tolerance, plate, is_geometry };
         let mut composition = compose(&self.drawing, &self.attachments, &excerpts, options);
         let mut diagnostics = self.diagnostics.clone();
+        // Whatever else is left out where a shape is looked for.
+        let is_meant = |entity: &Entity| is_of_shapes(&entity.location.layer);
+        diagnostics.extend(kinds(&self.drawing, &excerpts, is_meant));
+        diagnostics.extend(unknown_layers(&self.drawing, &excerpts));
         diagnostics.append(&mut composition.diagnostics);
         if composition.bodies.is_empty() && diagnostics.iter().all(|fault| !fault.is_error()) {
             let message = format!(

@@ -39,6 +39,7 @@ mod weigh;
 use std::ops::Range;
 
 use bksim_model::diagnostic::Diagnostic;
+use toml_edit::{DocumentMut, Item};
 
 pub use frame::Frame;
 pub use origins::Origin;
@@ -84,6 +85,9 @@ pub struct ComposeOptions<'a> {
 pub struct Composition {
     /// The text of the model, complete by itself; empty when there was an error.
     pub text: String,
+    /// The text of a model of the bodies that have masses, each by itself, with the parameters: their numbers can be
+    /// had from it whatever is wrong with the joints.
+    pub weighed: String,
     /// Bodies, in the order of the drawing.
     pub bodies: Vec<BodyReport>,
     /// Joints, in the order of the drawing.
@@ -182,6 +186,7 @@ pub fn compose(
     ]);
     let spellings = Spellings::of(&draft.document);
     report_spellings(&spellings, &draft, &mut faults);
+    let weighed = weighed(&draft, &body_reports, &spellings);
     let (text, origins) = if faults.has_error() {
         (String::new(), Origins::default())
     } else {
@@ -192,6 +197,7 @@ pub fn compose(
     };
     Composition {
         text,
+        weighed,
         bodies: body_reports,
         joints: joint_reports,
         snaps,
@@ -215,6 +221,30 @@ pub(crate) fn near_loops(
         entities
     };
     loops.map(|near| (near.gaps.clone(), ends(&near.gaps))).collect()
+}
+
+/// The bodies that have masses, free of joints, and the parameters.
+fn weighed(draft: &Draft, reports: &[BodyReport], spellings: &Spellings) -> String {
+    let mut document = DocumentMut::new();
+    for section in ["parameters", "bodies"] {
+        if let Some(item) = draft.document.get(section) {
+            document.insert(section, item.clone());
+        }
+    }
+    if let Some(bodies) = document.get_mut("bodies").and_then(Item::as_table_like_mut) {
+        for report in reports.iter().filter(|report| report.source == MassSource::Missing) {
+            bodies.remove(&report.name);
+        }
+        for (_, body) in bodies.iter_mut() {
+            let Some(body) = body.as_table_like_mut() else { continue };
+            for key in ["coordinates", "outline"] {
+                body.remove(key);
+            }
+            body.insert("free", toml_edit::value(true));
+        }
+    }
+    spellings.spell(&mut document);
+    document.to_string()
 }
 
 /// Says once which names the model spells otherwise than the drawing.

@@ -49,27 +49,39 @@ fn outline_of(drawing: &Drawing, body: &Body, tolerance: f64) -> Result<Drawn, O
         .filter(|(_, entity)| !(has_lines && is_hatch(*entity)))
         .map(|(path, entity)| Stroke { path: path.clone(), entity: *entity })
         .collect();
-    // Ends that meet in more than one way may be those of a line that is drawn twice.
-    let (chains, doubled) = match chain(&strokes, tolerance) {
-        Err(OutlineError::Ambiguous { at, entities }) => {
-            let doubled = doubled(&strokes, tolerance);
-            if doubled.is_empty() {
-                return Err(OutlineError::Ambiguous { at, entities });
-            }
-            let is_copy = |idx: &usize| doubled.iter().any(|it| it.copy == *idx);
-            let kept =
-                (0..strokes.len()).filter(|idx| !is_copy(idx)).map(|idx| strokes[idx].clone());
-            let pairs = doubled.iter().map(|it| [it.kept, it.copy].map(|idx| strokes[idx].entity));
-            (chain(&kept.collect::<Vec<_>>(), tolerance)?, pairs.collect())
-        }
-        chains => (chains?, Vec::new()),
+    let error = match chained(&strokes, tolerance) {
+        Ok((chains, outline)) => return Ok(Drawn { chains, outline, doubled: Vec::new() }),
+        Err(error) => error,
     };
-    // A body without a closed chain has no outline, rather than an empty one.
+    // Ends that meet in more than one way, and loops on top of each other, may be what is drawn twice.
+    let may_be_doubled =
+        matches!(error, OutlineError::Ambiguous { .. } | OutlineError::Coincident { .. });
+    let doubled = if may_be_doubled { doubled(&strokes, tolerance) } else { Vec::new() };
+    if doubled.is_empty() {
+        return Err(error);
+    }
+    let mut is_copy = vec![false; strokes.len()];
+    for it in &doubled {
+        is_copy[it.copy] = true;
+    }
+    let kept = strokes.iter().zip(&is_copy).filter(|(_, is_copy)| !**is_copy);
+    let kept: Vec<Stroke> = kept.map(|(stroke, _)| stroke.clone()).collect();
+    let (chains, outline) = chained(&kept, tolerance)?;
+    let pairs = doubled.iter().map(|it| [it.kept, it.copy].map(|idx| strokes[idx].entity));
+    let mut doubled: Vec<[usize; 2]> = pairs.filter(|[kept, copy]| kept != copy).collect();
+    doubled.dedup();
+    Ok(Drawn { chains, outline, doubled })
+}
+
+/// The chains of strokes, and the outline that the closed ones make; without a closed chain there is none, rather
+/// than an empty one.
+fn chained(strokes: &[Stroke], tolerance: f64) -> Result<(Chains, Option<Outline>), OutlineError> {
+    let chains = chain(strokes, tolerance)?;
     let outline = match chains.closed.as_slice() {
         [] => None,
         closed => Some(nest(closed, tolerance)?),
     };
-    Ok(Drawn { chains, outline, doubled })
+    Ok((chains, outline))
 }
 
 /// The outlines that the curves of a body make.

@@ -8,16 +8,19 @@ mod layers;
 mod marks;
 mod strokes;
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use bksim_model::diagnostic::{Diagnostic, Severity};
 
 pub use crate::kind::DOCTOR_LAYER;
 pub use marks::marks;
 
 use crate::codes;
-use crate::drawing::{LengthUnit, Shape};
+use crate::drawing::{Entity, LengthUnit};
 use crate::excerpt::{Excerpts, Place, places};
 use crate::model::{ModelOptions, Refused, Sheet, sheet};
 use crate::units;
+use crate::unread::{is_of_shapes, kinds};
 
 /// Something that is wrong with a drawing.
 #[derive(Clone, PartialEq, Debug)]
@@ -82,14 +85,16 @@ fn examined(sheet: &Sheet, options: ModelOptions<'_>, mut faults: Vec<Diagnostic
     let mut more = strokes::twice(&sheet.drawing, composition.tolerance, &excerpts);
     more.extend(strokes::gaps(&sheet.drawing, composition.tolerance, &excerpts));
     more.extend(layers::hidden(sheet, &excerpts));
-    more.extend(layers::unknown(&sheet.drawing, &excerpts));
-    more.extend(unread_kinds(sheet, &excerpts));
+    // On layers of shapes they have been said.
+    let is_elsewhere = |entity: &Entity| !is_of_shapes(&entity.location.layer);
+    more.extend(kinds(&sheet.drawing, &excerpts, is_elsewhere));
+    let mut said = Said::default();
+    for fault in &faults {
+        said.add(fault);
+    }
     for fault in more {
-        let said = places(&fault);
-        let is_said = |known: &Diagnostic| {
-            known.code == fault.code && said.iter().all(|place| places(known).contains(place))
-        };
-        if !faults.iter().any(is_said) {
+        if !said.has(&fault) {
+            said.add(&fault);
             faults.push(fault);
         }
     }
@@ -101,50 +106,43 @@ fn examined(sheet: &Sheet, options: ModelOptions<'_>, mut faults: Vec<Diagnostic
     }
 }
 
+/// The faults that have been found, each with its code and its places as texts.
+#[derive(Default)]
+struct Said {
+    all: Vec<Vec<String>>,
+    /// By code and place: the faults there.
+    by_place: BTreeMap<(&'static str, String), Vec<usize>>,
+    codes: BTreeSet<&'static str>,
+}
+
+impl Said {
+    fn words(fault: &Diagnostic) -> Vec<String> {
+        places(fault).iter().map(|place| format!("{place:?}")).collect()
+    }
+
+    fn add(&mut self, fault: &Diagnostic) {
+        let (words, idx) = (Self::words(fault), self.all.len());
+        for place in &words {
+            self.by_place.entry((fault.code.0, place.clone())).or_default().push(idx);
+        }
+        self.codes.insert(fault.code.0);
+        self.all.push(words);
+    }
+
+    /// Whether a fault of this code is about all of its places.
+    fn has(&self, fault: &Diagnostic) -> bool {
+        let words = Self::words(fault);
+        let Some(first) = words.first() else { return self.codes.contains(fault.code.0) };
+        let known = self.by_place.get(&(fault.code.0, first.clone()));
+        let is_about_all = |idx: &usize| words.iter().all(|place| self.all[*idx].contains(place));
+        known.is_some_and(|known| known.iter().any(is_about_all))
+    }
+}
+
 /// Errors first; else in the order in which they were found.
 fn sorted(faults: Vec<Diagnostic>) -> Vec<Finding> {
     let finding = |fault: Diagnostic| Finding { places: places(&fault), fault };
     let mut findings: Vec<Finding> = faults.into_iter().map(finding).collect();
     findings.sort_by_key(|finding| finding.fault.severity != Severity::Error);
     findings
-}
-
-/// Kinds that are for reading only, and show nothing of a mechanism.
-const HARMLESS: [&str; 12] = [
-    "DIMENSION",
-    "LEADER",
-    "MULTILEADER",
-    "MLEADER",
-    "TEXT",
-    "MTEXT",
-    "ATTDEF",
-    "VIEWPORT",
-    "TOLERANCE",
-    "IMAGE",
-    "WIPEOUT",
-    "SEQEND",
-];
-
-/// One warning for each kind of entity that is not read, with the first of them.
-fn unread_kinds(sheet: &Sheet, excerpts: &Excerpts<'_>) -> Vec<Diagnostic> {
-    let unread = sheet.drawing.entities.iter().filter(|it| it.shape == Shape::Other);
-    let mut kinds: Vec<(&str, usize, &crate::drawing::Location)> = Vec::new();
-    for entity in unread {
-        let kind = entity.location.kind.as_str();
-        let is_harmless = HARMLESS.iter().any(|known| kind.to_uppercase().contains(known));
-        match kinds.iter_mut().find(|(known, ..)| *known == kind) {
-            _ if is_harmless => (),
-            Some((_, count, _)) => *count += 1,
-            None => kinds.push((kind, 1, &entity.location)),
-        }
-    }
-    kinds
-        .into_iter()
-        .map(|(kind, count, first)| {
-            let what = if count == 1 { "entity" } else { "entities" };
-            let message = format!("{count} {what} of the kind {kind} cannot be read as geometry");
-            let help = "explode what belongs to the mechanism into lines, arcs and polylines";
-            excerpts.at(Diagnostic::warning(codes::UNREAD_KIND, message).help(help), first, "")
-        })
-        .collect()
 }

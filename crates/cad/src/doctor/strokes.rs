@@ -39,11 +39,6 @@ pub(super) fn twice(drawing: &Drawing, tolerance: f64, excerpts: &Excerpts<'_>) 
         .filter(|pair| layer(&all[pair[0]]) == layer(&all[pair[1]]))
         .map(|pair| pair.map(|idx| all[idx].entity))
         .collect();
-    // Closed ones are the same where their curves are.
-    for (idx, copy) in all.iter().enumerate().filter(|(_, stroke)| stroke.path.is_closed) {
-        let is_same = |it: &&Stroke| it.path == copy.path && layer(it) == layer(copy);
-        pairs.extend(all[..idx].iter().find(is_same).map(|first| [first.entity, copy.entity]));
-    }
     pairs.sort_unstable();
     pairs.dedup();
     let warning = |[kept, copy]: [usize; 2]| {

@@ -171,6 +171,16 @@ impl Spline {
         self.check_knots()
     }
 
+    /// Whether the control points on either side of an inner knot of full multiplicity are one.
+    fn meets_at(&self, knot_idx: usize) -> bool {
+        /// Points nearer than this part of the largest coordinate are one.
+        const SAME: f64 = 1e-9;
+        let Some(before) = knot_idx.checked_sub(1) else { return false };
+        let size = self.control.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
+        let [a, b] = [self.control[before], self.control[knot_idx]];
+        (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) <= SAME * size
+    }
+
     fn check_knots(&self) -> Result<(), GeometryError> {
         let (degree, n) = (self.degree, self.control.len());
         let wrong = |index: usize| Err(GeometryError::Knot { index, value: self.knots[index] });
@@ -178,14 +188,16 @@ impl Spline {
             return wrong(i + 1);
         }
         // The curve needs a stretch of the parameter, and hangs together only where no inner
-        // knot stands more often than the degree.
+        // knot stands more often than the degree, or once more where one point ends the curve before it
+        // and begins the curve after it: Bézier pieces, one after the other.
         if self.knots[degree] == self.knots[n] {
             return wrong(n);
         }
         let (first, last) = (self.knots[degree], self.knots[n]);
         let breaks = |i: &usize| {
             let knot = self.knots[*i];
-            first < knot && knot < last && knot == self.knots[i + degree]
+            let is_full = first < knot && knot < last && knot == self.knots[i + degree];
+            is_full && !(knot < self.knots[i + degree + 1] && self.meets_at(*i))
         };
         match (0..n).find(breaks) {
             Some(i) => wrong(i + degree),

@@ -38,10 +38,14 @@ pub(super) fn check(
 ) -> Result<Vec<Diagnostic>, Diagnostic> {
     let mut known: BTreeMap<String, Block> = BTreeMap::new();
     let mut name = String::new();
+    let (mut open, mut unended) = (None, Vec::new());
     for record in blocks {
         if tags.is_word(record.tags.start, "BLOCK") {
             name = block_name(tags, record);
             known.insert(name.clone(), Block::default());
+            unended.extend(open.replace(record));
+        } else if tags.is_word(record.tags.start, "ENDBLK") {
+            open = None;
         } else if let Some(block) = known.get_mut(&name) {
             add(tags, block, record);
         }
@@ -60,7 +64,21 @@ pub(super) fn check(
             .note(format!("at most {MOST_ENTITIES} are read"))
             .help("save what belongs to the mechanism as a drawing of its own"));
     }
-    Ok(undefined(tags, &model, &known))
+    unended.extend(open);
+    let mut warnings: Vec<Diagnostic> = unended.iter().map(|it| no_end(tags, it)).collect();
+    warnings.truncate(SHOWN);
+    warnings.extend(undefined(tags, &model, &known));
+    Ok(warnings)
+}
+
+/// A block without `ENDBLK`.
+fn no_end(tags: &Tags, block: &Record) -> Diagnostic {
+    let name = block_name(tags, block);
+    let message = format!("the block `{name}` has no `ENDBLK`: it ends where the next one begins");
+    let fault = Diagnostic::warning(codes::NO_BLOCK_END, message)
+        .note(describe(tags, block.tags.clone()))
+        .help("open the drawing in a CAD program, and save it again");
+    at_value(fault, tags, block.tags.start, "this block")
 }
 
 /// Warnings about inserts of blocks that are not there, of those that the model space shows.

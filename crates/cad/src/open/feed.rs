@@ -19,8 +19,8 @@ const READ: &[&str] = &[
     "ATTRIB",
     "BLOCK",
     "CIRCLE",
+    "3DFACE",
     "ELLIPSE",
-    "ENDBLK",
     "HATCH",
     "INSERT",
     "LINE",
@@ -29,8 +29,10 @@ const READ: &[&str] = &[
     "POINT",
     "POLYLINE",
     "SEQEND",
+    "SOLID",
     "SPLINE",
     "TEXT",
+    "TRACE",
     "VERTEX",
 ];
 
@@ -48,6 +50,8 @@ const VERSIONS: &[u16] = &[1009, 1012, 1014, 1015, 1018, 1021, 1024, 1027, 1032]
 
 /// Handles from here on stand for records without a handle of their own.
 const MADE_UP: u64 = 1 << 44;
+/// Handles from here on stand for ends of blocks that the file lacks.
+const ENDS: u64 = 1 << 45;
 
 /// A record of a section with entities.
 #[derive(Clone, Debug)]
@@ -86,12 +90,23 @@ impl Tags {
 pub(super) fn records(tags: &Tags, section: &str) -> Vec<Record> {
     let sections = tags.sections().iter().filter(|it| it.name.eq_ignore_ascii_case(section));
     let all = sections.flat_map(|section| tags.records(section.tags.clone()));
-    all.filter(|record| !is_on_paper(tags, record.clone()))
-        .map(|record| {
-            let is_read = READ.iter().any(|name| tags.is_word(record.start, name));
-            Record { tags: record, is_read }
-        })
-        .collect()
+    // A block has an end whatever that says of paper, and nothing stands between two blocks.
+    let (mut is_open, mut is_in_blocks) = (false, false);
+    all.filter(|record| {
+        if tags.is_word(record.start, "BLOCK") {
+            (is_open, is_in_blocks) = (!is_on_paper(tags, record.clone()), true);
+            return is_open;
+        }
+        if tags.is_word(record.start, "ENDBLK") {
+            return std::mem::replace(&mut is_open, false);
+        }
+        !is_on_paper(tags, record.clone()) && (is_open || !is_in_blocks)
+    })
+    .map(|record| {
+        let is_read = READ.iter().any(|name| tags.is_word(record.start, name));
+        Record { tags: record, is_read }
+    })
+    .collect()
 }
 
 /// Group 67 of the entity itself is 1.
@@ -150,13 +165,33 @@ pub(super) fn feed(tags: &Tags) -> Vec<u8> {
             tags.code(idx) == 330 && tags.handle(idx).is_some_and(|it| !paper.contains(&it))
         };
         let is_left_out = |idx: usize| section == "ENTITIES" && is_left_out(idx);
+        let mut open = None;
         for record in records(tags, section) {
+            let start = record.tags.start;
+            if tags.is_word(start, "BLOCK")
+                && let Some(unended) = open.replace(start)
+            {
+                end_of_block(unended, &mut out);
+            }
+            if tags.is_word(start, "ENDBLK") {
+                open = None;
+            }
             entity(tags, &record, &mut out, is_left_out);
+        }
+        if let Some(unended) = open {
+            end_of_block(unended, &mut out);
         }
         out.push(0, GroupValue::Text("ENDSEC"));
     }
     out.push(0, GroupValue::Text("EOF"));
     out.finish()
+}
+
+/// The end of a block that has none in the file.
+fn end_of_block(block: usize, out: &mut Writer<'_>) {
+    let handle = ENDS + block as u64;
+    out.push(0, GroupValue::Text("ENDBLK"));
+    out.push(5, GroupValue::Text(&format!("{handle:X}"))).push(8, GroupValue::Text("0"));
 }
 
 fn header(tags: &Tags, out: &mut Writer<'_>) {
@@ -207,6 +242,12 @@ fn paper_spaces(tags: &Tags) -> Vec<Handle> {
 
 fn entity(tags: &Tags, record: &Record, out: &mut Writer<'_>, is_left_out: impl Fn(usize) -> bool) {
     let handle = tags.known_handle(record.tags.clone());
+    if tags.is_word(record.tags.start, "ENDBLK") {
+        // Whatever else stands there, some of it twice, says nothing.
+        out.push(0, GroupValue::Text("ENDBLK"));
+        out.push(5, GroupValue::Text(&format!("{:X}", handle.0))).push(8, GroupValue::Text("0"));
+        return;
+    }
     for idx in kept(tags, record).into_iter().filter(|&idx| !is_left_out(idx)) {
         out.copy(&tags.bytes()[tags.span(idx)]);
         if idx == record.tags.start {

@@ -71,7 +71,7 @@ pub fn chain_apart(strokes: &[Stroke], tolerance: f64) -> Apart {
     apart
 }
 
-/// The open strokes that lie on another stroke over their whole length.
+/// The strokes that lie on another stroke over their whole length; closed ones only on one that is the same.
 pub fn doubled(strokes: &[Stroke], tolerance: f64) -> Vec<Doubled> {
     let boxes: Vec<Bounds> = strokes.iter().map(|stroke| stroke.path.bounds()).collect();
     let tree = BoxTree::anywhere(&boxes);
@@ -79,7 +79,7 @@ pub fn doubled(strokes: &[Stroke], tolerance: f64) -> Vec<Doubled> {
     let mut is_copy = vec![false; strokes.len()];
     for copy in 0..strokes.len() {
         let path = &strokes[copy].path;
-        if path.is_closed || boxes[copy].diagonal() <= tolerance || path.check().is_err() {
+        if boxes[copy].diagonal() <= tolerance || path.check().is_err() {
             continue;
         }
         let samples = samples(path);
@@ -88,12 +88,20 @@ pub fn doubled(strokes: &[Stroke], tolerance: f64) -> Vec<Doubled> {
         near.sort_unstable();
         let is_covered = |kept: &usize| {
             let other = &strokes[*kept].path;
+            if path.is_closed && !(*kept < copy && is_near(&boxes[*kept], &boxes[copy], tolerance))
+            {
+                return false;
+            }
             *kept != copy
                 && !is_copy[*kept]
                 && other.check().is_ok()
                 && samples.iter().all(|at| other.distance(*at) <= tolerance)
                 // Of two that are equal, the later one is the copy.
-                && (*kept < copy || !lies_on(other, path, tolerance))
+                && if path.is_closed {
+                    other.is_closed && lies_on(other, path, tolerance)
+                } else {
+                    *kept < copy || !lies_on(other, path, tolerance)
+                }
         };
         if let Some(kept) = near.into_iter().find(is_covered) {
             is_copy[copy] = true;
@@ -101,6 +109,12 @@ pub fn doubled(strokes: &[Stroke], tolerance: f64) -> Vec<Doubled> {
         }
     }
     found
+}
+
+/// Whether two boxes are the same, but for twice the tolerance on each side.
+fn is_near(a: &Bounds, b: &Bounds, tolerance: f64) -> bool {
+    let [a, b] = [a, b].map(|it| [it.min, it.max]);
+    a.as_flattened().iter().zip(b.as_flattened()).all(|(x, y)| (x - y).abs() <= 2.0 * tolerance)
 }
 
 fn lies_on(path: &Path, other: &Path, tolerance: f64) -> bool {

@@ -12,7 +12,7 @@ mod xdata;
 use bksim_model::diagnostic::Diagnostic;
 
 use crate::codes;
-use crate::container::{Container, recognise};
+use crate::container::{Container, recognise, with_line_feeds};
 use crate::drawing::Handle;
 use crate::geometry::Point;
 use crate::open::{OpenOptions, check};
@@ -130,6 +130,7 @@ pub fn apply(bytes: Vec<u8>, edits: &[Edit]) -> Result<Patched, Vec<Diagnostic>>
             .help("keep a copy, or work on a DXF of the drawing");
         return Ok(Patched { bytes, warnings: vec![warning] });
     }
+    let has_old_line_ends = with_line_feeds(&bytes).is_some();
     let checked = check(bytes, &options)?;
     let (mut tags, warnings) = (checked.tags, checked.warnings);
     for edit in edits {
@@ -137,7 +138,11 @@ pub fn apply(bytes: Vec<u8>, edits: &[Edit]) -> Result<Patched, Vec<Diagnostic>>
         let container = recognise(&bytes).map_err(fail)?;
         tags = Tags::scan(bytes, container).map_err(fail)?;
     }
-    Ok(Patched { bytes: tags.into_bytes(), warnings })
+    let mut bytes = tags.into_bytes();
+    if has_old_line_ends {
+        bytes.iter_mut().filter(|byte| **byte == b'\n').for_each(|byte| *byte = b'\r');
+    }
+    Ok(Patched { bytes, warnings })
 }
 
 fn missing(message: String) -> Diagnostic {

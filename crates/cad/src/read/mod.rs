@@ -33,6 +33,7 @@ pub fn read(document: &CadDocument, unit: LengthUnit, tags: &Tags) -> Drawing {
     for entity in document.model_space_entities() {
         reading.read_entity(entity);
     }
+    reading.add_lost();
     let extent = extent(&reading.entities);
     Drawing { unit, entities: reading.entities, extent }
 }
@@ -47,7 +48,35 @@ struct Reading<'a> {
     unread: BTreeSet<u64>,
 }
 
+/// Records that belong to the one before them.
+const PARTS: [&str; 3] = ["VERTEX", "ATTRIB", "SEQEND"];
+
 impl Reading<'_> {
+    /// Adds what the library has left out, as entities of which nothing but the kind is known.
+    fn add_lost(&mut self) {
+        let tags = self.tags;
+        let Some(section) = tags.section("ENTITIES") else { return };
+        for record in tags.records(section.tags.clone()) {
+            let handle = tags.known_handle(record.clone());
+            let is_part = PARTS.iter().any(|part| tags.is_word(record.start, part));
+            let first = |code: i16| record.clone().find(|&idx| tags.code(idx) == code);
+            let is_on_paper = first(67).is_some_and(|idx| tags.integer(idx) == Some(1));
+            let is_known = || self.document.get_entity(acadrust::Handle::new(handle.0)).is_some();
+            if is_part || is_on_paper || is_known() {
+                continue;
+            }
+            let layer = first(8).map_or("0".into(), |idx| tags.text(idx).trim().to_owned());
+            let location = Location {
+                kind: tags.text(record.start).trim().to_owned(),
+                handle: tags.own_handle(handle).filter(|handle| handle.0 != 0),
+                layer,
+                at: [0.0; 2],
+                lines: tags.lines_of(handle),
+            };
+            self.entities.push(Entity { location, shape: Shape::Other, xdata: Vec::new() });
+        }
+    }
+
     fn read_entity(&mut self, entity: &EntityType) {
         if let EntityType::Insert(insert) = entity {
             self.read_insert(insert);

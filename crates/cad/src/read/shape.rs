@@ -2,8 +2,8 @@
 
 use acadrust::entities::mtext_format::parse_mtext;
 use acadrust::entities::{
-    Arc, BoundaryEdge, BoundaryPath, Circle, Ellipse, Hatch, LwPolyline, Polyline2D,
-    Spline as SplineEntity, VertexFlags,
+    Arc, BoundaryEdge, BoundaryPath, Circle, Ellipse, Hatch, LwPolyline, Polyline2D, Polyline3D,
+    Solid, Spline as SplineEntity, VertexFlags,
 };
 use acadrust::{EntityType, Vector2, Vector3};
 
@@ -39,12 +39,17 @@ pub(super) fn shape(entity: &EntityType) -> Shape {
         EntityType::LwPolyline(polyline) => lwpolyline_path(polyline),
         EntityType::Polyline2D(polyline) => polyline_path(polyline),
         EntityType::Polyline(polyline) => {
-            let corners: Vec<Vertex> = polyline
-                .vertices
-                .iter()
-                .map(|vertex| Vertex { at: flat(vertex.location), bulge: 0.0 })
-                .collect();
-            Path::from_bulges(&corners, polyline.flags.is_closed()).map_err(Unread::NoCurve)
+            let corners = polyline.vertices.iter().map(|vertex| vertex.location);
+            corner_path(&corners.collect::<Vec<_>>(), polyline.flags.is_closed())
+        }
+        EntityType::Polyline3D(polyline) => match spatial_path(polyline) {
+            Some(path) => path,
+            None => return Shape::Other,
+        },
+        EntityType::Solid(solid) => return filled_shape(solid_path(solid)),
+        EntityType::Face3D(face) => {
+            let corners = [face.first_corner, face.second_corner, face.third_corner];
+            return filled_shape(corner_path(&four(corners, face.fourth_corner), true));
         }
         _ => return Shape::Other,
     };
@@ -151,6 +156,66 @@ fn polyline_path(polyline: &Polyline2D) -> Result<Path, Unread> {
         .collect();
     let path = Path::from_bulges(&corners, polyline.flags.is_closed()).map_err(Unread::NoCurve)?;
     Ok(path.transformed(&ocs(polyline.normal)?))
+}
+
+/// Largest difference of heights of points in one plane, as a part of their largest coordinate.
+const LEVEL: f64 = 1e-9;
+
+/// Straight lines from corner to corner, all at one height.
+fn corner_path(corners: &[Vector3], is_closed: bool) -> Result<Path, Unread> {
+    let heights = corners.iter().map(|corner| corner.z);
+    let low = heights.clone().fold(f64::INFINITY, f64::min);
+    let high = heights.fold(f64::NEG_INFINITY, f64::max);
+    let size =
+        corners.iter().flat_map(|it| [it.x, it.y]).fold(1.0, |size: f64, x| size.max(x.abs()));
+    if high - low > LEVEL * size {
+        return Err(Unread::OutOfPlane);
+    }
+    let corners: Vec<Vertex> =
+        corners.iter().map(|corner| Vertex { at: flat(*corner), bulge: 0.0 }).collect();
+    Path::from_bulges(&corners, is_closed).map_err(Unread::NoCurve)
+}
+
+/// A polyline whose corners have heights of their own; `None` of a mesh, which is none.
+fn spatial_path(polyline: &Polyline3D) -> Option<Result<Path, Unread>> {
+    let flags = &polyline.flags;
+    if flags.is_3d_mesh || flags.is_polyface_mesh {
+        return None;
+    }
+    // Control points of a spline-fit polyline do not lie on the curve.
+    let is_control = |flags: i32| flags & i32::from(VertexFlags::SPLINE_CONTROL.bits()) != 0;
+    let vertices = polyline.vertices.iter().filter(|vertex| !is_control(vertex.flags));
+    let corners: Vec<Vector3> = vertices.map(|vertex| vertex.position).collect();
+    Some(corner_path(&corners, flags.closed))
+}
+
+/// Three corners, and a fourth unless it repeats the third.
+fn four(first: [Vector3; 3], fourth: Vector3) -> Vec<Vector3> {
+    let mut corners = first.to_vec();
+    if fourth != first[2] {
+        corners.push(fourth);
+    }
+    corners
+}
+
+/// The border of a filled area: its third and fourth corner are stated crosswise.
+fn solid_path(solid: &Solid) -> Result<Path, Unread> {
+    let map = ocs(solid.normal)?;
+    let mut corners =
+        four([solid.first_corner, solid.second_corner, solid.third_corner], solid.fourth_corner);
+    if corners.len() == 4 {
+        corners.swap(2, 3);
+    }
+    Ok(corner_path(&corners, true)?.transformed(&map))
+}
+
+/// A filled area, which is read as a hatch is.
+fn filled_shape(border: Result<Path, Unread>) -> Shape {
+    let checked = border.and_then(|path| path.check().map(|()| path).map_err(Unread::NoCurve));
+    match checked {
+        Ok(path) => Shape::Hatch(vec![path]),
+        Err(why) => Shape::Unread { why, block: None },
+    }
 }
 
 fn hatch_shape(hatch: &Hatch) -> Shape {

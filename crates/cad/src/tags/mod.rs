@@ -344,6 +344,8 @@ pub fn excerpt_text(bytes: &[u8]) -> String {
     if !matches!(crate::container::recognise(bytes), Ok(Container::Text { .. })) {
         return String::new();
     }
+    let old = crate::container::with_line_feeds(bytes);
+    let bytes = old.as_deref().unwrap_or(bytes);
     let mut text = String::with_capacity(bytes.len());
     for chunk in bytes.utf8_chunks() {
         text.push_str(chunk.valid());

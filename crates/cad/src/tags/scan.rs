@@ -5,7 +5,7 @@ use bksim_model::diagnostic::Diagnostic;
 
 use super::{Tag, TagSection, Tags, ValueType, Version};
 use crate::codes;
-use crate::container::{Container, SENTINEL};
+use crate::container::{Container, SENTINEL, with_line_feeds};
 
 /// A drawing of more groups is refused: their positions alone would take 200 MB.
 const MOST_TAGS: usize = 16_000_000;
@@ -19,6 +19,7 @@ impl Tags {
     /// # Errors
     /// `D002` for more groups than are read, `D003` where a group code should stand and none does.
     pub fn scan(bytes: Vec<u8>, container: Container) -> Result<Self, Diagnostic> {
+        let bytes = with_line_feeds(&bytes).unwrap_or(bytes);
         let (groups, end) = match container {
             Container::Text { start } => lines(&bytes, start)?,
             Container::Binary { has_wide_codes } => binary_groups(&bytes, has_wide_codes)?,

@@ -5,6 +5,7 @@ mod drawing;
 
 mod doctor;
 mod lengths;
+mod old_forms;
 
 use bksim_cad::compose::Composition;
 use bksim_cad::model::{ModelOptions, Refused, sheet};
