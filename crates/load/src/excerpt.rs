@@ -1,5 +1,7 @@
 //! Faults for people (an excerpt with carets) and for programs (JSON).
 
+use std::ops::Range;
+
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 use anstream::adapter::strip_str;
 use bksim::model::diagnostic::{Diagnostic, Label, Severity};
@@ -24,11 +26,11 @@ pub fn styled(source: &Text, fault: &Diagnostic) -> String {
         .id(fault.code.0)
         .elements(Vec::<annotate_snippets::Element<'_>>::new());
     if !fault.labels.is_empty() {
-        let mut snippet = Snippet::source(text).path(&path).fold(true);
-        for (label_idx, label) in fault.labels.iter().enumerate() {
+        let Window { text, first_line, spans } = Window::around(text, &fault.labels);
+        let mut snippet = Snippet::source(text).line_start(first_line).path(&path).fold(true);
+        for (label_idx, (label, span)) in fault.labels.iter().zip(spans).enumerate() {
             let kind =
                 if label_idx == 0 { AnnotationKind::Primary } else { AnnotationKind::Context };
-            let span = clamp(text, label.span.clone());
             let annotation = kind.span(span);
             snippet = snippet.annotation(match label.text.as_str() {
                 "" => annotation,
@@ -61,8 +63,73 @@ fn notes<'a>(mut group: Group<'a>, fault: &'a Diagnostic) -> Group<'a> {
     group
 }
 
+/// The lines of a text that an excerpt shows, and those between them: a drawing has a hundred thousand, and each excerpt
+/// would count them all.
+struct Window {
+    text: String,
+    /// Number of its first line in the whole text, from one.
+    first_line: usize,
+    /// The labels in it.
+    spans: Vec<Range<usize>>,
+}
+
+/// Lines on either side of a label that are kept as they are; others between two labels are empty.
+const KEPT_LINES: usize = 4;
+
+impl Window {
+    fn around(text: &str, labels: &[Label]) -> Self {
+        let spans: Vec<Range<usize>> =
+            labels.iter().map(|label| clamp(text, label.span.clone())).collect();
+        let first = spans.iter().map(|span| span.start).min().unwrap_or(0);
+        let last = spans.iter().map(|span| span.end).max().unwrap_or(0);
+        let start = line_start(text, first, KEPT_LINES);
+        let end = line_end(text, last, KEPT_LINES);
+        let first_line = 1 + text[..start].matches('\n').count();
+
+        // What is kept of it: all of a few lines, or those around each label.
+        let near = |span: &Range<usize>| {
+            line_start(text, span.start, KEPT_LINES)..line_end(text, span.end, KEPT_LINES)
+        };
+        let mut kept: Vec<Range<usize>> = spans.iter().map(near).collect();
+        kept.sort_unstable_by_key(|range| range.start);
+        let (mut shown, mut at) = (String::new(), start);
+        let mut moves = Vec::new();
+        for range in &kept {
+            if range.start > at {
+                let n_lines = text[at..range.start].matches('\n').count();
+                shown.extend(std::iter::repeat_n('\n', n_lines));
+                at = range.start;
+            }
+            moves.push((at, shown.len()));
+            if range.end > at {
+                shown.push_str(&text[at..range.end]);
+                at = range.end;
+            }
+        }
+        debug_assert!(at == end || spans.is_empty(), "the last label ends the window");
+        let moved = |at: usize| {
+            let found = moves.iter().rev().find(|(from, _)| *from <= at);
+            found.map_or(0, |(from, to)| to + (at - from)).min(shown.len())
+        };
+        let spans = spans.iter().map(|span| moved(span.start)..moved(span.end)).collect();
+        Self { first_line, spans, text: shown }
+    }
+}
+
+/// The beginning of the line at a byte, or of one some lines before.
+fn line_start(text: &str, at: usize, n_before: usize) -> usize {
+    let mut breaks = text[..at].rmatch_indices('\n');
+    breaks.nth(n_before).map_or(0, |(found, _)| found + 1)
+}
+
+/// The end of the line at a byte, with its line end, or of one some lines after.
+fn line_end(text: &str, at: usize, n_after: usize) -> usize {
+    let mut breaks = text[at..].match_indices('\n');
+    breaks.nth(n_after).map_or(text.len(), |(found, _)| at + found + 1)
+}
+
 /// Spans of a lossily decoded text may not fit it.
-fn clamp(text: &str, span: std::ops::Range<usize>) -> std::ops::Range<usize> {
+fn clamp(text: &str, span: Range<usize>) -> Range<usize> {
     let boundary = |mut at: usize| {
         at = at.min(text.len());
         while !text.is_char_boundary(at) {
@@ -81,13 +148,19 @@ pub fn plain(source: &Text, fault: &Diagnostic) -> String {
 
 /// One diagnostic as JSON: code, severity, message, file, labels with lines and columns, notes, help.
 pub fn json(source: &Text, fault: &Diagnostic) -> Value {
+    described(source, fault, &mut Lines::default())
+}
+
+/// As [`json`], with the lines of a text that have been found before.
+fn described<'t>(source: &'t Text, fault: &Diagnostic, lines: &mut Lines<'t>) -> Value {
     let Located { path, text, fault } = source.locate(fault);
+    lines.find_in(text);
     let word = match fault.severity {
         Severity::Error => "error",
         Severity::Warning => "warning",
     };
     let label = |label: &Label| {
-        let (line, column) = line_and_column(text, label.span.start);
+        let (line, column) = lines.line_and_column(label.span.start);
         json!({
             "line": line, "column": column,
             "start": label.span.start, "end": label.span.end,
@@ -107,7 +180,34 @@ pub fn json(source: &Text, fault: &Diagnostic) -> Value {
 
 /// All diagnostics of a list as JSON.
 pub fn json_all(source: &Text, faults: &[Diagnostic]) -> Value {
-    faults.iter().map(|fault| json(source, fault)).collect()
+    let mut lines = Lines::default();
+    faults.iter().map(|fault| described(source, fault, &mut lines)).collect()
+}
+
+/// The lines of a text, found once for all of its faults.
+#[derive(Default)]
+struct Lines<'t> {
+    text: &'t str,
+    /// First bytes of the lines after the first one.
+    starts: Vec<usize>,
+}
+
+impl<'t> Lines<'t> {
+    fn find_in(&mut self, text: &'t str) {
+        if !std::ptr::eq(self.text, text) {
+            let starts = text.match_indices('\n').map(|(at, _)| at + 1).collect();
+            *self = Self { text, starts };
+        }
+    }
+
+    /// As [`line_and_column`].
+    fn line_and_column(&self, byte: usize) -> (usize, usize) {
+        let n_before = self.starts.partition_point(|&start| start <= byte);
+        let start = n_before.checked_sub(1).map_or(0, |last| self.starts[last]);
+        // The line is the whole text.
+        let (_, column) = line_and_column(&self.text[start..], byte.min(self.text.len()) - start);
+        (n_before + 1, column)
+    }
 }
 
 /// A message without an excerpt, styled for a terminal.
@@ -117,4 +217,41 @@ pub fn titled(message: &str, help: Option<&str>) -> String {
         group = group.element(Level::HELP.message(help));
     }
     without_margin(&Renderer::styled().term_width(WIDTH).render(&[group]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_excerpt_of_a_long_text_shows_what_the_whole_one_would() {
+        let lines: Vec<String> = (1..=400).map(|line| format!("line {line} \u{e4}\n")).collect();
+        let text = lines.concat();
+        let at = |line: usize| {
+            let start = text.find(&format!("line {line} ")).expect("a line");
+            start..start + 4
+        };
+        for lines in [vec![1], vec![400], vec![7, 9], vec![350, 20], vec![1, 3, 200, 400]] {
+            let labels: Vec<Label> =
+                lines.iter().map(|&line| Label { span: at(line), text: String::new() }).collect();
+            let window = Window::around(&text, &labels);
+            for (line, span) in lines.iter().zip(window.spans) {
+                assert_eq!(&window.text[span.clone()], "line", "{lines:?}");
+                let (found, column) = line_and_column(&window.text, span.start);
+                assert_eq!((window.first_line + found - 1, column), (*line, 1), "{lines:?}");
+            }
+            let n_shown = window.text.lines().filter(|line| !line.is_empty()).count();
+            assert!(n_shown <= 9 * lines.len(), "{n_shown} lines of {lines:?}");
+        }
+    }
+
+    #[test]
+    fn lines_are_found_once() {
+        let text = "one\n\u{e4} two\r\n\nthree";
+        let mut lines = Lines::default();
+        lines.find_in(text);
+        for byte in 0..=text.len() + 2 {
+            assert_eq!(lines.line_and_column(byte), line_and_column(text, byte), "{byte}");
+        }
+    }
 }

@@ -33,8 +33,7 @@ pub struct Loaded {
 pub fn load(request: &Request<'_>) -> Result<Loaded, InputError> {
     let bytes = read_bytes(request.path)?;
     let path = if is_stdin(request.path) { Path::new(STDIN) } else { request.path };
-    let name = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy());
-    let name = default_name(path, &name);
+    let name = name_of(path);
     let (source, warnings) = if is_drawing(&bytes, path) {
         compose(path, bytes, None, request)?
     } else {
@@ -65,6 +64,8 @@ pub fn load(request: &Request<'_>) -> Result<Loaded, InputError> {
 
 fn utf8(path: &Path, bytes: &[u8]) -> Result<String, InputError> {
     match decode(bytes) {
+        // Line ends of old programs, a carriage return alone: TOML knows none.
+        Ok(text) if !text.contains('\n') => Ok(text.replace('\r', "\n")),
         Ok(text) => Ok(text.to_owned()),
         Err(fault) => {
             let text = String::from_utf8_lossy(bytes);
@@ -136,14 +137,30 @@ fn read_text(
     }
 }
 
-/// `examples/slider-crank/model.toml` and `drawing.dxf` are called after their directory.
-fn default_name(path: &Path, stem: &str) -> String {
-    let directory = path.parent().and_then(Path::file_name);
-    match directory {
-        _ if path == Path::new(STDIN) => "model".to_owned(),
-        Some(directory) if stem == "model" || stem == "drawing" => {
-            directory.to_string_lossy().into_owned()
-        }
-        _ => stem.to_owned(),
+/// The name of a model's file, after which results are called: its name without ending. `model.toml` and
+/// `drawing.dxf` have the name of their folder, and standard input is `model`.
+pub fn name_of(path: &Path) -> String {
+    let stem = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy());
+    if is_stdin(path) || path == Path::new(STDIN) {
+        return "model".to_owned();
+    }
+    let is_common = stem == "model" || stem == "drawing";
+    match path.parent().and_then(Path::file_name) {
+        Some(folder) if is_common => folder.to_string_lossy().into_owned(),
+        _ => stem.into_owned(),
+    }
+}
+
+/// The name of a file with its ending and its folder, `slider-crank/model.toml`: how a result says which file it was
+/// made from, wherever the folder is.
+pub fn label_of(path: &Path) -> String {
+    if is_stdin(path) {
+        return STDIN.to_owned();
+    }
+    let whole = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let file = whole.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    match whole.parent().and_then(Path::file_name) {
+        Some(folder) => format!("{}/{file}", folder.to_string_lossy()),
+        None => file,
     }
 }
