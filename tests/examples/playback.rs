@@ -36,12 +36,11 @@ impl Observer for Kept {
 /// The samples of a run and its log.
 fn logged(mechanism: &Mechanism, text: &str) -> (Vec<Sample>, Vec<u8>) {
     let start = mechanism.start().expect("a start");
-    let recorder = Recorder::create(Vec::new(), mechanism, text, &start, &[]).expect("a log");
-    let mut kept = Kept { samples: Vec::new(), recorder };
     let simulation = mechanism.simulation().expect("equations");
+    let recorder = Recorder::create(Vec::new(), &simulation, text, &start, &[]).expect("a log");
+    let mut kept = Kept { samples: Vec::new(), recorder };
     let summary = simulation.run(&start, &mut kept, &|| false).expect("a run");
-    let bytes =
-        kept.recorder.finish(mechanism, &summary, Outcome::ReachedEnd, "done").expect("written");
+    let bytes = kept.recorder.finish(&summary, Outcome::ReachedEnd, "done").expect("written");
     (kept.samples, bytes)
 }
 
@@ -180,13 +179,63 @@ fn a_log_without_motion_says_so() {
     let text = example_text("slider-crank");
     let mechanism = derive(model(&text));
     let start = mechanism.start().expect("a start");
-    let recorder = Recorder::create(Vec::new(), &mechanism, &text, &start, &[]).expect("a log");
+    let simulation = mechanism.simulation().expect("equations");
+    let recorder = Recorder::create(Vec::new(), &simulation, &text, &start, &[]).expect("a log");
     let summary = bksim::sim::run::Summary::default();
-    let bytes =
-        recorder.finish(&mechanism, &summary, Outcome::Stopped, "at once").expect("written");
+    let bytes = recorder.finish(&summary, Outcome::Stopped, "at once").expect("written");
     let log = LogReader::open(&bytes[..]).expect("a log");
     assert_eq!(log.header().version, VERSION);
     assert!(matches!(Playback::open(log), Err(PlaybackError::NoMotion)));
     let mut log = LogReader::open(&bytes[..]).expect("a log");
     assert!(!matches!(log.next_record().expect("readable"), Some(Record::Segment(_))));
+}
+
+#[test]
+fn a_log_has_the_values_of_the_simulation_that_moved() {
+    let text = example_text("slider-crank");
+    let mechanism = derive(model(&text));
+    let mut simulation = mechanism.simulation().expect("equations");
+    let mut values = simulation.parameters().to_vec();
+    for value in &mut values {
+        *value *= 1.01;
+    }
+    simulation.set_parameters(&values);
+    let mut options = simulation.options().clone();
+    options.t_end *= 0.5;
+    simulation.set_options(&options);
+
+    let start = simulation.start().expect("a start");
+    let recorder = Recorder::create(Vec::new(), &simulation, &text, &start, &[]).expect("a log");
+    let mut kept = Kept { samples: Vec::new(), recorder };
+    let summary = simulation.run(&start, &mut kept, &|| false).expect("a run");
+    let bytes = kept.recorder.finish(&summary, Outcome::ReachedEnd, "done").expect("written");
+    let log = LogReader::open(&bytes[..]).expect("a log");
+    assert_eq!(log.header().t_end, options.t_end);
+    for (parameter, value) in mechanism.model.parameters.iter().zip(&values) {
+        assert_eq!(log.header().parameters[&parameter.name].value, *value, "{}", parameter.name);
+    }
+    let mut playback = played(&bytes);
+    assert_eq!(playback.mechanism().parameters, values);
+    for sample in kept.samples.iter().step_by(7) {
+        same("with other values", playback.seek(sample.t).expect("a sample"), sample, 1e-9);
+    }
+}
+
+#[test]
+fn no_number_that_is_not_finite_gets_into_a_log() {
+    let text = example_text("slider-crank");
+    let mechanism = derive(model(&text));
+    let simulation = mechanism.simulation().expect("equations");
+    let samples = simulation.solve().expect("a run").samples;
+    let start = simulation.start().expect("a start");
+    for bad in [f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
+        let recorder = Recorder::create(Vec::new(), &simulation, &text, &start, &[]);
+        let mut log = recorder.expect("a log");
+        log.write(&samples[0]).expect("finite");
+        let mut sample = samples[1].clone();
+        sample.reactions[1][2] = bad;
+        let refused = log.write(&sample).expect_err("not finite").to_string();
+        let name = format!("`reactions.{}.fz`", mechanism.model.joints[1].name);
+        assert!(refused.starts_with(&name) && refused.contains(&format!("{bad}")), "{refused}");
+    }
 }

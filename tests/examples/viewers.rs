@@ -35,13 +35,13 @@ impl Observer for Logged {
 /// The log of a run, with a warning in it at its start and a line at its end.
 fn logged(mechanism: &Mechanism, text: &str) -> Vec<u8> {
     let start = mechanism.start().expect("a start");
-    let recorder = Recorder::create(Vec::new(), mechanism, text, &start, &[]).expect("a log");
+    let simulation = mechanism.simulation().expect("equations");
+    let recorder = Recorder::create(Vec::new(), &simulation, text, &start, &[]).expect("a log");
     let mut logged = Logged(recorder);
     logged.0.note(Level::Warning, start.t, "first").expect("written");
-    let simulation = mechanism.simulation().expect("equations");
     let summary = simulation.run(&start, &mut logged, &|| false).expect("a run");
     logged.0.note(Level::Info, summary.t, "last").expect("written");
-    logged.0.finish(mechanism, &summary, Outcome::ReachedEnd, "done").expect("written")
+    logged.0.finish(&summary, Outcome::ReachedEnd, "done").expect("written")
 }
 
 /// Runs an example and keeps its log in a file.
@@ -239,7 +239,8 @@ fn a_resumed_run_shows_the_same() {
     let (text, mechanism) = (example_text(name), derive(example(name)));
     let simulation = mechanism.simulation().expect("equations");
     let start = simulation.start().expect("a start");
-    let log = || Logged(Recorder::create(Vec::new(), &mechanism, &text, &start, &[]).expect("log"));
+    let log =
+        || Logged(Recorder::create(Vec::new(), &simulation, &text, &start, &[]).expect("log"));
 
     // Until its thirtieth step, then on from the log of that.
     let steps = Cell::new(30);
@@ -250,17 +251,16 @@ fn a_resumed_run_shows_the_same() {
     let mut first = log();
     let summary = simulation.run(&start, &mut first, &stop).expect("a run");
     let checkpoint = summary.checkpoint.clone().expect("stopped");
-    let first = first.0.finish(&mechanism, &summary, Outcome::Stopped, "stopped").expect("written");
+    let first = first.0.finish(&summary, Outcome::Stopped, "stopped").expect("written");
     let mut second = log();
     let mut reader = LogReader::open(&first[..]).expect("a log");
     assert!(second.0.copy(&mut reader, &checkpoint).expect("copied"));
     let summary = simulation.resume(&start, &checkpoint, &mut second, &|| false);
     let summary = summary.expect("a run");
-    let second =
-        second.0.finish(&mechanism, &summary, Outcome::ReachedEnd, "done").expect("written");
+    let second = second.0.finish(&summary, Outcome::ReachedEnd, "done").expect("written");
     let mut whole = log();
     let summary = simulation.run(&start, &mut whole, &|| false).expect("a run");
-    let whole = whole.0.finish(&mechanism, &summary, Outcome::ReachedEnd, "done").expect("written");
+    let whole = whole.0.finish(&summary, Outcome::ReachedEnd, "done").expect("written");
 
     let parts = [("first", first), ("second", second), ("whole", whole)];
     let paths = parts.map(|(part, bytes)| kept(&format!("resumed-{part}"), &bytes));

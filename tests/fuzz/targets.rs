@@ -247,9 +247,8 @@ fn recorded() -> &'static (Vec<u8>, Vec<u8>) {
     static RECORDED: OnceLock<(Vec<u8>, Vec<u8>)> = OnceLock::new();
     RECORDED.get_or_init(|| {
         let simulation = bouncing();
-        let mechanism = &simulation.mechanism();
         let start = simulation.start().expect("a start");
-        let recorder = Recorder::create(Vec::new(), mechanism, "", &start, &[]);
+        let recorder = Recorder::create(Vec::new(), simulation, "", &start, &[]);
         let mut log = recorder.expect("a log");
         let mut n = 0;
         let mut keep = |sample: &Sample| {
@@ -260,7 +259,7 @@ fn recorded() -> &'static (Vec<u8>, Vec<u8>) {
         let summary = simulation.run(&start, &mut keep, &|| false).expect("a run");
         let state = summary.checkpoint.as_ref().expect("it was stopped").to_bytes();
         let outcome = bksim::log::Outcome::Stopped;
-        let log = log.finish(mechanism, &summary, outcome, "interrupted").expect("a log");
+        let log = log.finish(&summary, outcome, "interrupted").expect("a log");
         (log, state)
     })
 }

@@ -310,22 +310,18 @@ fn the_log_holds_a_channel_for_each_quantity() {
     (model.solve.t_end, model.solve.every) = (0.1, Some(0.05));
     let mechanism = derive(model);
     let by = ["m3", "A.rate"].map(|name| mechanism.sensitive(name).expect("it is there"));
-    let motion = mechanism
-        .simulation()
-        .expect("a simulation")
-        .sensitivities(&by)
-        .unwrap_or_else(|e| panic!("{e}"));
+    let simulation = mechanism.simulation().expect("a simulation");
+    let motion = simulation.sensitivities(&by).unwrap_or_else(|e| panic!("{e}"));
     let start = &motion.motion.start;
     let contents = Contents { sensitive: &by, ..Contents::default() };
-    let mut log = Recorder::create_with(Vec::new(), &mechanism, "", start, &contents)
+    let mut log = Recorder::create_with(Vec::new(), &simulation, "", start, &contents)
         .expect("a vector can be written");
     for (sample, by) in motion.motion.samples.iter().zip(&motion.sensitivities) {
         log.write(sample).expect("a vector can be written");
         log.write_sensitivities(sample.t, by).expect("a vector can be written");
     }
     let summary = &motion.motion.summary;
-    let bytes =
-        log.finish(&mechanism, summary, Outcome::ReachedEnd, "").expect("a vector can be written");
+    let bytes = log.finish(summary, Outcome::ReachedEnd, "").expect("a vector can be written");
 
     let log = Log::read(&bytes[..]).expect("it was just written");
     for (k, (channel, units)) in [

@@ -16,6 +16,7 @@ pub mod render;
 pub(crate) mod report;
 pub mod run;
 pub(crate) mod shell;
+mod size;
 pub(crate) mod speech;
 pub mod sweep;
 mod time;
@@ -24,6 +25,7 @@ pub mod view;
 use std::path::{Path, PathBuf};
 
 use self::run::RunArgs;
+use self::size::log_size;
 use self::time::time;
 use bksim::model;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -262,7 +264,13 @@ pub(crate) struct Solve {
     /// Contents of the log besides the samples and the motion between them.
     #[arg(long, value_enum, value_name = "WHICH", default_value = "all")]
     pub(crate) channels: Channels,
+    /// Stop when the log has this size, such as 500MB or 10GB; 2 GB unless given. The run can go on with --resume.
+    #[arg(long, value_name = "SIZE", default_value_t = LOG_LIMIT, hide_default_value = true, value_parser = log_size)]
+    pub(crate) log_limit: u64,
 }
+
+/// The largest log unless another one is asked for, bytes.
+pub(crate) const LOG_LIMIT: u64 = 2_000_000_000;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Channels {

@@ -10,6 +10,7 @@ pub mod commands;
 pub mod examples;
 pub mod exit;
 mod handover;
+mod leftover;
 mod lsp;
 pub mod origin;
 pub mod output;
@@ -22,6 +23,7 @@ mod typed;
 #[cfg(unix)]
 mod unfinished;
 mod visible;
+pub mod waiting;
 
 use std::ffi::OsString;
 use std::path::Path;

@@ -2,6 +2,7 @@
 //!
 //! | file, each on those above it alone | holds |
 //! |---|---|
+//! | `transport.rs` | messages within bounds |
 //! | `document.rs` | a text with positions as editors count them, and what stands at one |
 //! | `faults.rs` | the model that a text is, or its faults |
 //! | `names.rs` | where a name is defined and used |
@@ -13,6 +14,7 @@ mod faults;
 mod format;
 mod hover;
 mod names;
+mod transport;
 
 use std::collections::BTreeMap;
 
@@ -27,13 +29,26 @@ use crate::exit::{Failure, Status};
 /// # Errors
 /// Standard input or output that is closed early.
 pub(crate) fn run(nesting: usize) -> Result<Status, Failure> {
-    let (connection, threads) = Connection::stdio();
-    let broken = |error: &dyn std::fmt::Display| {
-        Failure::usage(
-            format!("the client cannot be understood: {error}"),
-            "`bksim lsp` is started by editors",
-        )
-    };
+    let (connection, threads) = transport::stdio();
+    let served = serve(&connection, nesting);
+    drop(connection);
+    // What could not be read is why the connection has ended.
+    if let Some(fault) = threads.unread() {
+        return Err(broken(&fault));
+    }
+    served?;
+    threads.join().map_err(|e| broken(&e))?;
+    Ok(Status::Done)
+}
+
+/// A client that makes no sense.
+fn broken(error: &dyn std::fmt::Display) -> Failure {
+    let message = format!("the client cannot be understood: {error}");
+    Failure::usage(message, "`bksim lsp` is started by editors")
+}
+
+/// Answers until the client says goodbye or is gone.
+fn serve(connection: &Connection, nesting: usize) -> Result<(), Failure> {
     let abilities = json!({
         "textDocumentSync": 1,
         "hoverProvider": true,
@@ -64,9 +79,7 @@ pub(crate) fn run(nesting: usize) -> Result<Status, Failure> {
             Message::Response(_) => (),
         }
     }
-    drop(connection);
-    threads.join().map_err(|e| broken(&e))?;
-    Ok(Status::Done)
+    Ok(())
 }
 
 /// The texts that are open.

@@ -1,7 +1,8 @@
 //! Results of earlier commands: which model a file was made from, by what is in it.
 //!
-//! A command replaces what bksim made from the same model, and nothing else. There is one rule for each kind of
-//! format. Logs and Parquet tables name their model. Whatever has remarks, comments or boxes that its readers pass
+//! A command replaces what bksim made from the same file, and nothing else: a file is known by its name and that of
+//! its folder, a log also by the text of its model. There is one rule for each kind of format. Logs and Parquet tables
+//! name the file of their model. Whatever has remarks, comments or boxes that its readers pass
 //! over ends with a mark, which [`stamped()`] sets and which has a checksum: a file that somebody has edited since
 //! is no longer ours. A table of CSV has room for nothing but columns and numbers: it is known by its headings, when
 //! each is one that this command knows, and by its numbers, each written as bksim writes it; see `table`.
@@ -13,7 +14,8 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use bksim::log::LogReader;
+use bksim::log::{Header, LogReader};
+pub use bksim_load::label_of;
 
 pub use self::mark::stamped;
 pub use self::table::{has_headings, headings, is_table};
@@ -27,12 +29,25 @@ const MOST: u64 = 1 << 20;
 /// Most bytes of a picture, a film or a text with a mark.
 const MOST_MARKED: u64 = 1 << 28;
 
-/// True for a whole file that bksim made from the model of this name.
+/// The option of a log that names the file of its model, as [`label_of`] does.
+pub const MODEL_FILE: &str = "model_file";
+
+/// The file that the run of a log was made from; the name of the model where the log does not say.
+pub fn file_of(header: &Header) -> String {
+    header.options.get(MODEL_FILE).unwrap_or(&header.model_name).clone()
+}
+
+/// True for a whole log of a run of exactly this text.
+pub fn is_of_text(path: &Path, text: &str) -> bool {
+    whole_log(path).is_ok_and(|header| header.is_some_and(|header| header.model_text == text))
+}
+
+/// True for a whole file that bksim made from the model in the file of this [label](label_of).
 ///
 /// A log that is still being written, was cut off, or whose run was stopped before its end, is none: it may be all
 /// that there is of a long run, which can go on from there.
-pub fn is_of_model(path: &Path, model_name: &str) -> bool {
-    read_model(path, model_name).unwrap_or(false)
+pub fn is_of_model(path: &Path, label: &str) -> bool {
+    read_model(path, label).unwrap_or(false)
 }
 
 /// True for a file that may be one of bksim's, of whichever model: a long question begins only then.
@@ -44,13 +59,13 @@ pub fn may_be_own(path: &Path) -> bool {
 ///
 /// # Errors
 /// Those of the file.
-pub fn stamp_file(path: &Path, ending: &Path, model_name: &str) -> io::Result<()> {
+pub fn stamp_file(path: &Path, ending: &Path, label: &str) -> io::Result<()> {
     let bytes = bytes_of(path)?;
     let n_before = bytes.len() as u64;
     if n_before == MOST_MARKED {
         return Ok(());
     }
-    let marked = stamped(ending, bytes, model_name);
+    let marked = stamped(ending, bytes, label);
     if marked.len() as u64 == n_before {
         return Ok(());
     }
@@ -69,7 +84,7 @@ fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn read_model(path: &Path, model_name: &str) -> io::Result<bool> {
+fn read_model(path: &Path, label: &str) -> io::Result<bool> {
     let mut file = File::open(path)?;
     // Nothing but a file has an end to look at.
     if !file.metadata()?.is_file() {
@@ -79,21 +94,27 @@ fn read_model(path: &Path, model_name: &str) -> io::Result<bool> {
     file.read_exact(&mut first)?;
     let last = tail(&mut file, 8)?;
     if first == MCAP {
-        file.rewind()?;
-        let is_own = LogReader::open(BufReader::new(file)).is_ok_and(|mut log| {
-            // Whether a run can go on is known at the end of its log.
-            let is_named = log.header().model_name == model_name;
-            let is_read = is_named && last == MCAP && read_through(&mut log);
-            is_read && log.end().is_some() && log.checkpoint().is_none()
-        });
-        return Ok(is_own);
+        return Ok(whole_log(path)?.is_some_and(|header| file_of(&header) == label));
     }
     if first.starts_with(&PARQUET) && last.ends_with(&PARQUET) {
         let length = [last[0], last[1], last[2], last[3]];
         let metadata = tail(&mut file, (u64::from(u32::from_le_bytes(length)) + 8).min(MOST))?;
-        return Ok(holds(&metadata, &parquet_entry("bksim.model_name", model_name)));
+        return Ok(holds(&metadata, &parquet_entry("bksim.model_file", label)));
     }
-    Ok(mark::is_stamped(&bytes_of(path)?, model_name))
+    Ok(mark::is_stamped(&bytes_of(path)?, label))
+}
+
+/// The header of a whole log whose run has ended and cannot go on; none of any other file.
+fn whole_log(path: &Path) -> io::Result<Option<Header>> {
+    let mut file = File::open(path)?;
+    if !file.metadata()?.is_file() || tail(&mut file, 8)? != MCAP {
+        return Ok(None);
+    }
+    file.rewind()?;
+    let Ok(mut log) = LogReader::open(BufReader::new(file)) else { return Ok(None) };
+    // Whether a run can go on is known at the end of its log.
+    let is_whole = read_through(&mut log) && log.end().is_some() && log.checkpoint().is_none();
+    Ok(is_whole.then(|| log.header().clone()))
 }
 
 /// True where a log can be read to its end.

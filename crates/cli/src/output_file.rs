@@ -7,10 +7,13 @@
 use std::fs::{self, File};
 use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use tempfile::{Builder, NamedTempFile};
 
 use crate::exit::Failure;
+use crate::leftover::{PART, lock, name_all, prefix_of};
 
 /// A file to be written.
 #[derive(Debug)]
@@ -34,6 +37,8 @@ enum Found {
 pub struct Written {
     path: PathBuf,
     place: Place,
+    /// Bytes that have been written.
+    n_bytes: Arc<AtomicU64>,
 }
 
 #[derive(Debug)]
@@ -116,8 +121,9 @@ impl OutputFile {
     /// # Errors
     /// [`Failure::File`], also when another command has begun to write it meanwhile.
     pub fn create_growing(&self) -> Result<Written, Failure> {
+        name_all(directory(&self.path), &self.path);
         if self.found != Found::Nothing {
-            let mut written = self.create()?;
+            let mut written = self.created()?;
             // What is in it may be all that there is of a long run.
             if let Place::Temporary(file, _) = &mut written.place {
                 file.disable_cleanup(true);
@@ -125,7 +131,7 @@ impl OutputFile {
             return Ok(written);
         }
         let file = File::create_new(&self.path).map_err(|error| uncreated(&self.path, &error))?;
-        Ok(Written { path: self.path.clone(), place: Place::Own(file) })
+        Ok(Written::at(self.path.clone(), Place::Own(file)))
     }
 
     /// Opens a file that takes its name once it is whole. One that an interrupt ends is removed.
@@ -133,6 +139,11 @@ impl OutputFile {
     /// # Errors
     /// [`Failure::File`].
     pub fn create(&self) -> Result<Written, Failure> {
+        name_all(directory(&self.path), &self.path);
+        self.created()
+    }
+
+    fn created(&self) -> Result<Written, Failure> {
         let path = self.path.clone();
         let place = if self.found == Found::Device {
             let file = File::options().write(true).open(&path);
@@ -145,7 +156,7 @@ impl OutputFile {
             let temporary = create();
             Place::Temporary(temporary.map_err(|e| Failure::writing(&path, &e))?, self.found)
         };
-        Ok(Written { path, place })
+        Ok(Written::at(path, place))
     }
 }
 
@@ -202,13 +213,22 @@ impl Written {
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         if fs::metadata(&path).is_ok_and(|known| !known.is_file()) {
             let file = File::options().write(true).open(&path)?;
-            return Ok(Self { path, place: Place::Own(file) });
+            return Ok(Self::at(path, Place::Own(file)));
         }
         let temporary = temporary_in(directory(&path), &path)?;
         if let Ok(known) = fs::metadata(&path) {
             temporary.as_file().set_permissions(known.permissions())?;
         }
-        Ok(Self { path, place: Place::Temporary(temporary, Found::File) })
+        Ok(Self::at(path, Place::Temporary(temporary, Found::File)))
+    }
+
+    fn at(path: PathBuf, place: Place) -> Self {
+        Self { path, place, n_bytes: Arc::default() }
+    }
+
+    /// The number of bytes that have been written, which goes on counting.
+    pub fn n_bytes(&self) -> Arc<AtomicU64> {
+        self.n_bytes.clone()
     }
 
     /// Where what has been written so far lies.
@@ -233,7 +253,7 @@ impl Written {
     /// # Errors
     /// As the system says them.
     pub fn persist(self) -> io::Result<()> {
-        let Self { path, place } = self;
+        let Self { path, place, .. } = self;
         match place {
             // A device need not be one that can be synchronised.
             Place::Own(file) => drop(file.sync_all()),
@@ -255,10 +275,12 @@ impl Written {
 
 impl Write for Written {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        match &mut self.place {
-            Place::Own(file) => file.write(bytes),
-            Place::Temporary(file, _) => file.write(bytes),
-        }
+        let n = match &mut self.place {
+            Place::Own(file) => file.write(bytes)?,
+            Place::Temporary(file, _) => file.write(bytes)?,
+        };
+        self.n_bytes.fetch_add(n as u64, Ordering::Relaxed);
+        Ok(n)
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -297,17 +319,18 @@ fn missing_target(path: &Path) -> Option<PathBuf> {
 
 /// A new file next to `path`, as other people may read it.
 fn temporary_in(directory: &Path, path: &Path) -> io::Result<NamedTempFile> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let prefix = format!(".{name}.");
+    let prefix = prefix_of(path);
     let mut builder = Builder::new();
-    builder.prefix(&prefix).suffix(".part");
+    builder.prefix(&prefix).suffix(PART);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
         // Less what the user's mask takes away.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(directory)
+    let file = builder.tempfile_in(directory)?;
+    lock(file.as_file());
+    Ok(file)
 }
 
 fn uncreated(path: &Path, error: &io::Error) -> Failure {

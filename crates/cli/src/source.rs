@@ -15,6 +15,7 @@ pub use bksim_load::{Loaded, Text, is_stdin};
 
 use crate::args::{DrawingArgs, ModelArgs};
 use crate::exit::Failure;
+use crate::waiting::waiting;
 
 /// Opens and reads a model: a model file, a drawing, or a model file next to a drawing.
 ///
@@ -73,6 +74,6 @@ pub(crate) fn parse(
 /// # Errors
 /// Faults of the model.
 pub fn derive(source: &Text, model: Model) -> Result<Mechanism, Failure> {
-    let derived = Mechanism::derive(model, Vec::new());
+    let derived = waiting("deriving the equations", || Mechanism::derive(model, Vec::new()));
     derived.map_err(|rejected| source.rejected(rejected.0).into())
 }

@@ -215,3 +215,51 @@ fn a_watched_model_is_solved_again_when_it_or_a_part_changes() {
     let nothing = place.run("explain M012 --watch");
     assert_eq!(nothing.status.code(), Some(2), "{}", text(&nothing.stderr));
 }
+
+#[test]
+fn models_of_one_name_have_logs_of_their_own() {
+    let place = Scratch::new();
+    let named = |length: &str| format!("name = \"arm\"\n{}", pendulum(length));
+    for folder in ["x", "y", "arm"] {
+        fs::create_dir(place.path().join(folder)).expect("a folder");
+    }
+    for (file, length) in
+        [("one.toml", "2 s"), ("two.toml", "3 s"), ("x/one.toml", "4 s"), ("arm/model.toml", "5 s")]
+    {
+        place.write(file, named(length));
+    }
+    done(&place, "solve one.toml");
+    done(&place, "solve two.toml");
+    done(&place, "solve arm/model.toml");
+    for (log, end) in [("one.mcap", "2.0,"), ("two.mcap", "3.0,"), ("arm.mcap", "5.0,")] {
+        let table = text(&place.run(&format!("export {log} state.A_angle")).stdout);
+        assert!(table.lines().last().expect("a row").starts_with(end), "{log}");
+    }
+
+    // Another file of the same name in another folder is another model.
+    refused(&place, "solve x/one.toml", "one.mcap");
+    refused(&place, "solve two.toml -o one.mcap", "one.mcap");
+    done(&place, "report one.toml -o r.md");
+    refused(&place, "report two.toml -o r.md", "r.md");
+    done(&place, "report one.mcap -o r.md");
+
+    // The same text is the same model, wherever it is.
+    place.write("y/copy.toml", named("2 s"));
+    done(&place, "solve y/copy.toml -o one.mcap");
+    refused(&place, "solve one.toml --t-end 1 -o two.mcap", "two.mcap");
+    done(&place, "solve two.toml -o one.mcap --force");
+}
+
+#[test]
+fn a_model_with_line_ends_of_old_programs_is_read() {
+    let place = Scratch::new();
+    let old = pendulum("2 s").replace('\n', "\r");
+    place.write("old.toml", &old);
+    done(&place, "check old.toml");
+    place.write("old.toml", old.replace("[solve]", "[solv]"));
+    let output = place.run("check old.toml");
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    // In its own line, not in the only one.
+    assert!(said.contains("old.toml:") && !said.contains("old.toml:1:"), "{said}");
+}

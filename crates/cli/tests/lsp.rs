@@ -265,3 +265,28 @@ fn a_name_is_found_completed_and_renamed() {
     assert_eq!(edits[0]["newText"], ARM);
     client.end();
 }
+
+#[test]
+fn a_client_that_makes_no_sense_is_told_so() {
+    for (input, word) in [
+        (
+            "Content-Length: 99999999999999\r\n\r\n",
+            "a message of 99999999999999 bytes is announced",
+        ),
+        ("hello\r\n\r\n", "a header without `:`"),
+        ("Content-Length: 2\r\n\r\n{}", "no message"),
+    ] {
+        let place = Scratch::new();
+        let mut command = place.bksim();
+        command.arg("lsp").stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut server = command.spawn().expect("bksim starts");
+        let mut input_end = server.stdin.take().expect("it is piped");
+        input_end.write_all(input.as_bytes()).expect("it listens");
+        // The client stays there: it ends by itself.
+        let output = server.wait_with_output().expect("an end");
+        drop(input_end);
+        let said = common::text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains("the client cannot be understood") && said.contains(word), "{said}");
+    }
+}

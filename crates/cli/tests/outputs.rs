@@ -131,3 +131,48 @@ fn a_log_that_is_replaced_stays_until_the_new_one_is_whole() {
     assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
     assert_eq!(fs::read(place.path().join("long.mcap")).expect("a log"), before);
 }
+
+#[test]
+fn a_file_that_a_killed_command_left_is_named_by_the_next_one() {
+    let place = Scratch::new();
+    place.write("long.toml", LONG);
+    place.write(".long.mcap.Ab12cd.part", "what was written");
+    place.write(".other.mcap.Ab12cd.part", "what was written");
+    let output = place.run("solve long.toml --t-end 1");
+    let said = text(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("`.long.mcap.Ab12cd.part` (16 bytes)"), "{said}");
+    assert!(said.contains("bksim solve --resume .long.mcap.Ab12cd.part"), "{said}");
+    assert!(!said.contains(".other.mcap"), "{said}");
+    // What another command is writing is not.
+    fs::remove_file(place.path().join(".long.mcap.Ab12cd.part")).expect("it was there");
+    let output = place.run("solve long.toml --t-end 1");
+    assert_eq!(text(&output.stderr), "");
+}
+
+#[test]
+fn a_log_stops_at_its_limit_and_goes_on_when_that_is_raised() {
+    let place = Scratch::new();
+    place.write("long.toml", LONG.replace("1e6 s", "100 s"));
+    let output = place.run("solve long.toml --log-limit 500kB");
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(
+        said.contains("error[R024]: the log has reached its limit of 500 kB at t = "),
+        "{said}"
+    );
+    // What the help says.
+    let resume = said.split("`bksim ").nth(1).and_then(|rest| rest.split('`').next());
+    let resume = resume.unwrap_or_else(|| panic!("{said}"));
+    assert!(resume.starts_with("solve --resume long.mcap --log-limit 5MB"), "{said}");
+    // The first part counts, too: what is whole needs more than that.
+    let resumed = place.run(&resume.replace("5MB", "100MB"));
+    assert!(resumed.status.success(), "{}", text(&resumed.stderr));
+    let size = |name: &str| fs::metadata(place.path().join(name)).expect("a log").len();
+    assert!((500_000..2_500_000).contains(&size("long.mcap")), "{}", size("long.mcap"));
+    assert!(place.run("solve long.toml -o whole.mcap").status.success());
+    let table = |log: &str| text(&place.run(&format!("export {log} state.A_angle")).stdout);
+    assert!(table("long-resumed.mcap") == table("whole.mcap"), "other samples");
+    let output = place.run("solve long.toml --log-limit 12");
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+}

@@ -81,6 +81,17 @@ pub enum LogError {
         previous: f64,
     },
 
+    /// A value of a sample is infinite or no number.
+    #[error("`{channel}` has no finite value at t = {t:?} s: it is {value}")]
+    NotFinite {
+        /// Name of the channel, as columns have it.
+        channel: String,
+        /// Time of the sample, s.
+        t: f64,
+        /// The value.
+        value: f64,
+    },
+
     /// An earlier write failed, so the file ends there.
     #[error("the log was abandoned after a write failed")]
     Abandoned,

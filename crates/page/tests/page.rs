@@ -35,11 +35,10 @@ fn played(text: &str) -> Playback {
     let mechanism = Mechanism::from_toml(text, "pendulum").expect("a model");
     let start = mechanism.start().expect("a start");
     let simulation = mechanism.simulation().expect("equations");
-    let log = Recorder::create(Vec::new(), &mechanism, text, &start, &[]).expect("a log");
+    let log = Recorder::create(Vec::new(), &simulation, text, &start, &[]).expect("a log");
     let mut log = Logging(log);
     let summary = simulation.run(&start, &mut log, &|| false).expect("a run");
-    let bytes =
-        log.0.finish(&mechanism, &summary, Outcome::ReachedEnd, "end time reached").expect("a log");
+    let bytes = log.0.finish(&summary, Outcome::ReachedEnd, "end time reached").expect("a log");
     Playback::open(LogReader::open(&bytes[..]).expect("a log")).expect("a playback")
 }
 

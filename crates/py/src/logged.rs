@@ -76,14 +76,14 @@ pub(crate) fn bytes(run: &Run, rows: &Rows) -> Result<Vec<u8>, Fault> {
 fn write<W: Write>(run: &Run, rows: &Rows, start: &Start, out: W) -> Result<W, LogError> {
     let engine = run.engine.get();
     let Kept { options, summary, segments, ending, like, sensitive, .. } = &run.kept;
-    let mut mechanism = engine.mechanism();
-    mechanism.model.solve = options.clone();
-    let mut words = described(&mechanism.model, sensitive);
+    let mut simulation = engine.simulation.clone();
+    simulation.set_options(options);
+    let mut words = described(&simulation.mechanism().model, sensitive);
     words.extend(engine.overrides.iter().map(|(name, value)| set_option(name, value)));
     words.extend(compliance_options(&engine.compliance));
     let contents = Contents { options: &words, sensitive, ..Contents::default() };
     let text = &engine.source().text;
-    let mut recorder = Recorder::create_with(out, &mechanism, text, start, &contents)?;
+    let mut recorder = Recorder::create_with(out, &simulation, text, start, &contents)?;
 
     let n_own = rows.n_columns - run.kept.derivatives.len();
     // A segment comes ahead of the samples in it.
@@ -117,7 +117,7 @@ fn write<W: Write>(run: &Run, rows: &Rows, start: &Start, out: W) -> Result<W, L
             (Outcome::Stopped, format!("[{}] {}", fault.code.0, fault.message))
         }
     };
-    recorder.finish(&mechanism, summary, outcome, &reason)
+    recorder.finish(summary, outcome, &reason)
 }
 
 /// Derivatives of a sample by some quantities from its row.

@@ -8,7 +8,7 @@ use std::thread;
 
 use bksim::model::file::Limits;
 use bksim::options::{FORMULATIONS, JITS, METHODS, SolveChanges};
-use bksim_load::{Text, whole};
+use bksim_load::{Text, label_of, whole};
 use bksim_sweep::{
     Axis, Column, Design, Existing, Monitor, Parts, Plan, Request, Row, Spacing, SweepError,
     Values, codes, is_whole, write,
@@ -315,6 +315,7 @@ fn prepared(wanted: SweepRequest) -> Result<Study, Fault> {
     let plan = Plan::new(axes, design).map_err(|error| fault(&source, error.into()))?;
     let mut request = Request::new(&source.text, &wanted.name, plan);
     request.limits = Limits::default();
+    request.file = label_of(&source.path);
     request.fixed = fixed;
     request.compliance = wanted.compliance;
     request.outputs = wanted.outputs;

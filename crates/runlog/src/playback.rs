@@ -137,12 +137,17 @@ impl RunLog {
     }
 
     fn model(&self) -> Result<(Model, Vec<Diagnostic>), Rejected> {
-        let Header { model_text: text, model_name: name, options, .. } = &self.header;
+        let Header { model_text: text, model_name: name, options, parameters, .. } = &self.header;
         let overrides = overrides(options);
         let source = Source { overrides: &overrides, ..Source::new(text, name) };
         let reading = read(&source);
         match reading.model {
             Some(mut model) => {
+                // The run may have had other values than the text and the options say.
+                for parameter in &mut model.parameters {
+                    let logged = parameters.get(&parameter.name).map(|logged| logged.value);
+                    parameter.value = logged.filter(|x| x.is_finite()).unwrap_or(parameter.value);
+                }
                 // Written by bksim itself: what cannot be read is of another version, and the joint is rigid.
                 let known = compliances(options);
                 let read =

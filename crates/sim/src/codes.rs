@@ -45,4 +45,6 @@ bksim_model::codes! {
     BELOW_NOISE = "R018", "a tolerance below the noise of the accelerations";
     ANOTHER_ASSEMBLY = "R019", "another assembly than the one that is held";
     FRICTION_DRIVES = "R020", "friction that drives while it slides";
+    NO_FINITE_NUMBER = "R023", "a result without a finite value";
+    LOG_FULL = "R024", "a log that has reached its limit";
 }

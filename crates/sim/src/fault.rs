@@ -7,6 +7,7 @@ mod closing;
 mod corner;
 mod dead_centre;
 mod guesses;
+mod number;
 mod pace;
 mod pole;
 mod reach;

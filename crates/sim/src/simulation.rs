@@ -19,7 +19,8 @@ use crate::mechanism::{Mechanism, uncompiled};
 use crate::modes::Modes;
 use crate::redundancy::SelfStress;
 use crate::run::{
-    Failure, Observer, Problem, RunCheckpoint, Sample, Slowness, Summary, Unresumed, resume, run,
+    Failure, Observer, Problem, Run, RunCheckpoint, Sample, Slowness, Summary, Unresumed, resume,
+    run,
 };
 use crate::sensitivity::StateSensitivity;
 use crate::start::{Start, StartEquations, StartError, start_at};
@@ -238,6 +239,20 @@ impl Simulation {
         let Self { derivation, compiled, parameters, initial, options, .. } = self;
         start_at(&derivation.start, compiled, parameters, initial, options)
             .map_err(|error| Rejected(vec![self.diagnose_start(&error)]))
+    }
+
+    /// Refuses a start of which a number that a run reports is not finite: a reaction, an energy, a signal, an output.
+    ///
+    /// # Errors
+    /// [`Rejected`] names the quantity and the part of the model that it is about.
+    pub fn check_first_sample(&self, start: &Start) -> Result<(), Rejected> {
+        let failed = |failure: &Failure| Rejected(vec![self.diagnose(failure)]);
+        let start = self.beginning(start).map_err(|failure| failed(&failure))?;
+        let begun = Run::begin(self.problem(&start), &mut |_: &Sample| Control::Continue);
+        match begun.undefined() {
+            Some(failure) => Err(failed(&failure)),
+            None => Ok(()),
+        }
     }
 
     /// The start of a motion that goes on from a state of the one that began at `start`, in which `modes`

@@ -12,6 +12,7 @@ use ::parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use ::parquet::schema::types::{Type, TypePtr};
 use bksim::log::export::{Exported, rows};
 use bksim::log::{LogError, LogReader, Selection};
+use bksim_cli::origin::file_of;
 
 /// Cells held in memory before a row group is written: 64 MiB of doubles.
 const CELLS_PER_GROUP: usize = 8 << 20;
@@ -63,6 +64,7 @@ fn key_values<R: Read>(log: &LogReader<R>, selection: &Selection) -> Vec<KeyValu
     [
         entry("bksim.version", &log.header().version),
         entry("bksim.model_name", &log.header().model_name),
+        entry("bksim.model_file", &file_of(log.header())),
         entry("bksim.model_sha256", log.model_sha256()),
         entry("unit.t", "s"),
     ]

@@ -15,6 +15,8 @@ pub struct Request {
     pub model: String,
     /// Name of the model unless the text states one.
     pub name: String,
+    /// The file of the model, as tables name it; the name unless given.
+    pub file: String,
     /// Limits that protect against hostile models.
     pub limits: Limits,
     /// Parameters with one other value, as for [`Source::overrides`].
@@ -35,6 +37,7 @@ impl Request {
         Self {
             model: model.to_owned(),
             name: name.to_owned(),
+            file: name.to_owned(),
             limits: Limits::default(),
             fixed: Vec::new(),
             compliance: Vec::new(),

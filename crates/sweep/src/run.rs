@@ -74,7 +74,8 @@ impl Study {
     ) -> Result<Option<Vec<Row>>, SweepError> {
         assert!(cases.end <= self.n_cases(), "cases {cases:?} of {}", self.n_cases());
         let counter = Counter::new(*monitor);
-        Ok(threads(n_jobs)?.install(|| self.rows_counted(cases, &counter)))
+        let n_cases = cases.end - cases.start;
+        Ok(threads(n_jobs, n_cases)?.install(|| self.rows_counted(cases, &counter)))
     }
 
     /// How many parts there are: 64 to 128, or more of 8192 cases. Few enough that writing and joining
@@ -115,7 +116,8 @@ impl Study {
             let rows = rows.collect::<Option<Vec<Vec<Row>>>>();
             rows.map(|rows| keep(part, rows.into_iter().flatten().collect()))
         };
-        Ok(threads(n_jobs)?.install(|| parts.par_iter().map(part).collect()))
+        let n_parts = parts.len() as u64;
+        Ok(threads(n_jobs, n_parts)?.install(|| parts.par_iter().map(part).collect()))
     }
 
     /// As [`Study::rows`], on the threads that this is called from.
@@ -138,7 +140,32 @@ fn in_groups(cases: Range<u64>, size: u64) -> impl Iterator<Item = Range<u64>> {
     starts.map(move |start| start..(start + size).min(cases.end))
 }
 
-fn threads(n_jobs: usize) -> Result<ThreadPool, SweepError> {
+/// Most threads for each core: more would only wait for one another.
+const MOST_PER_CORE: usize = 16;
+
+/// Threads for so many tasks: as many as are asked for, one per core for 0, but no more than have something to do.
+fn threads(n_jobs: usize, n_tasks: u64) -> Result<ThreadPool, SweepError> {
+    let n_threads = n_threads(n_jobs, n_tasks);
     let name = |idx| format!("sweep {idx}");
-    Ok(ThreadPoolBuilder::new().num_threads(n_jobs).thread_name(name).build()?)
+    Ok(ThreadPoolBuilder::new().num_threads(n_threads).thread_name(name).build()?)
+}
+
+fn n_threads(n_jobs: usize, n_tasks: u64) -> usize {
+    let n_cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let asked = if n_jobs == 0 { n_cores } else { n_jobs.min(MOST_PER_CORE * n_cores) };
+    asked.min(usize::try_from(n_tasks).unwrap_or(usize::MAX)).max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_are_no_more_than_have_something_to_do() {
+        assert_eq!(n_threads(100_000, 5), 5);
+        assert_eq!(n_threads(1, 5), 1);
+        assert_eq!(n_threads(3, 0), 1);
+        assert!(n_threads(usize::MAX, u64::MAX) <= 16 * 1024, "bounded by the cores");
+        assert!(n_threads(0, u64::MAX) >= 1);
+    }
 }

@@ -203,6 +203,7 @@ impl Study {
         vec![
             entry("bksim.version", VERSION),
             entry("bksim.model_name", &self.model_name),
+            entry("bksim.model_file", &self.request.file),
             entry("bksim.model_sha256", &hex(&Sha256::digest(model.as_bytes()))),
             entry("bksim.model", model),
             entry("bksim.set", &lines(fixed)),

@@ -17,6 +17,8 @@ use crate::parquet::Column;
 pub struct Table {
     /// Name of the model.
     pub model_name: String,
+    /// The file of the model; empty where the table does not say.
+    pub model_file: String,
     /// True where every value of an axis goes with every one of the others.
     pub is_grid: bool,
     /// The varied quantities and their values by case, SI.
@@ -62,6 +64,7 @@ impl Table {
         let outputs = columns.split_off(n_inputs);
         Ok(Self {
             model_name: entry("bksim.model_name").unwrap_or_default(),
+            model_file: entry("bksim.model_file").unwrap_or_default(),
             is_grid: plan.lines().next() == Some("grid"),
             inputs: columns,
             outputs,

@@ -54,7 +54,7 @@ pub struct Sweep {
     /// Other samples for each seed.
     #[arg(long, value_name = "SEED", default_value_t = 0)]
     pub seed: u64,
-    /// Threads; one per core unless given. The table does not depend on it.
+    /// Threads; one per core unless given, at most 16 per core and one per case. The table does not depend on it.
     #[arg(short, long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     pub jobs: usize,
     /// Go on with a sweep that was interrupted.

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use crate::args::code::{Code, Language, Part as PartArg};
 use crate::exit::{Failure, Status};
-use crate::origin::{is_of_model, stamped};
+use crate::origin::{is_of_model, label_of, stamped};
 use crate::output;
 use crate::output_file::OutputFile;
 use crate::render;
@@ -24,7 +24,7 @@ const UNDONE: &str = "no code was written";
 
 pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let loaded = load(&args.model, nesting)?;
-    let model_name = loaded.model.name.clone();
+    let label = label_of(&loaded.source.path);
     let found = match args.part {
         PartArg::Dynamics => of_equations(&loaded.source, loaded.model, Part::Dynamics, args)?,
         PartArg::Kinematics => of_equations(&loaded.source, loaded.model, Part::Kinematics, args)?,
@@ -47,14 +47,14 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
         .map(|(name, text)| {
             let path = args.output.join(name);
             let model: &[&Path] = &[&args.model.model];
-            let may_replace = args.force || is_of_model(&path, &model_name);
+            let may_replace = args.force || is_of_model(&path, &label);
             Ok((OutputFile::plan(&path, ("model", model), may_replace, UNDONE)?, text))
         })
         .collect();
     let mut written = Vec::new();
     for (file, text) in planned? {
         let mut out = file.create()?;
-        let bytes = stamped(file.path(), text.into_bytes(), &model_name);
+        let bytes = stamped(file.path(), text.into_bytes(), &label);
         out.write_all(&bytes).map_err(|error| {
             Failure::file(file.path(), format!("cannot be written: {error}"), None)
         })?;

@@ -15,7 +15,7 @@ use serde_json::json;
 use crate::args::Export;
 use crate::commands::solve::RunFile;
 use crate::exit::{Failure, Status};
-use crate::origin::{has_headings, is_of_model};
+use crate::origin::{file_of, has_headings, is_of_model};
 use crate::output;
 use crate::output_file::{OutputFile, Written};
 use crate::render;
@@ -207,7 +207,7 @@ pub fn to_file(
 /// True for a table that is there already and was made from this log, or from another one of its model.
 fn is_own_table(path: &Path, format: &TableFormat, log: &OpenLog, run: &RunFile) -> bool {
     if format.name != CSV.name {
-        return is_of_model(path, &log.header().model_name);
+        return is_of_model(path, &file_of(log.header()));
     }
     let known = Selection::all(log.header());
     let is_logged = |name: &str| known.columns().iter().any(|column| column.name == name);

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use crate::args::info::Info;
 use crate::commands::solve::RunFile;
 use crate::exit::{Failure, Status};
+use crate::origin::MODEL_FILE;
 use crate::output::{self, number, table};
 
 /// Notes that are printed; JSON has all that were read.
@@ -74,7 +75,9 @@ fn text_of(path: &Path, n_bytes: u64, survey: &Survey) -> String {
     section("results", end.map(|(name, text)| row(name, &shown(text))).collect());
     let shared = super::solve::not_unique(&describe::logged_uniqueness(&survey.not_unique));
     section("reactions that are not unique", shared.into_iter().map(|line| vec![line]).collect());
-    section("options", header.options.iter().map(|(name, text)| row(name, text)).collect());
+    // Where the model was is for those who replace the log.
+    let options = header.options.iter().filter(|(name, _)| *name != MODEL_FILE);
+    section("options", options.map(|(name, text)| row(name, text)).collect());
     let quantity = |(name, quantity): (&String, &bksim::log::Quantity)| {
         row(name, format!("{} {}", number(quantity.value), quantity.unit).trim_end())
     };

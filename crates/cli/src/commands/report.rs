@@ -25,7 +25,8 @@ pub(crate) fn run(args: &Arguments, as_json: bool, nesting: usize) -> Result<Sta
     let planned = planned.transpose()?;
     let stop = StopWish::watch().map_err(|e| Failure::reading(path, &e))?;
     let opening = Opening { cannot: "reported", nesting, as_json, stop: &stop };
-    let Opened { mut playback, is_complete, diagnostics } = open(&args.run.model(), opening)?;
+    let Opened { mut playback, file: label, is_complete, diagnostics } =
+        open(&args.run.model(), opening)?;
     if let Some(status) = stop.status() {
         return Ok(status);
     }
@@ -48,10 +49,10 @@ pub(crate) fn run(args: &Arguments, as_json: bool, nesting: usize) -> Result<Sta
 
     // Written, printed, or both as JSON.
     if let Some(file) = &planned {
-        let may_be_replaced = args.force || is_of_model(file.path(), model);
+        let may_be_replaced = args.force || is_of_model(file.path(), &label);
         file.check_again(may_be_replaced, UNDONE)?;
         let mut out = file.create()?;
-        let bytes = stamped(file.path(), (text.clone() + "\n").into_bytes(), model);
+        let bytes = stamped(file.path(), (text.clone() + "\n").into_bytes(), &label);
         out.write_all(&bytes).map_err(|e| Failure::writing(file.path(), &e))?;
         out.finish()?;
     }

@@ -1,5 +1,6 @@
 //! `bksim solve`: from the model file to the log.
 
+mod cut;
 mod events;
 mod files;
 mod logging;
@@ -10,6 +11,8 @@ mod resume;
 use std::fs;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
 use std::time::{Duration, Instant};
 
 use bksim::analysis::compliances;
@@ -23,8 +26,9 @@ use bksim::sim::sensitivity::Sensitive;
 use bksim::sim::start::Start;
 use bksim::{Mechanism, Rejected, SensitivityPlan, Simulation};
 
+use self::cut::Cut;
 pub use self::files::named_after;
-use self::logging::Logging;
+use self::logging::{Logging, Size};
 pub use self::recorded::RunFile;
 pub(super) use self::report::not_unique;
 use self::report::{Report, Times};
@@ -32,7 +36,7 @@ use self::resume::FirstPart;
 use crate::args::analysis::ComplianceArgs;
 use crate::args::{self, ModelArgs, Solve, Tuning};
 use crate::exit::{Failure, Status, without_number};
-use crate::origin::is_of_model;
+use crate::origin::{MODEL_FILE, is_of_model, is_of_text, label_of};
 use crate::output;
 use crate::output_file::{OutputFile, Written, check_ending, is_same_file};
 use crate::progress::{Progress, StopWish};
@@ -56,8 +60,28 @@ struct Prepared {
     warnings: Vec<Diagnostic>,
     /// The run that is continued, if one is.
     first: Option<FirstPart>,
+    /// The file that the model is in, as logs name it.
+    label: String,
     /// The log to be.
     output: OutputFile,
+}
+
+/// The file of a log that is being written.
+struct LogFile {
+    /// Where it is now.
+    path: PathBuf,
+    /// Bytes that have been written.
+    n_bytes: Arc<AtomicU64>,
+}
+
+/// A run that has come to its end or was stopped.
+struct Integrated {
+    log: Log,
+    outcome: Outcome,
+    /// Time that writing the log has taken.
+    taken: Duration,
+    /// Why the log has stopped it, if it has.
+    cut: Option<Cut>,
 }
 
 /// The end of a run, in the log and in the exit status.
@@ -103,6 +127,7 @@ pub fn solve_into_log(
         tuning: tuning.clone(),
         sensitivity: Vec::new(),
         channels: args::Channels::All,
+        log_limit: args::LOG_LIMIT,
     };
     solved(&args, nesting, true, &mut Times::default()).map(|(.., status)| status)
 }
@@ -123,14 +148,16 @@ fn solved(
     let mut clock = Clock::begin();
     let (log, written) = open_log(&prepared, args)?;
     let stop = StopWish::watch().map_err(|e| {
-        Failure::file(&written, format!("is empty: signals cannot be handled: {e}"), None)
+        Failure::file(&written.path, format!("is empty: signals cannot be handled: {e}"), None)
     })?;
     times.log = clock.lap();
-    let (mut log, outcome, in_log) = integrate(&prepared, (log, &written), &stop, as_json)?;
-    times.integrate = clock.lap().saturating_sub(in_log);
-    times.log += in_log;
+    let Integrated { mut log, outcome, taken, cut } =
+        integrate(&prepared, (log, &written), (&stop, args.log_limit), as_json)?;
+    times.integrate = clock.lap().saturating_sub(taken);
+    times.log += taken;
 
-    let Conclusion { summary, status, reason } = conclude(&mut prepared, outcome, &stop, as_json);
+    let Conclusion { summary, status, reason } =
+        conclude(&mut prepared, (outcome, cut), &stop, as_json);
     judge(&mut prepared, &mut log, (&summary, status), as_json)?;
     close_log(&prepared, log, &summary, status, &reason)?;
     times.log += clock.lap();
@@ -155,7 +182,7 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
     changes(&args.tuning, solve.t_start)?.apply(solve);
     let path = match first {
         Some(_) => resume::output_path(args),
-        None => args.output.clone().unwrap_or_else(|| named_after(&loaded.model.name, "mcap")),
+        None => args.output.clone().unwrap_or_else(|| named_after(&args.model.model, "mcap")),
     };
     let mut inputs = loaded.source.files();
     inputs.push(&args.model.model);
@@ -163,7 +190,12 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
     if first.is_some() && args.force {
         inputs.retain(|input| !is_same_file(&path, input));
     }
-    let may_replace = args.force || is_of_model(&path, &loaded.model.name);
+    let label = match &first {
+        Some(first) => first.file.clone(),
+        None => label_of(&loaded.source.path),
+    };
+    let is_own = || is_of_model(&path, &label) || is_of_text(&path, &loaded.source.text);
+    let may_replace = args.force || is_own();
     let output = OutputFile::plan(&path, ("model", &inputs), may_replace, "nothing was solved")?;
     check_ending(&path, &["mcap"])?;
     times.parse = clock.lap();
@@ -178,6 +210,7 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
 
     // The start, and what is known about it.
     let start = simulation.start().map_err(rejected)?;
+    simulation.check_first_sample(&start).map_err(rejected)?;
     let sensitive = mechanism.all_sensitive(&args.sensitivity).map_err(rejected)?;
     let plan = (!sensitive.is_empty()).then(|| simulation.plan_sensitivities(&start, &sensitive));
     let plan = plan.transpose().map_err(rejected)?;
@@ -194,13 +227,14 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
         plan,
         warnings,
         first,
+        label,
         output,
     })
 }
 
 /// A log with everything ahead of the samples; of a run that is continued, with its first part.
-fn open_log(prepared: &Prepared, args: &Solve) -> Result<(Log, PathBuf), Failure> {
-    let Prepared { mechanism, start, sensitive, first, output, .. } = prepared;
+fn open_log(prepared: &Prepared, args: &Solve) -> Result<(Log, LogFile), Failure> {
+    let Prepared { mechanism, simulation, start, sensitive, first, output, .. } = prepared;
     let path = output.path();
     let unwritten = |error: LogError| Failure::writing(path, &error);
 
@@ -210,6 +244,7 @@ fn open_log(prepared: &Prepared, args: &Solve) -> Result<(Log, PathBuf), Failure
     options.extend(set.iter().map(|(name, value)| set_option(name, value)));
     let yielding = first.as_ref().map_or(&args.compliance.compliance, |first| &first.compliance);
     options.extend(compliance_options(yielding));
+    options.push((MODEL_FILE.to_owned(), prepared.label.clone()));
     let channels = first.as_ref().map_or(args.channels, |first| first.channels);
     if channels == args::Channels::Own {
         options.push(OWN_CHANNELS.map(str::to_owned).into());
@@ -219,9 +254,9 @@ fn open_log(prepared: &Prepared, args: &Solve) -> Result<(Log, PathBuf), Failure
 
     // The file, with the warnings, or with what the first part holds.
     let file = output.create_growing()?;
-    let written = file.path_now().to_owned();
+    let written = LogFile { path: file.path_now().to_owned(), n_bytes: file.n_bytes() };
     let text = &prepared.source.text;
-    let mut log = Recorder::create_with(BufWriter::new(file), mechanism, text, start, &contents)
+    let mut log = Recorder::create_with(BufWriter::new(file), simulation, text, start, &contents)
         .map_err(unwritten)?;
     if let Some(first) = first {
         first.copy_into(&mut log, path)?;
@@ -236,15 +271,18 @@ fn open_log(prepared: &Prepared, args: &Solve) -> Result<(Log, PathBuf), Failure
 /// Runs to the end, or until `stop` is wished, and writes samples to `log`; says how long that took.
 fn integrate(
     prepared: &Prepared,
-    (log, written): (Log, &Path),
-    stop: &StopWish,
+    (log, written): (Log, &LogFile),
+    (stop, log_limit): (&StopWish, u64),
     as_json: bool,
-) -> Result<(Log, Outcome, Duration), Failure> {
+) -> Result<Integrated, Failure> {
     let Prepared { simulation, start, plan, first, output, .. } = prepared;
     let progress = Progress::new(start.t, simulation.options().t_end);
     let reached = first.as_ref().map_or(start.t, |first| first.checkpoint.t());
-    let mut logging = Logging::new((log, progress), reached, (prepared, !as_json), stop);
-    let is_stop_wished = || stop.status().is_some();
+    let size = || Size { n_bytes: written.n_bytes.clone(), limit: log_limit };
+    let (size, own) = (size(), size());
+    let mut logging = Logging::new((log, progress), reached, (prepared, !as_json), (stop, own));
+    // Steps between two samples fill a log, too.
+    let is_stop_wished = || stop.status().is_some() || size.is_reached();
     let outcome = match (plan, first) {
         (Some(plan), _) => {
             simulation.run_with_sensitivities(start, plan, &mut logging, &is_stop_wished)
@@ -257,7 +295,7 @@ fn integrate(
                 Err(Unresumed::Unfit(unfit)) => {
                     drop(logging);
                     // Nothing but a copy is lost.
-                    let _ = fs::remove_file(written);
+                    let _ = fs::remove_file(&written.path);
                     return Err(resume::unfit(&first.path, &unfit));
                 }
             }
@@ -265,41 +303,55 @@ fn integrate(
     };
     let Logging { log, progress, fault, taken, .. } = logging;
     progress.finish();
-    if let Some((t, error)) = fault {
-        drop(log);
-        let error = error.to_string();
-        let what = format!("cannot be written beyond t = {t} s: {}", without_number(&error));
-        return Err(Failure::file(output.path(), what, Some(files::kept(written))));
-    }
-    Ok((log, outcome, taken))
+    let cut = match fault {
+        None => size.is_reached().then_some(Cut::Full(log_limit)),
+        Some((_, LogError::NotFinite { channel, t, value })) => {
+            Some(Cut::NotFinite { channel, t, value })
+        }
+        Some((t, error)) => {
+            drop(log);
+            let error = error.to_string();
+            let what = format!("cannot be written beyond t = {t} s: {}", without_number(&error));
+            return Err(Failure::file(output.path(), what, Some(files::kept(&written.path))));
+        }
+    };
+    Ok(Integrated { log, outcome, taken, cut })
 }
 
 /// How a run ended; the fault of one that failed is said, and is a warning of the report.
 fn conclude(
     prepared: &mut Prepared,
-    outcome: Outcome,
+    (outcome, cut): (Outcome, Option<Cut>),
     stop: &StopWish,
     as_json: bool,
 ) -> Conclusion {
-    match outcome {
-        Ok(summary) if summary.reached_end => {
-            Conclusion { summary, status: Status::Done, reason: "end time reached".to_owned() }
+    let (summary, fault) = match outcome {
+        Ok(summary) if summary.reached_end && !matches!(cut, Some(Cut::NotFinite { .. })) => {
+            let reason = "end time reached".to_owned();
+            return Conclusion { summary, status: Status::Done, reason };
         }
-        Ok(summary) => {
-            let status = stop.status().unwrap_or(Status::Interrupted);
-            let how = if status == Status::Terminated { "terminated" } else { "interrupted" };
-            Conclusion { summary, status, reason: how.to_owned() }
-        }
+        Ok(summary) => match cut.filter(|_| stop.status().is_none()) {
+            Some(cut) => {
+                let fault = cut.fault(summary.t, prepared.output.path());
+                (summary, fault)
+            }
+            None => {
+                let status = stop.status().unwrap_or(Status::Interrupted);
+                let how = if status == Status::Terminated { "terminated" } else { "interrupted" };
+                return Conclusion { summary, status, reason: how.to_owned() };
+            }
+        },
         Err(failure) => {
             let fault = prepared.simulation.diagnose(&failure);
-            let reason = format!("[{}] {}", fault.code.0, fault.message);
-            if !as_json {
-                render::print_all(&prepared.source, std::slice::from_ref(&fault));
-            }
-            prepared.warnings.push(fault);
-            Conclusion { summary: failure.summary, status: Status::StoppedEarly, reason }
+            (failure.summary, fault)
         }
+    };
+    let reason = in_log(&fault);
+    if !as_json {
+        render::print_all(&prepared.source, std::slice::from_ref(&fault));
     }
+    prepared.warnings.push(fault);
+    Conclusion { summary, status: Status::StoppedEarly, reason }
 }
 
 /// Says what the numbers of the run are worth, where that is less than the tolerances promise.
@@ -342,7 +394,7 @@ fn close_log(
     status: Status,
     reason: &str,
 ) -> Result<(), Failure> {
-    let Prepared { mechanism, output, .. } = prepared;
+    let Prepared { output, .. } = prepared;
     let path = output.path();
     let unwritten = |error: LogError| Failure::writing(path, &error);
     let outcome =
@@ -350,7 +402,7 @@ fn close_log(
     if status != Status::Done {
         log.note(Level::Error, summary.t, reason).map_err(unwritten)?;
     }
-    let out = log.finish(mechanism, summary, outcome, reason).map_err(unwritten)?;
+    let out = log.finish(summary, outcome, reason).map_err(unwritten)?;
     let file = out.into_inner().map_err(|e| Failure::writing(path, e.error()))?;
     file.finish()
 }

@@ -218,7 +218,9 @@ const MOST_NAME: usize = 140;
 /// by its beginning; its checksum is of all of it.
 fn mark(model_name: &str, content: &[u8]) -> String {
     let letter = |byte: u8| match byte {
-        b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'_' | b'.' => char::from(byte).to_string(),
+        b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'_' | b'.' | b'/' => {
+            char::from(byte).to_string()
+        }
         byte => format!("%{byte:02x}"),
     };
     let mut name: String = model_name.bytes().map(letter).collect();

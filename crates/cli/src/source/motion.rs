@@ -9,6 +9,7 @@ use super::logged::{is_log, playback, unplayable};
 use super::{derive, load};
 use crate::args::ModelArgs;
 use crate::exit::Failure;
+use crate::origin::{file_of, label_of};
 use crate::progress::{Progress, StopWish};
 use crate::render;
 
@@ -17,6 +18,8 @@ use crate::render;
 pub struct Opened {
     /// The motion, at its start.
     pub playback: Playback,
+    /// The file of its model, as results name it.
+    pub file: String,
     /// Whether it reached its end.
     pub is_complete: bool,
     /// Warnings of the model, and why it was not solved to its end.
@@ -61,7 +64,8 @@ pub fn open(args: &ModelArgs, opening: Opening<'_>) -> Result<Opened, Failure> {
         let path = path.display();
         render::warning(&format!("`{path}` was cut off before its run ended, at t = {t} s"));
     }
-    Ok(Opened { playback, is_complete, diagnostics: json!([]) })
+    let file = file_of(&playback.log().header);
+    Ok(Opened { playback, file, is_complete, diagnostics: json!([]) })
 }
 
 fn solved(args: &ModelArgs, opening: Opening<'_>) -> Result<Opened, Failure> {
@@ -86,7 +90,8 @@ fn solved(args: &ModelArgs, opening: Opening<'_>) -> Result<Opened, Failure> {
                 render::print_all(source, &diagnostics);
             }
             let diagnostics = render::json_all(source, &diagnostics);
-            Ok(Opened { playback, is_complete, diagnostics })
+            let file = label_of(&source.path);
+            Ok(Opened { playback, file, is_complete, diagnostics })
         }
         Err(PlaybackError::Model(rejected)) => Err(source.rejected(rejected.0).into()),
         Err(other) => Err(unplayable(&args.model, cannot, &other)),

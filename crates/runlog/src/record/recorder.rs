@@ -6,11 +6,11 @@ use bksim_log::{
     EndStatus, Header, Level, LogError, LogReader, LogWriter, NotUnique, Outcome, Quantity, Record,
     Topic, TopicId,
 };
-use bksim_sim::Mechanism;
 use bksim_sim::redundancy::UniquenessChange;
 use bksim_sim::run::{RunCheckpoint, Sample, Segment, Summary};
 use bksim_sim::sensitivity::StateSensitivity;
 use bksim_sim::start::Start;
+use bksim_sim::{Mechanism, Simulation};
 
 use super::VERSION;
 use super::contents::Contents;
@@ -22,6 +22,8 @@ use crate::channels::{Channels, N_MADE};
 pub struct Recorder<W: Write> {
     writer: LogWriter<W>,
     header: Header,
+    /// The mechanism with the values and options of the simulation.
+    mechanism: Mechanism,
     channels: Channels,
     /// One for each topic of the channels.
     topics: Vec<TopicId>,
@@ -37,20 +39,20 @@ pub struct Recorder<W: Write> {
 const MOST_DETAILS: usize = 8 << 20;
 
 impl<W: Write> Recorder<W> {
-    /// Opens a log of `mechanism`; `format` is the ending of the model's file name, `options` are
-    /// the settings to keep with the model's own.
+    /// Opens a log of a run of `simulation`, with the values and options that it has; `options` are the
+    /// settings to keep with the model's own.
     ///
     /// # Errors
     /// [`LogError`] when the start of the log cannot be written.
     pub fn create(
         out: W,
-        mechanism: &Mechanism,
+        simulation: &Simulation,
         model_text: &str,
         start: &Start,
         options: &[(String, String)],
     ) -> Result<Self, LogError> {
         let contents = Contents { options, ..Contents::default() };
-        Self::create_with(out, mechanism, model_text, start, &contents)
+        Self::create_with(out, simulation, model_text, start, &contents)
     }
 
     /// As [`Recorder::create`], with further contents.
@@ -59,11 +61,13 @@ impl<W: Write> Recorder<W> {
     /// [`LogError`] when the start of the log cannot be written.
     pub fn create_with(
         out: W,
-        mechanism: &Mechanism,
+        simulation: &Simulation,
         model_text: &str,
         start: &Start,
         contents: &Contents<'_>,
     ) -> Result<Self, LogError> {
+        // The values are those of the simulation: the mechanism that it was made from may have others by now.
+        let mechanism = simulation.mechanism();
         // The header: model, options, parameters and topics.
         let &Contents { options, sensitive, has_viewers } = contents;
         let mut header = Header::new(&mechanism.model.name, "toml", model_text, VERSION);
@@ -73,27 +77,38 @@ impl<W: Write> Recorder<W> {
             let quantity = Quantity { value: parameter.value, unit: parameter.unit.clone() };
             header.parameters.insert(parameter.name.clone(), quantity);
         }
-        let channels = Channels::new(mechanism);
+        let channels = Channels::new(&mechanism);
         let topics = channels.topics.iter().map(|(topic, _)| header.add_topic(topic.clone()));
         let topics = topics.collect();
         let mut add = |topic: Topic| {
             let n_fields = topic.fields.len();
             (header.add_topic(topic), n_fields)
         };
-        let by = |&by| sensitivity_topics(mechanism, by).into_iter().map(&mut add).collect();
+        let by = |&by| sensitivity_topics(&mechanism, by).into_iter().map(&mut add).collect();
         let sensitivities = sensitive.iter().map(by).collect();
 
         // The log itself, and the channels of other programs.
         let mut writer = LogWriter::create(out, &header)?;
-        let shown = if has_viewers { Shown::add(&mut writer, mechanism)? } else { None };
+        let shown = if has_viewers { Shown::add(&mut writer, &mechanism)? } else { None };
         let (values, segment) = (Vec::new(), bksim_log::Segment::default());
-        Ok(Self { writer, header, channels, topics, sensitivities, shown, values, segment })
+        let written = Self {
+            writer,
+            header,
+            mechanism,
+            channels,
+            topics,
+            sensitivities,
+            shown,
+            values,
+            segment,
+        };
+        Ok(written)
     }
 
     /// Writes one sample to every channel.
     ///
     /// # Errors
-    /// [`LogError`] when the log cannot be written.
+    /// [`LogError`] when the log cannot be written, or a value is not finite: [`LogError::NotFinite`] names it.
     pub fn write(&mut self, sample: &Sample) -> Result<(), LogError> {
         let mut values = std::mem::take(&mut self.values);
         for topic_idx in 0..self.topics.len() {
@@ -109,11 +124,17 @@ impl<W: Write> Recorder<W> {
 
     /// Writes the values of one topic, and after the last one of a sample the channels of viewers.
     fn put(&mut self, topic_idx: usize, t: f64, values: &[f64]) -> Result<(), LogError> {
-        self.writer.write(self.topics[topic_idx], t, values)?;
+        self.write_checked(self.topics[topic_idx], t, values)?;
         let Some(shown) = &mut self.shown else { return Ok(()) };
         shown.learn(self.channels.topics[topic_idx].1, values);
         let is_last = topic_idx + 1 == self.topics.len();
         if is_last { shown.write(&mut self.writer, t) } else { Ok(()) }
+    }
+
+    /// Writes the values of a topic, each of them finite.
+    fn write_checked(&mut self, topic: TopicId, t: f64, values: &[f64]) -> Result<(), LogError> {
+        refuse_not_finite(&self.header, topic, t, values)?;
+        self.writer.write(topic, t, values)
     }
 
     /// Writes the motion over a step, ahead of the samples in it.
@@ -160,6 +181,7 @@ impl<W: Write> Recorder<W> {
             let mut rest = self.values.as_slice();
             for &(topic, n_fields) in topics {
                 let (own, after) = rest.split_at(n_fields.min(rest.len()));
+                refuse_not_finite(&self.header, topic, t, own)?;
                 self.writer.write(topic, t, own)?;
                 rest = after;
             }
@@ -248,7 +270,6 @@ impl<W: Write> Recorder<W> {
     /// [`LogError`] when the end of the log cannot be written.
     pub fn finish(
         mut self,
-        mechanism: &Mechanism,
         summary: &Summary,
         outcome: Outcome,
         reason: &str,
@@ -276,11 +297,24 @@ impl<W: Write> Recorder<W> {
         .into_iter()
         .map(|(key, value)| (key.to_owned(), value))
         .collect();
-        end.details = crate::describe::summary(mechanism, summary).to_string();
+        end.details = crate::describe::summary(&self.mechanism, summary).to_string();
         if end.details.len() > MOST_DETAILS {
             // Millions of events: the log is worth more than that.
             end.details.clear();
         }
         self.writer.finish(&end)
     }
+}
+
+/// The gate of a log: nothing but finite numbers passes.
+fn refuse_not_finite(
+    header: &Header,
+    topic: TopicId,
+    t: f64,
+    values: &[f64],
+) -> Result<(), LogError> {
+    let Some(k) = values.iter().position(|value| !value.is_finite()) else { return Ok(()) };
+    let topic = &header.topics[topic.index()];
+    let channel = topic.fields.get(k).map(|field| topic.column_name(field)).unwrap_or_default();
+    Err(LogError::NotFinite { channel, t, value: values[k] })
 }

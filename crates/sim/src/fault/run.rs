@@ -6,6 +6,7 @@ use bksim_model::ParameterId;
 use nalgebra::{DMatrix, DVector};
 
 use super::closing::{estimate, reach_note};
+use super::number::not_finite;
 use super::pace::with_reasons;
 use super::pole::at_pole;
 use super::reach::longest_in_loop;
@@ -55,6 +56,20 @@ pub fn diagnose_run(
     if let Some(fault) = table_left(&instant) {
         return fault;
     }
+    // A sample that was not handed out.
+    let of_sample = if last.t == model.solve.t_start {
+        [codes::NOT_FINITE_AT_START; 2]
+    } else {
+        [codes::NO_VALUE, codes::NO_FINITE_NUMBER]
+    };
+    let has_infinite_force = last.reactions.as_flattened().iter().any(|force| !force.is_finite());
+    let is_jammed = has_infinite_force && switch::jammed(model, last).is_some();
+    if !last.is_finite()
+        && !is_jammed
+        && let Some(fault) = not_finite(&instant, last, of_sample)
+    {
+        return fault;
+    }
     if let Some(fault) = &failure.no_modes {
         return switch::no_consistent_modes(model, system, fault, failure.summary.t);
     }
@@ -65,7 +80,7 @@ pub fn diagnose_run(
             | SolveError::FixedStepFailed { cause: Cause::NotFinite { .. }, .. },
         ) => no_value(model, system, compiled, parameters, failure)
             .or_else(|| no_force(model, system, compiled, parameters, failure))
-            .or_else(|| switch::jammed(model, &failure.last))
+            .or_else(|| switch::jammed(model, last))
             .or_else(|| too_large(model, system, &failure.last)),
         Some(SolveError::StepTooSmall { .. } | SolveError::FixedStepFailed { .. }) | None => {
             blocked_drive(model, system, compiled, parameters, failure)

@@ -321,11 +321,8 @@ fn not_finite(
     }
 
     // A load whose law has a value, but not its force or energy.
-    if let Some((load, span, label)) = instant.load_without_value() {
-        let message = format!("load `{load}` has no finite value at t = {} s", short(t));
-        return Diagnostic::error(codes::NOT_FINITE_AT_START, message)
-            .at(span, label)
-            .help("move the start a little, or write a law that has a value there");
+    if let Some(fault) = instant.no_force(codes::NOT_FINITE_AT_START) {
+        return fault;
     }
 
     // What is left is the motion itself: velocities or masses beyond all numbers.

@@ -16,7 +16,7 @@ use bksim_model::message::short;
 use bksim_model::{LoadKind, Model};
 
 /// Numbers beyond this are on their way out of those that can be held: squares of them still can.
-const HUGE: f64 = 1e100;
+pub(super) const HUGE: f64 = 1e100;
 
 /// How far ahead of the last state an expression is tried, as parts of the run.
 const AHEAD: [f64; 4] = [0.0, 1e-14, 1e-12, 1e-9];
@@ -97,8 +97,21 @@ impl FaultInstant<'_> {
         None
     }
 
+    /// The load whose law has a value, but not its force or energy.
+    pub(super) fn no_force(&self, code: Code) -> Option<Diagnostic> {
+        let (load, span, label) = self.load_without_value()?;
+        let message = format!("load `{load}` has no finite value at t = {} s", short(self.t));
+        let way_out = if code == codes::NOT_FINITE_AT_START {
+            "move the start a little"
+        } else {
+            "keep the motion away from there"
+        };
+        let help = format!("{way_out}, or write a law that has a value there");
+        Some(Diagnostic::error(code, message).at(span, label).help(help))
+    }
+
     /// The load whose force or energy is no finite number, with the span of what it is by.
-    pub(super) fn load_without_value(&self) -> Option<(String, Span, &'static str)> {
+    fn load_without_value(&self) -> Option<(String, Span, &'static str)> {
         let Self { model, system, .. } = self;
         let value = self.value();
         let signals = signal_values(model, &system.kinematics);
@@ -181,14 +194,7 @@ pub(super) fn no_force(
 ) -> Option<Diagnostic> {
     let Sample { t, q, v, .. } = &failure.last;
     let (t, q, v) = (*t, q.clone(), v.clone());
-    let (load, span, label) =
-        FaultInstant { model, system, compiled, parameters, t, q, v }.load_without_value()?;
-    let message = format!("load `{load}` has no finite value at t = {} s", short(t));
-    Some(
-        Diagnostic::error(codes::NO_VALUE, message)
-            .at(span, label)
-            .help("keep the motion away from there, or write a law that has a value there"),
-    )
+    FaultInstant { model, system, compiled, parameters, t, q, v }.no_force(codes::NO_VALUE)
 }
 
 /// The time nearest to `t` that has no more than nine decimals of the run's length: a pole in time stands at
@@ -249,7 +255,7 @@ pub(super) fn too_large(
     })
 }
 
-fn domain_diagnostic(
+pub(super) fn domain_diagnostic(
     code: Code,
     owner: &str,
     span: &Span,
@@ -264,14 +270,21 @@ fn domain_diagnostic(
         fault.operation,
         operands.join(" and ")
     );
+    let help = match fault.operation {
+        "division" => {
+            "keep the divisor away from zero: start or end the run elsewhere, or write for example `1/max(x, 1e-3)` \
+             instead of `1/x`"
+        }
+        _ => "keep the operand in its domain, for example `sqrt(max(x, 0))` instead of `sqrt(x)`",
+    };
     Diagnostic::error(code, message)
         .at(span.clone(), "this expression leaves its domain")
         .note(written.to_owned())
-        .help("keep the operand in its domain, for example `sqrt(max(x, 0))` instead of `sqrt(x)`")
+        .help(help)
 }
 
 /// The values of what the expression names, such as `x = 0.0499`.
-fn written_operand(
+pub(super) fn written_operand(
     pool: &Pool,
     e: Expr,
     fault: &DomainFault,

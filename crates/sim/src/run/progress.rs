@@ -266,15 +266,21 @@ impl<'a> Run<'a> {
 
     /// An outcome, or the failure with what was reached.
     pub(super) fn or_failure<T>(&self, outcome: Result<T, Halt>) -> Result<T, Box<Failure>> {
-        let (summary, last) = (&self.summary, &self.sampler.sample);
-        if self.sampler.is_undefined {
-            return Err(Box::new(Failure::undefined(summary.clone(), last.clone())));
+        if let Some(failure) = self.undefined() {
+            return Err(Box::new(failure));
         }
+        let (summary, last) = (&self.summary, &self.sampler.sample);
         outcome.map_err(|Halt { error, no_modes }| {
             let (summary, last) = (summary.clone(), last.clone());
             let no_sensitivity = None;
             Box::new(Failure { error, no_modes, no_sensitivity, start: None, summary, last })
         })
+    }
+
+    /// The failure of a run of which the last sample had a number that is not finite.
+    pub(crate) fn undefined(&self) -> Option<Failure> {
+        let Self { summary, sampler, .. } = self;
+        sampler.is_undefined.then(|| Failure::undefined(summary.clone(), sampler.sample.clone()))
     }
 
     /// Takes steps until one ends at or after `t`.
@@ -347,6 +353,10 @@ impl<'a> Run<'a> {
     /// Takes a step in the present phase, or in a new one; where there is none, the phase ends, and this
     /// returns what that has led to.
     pub(super) fn take_step(&mut self) -> Result<Option<StepOutcome>, Halt> {
+        // A start with a number that is not finite goes nowhere.
+        if self.sampler.is_undefined {
+            return Err(Halt::default());
+        }
         let mut phase = match self.phase() {
             Ok(phase) => phase,
             Err(error) => return self.end_phase(PhaseEnd::Failed(Some(error))).map(Some),

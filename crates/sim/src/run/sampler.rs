@@ -71,7 +71,7 @@ impl Sampler {
         }
     }
 
-    /// Hands out the start.
+    /// Hands out the start, unless a number of it is not finite: the run then fails at its first step.
     pub(crate) fn begin(
         &mut self,
         start: &Start,
@@ -91,7 +91,8 @@ impl Sampler {
         self.share(mechanism);
         self.potential_start = self.sample.energy.potential;
         summary.energy.initial = self.sample.energy.kinetic + self.sample.energy.potential;
-        self.hand_out(summary, observer)
+        self.is_undefined = !self.sample.is_finite();
+        if self.is_undefined { Control::Continue } else { self.hand_out(summary, observer) }
     }
 
     /// Goes on in other modes.

@@ -16,7 +16,7 @@ use bksim_cli::args::ModelArgs;
 use bksim_cli::args::page::Page;
 use bksim_cli::commands::solve::RunFile;
 use bksim_cli::exit::{Failure, Status};
-use bksim_cli::origin::{is_of_model, stamped};
+use bksim_cli::origin::{file_of, is_of_model, stamped};
 use bksim_cli::output;
 use bksim_cli::output_file::{OutputFile, check_ending};
 use bksim_cli::render;
@@ -38,8 +38,8 @@ pub(crate) fn run(args: &Page, as_json: bool, nesting: usize) -> Result<Status, 
     let name = &run.name;
     let file = File::open(run.log()).map_err(|e| Failure::reading(name, &e))?;
     let log = LogReader::open(BufReader::new(file)).map_err(|e| no_page(name, &e, None))?;
-    let model_name = log.header().model_name.clone();
-    let may_replace = args.force || is_of_model(&path, &model_name);
+    let label = file_of(log.header());
+    let may_replace = args.force || is_of_model(&path, &label);
     let output =
         OutputFile::plan(&path, ("log", &[name.as_path()]), may_replace, "nothing was written")?;
     let mut playback = Playback::open(log).map_err(|e| unplayable(name, &e))?;
@@ -61,7 +61,7 @@ pub(crate) fn run(args: &Page, as_json: bool, nesting: usize) -> Result<Status, 
         other => no_page(name, &other, None),
     })?;
     let mut out = output.create()?;
-    let html = stamped(&path, page.html.into_bytes(), &model_name);
+    let html = stamped(&path, page.html.into_bytes(), &label);
     out.write_all(&html).map_err(|e| Failure::writing(&path, &e))?;
     out.finish()?;
 

@@ -21,7 +21,7 @@ use bksim_cli::args::plot::{Plot, PlotTheme};
 use bksim_cli::args::run::{ReadingArgs, RunArgs};
 use bksim_cli::commands::solve::RunFile;
 use bksim_cli::exit::{Failure, Status};
-use bksim_cli::origin::{is_of_model, stamped};
+use bksim_cli::origin::{file_of, is_of_model, stamped};
 use bksim_cli::output;
 use bksim_cli::output_file::OutputFile;
 use bksim_cli::render;
@@ -77,9 +77,9 @@ pub(crate) fn run(args: &Plot, as_json: bool, nesting: usize) -> Result<Status, 
     named.extend(x_name.map(str::to_owned));
     named.extend(args.path.iter().flat_map(|point| coordinates(point)));
     let mut runs = opened(args, (&paths, &logs), tables, &named)?;
-    let model_name = runs[0].header.model_name.clone();
+    let label = file_of(&runs[0].header);
     let picture = args.output.as_deref().map(|path| {
-        let may_replace = args.force || is_of_model(path, &model_name);
+        let may_replace = args.force || is_of_model(path, &label);
         picture(path, &paths, may_replace)
     });
     let picture = picture.transpose()?;
@@ -120,11 +120,11 @@ pub(crate) fn run(args: &Plot, as_json: bool, nesting: usize) -> Result<Status, 
         warn(&runs, &missing);
     }
     if args.window {
-        window::show(args, (screenshot.as_ref(), &model_name), &plotted)?;
+        window::show(args, (screenshot.as_ref(), &label), &plotted)?;
     }
     if let Some((output, format)) = &picture {
         let bytes = drawn_as(args, *format, &plotted.figure)?;
-        put(output, &stamped(output.path(), bytes, &model_name))?;
+        put(output, &stamped(output.path(), bytes, &label))?;
     }
     if as_json {
         let format = picture.map(|(_, format)| format);

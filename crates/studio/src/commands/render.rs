@@ -16,7 +16,7 @@ use crate::modal::mode_of;
 use bksim_cli::args::ModelArgs;
 use bksim_cli::args::render::{Arrows, Render};
 use bksim_cli::exit::{Failure, Status};
-use bksim_cli::origin::{is_of_model, may_be_own, stamp_file, stamped};
+use bksim_cli::origin::{is_of_model, label_of, may_be_own, stamp_file, stamped};
 use bksim_cli::output;
 use bksim_cli::output_file::OutputFile;
 use bksim_cli::progress::{Progress, StopWish};
@@ -44,12 +44,13 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
     let (opened, period) = if let Some(request) = request {
         let Swinging { playback, period, .. } = mode_of(&model, nesting, &request)?;
         let diagnostics = json!([]);
-        (Opened { playback, is_complete: true, diagnostics }, Some(period))
+        let file = label_of(&args.input);
+        (Opened { playback, file, is_complete: true, diagnostics }, Some(period))
     } else {
         let opening = Opening { cannot: "drawn", nesting, as_json, stop: &stop };
         (motion::open(&model, opening)?, None)
     };
-    let Opened { playback, is_complete, diagnostics } = opened;
+    let Opened { playback, file: label, is_complete, diagnostics } = opened;
     let show = Show::new(playback);
     if let Some(period) = period {
         suit_mode(&mut order, &show, period);
@@ -57,8 +58,7 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
     if let Some(status) = stop.status() {
         return Ok(status);
     }
-    let model_name = show.playback().mechanism().model.name.clone();
-    let may_replace = args.force || is_of_model(&args.output, &model_name);
+    let may_replace = args.force || is_of_model(&args.output, &label);
     output.check_again(may_replace, "nothing was drawn")?;
     let mut rendering = order.prepare(show).map_err(|e| refused(args, &e))?;
     let mut out = BufWriter::new(output.create()?);
@@ -72,7 +72,7 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
     } else {
         let mut picture = Vec::new();
         let written = rendering.write(&mut picture, &mut go_on).map_err(|e| refused(args, &e));
-        let marked = stamped(&args.output, picture, &model_name);
+        let marked = stamped(&args.output, picture, &label);
         out.write_all(&marked).map_err(|e| Failure::writing(&args.output, &e))?;
         written
     };
@@ -83,7 +83,7 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
     let unwritten = |error: &io::Error| Failure::writing(&args.output, error);
     let mut out = out.into_inner().map_err(|error| unwritten(error.error()))?;
     if is_film && output.is_regular() {
-        stamp_file(out.path_now(), &args.output, &model_name).map_err(|error| unwritten(&error))?;
+        stamp_file(out.path_now(), &args.output, &label).map_err(|error| unwritten(&error))?;
     }
     let n_bytes = out.seek(SeekFrom::End(0)).map_err(|error| unwritten(&error))?;
     out.finish()?;

@@ -17,12 +17,13 @@ use bksim_cli::args::ModelArgs;
 use bksim_cli::args::sweep::Sweep;
 use bksim_cli::commands::solve::{changes, named_after};
 use bksim_cli::exit::{Failure, Status, without_number};
-use bksim_cli::origin::{has_headings, is_of_model, may_be_own};
+use bksim_cli::origin::{has_headings, is_of_model, label_of, may_be_own};
 use bksim_cli::output;
 use bksim_cli::output_file::{OutputFile, check_ending};
 use bksim_cli::progress::{Progress, StopWish};
 use bksim_cli::render;
 use bksim_cli::source::{Text, load, read_bytes};
+use bksim_cli::waiting::waiting;
 
 pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let begun = Instant::now();
@@ -47,23 +48,26 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
         let help = "add `--set NAME=FROM:TO:COUNT`; without any, `bksim solve` is the command";
         return Err(Failure::usage("a sweep needs something that varies", help));
     }
-    let path = output_path(args, &loaded.model.name);
+    let path = output_path(args);
+    let label = label_of(&loaded.source.path);
     check_ending(&path, &["parquet", "csv"])?;
     OutputFile::plan(
         &path,
         ("model", &[]),
-        args.force || args.resume || may_be_own(&path) || is_of_model(&path, &loaded.model.name),
+        args.force || args.resume || may_be_own(&path) || is_of_model(&path, &label),
         "nothing was solved",
     )?;
 
     // Derive and compile once.
     let mut request = Request::new(&source.text, &loaded.model.name, plan);
     request.limits.nesting = nesting;
+    request.file = label;
     request.fixed.clone_from(&model.set);
     request.compliance.clone_from(&args.compliance.compliance);
     request.outputs.clone_from(&args.keep);
     request.changes = changes(&args.tuning, loaded.model.solve.t_start)?;
-    let study = Study::prepare(request).map_err(|rejected| source.rejected(rejected.0))?;
+    let study = waiting("deriving the equations", || Study::prepare(request));
+    let study = study.map_err(|rejected| source.rejected(rejected.0))?;
     let path = table_path(args, &study, source)?;
     let warnings = loaded.warnings;
     if !as_json {
@@ -111,21 +115,20 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
 
 /// The file of the table; refuses to write over what is not ours before any work is done.
 fn table_path(args: &Sweep, study: &Study, source: &Text) -> Result<PathBuf, Failure> {
-    let model_name = study.model_name();
-    let path = output_path(args, model_name);
+    let path = output_path(args);
     let mut inputs = source.files();
     inputs.push(&args.model);
     check_ending(&path, &["parquet", "csv"])?;
     // What is to be gone on with is not whole yet: a table in its place is of another sweep.
-    let is_own = || is_of_model(&path, model_name) || is_own_csv(&path, study);
+    let is_own = || is_of_model(&path, &label_of(&source.path)) || is_own_csv(&path, study);
     let may_replace = args.force || !args.resume && is_own();
     OutputFile::plan(&path, ("model", &inputs), may_replace, "nothing was solved")?;
     Ok(path)
 }
 
 /// Where the table goes.
-fn output_path(args: &Sweep, model_name: &str) -> PathBuf {
-    args.out.clone().unwrap_or_else(|| named_after(model_name, "parquet"))
+fn output_path(args: &Sweep) -> PathBuf {
+    args.out.clone().unwrap_or_else(|| named_after(&args.model, "parquet"))
 }
 
 /// True for a table in text whose columns this sweep has, too, or that a sweep of this model may have.

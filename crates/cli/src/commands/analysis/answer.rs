@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use crate::args::ModelArgs;
 use crate::args::analysis::TableArgs;
 use crate::exit::{Failure, Status};
-use crate::origin::{headings, is_of_model, is_table, may_be_own, stamped};
+use crate::origin::{headings, is_of_model, is_table, label_of, may_be_own, stamped};
 use crate::output::{self, counted, number, table};
 use crate::output_file::{OutputFile, check_ending, is_same_file};
 use crate::render;
@@ -29,7 +29,8 @@ pub(super) struct AnswerFile {
     file: OutputFile,
     /// True where anything may be replaced.
     force: bool,
-    model_name: String,
+    /// The file of the model, as results name it.
+    label: String,
     /// Headings of the table that is there which the model has no name for.
     unknown: Vec<String>,
 }
@@ -44,10 +45,11 @@ impl AnswerFile {
     }
 
     /// A planned file, for an answer about this model.
-    pub(super) fn about(model: &Model, file: OutputFile, force: bool) -> Self {
+    pub(super) fn about(loaded: &Loaded, file: OutputFile, force: bool) -> Self {
+        let model = &loaded.model;
         let is_unknown = |name: &String| Observable::named(model, name).is_none();
         let unknown = headings(file.path()).into_iter().filter(is_unknown).collect();
-        Self { file, force, model_name: model.name.clone(), unknown }
+        Self { file, force, label: label_of(&loaded.source.path), unknown }
     }
 
     /// Its path.
@@ -63,10 +65,10 @@ impl AnswerFile {
         let first = String::from_utf8_lossy(first);
         let is_own_heading = |name: &String| first.split(',').any(|own| own == name);
         let is_earlier = || is_table(path) && self.unknown.iter().all(is_own_heading);
-        let may_be_replaced = self.force || is_of_model(path, &self.model_name) || is_earlier();
+        let may_be_replaced = self.force || is_of_model(path, &self.label) || is_earlier();
         self.file.check_again(may_be_replaced, "nothing was written")?;
         let mut written = self.file.create()?;
-        let bytes = stamped(path, bytes, &self.model_name);
+        let bytes = stamped(path, bytes, &self.label);
         written.write_all(&bytes).map_err(|e| Failure::writing(path, &e))?;
         written.finish()
     }
@@ -138,7 +140,7 @@ fn asked_of(
     let planned = planned.map(|path| AnswerFile::plan(path, file.force, &[&model.model]));
     let planned = planned.transpose()?;
     let loaded = load()?;
-    let file = planned.map(|planned| AnswerFile::about(&loaded.model, planned, file.force));
+    let file = planned.map(|planned| AnswerFile::about(&loaded, planned, file.force));
     Ok(Asked { loaded, file })
 }
 

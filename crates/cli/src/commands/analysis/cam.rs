@@ -32,7 +32,7 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     });
     let file = file.transpose()?;
     let loaded = load_geometry(&args.model, nesting)?;
-    let about = |(file, kind)| (AnswerFile::about(&loaded.model, file, args.force), kind);
+    let about = |(file, kind)| (AnswerFile::about(&loaded, file, args.force), kind);
     let file = file.map(about);
     let (source, model) = (loaded.source, loaded.model);
     let failed = failed(&source);

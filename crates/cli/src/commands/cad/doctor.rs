@@ -1,5 +1,7 @@
 //! `bksim cad doctor`: everything that is wrong with a drawing, and a copy with marks.
 
+use std::collections::BTreeMap;
+
 use bksim::cad::doctor::{Finding, Report, examine, marks};
 use bksim::cad::model::ModelOptions;
 use bksim::cad::open::{OpenOptions, check};
@@ -14,6 +16,7 @@ use super::written;
 use crate::args::cad::Doctor;
 use crate::args::draw::Destination;
 use crate::exit::{Failure, Status};
+use crate::origin::label_of;
 use crate::output;
 use crate::render;
 use crate::source::{Text, read_bytes};
@@ -58,10 +61,11 @@ fn mark(
         Ungrafted::Drawing(fault) => source.rejected(vec![*fault]).into(),
         Ungrafted::Write(error) => Failure::writing(&written.output, &error),
     })?;
-    // The name of a drawing stands for that of its model: what is examined need not be one.
-    let name = source.path.file_stem().unwrap_or_default().to_string_lossy();
-    written::put_own(&written.output, (written.force, &name), marked)
+    written::put_own(&written.output, (written.force, &label_of(&source.path)), marked)
 }
+
+/// Findings of one code that are printed.
+const MOST_SHOWN: usize = 20;
 
 fn print(
     report: &Report,
@@ -83,7 +87,19 @@ fn print(
         });
         return output::json("cad doctor", body);
     }
-    render::print_all(source, &faults);
+    // What is wrong a thousand times is shown some times.
+    let mut n_of: BTreeMap<&str, usize> = BTreeMap::new();
+    for fault in &faults {
+        let n = n_of.entry(fault.code.0).or_default();
+        *n += 1;
+        if *n <= MOST_SHOWN {
+            render::print_all(source, std::slice::from_ref(fault));
+        }
+    }
+    for (code, n) in n_of.into_iter().filter(|(_, n)| *n > MOST_SHOWN) {
+        let more = n - MOST_SHOWN;
+        render::warning(&format!("{more} more findings of {code}; `--json` has them all"));
+    }
     let head = match faults.len() {
         0 => "nothing is wrong".to_owned(),
         _ => format!(

@@ -12,7 +12,7 @@ use serde_json::json;
 use super::written::exists;
 use crate::args::edit::{self as args, Change};
 use crate::exit::{Failure, Status};
-use crate::origin::{is_of_model, stamped};
+use crate::origin::{is_of_model, label_of, stamped};
 use crate::output;
 use crate::output_file::{is_same_file, put};
 use crate::render;
@@ -46,7 +46,7 @@ pub(super) fn run(subject: Subject, change: &Change, as_json: bool) -> Result<St
     let bytes = if named.output.is_none() || is_same_file(&output, path) {
         patched.bytes
     } else {
-        stamped(&output, patched.bytes, &drawing_name(path))
+        stamped(&output, patched.bytes, &label_of(path))
     };
     put(&output, &bytes)?;
     let after = Text::new(output.clone(), written.text);
@@ -104,15 +104,10 @@ fn output_path(named: &args::Named) -> Result<PathBuf, Failure> {
         let message = format!("`{}` is another kind of file than the drawing", output.display());
         return Err(Failure::usage(message, "an edited drawing keeps its format"));
     }
-    let name = drawing_name(&named.drawing);
-    let is_own = || is_same_file(output, &named.drawing) || is_of_model(output, &name);
+    let label = label_of(&named.drawing);
+    let is_own = || is_same_file(output, &named.drawing) || is_of_model(output, &label);
     if output.exists() && !named.force && !is_own() {
         return Err(exists(output));
     }
     Ok(output.clone())
-}
-
-/// The name by which copies of a drawing know it.
-fn drawing_name(path: &Path) -> String {
-    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }

@@ -7,6 +7,7 @@ use super::written;
 use crate::args::draw::FromToml;
 use crate::args::{DrawingArgs, ModelArgs};
 use crate::exit::{Failure, Status};
+use crate::origin::label_of;
 use crate::render;
 use crate::source::{derive, load};
 
@@ -40,6 +41,7 @@ pub(super) fn run(args: &FromToml, as_json: bool, nesting: usize) -> Result<Stat
         render::print_all(&source, &loaded.warnings);
     }
     let diagnostics = render::json_all(&source, &loaded.warnings);
-    let destination = (&args.written, mechanism.model.name.as_str());
+    let label = label_of(&source.path);
+    let destination = (&args.written, label.as_str());
     written::write("cad from-toml", destination, bytes, &diagnostics, as_json)
 }

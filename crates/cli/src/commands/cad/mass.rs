@@ -29,7 +29,10 @@ pub(super) fn run(args: &Mass, as_json: bool) -> Result<Status, Failure> {
         return Err(Failure::Input { path: path.clone(), what, help });
     }
     // A drawing whose model is complete gives numbers for masses that are expressions.
-    let model = read(&Source::new(&parts.composition.text, "drawing")).model;
+    let composition = &parts.composition;
+    let model = read(&Source::new(&composition.text, "drawing")).model;
+    // So do the bodies by themselves, where joints are missing.
+    let model = model.or_else(|| read(&Source::new(&composition.weighed, "drawing")).model);
     if as_json {
         let rows: Vec<Value> =
             bodies.iter().map(|body| describe(body, &parts, model.as_ref())).collect();

@@ -5,6 +5,7 @@ use serde_json::json;
 use super::written;
 use crate::args::cad::ToToml;
 use crate::exit::{Failure, Status};
+use crate::origin::label_of;
 use crate::output;
 use crate::output_file::check_ending;
 use crate::render;
@@ -18,8 +19,8 @@ pub(super) fn run(args: &ToToml, as_json: bool, nesting: usize) -> Result<Status
         let mut inputs = loaded.source.files();
         inputs.push(&args.model.model);
         written::refuse_inputs(path, &inputs)?;
-        let name = loaded.model.name.as_str();
-        written::put_own(path, (args.force, name), text.clone().into_bytes())?;
+        let label = label_of(&loaded.source.path);
+        written::put_own(path, (args.force, &label), text.clone().into_bytes())?;
     }
     if as_json {
         let output = args.output.as_ref().map(|path| path.display().to_string());

@@ -23,6 +23,7 @@ use bksim::sim::pose::{Pose, Poses};
 use super::{is_missing_mass, parts, written};
 use crate::args::draw::Trace;
 use crate::exit::{Failure, Status};
+use crate::origin::file_of;
 use crate::render;
 use crate::source::{Text, derive, parse, read_bytes};
 
@@ -68,7 +69,8 @@ pub(super) fn run(args: &Trace, as_json: bool, nesting: usize) -> Result<Status,
         parts.print_warnings();
     }
     let diagnostics = render::json_all(&parts.source, &parts.composition.diagnostics);
-    let destination = (&args.written, mechanism.model.name.as_str());
+    let label = file_of(&log.header);
+    let destination = (&args.written, label.as_str());
     written::write("cad trace", destination, traced, &diagnostics, as_json)
 }
 

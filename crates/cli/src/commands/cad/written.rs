@@ -40,25 +40,25 @@ pub(super) fn exists(path: &Path) -> Failure {
 /// Writes a file of this model; what was there is replaced if it is one, too.
 pub(super) fn put_own(
     path: &Path,
-    (force, model_name): (bool, &str),
+    (force, label): (bool, &str),
     bytes: Vec<u8>,
 ) -> Result<(), Failure> {
-    if path.is_file() && !force && !is_of_model(path, model_name) {
+    if path.is_file() && !force && !is_of_model(path, label) {
         return Err(exists(path));
     }
-    put(path, &stamped(path, bytes, model_name))
+    put(path, &stamped(path, bytes, label))
 }
 
 /// Writes a drawing of this model and says so.
 pub(super) fn write(
     command: &str,
-    (written, model_name): (&Destination, &str),
+    (written, label): (&Destination, &str),
     bytes: Vec<u8>,
     diagnostics: &Value,
     as_json: bool,
 ) -> Result<Status, Failure> {
     let path = &written.output;
-    put_own(path, (written.force, model_name), bytes)?;
+    put_own(path, (written.force, label), bytes)?;
     if as_json {
         let output = path.display().to_string();
         output::json(command, json!({ "output": output, "diagnostics": diagnostics }))?;

@@ -5,11 +5,13 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use bksim::log::{LogReader, Record};
+use bksim_load::name_of;
 
-/// A file in the working directory that is called after a model.
-pub fn named_after(model_name: &str, ending: &str) -> PathBuf {
+/// A file in the working directory that is called after the file of a model: two models have two, whatever they are
+/// called inside.
+pub fn named_after(model: &Path, ending: &str) -> PathBuf {
     let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
-    PathBuf::from(format!("{}.{ending}", model_name.chars().map(plain).collect::<String>()))
+    PathBuf::from(format!("{}.{ending}", name_of(model).chars().map(plain).collect::<String>()))
 }
 
 /// A sentence on what a log that was not finished holds.

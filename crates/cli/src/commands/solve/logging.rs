@@ -1,6 +1,8 @@
 //! [`Logging`]: the observer of a run that writes its log, with states from which the run goes on.
 
 use std::io::Write;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use bksim::dae::Control;
@@ -28,8 +30,24 @@ pub(super) struct Logging<'a, W: Write> {
     pub(super) reached: f64,
     /// Why the log cannot be written any more, and the last time in it.
     pub(super) fault: Option<(f64, LogError)>,
+    size: Size,
     /// Time spent here.
     pub(super) taken: Duration,
+}
+
+/// The size of a log as it grows.
+pub(super) struct Size {
+    /// Bytes that have been written.
+    pub(super) n_bytes: Arc<AtomicU64>,
+    /// Bytes at which the run stops.
+    pub(super) limit: u64,
+}
+
+impl Size {
+    /// Whether the log has reached its limit.
+    pub(super) fn is_reached(&self) -> bool {
+        self.n_bytes.load(Ordering::Relaxed) >= self.limit
+    }
 }
 
 /// Time between two states in the log from which a run that was killed goes on.
@@ -42,11 +60,11 @@ impl<'a, W: Write> Logging<'a, W> {
         (log, progress): (Recorder<W>, Progress),
         reached: f64,
         (prepared, is_told): (&'a Prepared, bool),
-        stop: &'a StopWish,
+        (stop, size): (&'a StopWish, Size),
     ) -> Self {
         let next_save = Instant::now() + SAVE_INTERVAL;
         let (fault, taken) = (None, Duration::ZERO);
-        Self { log, progress, prepared, is_told, stop, next_save, reached, fault, taken }
+        Self { log, progress, prepared, is_told, stop, next_save, reached, fault, size, taken }
     }
 
     fn write(&mut self, write: impl FnOnce(&mut Recorder<W>) -> Result<(), LogError>) {
@@ -69,7 +87,8 @@ impl<W: Write> Observer for Logging<'_, W> {
         self.reached = sample.t;
         self.progress.reached(sample.t);
         // A step may hold more samples than anybody waits for.
-        if self.stop.status().is_some() { Control::Stop } else { Control::Continue }
+        let is_over = self.stop.status().is_some() || self.size.is_reached();
+        if is_over { Control::Stop } else { Control::Continue }
     }
 
     fn wants_segments(&self) -> bool {

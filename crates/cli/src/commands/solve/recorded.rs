@@ -8,7 +8,7 @@ use tempfile::TempDir;
 use super::{Times, solved};
 use crate::args::analysis::ComplianceArgs;
 use crate::args::run::RunArgs;
-use crate::args::{Channels, Solve, Tuning};
+use crate::args::{Channels, LOG_LIMIT, Solve, Tuning};
 use crate::exit::{Failure, Status};
 use crate::render;
 use crate::source::logged::is_log;
@@ -57,6 +57,7 @@ impl RunFile {
             compliance: ComplianceArgs::default(),
             sensitivity: Vec::new(),
             channels: Channels::Own,
+            log_limit: LOG_LIMIT,
         };
         let (prepared, _, status) = solved(&request, nesting, as_json, &mut Times::default())?;
         let diagnostics = render::json_all(&prepared.source, &prepared.warnings);

@@ -13,6 +13,7 @@ use bksim::sim::run::{RunCheckpoint, Unfit};
 
 use crate::args::{Channels, Solve};
 use crate::exit::Failure;
+use crate::origin::file_of;
 use crate::source::{Loaded, Text, parse};
 
 /// The first part of a run.
@@ -20,6 +21,8 @@ pub(super) struct FirstPart {
     pub(super) path: PathBuf,
     /// Parameters given on the command line.
     pub(super) set: Vec<(String, String)>,
+    /// The file of its model, as logs name it.
+    pub(super) file: String,
     /// Joints that yield.
     pub(super) compliance: Vec<(String, String)>,
     /// Which channels the log has.
@@ -66,7 +69,8 @@ pub(super) fn open(path: &Path, nesting: usize) -> Result<(Loaded, FirstPart), F
     let is_own = header.options.get(key).is_some_and(|channels| channels == own);
     let channels = if is_own { Channels::Own } else { Channels::All };
     let compliance = compliances(&header.options);
-    Ok((loaded, FirstPart { path: path.to_owned(), set, compliance, channels, checkpoint }))
+    let (path, file) = (path.to_owned(), file_of(header));
+    Ok((loaded, FirstPart { path, set, file, compliance, channels, checkpoint }))
 }
 
 /// Puts the options of the log in place of the model's; `None` when one has no meaning.

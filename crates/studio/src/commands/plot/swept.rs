@@ -54,13 +54,13 @@ pub(super) fn run(
     let influences = influences(&columns);
 
     let out = args.output.as_deref().map(|out| {
-        let may_replace = args.force || is_of_model(out, &table.model_name);
+        let may_replace = args.force || is_of_model(out, &table.model_file);
         picture(out, &[path.to_owned()], may_replace)
     });
     let out = out.transpose()?;
     if let Some((file, format)) = &out {
         let bytes = drawn_as(args, *format, &figure)?;
-        put(file, &stamped(file.path(), bytes, &table.model_name))?;
+        put(file, &stamped(file.path(), bytes, &table.model_file))?;
     }
     let words = words(&columns, &influences);
     if as_json {

@@ -39,11 +39,11 @@ pub(super) fn check(args: &Plot, read: &[PathBuf]) -> Result<Option<OutputFile>,
 /// Shows the figure until the window is closed, and writes the picture of it that was asked for.
 pub(super) fn show(
     args: &Plot,
-    (screenshot, model_name): (Option<&OutputFile>, &str),
+    (screenshot, label): (Option<&OutputFile>, &str),
     plotted: &Plotted,
 ) -> Result<(), Failure> {
     if let Some(output) = screenshot {
-        let may_replace = args.force || is_of_model(output.path(), model_name);
+        let may_replace = args.force || is_of_model(output.path(), label);
         output.check_again(may_replace, "nothing was written")?;
     }
     let (width, height) = args.size.unwrap_or(SIZE);
@@ -66,7 +66,7 @@ pub(super) fn show(
     let help = "without --window the curves are drawn in the terminal, with -o into a file";
     let outcome = open_figure(&plotted.figure, &options).map_err(|e| no_window(&e, help))?;
     if let (Some(output), Some(png)) = (screenshot, &outcome.png) {
-        put(output, &stamped(output.path(), png.clone(), model_name))?;
+        put(output, &stamped(output.path(), png.clone(), label))?;
     }
     Ok(())
 }
