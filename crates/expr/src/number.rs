@@ -6,6 +6,7 @@
 //! [`MAX_BITS`] bits, and a product both of whose parts have more than [`MAX_FACTOR_BITS`], gives the nearest
 //! float; a power of that length is not computed at all.
 
+mod decimal;
 mod nearest;
 #[cfg(test)]
 mod tests;
@@ -17,7 +18,7 @@ use num_bigint::BigInt;
 use num_integer::Integer;
 use num_rational::{BigRational, Ratio};
 use num_traits::{Signed, ToPrimitive};
-use std::borrow::Borrow;
+use std::borrow::{Borrow, Cow};
 use std::cmp::Ordering;
 use std::sync::Arc;
 
@@ -154,11 +155,24 @@ impl Number {
 
     /// The product of two fractions in lowest terms.
     fn from_product(a: &BigRational, b: &BigRational) -> Self {
+        if let Some((numerator, denominator)) = decimal::product(a, b) {
+            return Self::from_factors(numerator, denominator);
+        }
         let [first, second] = [a.numer().gcd(b.denom()), b.numer().gcd(a.denom())];
         Self::from_factors(
             (a.numer() / &first) * (b.numer() / &second),
             (a.denom() / second) * (b.denom() / first),
         )
+    }
+
+    /// The sum of two fractions in lowest terms.
+    fn from_sum(a: &BigRational, b: &BigRational) -> Self {
+        match decimal::sum(a, b) {
+            Some((numerator, denominator)) => {
+                Self::from_big(BigRational::new_raw(numerator, denominator))
+            }
+            None => Self::from_big(a + b),
+        }
     }
 
     /// A product, its parts without a divisor in common; the denominator is positive.
@@ -172,19 +186,20 @@ impl Number {
     }
 
     /// The exact value with long parts; `None` for a float.
-    fn to_big(&self) -> Option<BigRational> {
+    fn to_big(&self) -> Option<Cow<'_, BigRational>> {
         match &self.0 {
             Short { numerator, denominator } => {
-                Some(BigRational::new_raw((*numerator).into(), (*denominator).into()))
+                let fraction = BigRational::new_raw((*numerator).into(), (*denominator).into());
+                Some(Cow::Owned(fraction))
             }
-            Long(fraction) => Some((**fraction).clone()),
+            Long(fraction) => Some(Cow::Borrowed(fraction)),
             Float(_) => None,
         }
     }
 
     /// Numerator and positive denominator in lowest terms; `None` for a float.
     pub(crate) fn parts(&self) -> Option<(BigInt, BigInt)> {
-        self.to_big().map(BigRational::into_raw)
+        self.to_big().map(|fraction| fraction.into_owned().into_raw())
     }
 
     /// The fraction of two integers; the denominator is not zero.
@@ -290,7 +305,7 @@ impl Number {
             return Self::of_wide(p * s + r * q, q * s);
         }
         match (self.to_big(), other.to_big()) {
-            (Some(a), Some(b)) => Self::from_big(a + b),
+            (Some(a), Some(b)) => Self::from_sum(&a, &b),
             _ => Self::float(self.to_f64() + other.to_f64()),
         }
     }
@@ -421,7 +436,7 @@ impl Number {
             return (i128::from(p) * i128::from(s)).cmp(&(i128::from(r) * i128::from(q)));
         }
         match (self.to_big(), other.to_big()) {
-            (Some(a), Some(b)) => a.cmp(&b),
+            (Some(a), Some(b)) => a.as_ref().cmp(b.as_ref()),
             _ => self.to_f64().partial_cmp(&other.to_f64()).unwrap_or(Ordering::Equal),
         }
     }
@@ -444,13 +459,28 @@ impl Number {
             let multiple = i128::from(q / common_divisor(q, s)) * i128::from(s);
             return Some(Self::of_wide_parts(i128::from(p.gcd(&r)), multiple));
         }
-        let (mut a, mut b) = (self.magnitude(), other.magnitude());
-        while !b.is_zero() {
-            let quotient = a.over(&b).floor()?;
-            let rest = a.plus(b.times(quotient).negated());
-            (a, b) = (b, rest);
+        let (a, b) = (self.to_big()?, other.to_big()?);
+        let (numerator, denominator) = (a.numer().gcd(b.numer()), a.denom().lcm(b.denom()));
+        Some(Self::from_big(BigRational::new_raw(numerator, denominator)))
+    }
+
+    /// Whether the two differ by their sign at most.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        match (&self.0, &other.0) {
+            (Short { numerator: p, denominator: q }, Short { numerator: r, denominator: s }) => {
+                p.unsigned_abs() == r.unsigned_abs() && q == s
+            }
+            (Long(a), Long(b)) => {
+                a.numer().magnitude() == b.numer().magnitude() && a.denom() == b.denom()
+            }
+            (Short { .. }, Long(_)) | (Long(_), Short { .. }) => false,
+            _ => self.over(other).magnitude().is_one(),
         }
-        Some(a)
+    }
+
+    /// Whether it divides no number of 63 bits into an integer: its denominator is longer.
+    pub(crate) fn has_long_denominator(&self) -> bool {
+        matches!(&self.0, Long(fraction) if fraction.denom().bits() > 63)
     }
 }
 

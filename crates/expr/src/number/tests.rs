@@ -57,6 +57,27 @@ fn short_and_long_fractions_follow_the_same_rules() {
 }
 
 #[test]
+fn decimals_of_any_length_follow_the_rules_of_fractions() {
+    let decimal = |n: i64, twos: u32, fives: u32| {
+        let scale = BigInt::from(2).pow(twos) * BigInt::from(5).pow(fives);
+        BigRational::new(n.into(), scale)
+    };
+    // Numerators with and without twos and fives; denominators of 1 to 450 digits, and thirds among them.
+    let numerators = [0, 3, -10, 64, 1 << 40, 5i64.pow(20), -i64::MAX, 0x1234_5678_9abc_def1];
+    let scales = [(0, 0), (1, 0), (0, 1), (17, 17), (60, 3), (5, 40), (0, 441), (9, 500)];
+    let decimals = numerators.iter().flat_map(|&n| scales.map(|(a, b)| decimal(n, a, b)));
+    let third = BigRational::new(1.into(), 3.into());
+    let fractions: Vec<BigRational> = decimals.flat_map(|d| [&d * &third, d]).collect();
+    for (a, b) in fractions.iter().flat_map(|a| fractions.iter().map(move |b| (a, b))) {
+        let [x, y] = [a, b].map(|fraction| Number::from_big(fraction.clone()));
+        assert_eq!(x.plus(&y), Number::from_big(a + b), "{a} + {b}");
+        let (numerator, denominator) = (a * b).into_raw();
+        assert_eq!(x.times(&y), Number::from_factors(numerator, denominator), "{a} * {b}");
+        assert_eq!(x.is_like(&y), a.abs() == b.abs(), "{a} and {b}");
+    }
+}
+
+#[test]
 fn greatest_common_divisors_leave_integers() {
     let gcd = Number::rational(5, 6).gcd(&Number::rational(10, 9));
     assert_eq!(gcd, Some(Number::rational(5, 18)));

@@ -18,6 +18,8 @@ use std::collections::{HashMap, HashSet};
 
 /// Multiplications of terms spent on one sum; beyond it the sum stays as it is.
 const COLLECT_BUDGET: usize = 60_000;
+/// Terms that a sum may have multiplied out so that a form between all sums and all products is looked for.
+const MAX_SIMPLIFIED_TERMS: u64 = 100;
 /// Symbols in a bracket up to which it is simplified by itself.
 const MAX_BRACKET_SYMBOLS: usize = 3;
 
@@ -86,7 +88,7 @@ impl Collector<'_> {
             let folded = self.written(folded);
             // All sums or all products; where products win, something between may be shorter still.
             if plain_work < self.consider(folded, &mut best) {
-                self.consider(pool.simplify(e), &mut best);
+                self.consider(pool.simplify_up_to(e, MAX_SIMPLIFIED_TERMS), &mut best);
             }
         }
         best.e

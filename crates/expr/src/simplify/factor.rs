@@ -7,7 +7,7 @@ use super::poly::{
 use crate::handle::ExprMap;
 use crate::number::Number;
 use crate::op::Op;
-use crate::pool::{Expr, Pool};
+use crate::pool::{Expr, ONE, Pool};
 
 /// The atom to be factored out first.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -55,11 +55,16 @@ fn take_common(pool: &Pool, poly: &mut Poly) -> Expr {
             *n != 0
         });
     }
-    let inverse: Monomial = shared.iter().map(|&(atom, n)| (atom, -n)).collect();
     let content = content(poly);
+    if shared.is_empty() && content.is_one() {
+        return ONE;
+    }
+    let inverse: Monomial = shared.iter().map(|&(atom, n)| (atom, -n)).collect();
     for term in poly.iter_mut() {
         term.monomial = multiply_monomials(pool, &term.monomial, &inverse);
-        term.coefficient = term.coefficient.over(&content);
+        if !content.is_one() {
+            term.coefficient = term.coefficient.over(&content);
+        }
     }
     *poly = collect(pool, std::mem::take(poly));
     term_expr(pool, &Term { monomial: shared, coefficient: content })
@@ -76,8 +81,8 @@ fn content(poly: &Poly) -> Number {
         return sign;
     }
     let n_numbers = |divisor: &Number| {
-        let quotients = poly.iter().map(|term| term.coefficient.over(divisor).magnitude());
-        quotients.filter(|q| !q.is_one()).count() + usize::from(!divisor.is_one())
+        let others = poly.iter().filter(|term| !term.coefficient.is_like(divisor));
+        others.count() + usize::from(!divisor.is_one())
     };
     let divisor = rational_gcd(poly).into_iter().chain([poly[0].coefficient.magnitude()]);
     let best = divisor.chain([Number::ONE]).min_by_key(|d| (n_numbers(d), !d.is_one()));
@@ -87,6 +92,9 @@ fn content(poly: &Poly) -> Number {
 /// Greatest rational that divides all coefficients into integers; `None` where it is longer than a person
 /// would read, as between decimals of many digits.
 fn rational_gcd(poly: &Poly) -> Option<Number> {
+    if poly.iter().any(|term| term.coefficient.has_long_denominator()) {
+        return None;
+    }
     poly.iter().try_fold(Number::ZERO, |gcd, term| {
         gcd.gcd(&term.coefficient).filter(|gcd| gcd.short_parts().is_some())
     })

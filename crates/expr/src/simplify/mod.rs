@@ -22,6 +22,7 @@ mod collect;
 mod cost;
 mod driver;
 mod exponential;
+mod extent;
 mod factor;
 mod flatten;
 mod fraction;
