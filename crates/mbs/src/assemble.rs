@@ -9,6 +9,7 @@
 //! is written out as M(q) q̈ + h(q, q̇), h by the Christoffel sums of M.
 
 use std::collections::HashSet;
+use std::ops::Range;
 
 use bksim_expr::{Expr, SymbolId};
 
@@ -17,7 +18,8 @@ use crate::constraint::{Constraint, Source};
 use crate::contact::{self, ContactRow};
 use crate::coordinate::{Coordinate, Owner};
 use crate::coupling::coupling_rows;
-use crate::force::{Loads, Wrench, efforts_on_curves};
+use crate::folding::{MAX_TERMS_OF_FORCE, MAX_TERMS_OF_SLOPE};
+use crate::force::{AlongLine, Loads, Wrench, efforts_on_curves};
 use crate::joint;
 use crate::kinematics::Kinematics;
 use crate::lagrange;
@@ -79,7 +81,10 @@ fn assemble_along(
     if !model.states.is_empty() {
         left.add_states(model, &kinematics);
     }
-    let mut applied_force = generalised_force(model, &kinematics, &loads.applied, derivation);
+    let mut applied_force = match derivation {
+        Derivation::Lagrange => folded_force(model, &kinematics, &loads.applied, &loads.lines),
+        Derivation::Recursion => generalised_force(model, &kinematics, &loads.applied),
+    };
     for (force, coordinate) in applied_force.iter_mut().zip(&kinematics.coordinates) {
         if let Owner::State(StateId(state)) = coordinate.owner {
             *force = pool.substitute(model.states[state].rate, &signals);
@@ -176,33 +181,64 @@ fn conditions(model: &Model, signals: &[(SymbolId, Expr)]) -> Vec<Expr> {
     rows.map(|row| model.pool.substitute(row.condition, signals)).collect()
 }
 
-/// Q_i = Σ F · ∂r/∂q_i + M · ∂ω/∂q̇_i.
+/// Q_i = Σ F · ∂r/∂q_i + M · ∂ω/∂q̇_i, as it comes.
 pub(crate) fn generalised_force(
     model: &Model,
     kinematics: &Kinematics,
     wrenches: &[Wrench],
-    derivation: Derivation,
+) -> Vec<Expr> {
+    let powers = powers_of_loads(model, kinematics, wrenches).into_iter();
+    powers.map(|terms| model.pool.sum(terms.into_iter().map(|(_, term)| term))).collect()
+}
+
+/// Q_i, folded where that is short. A long one stays in factors, and a force along a line is value · ∂(distance)/∂q_i
+/// in it.
+fn folded_force(
+    model: &Model,
+    kinematics: &Kinematics,
+    wrenches: &[Wrench],
+    lines: &[(Range<usize>, AlongLine)],
 ) -> Vec<Expr> {
     let pool = &model.pool;
+    let is_along_line = |wrench: usize| lines.iter().any(|(range, _)| range.contains(&wrench));
+    let folded = |(terms, coordinate): (Vec<(usize, Expr)>, &Coordinate)| {
+        let sum = pool.sum(terms.iter().map(|&(_, term)| term));
+        if pool.multiplied_out(sum) <= MAX_TERMS_OF_FORCE {
+            return pool.simplify(sum);
+        }
+        let others = terms.iter().filter(|&&(wrench, _)| !is_along_line(wrench));
+        let others = pool.sum(others.map(|&(_, term)| term));
+        let others = pool.simplify_up_to(others, MAX_TERMS_OF_FORCE);
+        let slope = |line: &AlongLine| pool.diff(line.distance, coordinate.q);
+        let along = lines.iter().map(|(_, line)| pool.mul(line.value, slope(line)));
+        pool.sum(along.chain([others]).collect::<Vec<_>>())
+    };
+    let powers = powers_of_loads(model, kinematics, wrenches).into_iter();
+    powers.zip(&kinematics.coordinates).map(folded).collect()
+}
+
+/// The terms F · ∂r/∂q_i + M · ∂ω/∂q̇_i by coordinate, each with the number of its wrench.
+fn powers_of_loads(
+    model: &Model,
+    kinematics: &Kinematics,
+    wrenches: &[Wrench],
+) -> Vec<Vec<(usize, Expr)>> {
+    let pool = &model.pool;
     let mut powers = vec![Vec::new(); kinematics.coordinates.len()];
-    for wrench in wrenches {
+    for (number, wrench) in wrenches.iter().enumerate() {
         let omega = kinematics.poses[wrench.body.0].omega;
         for i in kinematics.coordinates_in(pool, &[wrench.at, omega].concat()) {
             let coordinate = &kinematics.coordinates[i];
             let at = wrench.at.map(|component| pool.diff(component, coordinate.q));
             let turn = omega.map(|component| pool.diff(component, coordinate.v));
-            powers[i].push(pool.add(
+            let power = pool.add(
                 spatial::dot(pool, &wrench.force, &at),
                 spatial::dot(pool, &wrench.moment, &turn),
-            ));
+            );
+            powers[i].push((number, power));
         }
     }
-    let powers = powers.into_iter().map(|power| pool.sum(power));
-    match derivation {
-        Derivation::Lagrange => powers.map(|power| pool.simplify(power)).collect(),
-        // Expanded, they would be as long as what the recursion avoids.
-        Derivation::Recursion => powers.collect(),
-    }
+    powers
 }
 
 /// The terms of Σ F · ∂v/∂q̇_i + M · ∂ω/∂q̇_i, by coordinate, with the velocity of the body where the force acts,
@@ -227,7 +263,7 @@ fn powers(model: &Model, kinematics: &Kinematics, wrenches: &[Wrench]) -> Vec<Ve
     powers
 }
 
-/// G = ∂g/∂q. A row of wheels or of a rack, where joints are cut, is that of their wrenches, −Gᵀ, and so is that of
+/// G = ∂g/∂q, folded where that is short. A row of wheels or of a rack, where joints are cut, is that of their wrenches, −Gᵀ, and so is that of
 /// an effort in a cut screw, whose turns are counted by its travel: it differs from the gradient by rows of cut
 /// joints, so that multipliers of these are their reactions.
 fn constraint_jacobian(
@@ -249,7 +285,9 @@ fn constraint_jacobian(
         let moving = kinematics.coordinates_in(pool, &[constraint.expression]);
         let symbols: Vec<SymbolId> = moving.iter().map(|&i| kinematics.coordinates[i].q).collect();
         let gradient = pool.gradient(constraint.expression, &symbols).into_iter();
-        let gradient = moving.into_iter().zip(gradient.map(|slope| pool.simplify(slope)));
+        // What is folded has slopes that are folded, or nearly so.
+        let slopes = gradient.map(|slope| pool.simplify_up_to(slope, MAX_TERMS_OF_SLOPE));
+        let gradient = moving.into_iter().zip(slopes);
         entries.extend(gradient.map(|(i, slope)| (row, i, slope)));
     }
     entries.retain(|&(.., slope)| !pool.is_zero(slope));

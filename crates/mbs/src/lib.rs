@@ -8,6 +8,7 @@ pub mod contact;
 pub mod coordinate;
 pub mod coupling;
 pub mod equations;
+mod folding;
 pub mod force;
 pub mod inertia;
 pub mod joint;

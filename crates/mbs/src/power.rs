@@ -16,7 +16,7 @@ use crate::contact::{Contact, Law};
 use crate::coordinate::Owner;
 use crate::force::{self, Wrench};
 use crate::signal::signal_values;
-use crate::system::{Derivation, SymbolicSystem};
+use crate::system::SymbolicSystem;
 use bksim_model::{BeltId, CouplingId, DriveId, JointId, Load, LoadId, Model};
 
 /// A part that gives or takes energy.
@@ -139,7 +139,7 @@ fn power_of(model: &Model, system: &SymbolicSystem, wrenches: &[Wrench]) -> Expr
     if wrenches.is_empty() {
         return pool.zero();
     }
-    let forces = generalised_force(model, &system.kinematics, wrenches, Derivation::Recursion);
+    let forces = generalised_force(model, &system.kinematics, wrenches);
     let coordinates = system.coordinates().iter();
     let terms = coordinates.zip(forces).map(|(c, force)| pool.mul(force, pool.symbol_expr(c.v)));
     pool.sum(terms.collect::<Vec<_>>())

@@ -248,3 +248,44 @@ fn quaternions_are_certified_at_every_length() {
         }
     }
 }
+
+/// A planar chain of `n` bars in relative coordinates, with a damped spring over every `span` of them.
+fn braced_chain(n: usize, span: usize) -> Model {
+    let mut text =
+        String::from("coordinates = \"relative\"\n[ground]\npoints = { P0 = [0.1, 0.2] }\n");
+    for k in 1..=n {
+        let before = if k == 1 { "ground.P0".to_owned() } else { format!("b{}.P{}", k - 1, k - 1) };
+        text.extend([format!(
+            "[bodies.b{k}]\nmass = 1.25\ninertia = 0.1\ncom = [0.5, 0.125]\npoints = {{ P{k} = [1.0625, 0.375] }}\n\
+             [joints.J{k}]\ntype = \"revolute\"\nbetween = [\"{before}\", \"b{k}\"]\n"
+        )]);
+    }
+    for k in (span..=n).step_by(span) {
+        let from = if k == span { "ground.P0".to_owned() } else { format!("b{0}.P{0}", k - span) };
+        text.extend([format!(
+            "[loads.s{k}]\ntype = \"spring\"\nbetween = [\"{from}\", \"b{k}.P{k}\"]\n\
+             stiffness = 100.5\nlength = 0.75\ndamping = 2.25\n"
+        )]);
+    }
+    model(&text)
+}
+
+/// Multiplied out, the power of a damper is a product of three sums: its terms would grow with the cube of the links
+/// between its ends, and with them time and memory.
+#[test]
+fn damped_springs_take_operations_and_nodes_in_proportion_to_their_links() {
+    let size = |n: usize, span: usize| {
+        let model = braced_chain(n, span);
+        let system = assemble(&model);
+        assert_eq!(system.derivation, Derivation::Lagrange);
+        [tape(&model, &system, &system.applied_force).operation_count(), model.pool.len()]
+    };
+    // One spring over all links: no more than the square of what one link takes.
+    let [short, long] = [8, 16].map(|n| size(n, n));
+    assert!(long[0] <= 4 * short[0] && long[0] < 2000, "operations: {short:?}, {long:?}");
+    assert!(long[1] <= 5 * short[1] && long[1] < 60_000, "nodes: {short:?}, {long:?}");
+    // Springs over two links each: every pair adds as much as the last.
+    let [a, b, c] = [4, 6, 8].map(|n| size(n, 2));
+    let [first, second] = [b[0] - a[0], c[0] - b[0]];
+    assert!(second <= first + first / 4, "operations: {a:?}, {b:?}, {c:?}");
+}

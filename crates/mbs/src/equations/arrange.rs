@@ -76,7 +76,8 @@ pub(super) fn lagrange_parts(model: &Model, system: &SymbolicSystem, i: usize) -
     ];
     let multiplier = |k: usize| pool.symbol_expr(system.constraints[k].lambda);
     let forces = system.constraint_jacobian.column(i);
-    let forces = forces.map(|(k, g)| part(Kind::Constraint, multiplier(k), g));
+    // Long slopes run as they are; to be read, they are folded.
+    let forces = forces.map(|(k, g)| part(Kind::Constraint, multiplier(k), pool.simplify(g)));
     let parts = inertia.chain(others).chain(forces);
     parts.filter(|part| !pool.is_zero(part.sum[0])).collect()
 }

@@ -3,6 +3,7 @@
 use bksim_expr::{Expr, Pool, SymbolId};
 
 use super::Wrench;
+use crate::folding::MAX_TERMS_OF_SQUARE;
 use crate::kinematics::Kinematics;
 use crate::spatial;
 use bksim_model::{Anchor, Model, Vector};
@@ -23,11 +24,13 @@ impl Context<'_> {
         spatial::sub(self.pool, &p_b, &p_a)
     }
 
-    /// Distance of two points and the unit vector from the first to the second.
+    /// Distance of two points and the unit vector from the first to the second. Between points far apart in a
+    /// mechanism the square of the distance stays a sum of squares, whose sines and cosines everything else has, too.
     pub(super) fn line(&self, ends: [Anchor; 2]) -> (Expr, Vector) {
         let pool = self.pool;
         let d = self.vector(ends);
-        let distance = pool.sqrt(pool.simplify(spatial::dot(pool, &d, &d)));
+        let distance =
+            pool.sqrt(pool.simplify_up_to(spatial::dot(pool, &d, &d), MAX_TERMS_OF_SQUARE));
         (distance, spatial::scale(pool, pool.div(pool.one(), distance), &d))
     }
 

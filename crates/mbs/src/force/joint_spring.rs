@@ -41,7 +41,7 @@ pub(super) fn action(
             potential: law.potential,
             conservative: pair(&gradient, law.elastic),
             applied: [elastic, pair(&gradient, pool.neg(law.elastic)), viscous].concat(),
-            field: None,
+            ..Action::default()
         },
         None => Action::of_parts(law.potential, elastic, viscous),
     }

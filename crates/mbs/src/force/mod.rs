@@ -14,6 +14,8 @@ mod point_force;
 mod spring;
 mod torque;
 
+use std::ops::Range;
+
 use bksim_expr::{Expr, Pool, SymbolId};
 
 use crate::joint::JointWrench;
@@ -110,6 +112,18 @@ pub(crate) fn effort_on_curve(
     spring.or_else(|| joint_effort::effort_on_curve(context, load))
 }
 
+/// A force that pushes two points apart.
+///
+/// Its power is value · (distance)′, so its generalised force is value · ∂(distance)/∂q: products of the same few
+/// factors for every coordinate.
+#[derive(Clone, Copy, Debug)]
+pub struct AlongLine {
+    /// Distance of the points, m.
+    pub distance: Expr,
+    /// Force on each away from the other, N.
+    pub value: Expr,
+}
+
 /// The effect of one load.
 #[derive(Clone, Debug, Default)]
 pub struct Action {
@@ -121,6 +135,8 @@ pub struct Action {
     pub conservative: Vec<Wrench>,
     /// All other wrenches; they enter as generalised forces.
     pub applied: Vec<Wrench>,
+    /// The force that these others are together, if it pushes two points apart.
+    pub line: Option<AlongLine>,
 }
 
 impl Action {
@@ -132,7 +148,9 @@ impl Action {
     /// An elastic part, which has the potential if there is one, and a viscous part.
     fn of_parts(potential: Option<Expr>, elastic: Vec<Wrench>, viscous: Vec<Wrench>) -> Self {
         match potential {
-            Some(_) => Self { potential, conservative: elastic, applied: viscous, field: None },
+            Some(_) => {
+                Self { potential, conservative: elastic, applied: viscous, ..Self::default() }
+            }
             None => Self::of_applied([elastic, viscous].concat()),
         }
     }
@@ -151,6 +169,8 @@ pub struct Loads {
     pub conservative: Vec<Wrench>,
     /// All other wrenches.
     pub applied: Vec<Wrench>,
+    /// Forces along lines, each with the range of its wrenches among the applied ones.
+    pub lines: Vec<(Range<usize>, AlongLine)>,
 }
 
 impl Loads {
@@ -163,9 +183,10 @@ impl Loads {
             without_field: Vec::new(),
             conservative: Vec::new(),
             applied: Vec::new(),
+            lines: Vec::new(),
         };
         for load in &model.loads {
-            let Action { potential, field, conservative, applied } =
+            let Action { potential, field, conservative, applied, line } =
                 action(model, kinematics, signals, &load.kind);
             loads.potentials.extend(potential);
             match field {
@@ -173,7 +194,9 @@ impl Loads {
                 None => loads.without_field.extend(potential),
             }
             loads.conservative.extend(conservative);
+            let first = loads.applied.len();
             loads.applied.extend(applied);
+            loads.lines.extend(line.map(|line| (first..loads.applied.len(), line)));
         }
         loads
     }

@@ -2,8 +2,8 @@
 
 use bksim_expr::Expr;
 
-use super::Action;
 use super::context::Context;
+use super::{Action, AlongLine};
 use crate::spatial;
 use bksim_model::{Anchor, Vector};
 
@@ -36,7 +36,10 @@ pub(super) fn action(
         context.push_apart(ends, value, &direction)
     };
     let potential = has_potential.then(|| context.half_square(stiffness, stretch));
-    Action::of_parts(potential, pair(elastic), pair(viscous))
+    // The potential stands for the elastic part.
+    let value = if has_potential { viscous } else { pool.add(elastic, viscous) };
+    let line = Some(AlongLine { distance, value });
+    Action { line, ..Action::of_parts(potential, pair(elastic), pair(viscous)) }
 }
 
 /// A spring whose ends pull each other together, by the vector between them instead of its direction.
