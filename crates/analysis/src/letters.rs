@@ -11,6 +11,7 @@
 //! at random coordinates, multipliers and parameters. As entries are analytic functions, agreement there is
 //! agreement everywhere but for an event of probability zero and rounding.
 
+mod blocks;
 mod certificate;
 mod equations;
 
@@ -38,6 +39,8 @@ pub struct Letters {
     pub inputs: Vec<String>,
     /// Names and units of the outputs.
     pub outputs: Vec<Column>,
+    /// Names for parts that are long, with their definitions, each by names before it.
+    pub blocks: Vec<(String, String)>,
     /// n × n, row by row.
     pub a: Vec<Vec<String>>,
     /// n × inputs, row by row.
@@ -56,6 +59,9 @@ pub struct Letters {
 
 /// Most free motions, and most coordinates that depend on them, of equations in letters.
 const LARGEST: usize = 4;
+/// Letters of the columns by y, by ẏ and by the inputs: those of stiffness, of damping and of the inputs.
+const LETTERS: [&str; 3] = ["K", "C", "B"];
+
 /// The matrices of `model` about the equilibrium nearest to the start; `None` of a mechanism that is too large for letters.
 ///
 /// # Errors
@@ -63,6 +69,10 @@ const LARGEST: usize = 4;
 pub fn letters(model: Model, channels: &Channels) -> Result<Option<Letters>, AnalysisError> {
     let channels = channels.or_stated(&model);
     let loaded = Loaded::of(model)?;
+    // However many of the rows follow from others.
+    if loaded.system().coordinates().len() > 2 * LARGEST + loaded.state_coordinates().len() {
+        return Ok(None);
+    }
     let (free, inputs) = inputs_of(&loaded, &channels.inputs)?;
     let mut balance = Balance::of(&loaded, &[], &[])?;
     let q = balance.nearest()?.q;
@@ -80,12 +90,13 @@ pub fn letters(model: Model, channels: &Channels) -> Result<Option<Letters>, Ana
     if by.len() > LARGEST + loaded.state_coordinates().len() || rows.len() > LARGEST {
         return Ok(None);
     }
-    let symbolic = Equations::of(&loaded, &rows, &by);
+    let mut symbolic = Equations::of(&loaded, &rows, &by);
     let Some(z) = symbolic.free_motions() else { return Ok(None) };
     // Columns by y, by ẏ and by the inputs.
     let forces = symbolic.forces(&z, &loaded, &inputs, &free);
+    let columns = LETTERS.into_iter().zip(&forces);
     let accelerations: Option<Vec<Symbolic>> =
-        forces.iter().map(|forces| symbolic.accelerations(&z, forces)).collect();
+        columns.map(|columns| symbolic.accelerations(&z, columns)).collect();
     let Some(accelerations) = accelerations else { return Ok(None) };
     let outputs = Outputs::of(&loaded, &channels, &inputs, &free)?;
     let columns = Columns { z: &z, forces: &forces, accelerations: &accelerations };
@@ -114,6 +125,10 @@ pub fn letters(model: Model, channels: &Channels) -> Result<Option<Letters>, Ana
     let c = of_outputs.clone().map(|i| kept.iter().map(|&j| entry_c(i, j)).collect()).collect();
     let d = of_outputs.map(|i| of_inputs.clone().map(|k| by_input[k][i]).collect()).collect();
     let matrices: [Symbolic; 4] = [a, b, c, d];
+    let written_out = |rows: &Symbolic| -> Symbolic {
+        rows.iter().map(|row| symbolic.blocks.written_out(row)).collect()
+    };
+    let compared = matrices.each_ref().map(written_out);
     let [a, b, c, d] = &matrices;
 
     let mut forces = Forces::compile(model, system, &rows, &free, &loaded.parameters)?;
@@ -124,20 +139,23 @@ pub fn letters(model: Model, channels: &Channels) -> Result<Option<Letters>, Ana
     let certificate =
         Certificate { loaded: &loaded, rows: &rows, by: &by, kept: &kept, outputs: &slopes };
     let largest_difference =
-        certificate.largest([a, b, c, d], (&mut forces, &inputs), (&q, &free))?;
+        certificate.largest(compared.each_ref(), (&mut forces, &inputs), (&q, &free))?;
     let text = |rows: &Symbolic| {
         rows.iter().map(|row| row.iter().map(|&e| pool.to_text(e)).collect()).collect()
     };
     let entries: Vec<Expr> = matrices.iter().flatten().flatten().copied().collect();
+    let blocks = symbolic.blocks.needed(&entries).into_iter();
+    let compared: Vec<Expr> = compared.iter().flatten().flatten().copied().collect();
     Ok(Some(Letters {
         states,
         inputs: channels.inputs.clone(),
         outputs: outputs.columns.clone(),
+        blocks: blocks.map(|(name, e)| (name, pool.to_text(e))).collect(),
         a: text(a),
         b: text(b),
         c: text(c),
         d: text(d),
-        pose: symbolic.pose(&entries, (&q, &rest, &lambda)),
+        pose: symbolic.pose(&compared, (&q, &rest, &lambda)),
         n_points: N_POINTS,
         largest_difference,
     }))
@@ -166,7 +184,7 @@ impl Columns<'_> {
         for (k, found) in all.iter_mut().enumerate() {
             // Positions and rates follow neither accelerations nor multipliers.
             let lambda = if follows {
-                equations.multipliers(z, &forces[k], &accelerations[k])?
+                equations.multipliers(z, (LETTERS[k], &forces[k]), &accelerations[k])?
             } else {
                 vec![vec![pool.zero(); equations.rows.len()]; forces[k].len()]
             };
@@ -182,7 +200,7 @@ impl Columns<'_> {
                         *change = pool.add(*change, equations.at_rest(slope));
                     }
                 }
-                found.push(pool.simplify_all(&changes));
+                found.push(equations.folded(&changes));
             }
         }
         Some(all)

@@ -4,6 +4,7 @@ use bksim_expr::{Expr, Pool, SymbolId};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Model, ParameterId};
 
+use super::blocks::{Blocks, MAX_DETERMINANT, MAX_TERMS};
 use crate::channels::Input;
 use crate::forces::residuals;
 use crate::loaded::Loaded;
@@ -29,6 +30,8 @@ pub(super) struct Equations<'a> {
     damping: Symbolic,
     jacobian: Symbolic,
     residual: Vec<Expr>,
+    /// Names for what is long.
+    pub(super) blocks: Blocks<'a>,
     /// Velocities, accelerations and modes, with what they are at rest.
     rest: Vec<(SymbolId, Expr)>,
 }
@@ -73,8 +76,14 @@ impl<'a> Equations<'a> {
             damping: dense(coordinates.iter().map(|c| c.v).collect()),
             jacobian: rows.iter().map(row).collect(),
             residual,
+            blocks: Blocks::new(pool),
             rest,
         }
+    }
+
+    /// Names of coordinates.
+    fn name(&self, i: usize) -> &'a str {
+        &self.system.coordinates()[i].name
     }
 
     pub(super) fn pool(&self) -> &'a Pool {
@@ -99,7 +108,39 @@ impl<'a> Equations<'a> {
     }
 
     /// Z: nq × free motions; `None` where the rows do not determine the dependent coordinates.
-    pub(super) fn free_motions(&self) -> Option<Symbolic> {
+    ///
+    /// Where the determinant of their columns would be long, it is found in names for its entries.
+    pub(super) fn free_motions(&mut self) -> Option<Symbolic> {
+        let pool = self.pool();
+        let terms = |row: &Vec<Expr>| {
+            let of_dependent = self.dependent.iter().map(|&i| row[i]).filter(|&e| !pool.is_zero(e));
+            of_dependent.map(|e| pool.multiplied_out(e)).sum::<u64>()
+        };
+        let n_terms = self.jacobian.iter().map(terms).fold(1, u64::saturating_mul);
+        if n_terms > MAX_DETERMINANT {
+            let plain = self.jacobian.clone();
+            self.jacobian = self.named_jacobian();
+            if let Some(z) = self.solved_free_motions(true) {
+                return Some(z);
+            }
+            self.jacobian = plain;
+        }
+        self.solved_free_motions(false)
+    }
+
+    /// A name for each slope of the rows that is no number.
+    fn named_jacobian(&self) -> Symbolic {
+        let named = |(k, row): (usize, &Vec<Expr>)| {
+            let entry = |(i, &e): (usize, &Expr)| {
+                self.blocks.named(e, || format!("G_{}_{}", k + 1, self.name(i)))
+            };
+            row.iter().enumerate().map(entry).collect()
+        };
+        self.jacobian.iter().enumerate().map(named).collect()
+    }
+
+    /// Z by exact elimination. In names a pivot may vanish that would be seen to vanish written out: then there is none.
+    fn solved_free_motions(&self, in_names: bool) -> Option<Symbolic> {
         let pool = self.pool();
         let n = self.by.len() + self.dependent.len();
         let (symbols, ids) = self.unknowns(self.dependent.len());
@@ -115,8 +156,14 @@ impl<'a> Equations<'a> {
             };
             let equations: Vec<Expr> = self.jacobian.iter().map(equation).collect();
             let solution = pool.solve_linear(&equations, &ids).ok()?;
+            let vanishes = |&pivot: &Expr| pool.certificate(pivot, pool.zero()).is_equal();
+            if in_names && self.blocks.written_out(&solution.nonzero).iter().any(vanishes) {
+                return None;
+            }
             for (&i, value) in self.dependent.iter().zip(solution.values) {
-                z[i][j] = pool.simplify(value);
+                let name = || format!("Z_{}_{}", self.name(i), self.name(own));
+                z[i][j] =
+                    if in_names { self.blocks.named(value, name) } else { pool.simplify(value) };
             }
         }
         Some(z)
@@ -152,8 +199,12 @@ impl<'a> Equations<'a> {
         [along(&self.stiffness), along(&self.damping), by_input]
     }
 
-    /// ÿ for each of some columns of ∂r, a column of as many.
-    pub(super) fn accelerations(&self, z: &Symbolic, forces: &Symbolic) -> Option<Symbolic> {
+    /// ÿ for each of some columns of ∂r, a column of as many; `letter` names the columns.
+    pub(super) fn accelerations(
+        &self,
+        z: &Symbolic,
+        (letter, forces): (&str, &Symbolic),
+    ) -> Option<Symbolic> {
         let pool = self.pool();
         let n = self.by.len();
         let onto = |forces: &[Expr]| -> Vec<Expr> {
@@ -161,17 +212,37 @@ impl<'a> Equations<'a> {
         };
         let mass: Symbolic = (0..n).map(|j| onto(&self.times(&self.mass, &column(z, j)))).collect();
         let (symbols, ids) = self.unknowns(n);
-        let solved = |forces: &[Expr]| -> Option<Vec<Expr>> {
+        let of = |i: usize| self.name(self.by[i]);
+        let solved = |(column, forces): (usize, &Vec<Expr>)| -> Option<Vec<Expr>> {
             let right = onto(forces);
             let equation = |i: usize| {
-                let row: Vec<Expr> = (0..n).map(|j| mass[j][i]).collect();
-                pool.simplify(pool.add(self.dot(&row, &symbols), right[i]))
+                let row: Vec<Expr> = (0..n).map(|j| mass[j.max(i)][j.min(i)]).collect();
+                let whole = pool.add(self.dot(&row, &symbols), right[i]);
+                if self.blocks.is_empty() && pool.multiplied_out(whole) <= MAX_TERMS {
+                    return pool.simplify(whole);
+                }
+                let entry = |(j, &e): (usize, &Expr)| {
+                    let name = || format!("M_{}_{}", of(j.max(i)), of(j.min(i)));
+                    self.blocks.named(e, name)
+                };
+                let row: Vec<Expr> = row.iter().enumerate().map(entry).collect();
+                let name = || format!("{letter}_{}_{}", of(i), column + 1);
+                pool.add(self.dot(&row, &symbols), self.blocks.named(right[i], name))
             };
             let equations: Vec<Expr> = (0..n).map(equation).collect();
             let values = pool.solve_linear(&equations, &ids).ok()?.values;
-            Some(pool.simplify_all(&values))
+            Some(self.folded(&values))
         };
-        forces.iter().map(|forces| solved(forces)).collect()
+        forces.iter().enumerate().map(solved).collect()
+    }
+
+    /// The expressions in their cheapest forms, if they are short.
+    pub(super) fn folded(&self, values: &[Expr]) -> Vec<Expr> {
+        let pool = self.pool();
+        if values.iter().all(|&e| pool.multiplied_out(e) <= MAX_TERMS) {
+            return pool.simplify_all(values);
+        }
+        values.iter().map(|&e| pool.simplify_up_to(e, MAX_TERMS)).collect()
     }
 
     /// δλ for each of some columns of ∂r with its ÿ, from the rows of the dependent coordinates:
@@ -179,12 +250,12 @@ impl<'a> Equations<'a> {
     pub(super) fn multipliers(
         &self,
         z: &Symbolic,
-        forces: &Symbolic,
+        (letter, forces): (&str, &Symbolic),
         accelerations: &Symbolic,
     ) -> Option<Symbolic> {
         let pool = self.pool();
         let (symbols, ids) = self.unknowns(self.rows.len());
-        let solved = |(forces, own): (&Vec<Expr>, &Vec<Expr>)| -> Option<Vec<Expr>> {
+        let solved = |(column, (forces, own)): (usize, (&Vec<Expr>, &Vec<Expr>))| {
             if ids.is_empty() {
                 return Some(Vec::new());
             }
@@ -192,12 +263,17 @@ impl<'a> Equations<'a> {
             let equation = |&i: &usize| {
                 let held: Vec<Expr> = self.jacobian.iter().map(|row| row[i]).collect();
                 let rest = pool.add(forces[i], inertia[i]);
-                pool.simplify(pool.add(self.dot(&held, &symbols), rest))
+                let whole = pool.add(self.dot(&held, &symbols), rest);
+                if pool.multiplied_out(whole) <= MAX_TERMS {
+                    return pool.simplify(whole);
+                }
+                let name = || format!("R{letter}_{}_{}", self.name(i), column + 1);
+                pool.add(self.dot(&held, &symbols), self.blocks.named(rest, name))
             };
             let equations: Vec<Expr> = self.dependent.iter().map(equation).collect();
             pool.solve_linear(&equations, &ids).ok().map(|solution| solution.values)
         };
-        forces.iter().zip(accelerations).map(solved).collect()
+        forces.iter().zip(accelerations).enumerate().map(solved).collect()
     }
 
     /// The change of each output for one of a column: δz = z_q δq + z_v δv + z_a δa + z_λ δλ.

@@ -55,6 +55,9 @@ fn letters_text(written: Option<&Letters>) -> String {
         return "\n\n  too large for letters: more than four free motions, or four dependent coordinates".to_owned();
     };
     let mut text = String::from("\n\nin letters, at rest\n");
+    for (name, definition) in &found.blocks {
+        text.extend([format!("\n  {name} = {definition}")]);
+    }
     for (state, (a, b)) in found.states.iter().zip(found.a.iter().zip(&found.b)) {
         let names = found.states.iter().map(|state| &state.name).chain(&found.inputs);
         for (name, entry) in names.zip(a.iter().chain(b)).filter(|(_, entry)| *entry != "0") {
@@ -78,7 +81,10 @@ fn letters_text(written: Option<&Letters>) -> String {
 
 fn letters_json(found: &Letters) -> Value {
     let pose = found.pose.iter().map(|(letter, value)| (letter.clone(), json!(value)));
+    let blocks = found.blocks.iter();
+    let blocks = blocks.map(|(name, definition)| json!({ "name": name, "definition": definition }));
     json!({
+        "blocks": blocks.collect::<Vec<_>>(),
         "A": found.a,
         "B": found.b,
         "C": found.c,
