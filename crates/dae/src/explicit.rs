@@ -182,7 +182,13 @@ impl<S: Ode> ExplicitSolver<S> {
     /// `|h| ρ` of the last step, from two states at its end; stable up to
     /// [`STABLE_RANGE`].
     pub fn stability(&self) -> f64 {
-        self.stiffness.last
+        self.stiffness.last.h_rho
+    }
+
+    /// How much of the difference of two states at the end of the last step only decays along the run: the cosine between
+    /// it and minus that of their derivatives.
+    pub fn decay(&self) -> f64 {
+        self.stiffness.last.decay
     }
 
     /// Repeated steps whose error has not fallen with their size, since the solver began.

@@ -117,6 +117,13 @@ impl Scale {
         (sum / self.weight.len().max(1) as f64).sqrt()
     }
 
+    /// Mean of the products of the weighted differences of two pairs of vectors of length `n`.
+    pub(crate) fn product_of_differences(&self, [a, b]: [&[f64]; 2], [c, d]: [&[f64]; 2]) -> f64 {
+        let product = |(i, weight): (usize, &f64)| (a[i] - b[i]) * (c[i] - d[i]) * weight * weight;
+        let sum: f64 = self.weight.iter().enumerate().map(product).sum();
+        sum / self.weight.len().max(1) as f64
+    }
+
     /// Root mean square of the weighted entries of `x`: one or more vectors of length `n`.
     pub(crate) fn rms(&self, x: &[f64]) -> f64 {
         self.mean_square(x).sqrt()

@@ -2,6 +2,7 @@
 
 use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES};
 use super::derivative;
+use super::stiffness::Pair;
 use super::straight_line::StepVectors;
 use super::sums::{Columns, combine};
 use crate::dense::ContinuousExtension;
@@ -156,8 +157,8 @@ impl StageWork {
         found
     }
 
-    /// `|h| ρ`, see `stiffness`; zero where the two states are as good as one.
-    pub(super) fn stability(&self, h: f64) -> f64 {
+    /// `|h| ρ` and the decay, see `stiffness`; zero where the two states are as good as one.
+    pub(super) fn stability(&self, h: f64) -> Pair {
         let (last, argument) = if self.is_whole {
             let step = StepVectors::new(self.f1.len(), &self.whole);
             (step.k(N_STAGES - 1), step.last_argument())
@@ -165,8 +166,14 @@ impl StageWork {
             (self.k.column(N_STAGES - 1), self.last_argument.values())
         };
         let distance = self.scale.rms_of_difference(self.y1.values(), argument);
-        let ratio = self.scale.rms_of_difference(&self.f1, last) / distance;
-        if ratio.is_finite() { ratio * h.abs() } else { 0.0 }
+        let speed = self.scale.rms_of_difference(&self.f1, last);
+        let ratio = speed / distance;
+        if !ratio.is_finite() || ratio == 0.0 {
+            return Pair::default();
+        }
+        let states = [self.y1.values(), argument];
+        let along = self.scale.product_of_differences(states, [&self.f1, last]);
+        Pair { h_rho: ratio * h.abs(), decay: -along * h.signum() / (speed * distance) }
     }
 
     /// The extra stages, and the extension of the step from `last.y0` to `y1`.

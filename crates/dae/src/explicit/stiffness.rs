@@ -10,6 +10,16 @@
 /// The largest `|h| ρ` of a decaying motion for which steps are stable: code of `DOP853`.
 pub const STABLE_RANGE: f64 = 6.1;
 
+/// Two states at the end of a step.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(super) struct Pair {
+    /// `h ρ` by their difference.
+    pub(super) h_rho: f64,
+    /// The cosine between their difference and minus that of their derivatives: one where it decays along the run,
+    /// nearly zero where it swings.
+    pub(super) decay: f64,
+}
+
 /// So many steps beyond the stable range are stiffness,
 const STIFF_AFTER: usize = 15;
 /// so many in sequence within it forget them.
@@ -20,15 +30,15 @@ const FORGET_AFTER: usize = 6;
 pub(super) struct StiffnessTest {
     pub(super) n_beyond: usize,
     pub(super) n_within: usize,
-    /// `h ρ` of the last step.
-    pub(super) last: f64,
+    /// Of the last step.
+    pub(super) last: Pair,
 }
 
 impl StiffnessTest {
     /// Takes note of `h ρ` of an accepted step.
-    pub(super) fn observe(&mut self, h_rho: f64) {
-        self.last = h_rho;
-        if h_rho > STABLE_RANGE {
+    pub(super) fn observe(&mut self, pair: Pair) {
+        self.last = pair;
+        if pair.h_rho > STABLE_RANGE {
             self.n_beyond += 1;
             self.n_within = 0;
         } else if self.n_beyond > 0 {

@@ -10,6 +10,7 @@ use super::ending::PhaseEnd;
 use super::mechanism::PhaseMechanism;
 use super::motion::ExplicitMotion;
 use super::problem::Problem;
+use super::race::{DECAYING, LARGE, PURE, TIGHT};
 use super::singular::{CLOSE, FLAT, NOTICEABLE, REGULAR, Sighting, SingularMonitor};
 use super::stepper::Stepper;
 use crate::evaluator::Evaluator;
@@ -30,6 +31,8 @@ pub(super) struct ExplicitStepper<'a> {
     passing: Option<f64>,
     /// Whether Radau takes over where the motion turns stiff.
     yields_to_radau: bool,
+    /// Whether a fast decay may limit steps far within their stable range.
+    is_tight: bool,
     /// True where its attempts are taken together with those of other runs, each when all are.
     is_abreast: bool,
 }
@@ -90,6 +93,7 @@ impl<'a> ExplicitStepper<'a> {
             passing,
             is_abreast: false,
             yields_to_radau: options.method == bksim_model::Method::Auto && passing.is_none(),
+            is_tight: options.rtol <= TIGHT,
         })
     }
 }
@@ -178,7 +182,8 @@ impl Stepper for ExplicitStepper<'_> {
     }
 
     fn stability(&self) -> f64 {
-        self.solver.stability()
+        let (h_rho, decay) = (self.solver.stability(), self.solver.decay());
+        if self.is_tight && decay > PURE { h_rho * LARGE / DECAYING } else { h_rho }
     }
 
     fn noise(&self) -> Noise {
