@@ -13,6 +13,7 @@
 //! cargo run --release -p bksim-bench -- starts
 //! cargo run --release -p bksim-bench -- spatial
 //! cargo run --release -p bksim-bench -- questions
+//! cargo run --release -p bksim-bench -- waits
 //! cargo run --release -p bksim-bench -- balls
 //! cargo run --release -p bksim-bench -- elements
 //! ```
@@ -44,6 +45,7 @@ mod starts;
 mod stiffness;
 mod sweep;
 mod timing;
+mod waits;
 mod windows;
 
 use std::path::PathBuf;
@@ -89,6 +91,8 @@ enum Command {
     Spatial(Options),
     /// Tables and assemblies of linkages, model file to answer.
     Questions(MechanismsArgs),
+    /// What a person waits for, by CPU time, each with its goal.
+    Waits(MechanismsArgs),
     /// Chains of spherical joints, an arm and a six-legged platform against Pinocchio, MuJoCo and Exudyn.
     Balls(Options),
     /// Time per step and events per second of examples with machine elements.
@@ -228,6 +232,10 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
                 |_, context| questions::measure(context, program),
                 &args.options,
             )
+        }
+        Command::Waits(args) => {
+            let program = args.bksim.as_deref();
+            run_all(&["waits"], |_, context| waits::measure(context, program), &args.options)
         }
         Command::Balls(options) => {
             let suites: [(&str, Measure); 2] =

@@ -48,6 +48,14 @@ fn our_integrators_reach_the_digits_of_their_tolerance() -> Result<(), Box<dyn s
 }
 
 #[test]
+fn waits_have_times_and_goals() -> Result<(), Box<dyn std::error::Error>> {
+    let (suites, text) = quick("waits")?;
+    let took = number(&suites, "waits", "/derive six bodies with three damped springs/cpu_s");
+    assert!(took > 0.0 && text.contains("derive the Stewart platform"), "{text}");
+    Ok(())
+}
+
+#[test]
 fn mechanisms_scale_and_drift_run_without_peers() -> Result<(), Box<dyn std::error::Error>> {
     let (suites, _) = quick("mechanisms")?;
     let error = number(&suites, "mechanisms", "/bksim, model file to log/0/error");
