@@ -264,7 +264,8 @@ class Questions:
         instant (``at="t=1 s"``).
 
         An input is a parameter of loads or a joint that an effort works on, an output a measure. With ``letters``,
-        ``facts["letters"]`` has A, B, C and D in letters with a certificate, of small mechanisms at rest.
+        ``facts["letters"]`` has A, B, C and D in letters with a certificate, of small mechanisms at rest; its
+        ``blocks`` are names for long parts with their definitions.
         """
         channels = (names("input", input), names("output", output), names("state", state))
         return LinearSystem(_bksim.linearize_of(self._engine(), at, channels, letters))
