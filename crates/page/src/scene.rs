@@ -3,15 +3,13 @@
 use bksim::overlay;
 use bksim::playback::Playback;
 use bksim::sim::redundancy::Uniqueness;
-use bksim_scene::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape, Span, Theme};
-use serde_json::{Value, json};
+use bksim_scene::{Attached, Scene};
+use serde_json::Value;
 
 use crate::curves::shared_spans;
 use crate::error::PageError;
-use crate::solids::{self, PageSolid};
+use crate::solids;
 
-/// Number of lengths at which a span's lines are given; between them the page interpolates.
-const N_LENGTHS: u32 = 9;
 /// Number of instants at which the lengths of spans are measured.
 const N_INSTANTS: u32 = 200;
 
@@ -31,15 +29,11 @@ pub(crate) fn write(
     overlay::lay_over(&mut scene, &overlay::overlays(&read, curves)?);
     let lengths = lengths(playback, &scene)?;
 
-    // Shapes, spans and markers; roles are numbered as they occur.
-    let mut roles: Vec<Role> = Vec::new();
     let (solids, remark) = solids::take(&scene, budget);
-    let shapes = scene.shapes.iter().zip(&solids);
-    let shapes: Vec<Value> =
-        shapes.map(|(shape, solid)| drawn(shape, solid.as_ref(), &mut roles)).collect();
-    let spans = scene.spans.iter().zip(lengths);
-    let spans: Vec<Value> =
-        spans.map(|(span, range)| spanned(span, range, scene.pin, &mut roles)).collect();
+    let solids: Vec<_> = solids
+        .iter()
+        .map(|solid| solid.as_ref().map(|s| (s.corners.as_slice(), s.faces.as_slice())))
+        .collect();
     let span = playback.span();
     let uniqueness = playback.uniqueness();
     let shared = |joint_idx: usize| {
@@ -49,101 +43,8 @@ pub(crate) fn write(
             uniqueness.iter().map(|change| (change.t, is_unique(&change.uniqueness))).collect();
         shared_spans(&changes, span)
     };
-    let markers: Vec<Value> = scene.markers.iter().map(|marker| marked(marker, &shared)).collect();
-
-    // The paint of the roles in both themes.
-    let paint = |theme: Theme| {
-        let paints: Vec<_> = roles.iter().map(|&role| theme.paint(role)).collect();
-        let sections: Vec<_> = roles.iter().map(|&role| theme.section(role)).collect();
-        json!({ "colors": theme, "paints": paints, "sections": sections })
-    };
-    let written = json!({
-        "planar": scene.is_planar,
-        "bodies": scene.bodies,
-        "shapes": shapes,
-        "spans": spans,
-        "markers": markers,
-        "pin": scene.pin,
-        "themes": { "light": paint(Theme::LIGHT), "dark": paint(Theme::DARK) },
-    });
+    let written = scene.written(&solids, &lengths, &shared);
     Ok((written, remark))
-}
-
-/// A shape as lines in the frame of its body.
-fn drawn(shape: &Shape, solid: Option<&PageSolid>, roles: &mut Vec<Role>) -> Value {
-    let (kind, lines) = match &shape.form {
-        Form::Region(rings) | Form::Section { rings, .. } => {
-            ("region", rings.iter().map(|ring| flat(ring)).collect())
-        }
-        Form::Line { points, is_closed: true } => ("ring", vec![flat(points)]),
-        Form::Line { points, is_closed: false } => ("line", vec![flat(points)]),
-        Form::Rod { ends, .. } => ("rod", vec![flat(ends)]),
-        Form::Solid(_) => ("solid", Vec::new()),
-    };
-    // The edges of solids follow from their faces.
-    let corners = solid.map_or(&[][..], |solid| solid.corners.as_flattened());
-    let faces = solid.map_or(&[][..], |solid| &solid.faces);
-    let lines = if solid.is_some() { json!([corners]) } else { json!(lines) };
-    let radius = if let Form::Rod { radius, .. } = shape.form { radius } else { 0.0 };
-    json!({
-        "body": shape.body, "role": index_of(shape.role, roles),
-        "front": shape.role.is_in_front(), "kind": kind, "lines": lines, "radius": radius,
-        "faces": faces, "isCurve": shape.role.is_curve(),
-    })
-}
-
-/// The index of a role, which is added if it is new.
-fn index_of(role: Role, roles: &mut Vec<Role>) -> usize {
-    roles.iter().position(|known| *known == role).unwrap_or_else(|| {
-        roles.push(role);
-        roles.len() - 1
-    })
-}
-
-/// Coordinates of points in one list; their seven digits resolve a micrometre in ten metres.
-#[expect(clippy::cast_possible_truncation, reason = "see above")]
-fn flat(points: &[[f64; 3]]) -> Vec<f32> {
-    points.iter().flatten().map(|&x| x as f32).collect()
-}
-
-fn attached(at: &Attached) -> Value {
-    json!({ "body": at.body, "position": at.position })
-}
-
-fn marked(marker: &Marker, shared: &dyn Fn(usize) -> Vec<[f64; 2]>) -> Value {
-    let (kind, joint) = match marker.kind {
-        MarkerKind::Joint(joint_idx) => ("joint", Some(joint_idx)),
-        MarkerKind::Point => ("point", None),
-        MarkerKind::Mass => ("mass", None),
-    };
-    let shared = joint.map(shared);
-    json!({
-        "name": marker.name, "kind": kind, "joint": joint, "at": attached(&marker.at),
-        "shared": shared,
-    })
-}
-
-/// A span as its lines at lengths between the shortest and the longest: along it and across it, m.
-fn spanned(span: &Span, [low, high]: [f64; 2], pin: f64, roles: &mut Vec<Role>) -> Value {
-    let length = |k: u32| low + (high - low) * f64::from(k) / f64::from(N_LENGTHS - 1);
-    let drawn = |k: u32| span.lines([[0.0; 3], [length(k), 0.0, 0.0]], pin, [0.0, 0.0, 1.0]);
-    let lines: Vec<Value> = (0..N_LENGTHS)
-        .map(|k| {
-            let in_plane = |points: &Vec<[f64; 3]>| {
-                #[expect(clippy::cast_possible_truncation, reason = "as in `flat`")]
-                points.iter().flat_map(|p| [p[0] as f32, p[1] as f32]).collect::<Vec<f32>>()
-            };
-            drawn(k).iter().map(|(_, points)| in_plane(points)).collect()
-        })
-        .collect();
-    let of_lines: Vec<usize> =
-        drawn(0).into_iter().map(|(role, _)| index_of(role, roles)).collect();
-    json!({
-        "ends": span.ends.iter().map(attached).collect::<Vec<_>>(),
-        "range": [low, high],
-        "roles": of_lines,
-        "lines": lines,
-    })
 }
 
 /// Shortest and longest distance of the ends of every span.

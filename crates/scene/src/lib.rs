@@ -27,6 +27,7 @@ mod span;
 mod svg;
 mod theme;
 pub mod vectors;
+mod written;
 
 pub use camera::{Camera, StandardView};
 pub use color::Color;
@@ -39,3 +40,4 @@ pub use section::{CutSide, HalfSpace, Section};
 pub use solid::{Edge, LIGHT, SeenFace, Solid};
 pub use svg::{svg, titled_svg};
 pub use theme::{Paint, SectionPaint, Sizes, Theme};
+pub use written::WrittenSolid;
