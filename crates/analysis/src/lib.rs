@@ -21,6 +21,7 @@ mod curve;
 mod curves;
 mod doctor;
 mod double_points;
+mod drag;
 mod drive;
 mod duty;
 mod effort_channels;
@@ -95,6 +96,7 @@ pub use doctor::{
     Singularity, doctor, singular_poses,
 };
 pub use double_points::{Cusp, DoublePoint, PoseOf};
+pub use drag::{Drag, DragLimit, Dragged};
 pub use drive::{Drive, Range, position, quantity};
 pub use duty::{Duty, MotorCurve};
 pub use effort_record::{Inverse, LimitUse, Load};
