@@ -1,0 +1,105 @@
+//! The values of a model that a page lets be typed and slid, and its elements with their keys.
+
+use serde_json::{Value, json};
+
+use crate::numbers::{Literal, literal};
+use crate::places::{Kind, Place, Places};
+
+/// Steps of a slider over its range.
+const N_STEPS: f64 = 200.0;
+
+/// Every parameter, initial value, drive and end time as JSON: path, name, value as written, and, for a number, the
+/// number, its unit and a range.
+pub(crate) fn controls(places: &Places<'_>) -> Vec<Value> {
+    let is_control = |place: &&Place| {
+        let path: Vec<&str> = place.path.iter().map(String::as_str).collect();
+        place.kind == Kind::Value
+            && match path.as_slice() {
+                ["parameters", _] | ["drives", _, "motion"] | ["solve", "t_end"] => true,
+                ["initial", rest @ ..] => !rest.is_empty(),
+                _ => false,
+            }
+    };
+    places.all.iter().filter(is_control).map(|place| control(places, place)).collect()
+}
+
+fn control(places: &Places<'_>, place: &Place) -> Value {
+    let quoted = places.quoted(place);
+    let text = quoted.unwrap_or(places.text_of(place));
+    let kind = place.path[0].as_str();
+    let name = match kind {
+        "parameters" | "drives" => place.path[1].clone(),
+        "initial" => {
+            let words: Vec<&str> = place.path[1..].iter().map(String::as_str).collect();
+            words.join(".").replace(".guess", "")
+        }
+        _ => place.path[1..].join("."),
+    };
+    let mut value = json!({
+        "path": place.path.join("."),
+        "kind": kind,
+        "name": name,
+        "text": text,
+        "is_guess": place.path.iter().any(|key| key == "guess"),
+    });
+    if let Some(literal) = literal(text) {
+        let [low, high] = range(&literal);
+        value["number"] = json!(literal.number);
+        value["unit"] = json!(literal.unit);
+        value["range"] = json!([low, high, (high - low) / N_STEPS]);
+    }
+    value
+}
+
+/// A range about a number: a whole turn of an angle, from a fifth to twice of all else.
+fn range(literal: &Literal) -> [f64; 2] {
+    let Literal { number, unit } = literal;
+    match (unit.as_str(), *number) {
+        ("deg", x) if x.abs() <= 180.0 => [-180.0, 180.0],
+        (_, 0.0) => [-1.0, 1.0],
+        (_, x) if x > 0.0 => [0.2 * x, 2.0 * x],
+        (_, x) => [2.0 * x, -0.2 * x],
+    }
+}
+
+/// Bodies, joints, loads and other elements as JSON, with their keys and values as written.
+pub(crate) fn elements(places: &Places<'_>) -> Vec<Value> {
+    const SECTIONS: [&str; 6] = ["bodies", "joints", "loads", "drives", "couplings", "ground"];
+    let mut found = Vec::new();
+    for section in SECTIONS {
+        let names =
+            if section == "ground" { vec![String::new()] } else { places.elements(section) };
+        for name in names {
+            let path = if section == "ground" { vec![section] } else { vec![section, &name] };
+            // Whole values: lists are typed as they are written, points one by one.
+            let is_whole = |place: &&Place| {
+                let keys = &place.path[path.len()..];
+                match keys {
+                    [_] => {
+                        place.kind != Kind::Table
+                            && !(keys[0] == "points" && place.kind == Kind::Inline)
+                    }
+                    [first, _] => first == "points" && place.kind != Kind::Table,
+                    _ => false,
+                }
+            };
+            let keys: Vec<Value> = places
+                .below(&path)
+                .filter(is_whole)
+                .map(|place| {
+                    let text = places.quoted(place).unwrap_or(places.text_of(place));
+                    json!({
+                        "path": place.path.join("."),
+                        "key": place.path[path.len()..].join("."),
+                        "text": text,
+                    })
+                })
+                .collect();
+            if !keys.is_empty() {
+                let name = if name.is_empty() { section } else { &name };
+                found.push(json!({ "section": section, "name": name, "keys": keys }));
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,171 @@
+//! Names of a model: whether they are free, and where they are used.
+
+use std::ops::Range;
+
+use bksim_model::file::names_in;
+
+use crate::draft::Draft;
+use crate::edit::EditError;
+use crate::places::{Kind, Place, Places};
+
+/// Sections whose keys are names.
+pub(crate) const NAMED: [&str; 11] = [
+    "parameters",
+    "bodies",
+    "joints",
+    "couplings",
+    "loads",
+    "drives",
+    "curves",
+    "states",
+    "signals",
+    "clocks",
+    "tables",
+];
+
+/// Keys whose texts are no names of the model.
+const WORDS: [&str; 20] = [
+    "type",
+    "file",
+    "part",
+    "units",
+    "interpolation",
+    "extrapolate",
+    "kind",
+    "sense",
+    "side",
+    "method",
+    "formulation",
+    "jit",
+    "space",
+    "law",
+    "name",
+    "drawing",
+    "axes",
+    "frame",
+    "tangents",
+    "of",
+];
+
+/// Whether a text can be a name.
+fn is_name(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+/// All names that the model gives, with their sections.
+pub(crate) fn given(places: &Places<'_>) -> Vec<(&'static str, String)> {
+    let of = |section: &'static str| {
+        places.elements(section).into_iter().map(move |name| (section, name))
+    };
+    NAMED.into_iter().flat_map(of).collect()
+}
+
+/// The section of a name, bodies and joints first.
+pub(crate) fn section_of(places: &Places<'_>, name: &str) -> Option<&'static str> {
+    let all = given(places);
+    let of = |wanted: &str| all.iter().find(|(section, own)| own == name && *section == wanted);
+    let first = of("bodies").or_else(|| of("joints"));
+    first.or_else(|| all.iter().find(|(_, own)| own == name)).map(|(section, _)| *section)
+}
+
+/// A name that nothing has yet: the stem with the first free number.
+pub(crate) fn fresh(places: &Places<'_>, stem: &str) -> String {
+    let all = given(places);
+    let is_free = |name: &String| all.iter().all(|(_, own)| own != name);
+    (1..=all.len() + 1).map(|k| format!("{stem}{k}")).find(is_free).unwrap_or_default()
+}
+
+/// A point of a body that has no name yet: letters from A on.
+pub(crate) fn fresh_point(places: &Places<'_>, body: &[&str]) -> String {
+    let is_taken = |name: &str| {
+        let path = [body, &["points", name]].concat();
+        places.below(&path).next().is_some()
+    };
+    let letters = ('A'..='Z').map(|letter| letter.to_string());
+    let numbered = (1..=places.all.len() + 1).map(|k| format!("P{k}"));
+    letters.chain(numbered).find(|name| !is_taken(name)).unwrap_or_default()
+}
+
+/// The uses of a name in the texts of values, with the places of the values.
+pub(crate) fn uses<'p>(places: &'p Places<'_>, name: &str) -> Vec<(&'p Place, Vec<Range<usize>>)> {
+    let all = given(places);
+    let is_own = |word: &str| word == name || all.iter().any(|(_, own)| own == word);
+    let mut found = Vec::new();
+    for place in &places.all {
+        let key = place.path.iter().rev().find(|key| key.parse::<usize>().is_err());
+        let is_word = key.is_some_and(|key| WORDS.contains(&key.as_str()));
+        let Some(quoted) = places.quoted(place).filter(|_| !is_word) else { continue };
+        // A point of a body may have the name of a joint; after `about` comes a point.
+        if key.is_some_and(|key| key == "about") {
+            continue;
+        }
+        let inside = place.span.start + 1;
+        let spans: Vec<Range<usize>> = names_in(quoted, &is_own)
+            .into_iter()
+            .filter(|span| {
+                let first = quoted[span.clone()].split('.').next().unwrap_or_default();
+                first == name || first.strip_suffix("_dot") == Some(name)
+            })
+            .map(|span| inside + span.start..inside + span.start + name.len())
+            .collect();
+        if !spans.is_empty() {
+            found.push((place, spans));
+        }
+    }
+    found
+}
+
+/// Gives an element another name wherever it is used.
+///
+/// # Errors
+/// [`EditError`] where there is no such element, or the name cannot be given.
+pub(crate) fn rename(draft: &mut Draft, name: &str, to: &str) -> Result<(), EditError> {
+    let places = draft.places()?;
+    if section_of(&places, name).is_none() {
+        return Err(EditError::missing(&[name]));
+    }
+    if !is_name(to) {
+        return Err(EditError::NoName { name: to.to_owned() });
+    }
+    if to == "ground" || given(&places).iter().any(|(_, own)| own == to) {
+        return Err(EditError::Taken { name: to.to_owned() });
+    }
+    let mut spans: Vec<Range<usize>> =
+        uses(&places, name).into_iter().flat_map(|(_, spans)| spans).collect();
+    // Headers, and keys below a section: `[bodies.rod]`, `rod = 1`, `rod.mass = 1`.
+    for place in &places.all {
+        let is_element = place.path.len() >= 2
+            && place.path[1] == name
+            && (NAMED.contains(&place.path[0].as_str()) || place.path[0] == "initial");
+        if !is_element {
+            continue;
+        }
+        if place.kind == Kind::Table {
+            let header = places.text_of(place);
+            let keyed = header.find(&format!(".{name}")).map(|at| place.span.start + at + 1);
+            spans.extend(keyed.map(|at| at..at + name.len()));
+        } else {
+            spans.extend(key_in_line(&places, place, name));
+        }
+    }
+    spans.sort_by_key(|span| span.start);
+    spans.dedup();
+    for span in spans.into_iter().rev() {
+        draft.text.replace_range(span, to);
+    }
+    Ok(())
+}
+
+/// The name as a key of the line of a value: `rod = 1`, `rod.mass = 1`.
+fn key_in_line(places: &Places<'_>, place: &Place, name: &str) -> Option<Range<usize>> {
+    let own = place.key.clone().filter(|key| &places.text[key.clone()] == name);
+    if own.is_some() {
+        return own;
+    }
+    let start = places.line_start(place.key.as_ref()?.start);
+    let line = &places.text[start..place.key.as_ref()?.start];
+    let at = line.len() - line.trim_start().len();
+    let rest = line[at..].strip_prefix(name)?;
+    rest.trim_start().starts_with('.').then(|| start + at..start + at + name.len())
+}

@@ -1,0 +1,187 @@
+//! [`Posed`]: a mechanism that is held in a pose, and whose points follow a hand.
+
+use bksim_analysis::{AnalysisError, Drag, DragLimit, Dragged};
+use bksim_mbs::coordinate::Owner;
+use bksim_model::{BodyId, Measure, Model};
+use bksim_scene::{Attached, Form, Scene, WrittenSolid};
+use bksim_sim::pose::{Pose, PoseRunner, Poses};
+use serde_json::Value;
+
+/// Part of its length to which a spring may be pressed, and multiple to which it may be drawn out, in a picture.
+const SPAN: [f64; 2] = [0.25, 4.0];
+
+/// A mechanism in a pose.
+#[derive(Debug)]
+pub struct Posed {
+    drag: Drag,
+    poses: PoseRunner,
+    start: Vec<f64>,
+}
+
+impl Posed {
+    /// A model at its start; masses take no part.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] when it does not close.
+    pub fn of(model: Model) -> Result<Self, AnalysisError> {
+        let drag = Drag::of(model)?;
+        let mechanism = drag.mechanism();
+        let poses = Poses::compile(&mechanism.model, &mechanism.system)?;
+        let poses = poses.runner(&mechanism.parameters);
+        let start = drag.q();
+        Ok(Self { drag, poses, start })
+    }
+
+    /// The model, its masses left out.
+    pub fn model(&self) -> &Model {
+        &self.drag.mechanism().model
+    }
+
+    /// The coordinates now.
+    pub fn q(&self) -> Vec<f64> {
+        self.drag.q()
+    }
+
+    /// The coordinates of the start.
+    pub fn start(&self) -> &[f64] {
+        &self.start
+    }
+
+    /// Goes back to the start.
+    pub fn go_to_start(&mut self) {
+        self.drag.set_q(&self.start.clone());
+    }
+
+    /// Goes to other coordinates, which satisfy the constraints.
+    ///
+    /// # Panics
+    /// If `q` has not one number for each coordinate.
+    pub fn set_q(&mut self, q: &[f64]) {
+        self.drag.set_q(q);
+    }
+
+    /// Goes to the pose near that of another model with the same coordinates; false where there is none.
+    pub fn go_near(&mut self, other: &Self) -> bool {
+        let names = |posed: &Self| -> Vec<String> {
+            posed.drag.coordinates().iter().map(|c| c.name.clone()).collect()
+        };
+        names(self) == names(other) && self.drag.go_near(&other.q())
+    }
+
+    /// Takes hold of a point in the frame of a body, m.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Compile`] never comes of a model that was read.
+    pub fn grab(&mut self, body: usize, point: [f64; 3]) -> Result<(), AnalysisError> {
+        self.drag.grab(BodyId(body.min(self.model().bodies.len() - 1)), point)
+    }
+
+    /// Lets go.
+    pub fn release(&mut self) {
+        self.drag.release();
+    }
+
+    /// Pulls the point that is held to a place in the world.
+    pub fn to(&mut self, target: [f64; 3]) -> Dragged {
+        self.drag.to(target)
+    }
+
+    /// Where every body is now, the ground first.
+    pub fn bodies(&mut self) -> Vec<Pose> {
+        let q = self.q();
+        let mut poses = Vec::new();
+        self.poses.at(&q, &vec![0.0; q.len()], &mut poses);
+        poses
+    }
+
+    /// The numbers of [`Posed::bodies`], as a page takes them.
+    pub fn numbers(&mut self) -> Vec<f64> {
+        numbers(&self.bodies())
+    }
+
+    /// The value of a measure of positions now.
+    pub(crate) fn value(&self, measure: Measure) -> Option<f64> {
+        let mechanism = self.drag.mechanism();
+        let (model, system) = (&mechanism.model, &mechanism.system);
+        let value = system.kinematics.measure(model, measure);
+        let q = self.q();
+        let coordinates = system.coordinates().iter().zip(&q);
+        let parameters = model.parameters.iter().zip(&mechanism.parameters);
+        let known = |symbol| {
+            let found = coordinates.clone().find(|(c, _)| c.q == symbol).map(|(_, q)| *q);
+            let of_parameter =
+                || parameters.clone().find(|(p, _)| p.symbol == symbol).map(|(_, value)| *value);
+            found.or_else(of_parameter)
+        };
+        model.pool.evaluate(value, &known).ok()
+    }
+
+    /// Measures that fix the pose as it is, as few as do.
+    pub(crate) fn independent(&mut self) -> Vec<Measure> {
+        let columns = self.drag.independent();
+        let owner = |column: usize| self.drag.coordinates()[column].owner;
+        columns.into_iter().filter_map(|column| measure_of(owner(column))).collect()
+    }
+
+    /// The shapes as JSON for the script of a page.
+    pub fn scene(&mut self) -> Value {
+        let bodies = self.bodies();
+        let mechanism = self.drag.mechanism();
+        let motion = [bodies];
+        let scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &motion);
+        written(&scene, &motion)
+    }
+}
+
+/// A scene as JSON, its springs at lengths about those that they have in some poses.
+pub(crate) fn written(scene: &Scene, motion: &[Vec<Pose>]) -> Value {
+    let length = |bodies: &[Pose], ends: &[Attached; 2]| {
+        let [a, b] = ends.each_ref().map(|at| bodies[at.body].place(at.position));
+        (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
+    };
+    let range = |ends: &[Attached; 2]| {
+        let lengths = motion.iter().map(|bodies| length(bodies, ends));
+        let (low, high) =
+            lengths.fold((f64::INFINITY, 0.0_f64), |(low, high), l| (low.min(l), high.max(l)));
+        [low * SPAN[0], high * SPAN[1]]
+    };
+    let lengths: Vec<[f64; 2]> = scene.spans.iter().map(|span| range(&span.ends)).collect();
+    let solids: Vec<Option<WrittenSolid<'_>>> = scene
+        .shapes
+        .iter()
+        .map(|shape| match &shape.form {
+            Form::Solid(solid) => Some((solid.corners.as_slice(), solid.faces.as_slice())),
+            _ => None,
+        })
+        .collect();
+    scene.written(&solids, &lengths, &|_| Vec::new())
+}
+
+/// Origin, rows of the rotation, velocity and angular velocity of each body.
+pub(crate) fn numbers(bodies: &[Pose]) -> Vec<f64> {
+    let of_body = |pose: &Pose| {
+        let rotation = pose.r_world_from_body.into_iter().flatten();
+        pose.origin.into_iter().chain(rotation).chain(pose.velocity).chain(pose.omega)
+    };
+    bodies.iter().flat_map(of_body).collect()
+}
+
+/// The measure that a coordinate is, where a start can state it.
+fn measure_of(owner: Owner) -> Option<Measure> {
+    use bksim_model::Axis;
+    Some(match owner {
+        Owner::Joint(joint, motion_idx) => Measure::JointPosition(joint, motion_idx),
+        Owner::Body(body, 0) => Measure::PointPosition(body, None, Axis::X),
+        Owner::Body(body, 1) => Measure::PointPosition(body, None, Axis::Y),
+        Owner::Body(body, 2) => Measure::BodyAngle(body),
+        _ => return None,
+    })
+}
+
+/// The limit of a pull in words.
+pub(crate) fn limit_words(limit: &DragLimit) -> String {
+    match limit {
+        DragLimit::Stop(joint) => format!("stop of joint {joint}"),
+        DragLimit::DeadPoint => "dead point".to_owned(),
+    }
+}

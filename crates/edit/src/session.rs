@@ -1,0 +1,400 @@
+//! [`Session`]: a model that a page edits, by requests and answers in JSON.
+//!
+//! ```text
+//! {"do": "open", "text": "…", "name": "…"}          {"do": "edit", "edit": {…}, "moving": true}
+//! {"do": "undo"}  {"do": "redo"}  {"do": "settle"}
+//! {"do": "grab", "body": 1, "point": [x, y, z]}     {"do": "drag", "to": [x, y, z]}    {"do": "release"}
+//! {"do": "pose", "pose": "start"}                   {"do": "start_here"}
+//! {"do": "solve"}  {"do": "freedoms"}  {"do": "equations"}  {"do": "assemblies"}
+//! ```
+//!
+//! The first six answer with the state of the text; a fault is `{"fault": {…}}`, and nothing has changed then. Poses
+//! and motions are numbers apart from the JSON, 18 for each body.
+
+use bksim_model::diagnostic::{Diagnostic, Severity};
+use bksim_model::{JointId, Measure};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::controls::{controls, elements};
+use crate::document::Document;
+use crate::edit::Edit;
+use crate::places::Places;
+use crate::pose::{Posed, limit_words};
+use crate::reading::{Readings, own_place_of, readings, rejected};
+use crate::solver::Solver;
+use crate::start::start_here;
+use crate::{answers, codes};
+
+/// A request of a page.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+enum Request {
+    Open {
+        text: String,
+        name: String,
+    },
+    Edit {
+        edit: Edit,
+        #[serde(default)]
+        moving: bool,
+    },
+    Undo {},
+    Redo {},
+    Settle {},
+    Grab {
+        body: usize,
+        point: [f64; 3],
+    },
+    Drag {
+        to: [f64; 3],
+    },
+    Release {},
+    Pose {
+        pose: Place,
+    },
+    StartHere {},
+    Solve {},
+    Freedoms {},
+    Equations {},
+    Assemblies {},
+}
+
+/// A pose to go to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Place {
+    Start,
+}
+
+/// An answer: JSON, and numbers apart from it.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Answer {
+    /// The answer.
+    pub json: Value,
+    /// Poses, 18 numbers for each body, or a motion.
+    pub numbers: Vec<f64>,
+}
+
+/// A model that is edited, posed and solved.
+#[derive(Debug, Default)]
+pub struct Session {
+    name: String,
+    document: Document,
+    /// The pose of the last text that had one.
+    posed: Option<Posed>,
+    /// Whether it is of the text as it is now.
+    is_current: bool,
+    /// Whether the text is a whole model, with masses.
+    is_whole: bool,
+    faults: Vec<Diagnostic>,
+    solver: Solver,
+}
+
+impl Session {
+    /// The answer to a request.
+    pub fn answer(&mut self, request: &str) -> Answer {
+        let request: Request = match serde_json::from_str(request) {
+            Ok(request) => request,
+            Err(error) => {
+                let fault = Diagnostic::error(codes::MISSING, format!("no request: {error}"));
+                return self.fault(&fault);
+            }
+        };
+        match request {
+            Request::Open { text, name } => {
+                // Equations that are known serve other values of the same model.
+                let solver = std::mem::take(&mut self.solver);
+                *self = Self { name, document: Document::new(&text), solver, ..Self::default() };
+                self.read();
+                self.state()
+            }
+            Request::Edit { edit, moving } => self.edit(&edit, moving),
+            Request::Undo {} => self.back_or_forth(Document::undo),
+            Request::Redo {} => self.back_or_forth(Document::redo),
+            Request::Settle {} => {
+                self.document.settle();
+                Answer { json: json!({}), ..Answer::default() }
+            }
+            Request::Grab { body, point } => self.with_pose(|posed| {
+                let fault = posed.grab(body, point).err().map(|error| error.to_string());
+                json!({ "refused": fault })
+            }),
+            Request::Drag { to } => self.with_pose(|posed| {
+                let dragged = posed.to(to);
+                let limit = dragged.limit.as_ref().map(limit_words);
+                json!({ "distance": dragged.distance, "limit": limit })
+            }),
+            Request::Release {} => self.with_pose(|posed| {
+                posed.release();
+                json!({})
+            }),
+            Request::Pose { pose: Place::Start } => self.with_pose(|posed| {
+                posed.go_to_start();
+                json!({})
+            }),
+            Request::StartHere {} => self.start_here(),
+            Request::Solve {} => self.solve(),
+            Request::Freedoms {} => self.of_mechanism(answers::freedoms),
+            Request::Equations {} => {
+                self.of_mechanism(|mechanism| Ok(answers::equations(mechanism)))
+            }
+            Request::Assemblies {} => self.assemblies(),
+        }
+    }
+
+    /// The text as it is now.
+    pub fn text(&self) -> &str {
+        self.document.text()
+    }
+
+    fn edit(&mut self, edit: &Edit, is_moving: bool) -> Answer {
+        let made =
+            if is_moving { self.document.apply_moving(edit) } else { self.document.apply(edit) };
+        match made {
+            Ok(()) => {
+                self.read();
+                self.state()
+            }
+            Err(error) => self.fault(&error.diagnostic(self.document.text())),
+        }
+    }
+
+    fn back_or_forth(&mut self, step: fn(&mut Document) -> bool) -> Answer {
+        if step(&mut self.document) {
+            self.read();
+        }
+        self.state()
+    }
+
+    /// Reads the text; the pose stays near the one that it was.
+    fn read(&mut self) {
+        if self.document.text().trim().is_empty() {
+            // An empty plane is no fault.
+            *self = Self {
+                name: std::mem::take(&mut self.name),
+                document: std::mem::take(&mut self.document),
+                solver: std::mem::take(&mut self.solver),
+                ..Self::default()
+            };
+            return;
+        }
+        let read = readings(self.document.text(), &self.name);
+        self.faults.clone_from(&read.faults);
+        self.is_whole = read.model.is_some();
+        self.is_current = false;
+        let expansion = read.expansion;
+        let Some(model) = read.model.or(read.geometry) else { return };
+        match Posed::of(model) {
+            Ok(mut posed) => {
+                let is_moved = |old: &&Posed| {
+                    old.q().iter().zip(old.start()).any(|(a, b)| (a - b).abs() > 1e-9)
+                };
+                if let Some(old) = self.posed.as_ref().filter(is_moved) {
+                    posed.go_near(old);
+                }
+                self.posed = Some(posed);
+                self.is_current = true;
+            }
+            Err(error) => {
+                let faults = rejected(&error).into_iter();
+                self.faults.extend(faults.map(|fault| own_place_of(fault, expansion.as_ref())));
+            }
+        }
+    }
+
+    /// All that a page shows of the text.
+    fn state(&mut self) -> Answer {
+        let text = self.document.text();
+        let places = Places::of(text);
+        let [can_undo, can_redo] = self.document.can_undo_and_redo();
+        let mut json = json!({
+            "text": text,
+            "can_undo": can_undo,
+            "can_redo": can_redo,
+            "is_current": self.is_current,
+            "is_whole": self.is_whole,
+            "faults": faults(text, &self.faults),
+            "controls": places.as_ref().map(controls),
+            "elements": places.as_ref().map(elements),
+        });
+        let mut numbers = Vec::new();
+        if let Some(posed) = self.posed.as_mut().filter(|_| self.is_current) {
+            json["scene"] = posed.scene();
+            json["joints"] = joints(posed);
+            json["points"] = points(posed);
+            numbers = posed.numbers();
+        }
+        Answer { json, numbers }
+    }
+
+    fn fault(&self, fault: &Diagnostic) -> Answer {
+        let json = json!({ "fault": written_fault(self.document.text(), fault) });
+        Answer { json, numbers: Vec::new() }
+    }
+
+    fn with_pose(&mut self, of: impl FnOnce(&mut Posed) -> Value) -> Answer {
+        let Some(posed) = &mut self.posed else {
+            return Answer { json: json!({}), numbers: Vec::new() };
+        };
+        let json = of(posed);
+        Answer { json, numbers: posed.numbers() }
+    }
+
+    fn start_here(&mut self) -> Answer {
+        let edits = match (Places::of(self.document.text()), &mut self.posed) {
+            (Some(places), Some(posed)) if self.is_current => start_here(&places, posed),
+            _ => Vec::new(),
+        };
+        if edits.is_empty() {
+            return self.state();
+        }
+        let answer = self.edit(&Edit::Several { edits }, false);
+        if let Some(posed) = &mut self.posed {
+            posed.go_to_start();
+        }
+        if answer.json.get("fault").is_some() { answer } else { self.state() }
+    }
+
+    fn solve(&mut self) -> Answer {
+        let Readings { whole, model, faults: found, expansion, .. } =
+            readings(self.document.text(), &self.name);
+        let Some(model) = model else {
+            let faults = faults(self.document.text(), &found);
+            return Answer { json: json!({ "faults": faults }), numbers: Vec::new() };
+        };
+        let text = self.document.text();
+        let own = |fault: Diagnostic| own_place_of(fault, expansion.as_ref());
+        match self.solver.solve(&whole, &self.name, model) {
+            Ok(moved) => {
+                let found: Vec<Diagnostic> = moved.faults.into_iter().map(own).collect();
+                let curves: Vec<Value> = moved
+                    .curves
+                    .iter()
+                    .map(|(name, unit, _)| json!({ "name": name, "unit": unit }))
+                    .collect();
+                let mut numbers = moved.times.clone();
+                numbers.extend(moved.curves.iter().flat_map(|(.., values)| values));
+                numbers.extend(moved.frames);
+                let json = json!({
+                    "n_frames": moved.times.len(),
+                    "curves": curves,
+                    "scene": moved.scene,
+                    "faults": faults(text, &found),
+                    "is_derived": moved.is_derived,
+                });
+                Answer { json, numbers }
+            }
+            Err(found) => {
+                let found: Vec<Diagnostic> = found.into_iter().map(own).collect();
+                Answer { json: json!({ "faults": faults(text, &found) }), numbers: Vec::new() }
+            }
+        }
+    }
+
+    /// An answer that the equations give.
+    fn of_mechanism(
+        &mut self,
+        of: impl FnOnce(&bksim_sim::Mechanism) -> Result<Value, Vec<Diagnostic>>,
+    ) -> Answer {
+        let Readings { model, faults: found, expansion, .. } =
+            readings(self.document.text(), &self.name);
+        let derived = match model {
+            Some(model) => {
+                bksim_sim::Mechanism::derive(model, Vec::new()).map_err(|rejected| rejected.0)
+            }
+            None => Err(found),
+        };
+        let json = derived.and_then(|mechanism| of(&mechanism)).unwrap_or_else(|found| {
+            let own = |fault: Diagnostic| own_place_of(fault, expansion.as_ref());
+            let found: Vec<Diagnostic> = found.into_iter().map(own).collect();
+            json!({ "faults": faults(self.document.text(), &found) })
+        });
+        Answer { json, numbers: Vec::new() }
+    }
+
+    fn assemblies(&mut self) -> Answer {
+        let Readings { model, geometry, .. } = readings(self.document.text(), &self.name);
+        let nothing = Answer { json: json!({ "assemblies": [] }), numbers: Vec::new() };
+        let (Some(model), Some(posed)) = (model.or(geometry), &mut self.posed) else {
+            return nothing;
+        };
+        match answers::ways(model, posed) {
+            Ok((json, numbers)) => Answer { json, numbers },
+            Err(found) => {
+                let json = json!({ "faults": faults(self.document.text(), &found) });
+                Answer { json, numbers: Vec::new() }
+            }
+        }
+    }
+}
+
+/// Joints with their ends and first angles or positions.
+fn joints(posed: &Posed) -> Value {
+    let model = posed.model();
+    let all = model.joints.iter().enumerate().map(|(idx, joint)| {
+        let has_motion = !joint.kind.motions().is_empty();
+        let measure = Measure::JointPosition(JointId(idx), 0);
+        let value = has_motion.then(|| posed.value(measure)).flatten();
+        json!({
+            "name": joint.name,
+            "kind": joint.kind.word(),
+            "bodies": [joint.predecessor.body.0, joint.successor.body.0],
+            "value": value,
+            "is_driven": model.drives.iter().any(|drive| drive.joint.0 == idx),
+        })
+    });
+    Value::Array(all.collect())
+}
+
+/// Named points with their bodies and places there.
+fn points(posed: &mut Posed) -> Value {
+    let model = posed.model();
+    let known: Vec<(bksim_expr::SymbolId, f64)> =
+        model.parameters.iter().map(|p| (p.symbol, p.value)).collect();
+    let value = |e| {
+        let of = |symbol| known.iter().find(|(known, _)| *known == symbol).map(|(_, x)| *x);
+        model.pool.evaluate(e, &of).unwrap_or(f64::NAN)
+    };
+    let all = model.bodies.iter().enumerate().flat_map(|(idx, body)| {
+        body.points.iter().map(move |point| (idx, body.name.clone(), point))
+    });
+    let written = all.map(|(idx, body, point)| {
+        json!({
+            "name": format!("{body}.{}", point.name),
+            "body": idx,
+            "at": point.position.map(value),
+        })
+    });
+    Value::Array(written.collect())
+}
+
+/// Faults as a page shows them; places count UTF-16 units, as its script does.
+fn faults(text: &str, all: &[Diagnostic]) -> Vec<Value> {
+    all.iter().map(|fault| written_fault(text, fault)).collect()
+}
+
+fn written_fault(text: &str, fault: &Diagnostic) -> Value {
+    let units = |byte: usize| {
+        let before = text.get(..byte.min(text.len())).unwrap_or(text);
+        before.encode_utf16().count()
+    };
+    let labels: Vec<Value> = fault
+        .labels
+        .iter()
+        .map(|label| {
+            json!({
+                "from": units(label.span.start), "to": units(label.span.end), "text": label.text,
+                "line": text.get(..label.span.start).map_or(1, |before| before.matches('\n').count() + 1),
+            })
+        })
+        .collect();
+    json!({
+        "code": fault.code.0,
+        "is_error": fault.severity == Severity::Error,
+        "message": fault.message,
+        "labels": labels,
+        "notes": fault.notes,
+        "help": fault.help,
+    })
+}

@@ -1,0 +1,206 @@
+//! [`Solver`]: the motion of a text; equations are derived when more than values of parameters has changed.
+
+use bksim_dae::Control;
+use bksim_mbs::quantity::rate_unit;
+use bksim_model::diagnostic::Diagnostic;
+use bksim_model::file::{Recording, Source, read_recorded};
+use bksim_model::{Model, SolveOptions};
+use bksim_scene::Scene;
+use bksim_sim::pose::{Pose, Poses};
+use bksim_sim::run::{Observer, Sample};
+use bksim_sim::sensitivity::StateSensitivity;
+use bksim_sim::{Mechanism, Simulation};
+use serde_json::Value;
+
+use crate::numbers::literal;
+use crate::places::Places;
+use crate::pose::{numbers, written};
+
+/// Most frames of a motion that is shown.
+const MOST_FRAMES: usize = 3000;
+/// Number of poses from which the lengths of guides and springs come.
+const N_POSES: usize = 100;
+
+/// The last motion with its equations.
+#[derive(Debug, Default)]
+pub struct Solver {
+    known: Option<Known>,
+}
+
+/// Equations of a text, for all values of its parameters.
+#[derive(Debug)]
+struct Known {
+    /// The text without the values of parameters.
+    skeleton: String,
+    mechanism: Mechanism,
+    simulation: Simulation,
+    recording: Option<Recording>,
+    varied: Vec<String>,
+}
+
+/// A motion as a page shows it.
+#[derive(Debug)]
+pub struct Moved {
+    /// Times of the frames, s.
+    pub times: Vec<f64>,
+    /// For each frame the poses of all bodies, 18 numbers for each.
+    pub frames: Vec<f64>,
+    /// Curves: name, unit, a value for each frame.
+    pub curves: Vec<(String, String, Vec<f64>)>,
+    /// The shapes, their guides as long as the motion needs them.
+    pub scene: Value,
+    /// Why the motion ended early, if it did, and warnings.
+    pub faults: Vec<Diagnostic>,
+    /// Whether the equations were derived, or known.
+    pub is_derived: bool,
+}
+
+struct Taking(Vec<Sample>);
+
+impl Observer for Taking {
+    fn sample(&mut self, sample: &Sample, _: &[StateSensitivity]) -> Control {
+        self.0.push(sample.clone());
+        Control::Continue
+    }
+}
+
+impl Solver {
+    /// The motion of a text that was read as `model`.
+    ///
+    /// # Errors
+    /// Faults of the equations and of the start, their places in `text`.
+    pub fn solve(
+        &mut self,
+        text: &str,
+        name: &str,
+        model: Model,
+    ) -> Result<Moved, Vec<Diagnostic>> {
+        let is_derived = !self.takes_values(text, &model);
+        if is_derived {
+            self.known = None;
+            self.known = Some(Known::derive(text, name, model)?);
+        }
+        let Some(known) = &self.known else { return Err(Vec::new()) };
+        let simulation = &known.simulation;
+        let start = simulation.start().map_err(|rejected| rejected.0)?;
+        let mut taking = Taking(Vec::new());
+        let ended = simulation.run(&start, &mut taking, &|| false);
+        let faults = ended.err().map(|failure| simulation.diagnose(&failure));
+        Ok(known.moved(&taking.0, faults.into_iter().collect(), is_derived))
+    }
+
+    /// Gives the known equations the values of another text; false where it needs its own.
+    fn takes_values(&mut self, text: &str, model: &Model) -> bool {
+        let Some(known) = &mut self.known else { return false };
+        let Some((skeleton, _)) = skeleton(text).filter(|(own, _)| *own == known.skeleton) else {
+            return false;
+        };
+        let Some(recording) = &known.recording else { return false };
+        let value =
+            |name: &String| model.parameters.iter().find(|p| p.name == *name).map(|p| p.value);
+        let Some(varied) = known.varied.iter().map(value).collect::<Option<Vec<f64>>>() else {
+            return false;
+        };
+        // The reader has the last word on each of them.
+        let own: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
+        let mut replayed = vec![0.0; known.mechanism.parameters.len()];
+        let mut solve: SolveOptions = known.mechanism.model.solve.clone();
+        let is_same = recording.replay(&varied, &mut Vec::new(), &mut replayed, &mut solve)
+            && replayed.len() == own.len()
+            && replayed.iter().zip(&own).all(|(a, b)| a.to_bits() == b.to_bits());
+        if is_same {
+            known.skeleton = skeleton;
+            known.mechanism.parameters.clone_from(&own);
+            known.simulation.set_parameters(&own);
+            known.simulation.set_options(&model.solve);
+        }
+        is_same
+    }
+
+    /// The mechanism of the last motion, with its equations.
+    pub fn mechanism(&self) -> Option<&Mechanism> {
+        self.known.as_ref().map(|known| &known.mechanism)
+    }
+}
+
+impl Known {
+    fn derive(text: &str, name: &str, model: Model) -> Result<Self, Vec<Diagnostic>> {
+        let (skeleton, values) = skeleton(text).unwrap_or_default();
+        let varied: Vec<String> = values.iter().map(|(name, _)| name.clone()).collect();
+        let source = Source { overrides: &values, ..Source::new(text, name) };
+        let recording = read_recorded(&source, &varied).1;
+        let mechanism = Mechanism::derive(model, Vec::new()).map_err(|rejected| rejected.0)?;
+        let simulation = mechanism.simulation().map_err(|rejected| rejected.0)?;
+        Ok(Self { skeleton, mechanism, simulation, recording, varied })
+    }
+
+    fn moved(&self, samples: &[Sample], faults: Vec<Diagnostic>, is_derived: bool) -> Moved {
+        let Mechanism { model, system, parameters, .. } = &self.mechanism;
+        let every = samples.len().div_ceil(MOST_FRAMES).max(1);
+        let last = samples.len().saturating_sub(1);
+        let is_kept = |k: usize| k.is_multiple_of(every) || k == last;
+        let samples: Vec<&Sample> =
+            samples.iter().enumerate().filter(|(k, _)| is_kept(*k)).map(|(_, s)| s).collect();
+        let states = samples.iter().map(|sample| (&sample.q[..], &sample.v[..]));
+        let poses: Vec<Vec<Pose>> = Poses::compile(model, system)
+            .map(|poses| poses.at(parameters, states))
+            .unwrap_or_default();
+        let part = poses.len().div_ceil(N_POSES).max(1);
+        let some: Vec<Vec<Pose>> = poses.iter().step_by(part).cloned().collect();
+        let scene = written(&Scene::of_motion(model, parameters, &some), &some);
+        Moved {
+            times: samples.iter().map(|sample| sample.t).collect(),
+            frames: poses.iter().flat_map(|bodies| numbers(bodies)).collect(),
+            curves: self.curves(&samples),
+            scene,
+            faults,
+            is_derived,
+        }
+    }
+
+    /// Coordinates, their rates, energies, and the sizes of reactions.
+    fn curves(&self, samples: &[&Sample]) -> Vec<(String, String, Vec<f64>)> {
+        let Mechanism { model, system, .. } = &self.mechanism;
+        let mut curves = Vec::new();
+        let mut add = |name: String, unit: String, of: &dyn Fn(&Sample) -> f64| {
+            curves.push((name, unit, samples.iter().map(|sample| of(sample)).collect()));
+        };
+        for (k, coordinate) in system.coordinates().iter().enumerate() {
+            let unit = coordinate.kind.unit();
+            add(coordinate.name.clone(), unit.to_owned(), &|sample| sample.q[k]);
+        }
+        for (k, coordinate) in system.coordinates().iter().enumerate() {
+            let unit = rate_unit(coordinate.kind.unit(), 1);
+            add(coordinate.rate_name.clone(), unit, &|sample| sample.v[k]);
+        }
+        add("kinetic energy".to_owned(), "J".to_owned(), &|sample| sample.energy.kinetic);
+        add("potential energy".to_owned(), "J".to_owned(), &|sample| sample.energy.potential);
+        for (k, joint) in model.joints.iter().enumerate() {
+            add(format!("reaction of {}", joint.name), "N".to_owned(), &|sample| {
+                let [x, y, z, ..] = sample.reactions[k];
+                x.hypot(y).hypot(z)
+            });
+        }
+        curves
+    }
+}
+
+/// A text without the values of parameters that are numbers, and these.
+fn skeleton(text: &str) -> Option<(String, Vec<(String, String)>)> {
+    let places = Places::of(text)?;
+    let mut rest = String::with_capacity(text.len());
+    let mut values = Vec::new();
+    let mut at = 0;
+    for place in places.below(&["parameters"]).filter(|place| place.path.len() == 2) {
+        let value = places.quoted(place).unwrap_or(places.text_of(place));
+        if literal(value).is_none() {
+            continue;
+        }
+        rest.push_str(&text[at..place.span.start]);
+        rest.push('\u{0}');
+        at = place.span.end;
+        values.push((place.path[1].clone(), value.to_owned()));
+    }
+    rest.push_str(&text[at..]);
+    Some((rest, values))
+}

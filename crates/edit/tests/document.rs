@@ -1,0 +1,212 @@
+//! Edits of texts: what they change, what they leave, and that every one is undone byte for byte.
+
+use bksim_edit::{Document, Edit, EditError, End, edited};
+use bksim_model::file::{Limits, Source, read};
+
+const FOUR_BAR: &str = include_str!("../../../examples/four-bar/model.toml");
+
+fn set(path: &str, value: &str) -> Edit {
+    Edit::Set { path: path.to_owned(), value: value.to_owned() }
+}
+
+fn end(x: f64, y: f64, on: Option<&str>) -> End {
+    End { world: [x, y], on: on.map(str::to_owned), local: None }
+}
+
+/// The lines of `new` that `old` has not, and those that are gone.
+fn difference<'t>(old: &'t str, new: &'t str) -> (Vec<&'t str>, Vec<&'t str>) {
+    let missing = |a: &'t str, b: &str| -> Vec<&'t str> {
+        a.lines().filter(|line| !b.lines().any(|other| other == *line)).collect()
+    };
+    (missing(new, old), missing(old, new))
+}
+
+fn is_model(text: &str) -> bool {
+    read(&Source::new(text, "edited")).model.is_some()
+}
+
+#[test]
+fn a_value_is_replaced_and_nothing_else() {
+    let text = edited(FOUR_BAR, &set("parameters.a", "0.12 m")).expect("an edit");
+    let (new, old) = difference(FOUR_BAR, &text);
+    assert_eq!(new, ["a = \"0.12 m\"           # crank"]);
+    assert_eq!(old, ["a = \"0.1 m\"           # crank"]);
+    // Numbers stay numbers, lists lists; all else is a text.
+    for (value, written) in [("2.5", "2.5"), ("[0, 1]", "[0, 1]"), ("a/2", "\"a/2\"")] {
+        let text = edited(FOUR_BAR, &set("bodies.crank.mass", value)).expect("an edit");
+        assert!(text.contains(&format!("mass = {written}\n")), "{text}");
+    }
+}
+
+#[test]
+fn values_that_are_new_stand_where_they_belong() {
+    let text = edited(FOUR_BAR, &set("initial.A.angle", "30 deg")).expect("an edit");
+    assert_eq!(difference(FOUR_BAR, &text).0, ["A = { angle = \"30 deg\" }"]);
+    let more = edited(&text, &set("initial.A.rate", "0")).expect("an edit");
+    assert!(more.contains("A = { angle = \"30 deg\", rate = 0 }\n"), "{more}");
+    // A section that is new comes in the order of the reference.
+    let without = edited(FOUR_BAR, &Edit::Remove { path: "initial".to_owned() }).expect("an edit");
+    assert!(!without.contains("[initial]"), "{without}");
+    let text = edited(&without, &set("initial.A.angle", "30 deg")).expect("an edit");
+    assert!(text.contains("\n\n[initial]\nA = { angle = \"30 deg\" }\n\n[solve]\n"), "{text}");
+    // Windows' line endings stay.
+    let windows = FOUR_BAR.replace('\n', "\r\n");
+    let text = edited(&windows, &set("initial.A.angle", "30 deg")).expect("an edit");
+    assert_eq!(text.matches('\n').count(), text.matches("\r\n").count());
+}
+
+#[test]
+fn a_point_moves_in_the_unit_or_parameter_in_which_it_is_written() {
+    let moved =
+        |text: &str, point: &str, to| edited(text, &Edit::Move { point: point.to_owned(), to });
+    // The end of a link: its length is a parameter.
+    let text = moved(FOUR_BAR, "crank.B", [0.09, 0.12]).expect("an edit");
+    assert_eq!(difference(FOUR_BAR, &text).0, ["a = \"0.15 m\"           # crank"]);
+    // Its origin: the other end stays.
+    let text = moved(FOUR_BAR, "coupler.B", [0.06, 0.0]).expect("an edit");
+    assert_eq!(difference(FOUR_BAR, &text).0, ["b = \"0.24 m\"           # coupler"]);
+    let plain =
+        "[units]\nlength = \"mm\"\n[ground]\npoints = { O = [20, \"3 cm\"], P = [\"2*a\", 0] }\n";
+    let text = moved(plain, "ground.O", [0.0125, 0.04]).expect("an edit");
+    assert!(text.contains("O = [12.5, \"4 cm\"]"), "{text}");
+    let refused = moved(plain, "ground.P", [0.1, 0.0]);
+    assert!(matches!(refused, Err(EditError::Formula { .. })), "{refused:?}");
+}
+
+#[test]
+fn a_name_changes_wherever_it_is_used() {
+    let rename = |name: &str, to: &str| Edit::Rename { name: name.to_owned(), to: to.to_owned() };
+    let text = edited(FOUR_BAR, &rename("crank", "arm")).expect("an edit");
+    assert!(text.contains("[bodies.arm]") && text.contains("\"arm.B\""), "{text}");
+    assert!(!text.contains("[bodies.crank]") && !text.contains("\"crank.A\""), "{text}");
+    assert!(is_model(&text));
+    // Comments are prose, and stay.
+    assert!(text.contains("# crank"));
+    let text = edited(FOUR_BAR, &rename("a", "r")).expect("an edit");
+    assert!(text.contains("B = [\"r\", 0]") && text.contains("\"0.5 kg*r^2/12\""), "{text}");
+    assert!(is_model(&text));
+    let taken = edited(FOUR_BAR, &rename("crank", "rocker"));
+    assert!(matches!(taken, Err(EditError::Taken { .. })), "{taken:?}");
+    let no_name = edited(FOUR_BAR, &rename("crank", "my crank"));
+    assert!(matches!(no_name, Err(EditError::NoName { .. })), "{no_name:?}");
+}
+
+#[test]
+fn what_hangs_on_an_element_goes_with_it() {
+    let delete = |name: &str| Edit::Delete { name: name.to_owned() };
+    let text = edited(FOUR_BAR, &delete("crank")).expect("an edit");
+    for gone in ["[bodies.crank]", "[joints.A]", "[joints.B]", "[drives.motor]"] {
+        assert!(!text.contains(gone), "{gone} in {text}");
+    }
+    for kept in ["[bodies.coupler]", "[joints.C]", "[joints.D]", "[loads.gravity]"] {
+        assert!(text.contains(kept), "{kept} not in {text}");
+    }
+    let used = edited(FOUR_BAR, &delete("a"));
+    assert!(matches!(used, Err(EditError::Used { .. })), "{used:?}");
+    let missing = edited(FOUR_BAR, &delete("nothing"));
+    assert!(matches!(missing, Err(EditError::Missing { .. })), "{missing:?}");
+}
+
+/// A four-bar from nothing.
+fn drawn() -> Vec<Edit> {
+    vec![
+        Edit::Link { from: end(0.0, 0.0, None), to: end(0.05, 0.08, None) },
+        Edit::Link { from: end(0.05, 0.08, Some("link1.B")), to: end(0.3, 0.15, None) },
+        Edit::Link { from: end(0.3, 0.15, Some("link2.B")), to: end(0.28, -0.02, None) },
+        Edit::Ground { at: end(0.0, 0.0, Some("link1.A")) },
+        Edit::Ground { at: end(0.28, -0.02, Some("link3.B")) },
+        Edit::Motor { joint: "C".to_owned(), angle: 58_f64.to_radians() },
+        Edit::Spring { from: end(0.3, 0.15, Some("link2.B")), to: end(0.4, 0.15, None) },
+        Edit::Gravity {},
+    ]
+}
+
+#[test]
+fn a_four_bar_is_drawn_from_nothing_and_is_a_model_at_each_step() {
+    let mut document = Document::new("");
+    for edit in drawn() {
+        document.apply(&edit).expect("an edit");
+        let reading = read(&Source::new(document.text(), "drawn"));
+        assert!(reading.model.is_some(), "{:?}\n{}", reading.diagnostics, document.text());
+    }
+    let model = read(&Source::new(document.text(), "drawn")).model.expect("a model");
+    assert_eq!((model.bodies.len(), model.joints.len()), (4, 4));
+    assert_eq!((model.drives.len(), model.loads.len()), (1, 2));
+    while document.undo() {}
+    assert_eq!(document.text(), "");
+    while document.redo() {}
+    assert!(is_model(document.text()));
+}
+
+#[test]
+fn edits_of_a_moving_hand_are_undone_together() {
+    let mut document = Document::new(FOUR_BAR);
+    for length in ["0.11 m", "0.12 m", "0.13 m"] {
+        document.apply_moving(&set("parameters.a", length)).expect("an edit");
+    }
+    document.settle();
+    document.apply_moving(&set("parameters.a", "0.14 m")).expect("an edit");
+    assert!(document.undo());
+    assert!(document.text().contains("a = \"0.13 m\""));
+    assert!(document.undo());
+    assert_eq!(document.text(), FOUR_BAR);
+    assert!(!document.undo());
+}
+
+#[test]
+fn random_scripts_of_edits_stay_readable_and_are_undone_byte_for_byte() {
+    use rand::{RngExt, SeedableRng};
+    let mut random = rand_pcg::Pcg64::seed_from_u64(7);
+    let mut pick = |n: usize| random.random_range(0..n);
+    for script in 0..40 {
+        let start = if script % 2 == 0 { FOUR_BAR } else { "" };
+        let mut document = Document::new(start);
+        let mut texts = vec![start.to_owned()];
+        for _ in 0..12 {
+            let links: Vec<String> = (1..4).map(|k| format!("link{k}.B")).collect();
+            let any = |k: usize| {
+                let known = links.get(k).filter(|name| {
+                    let body = name.split('.').next().unwrap_or_default();
+                    document.text().contains(&format!("[bodies.{body}]"))
+                });
+                end(0.01 * k as f64, 0.02, known.map(String::as_str))
+            };
+            let edit = match pick(9) {
+                0 => Edit::Link { from: any(pick(4)), to: any(pick(4)) },
+                1 => Edit::Ground { at: any(pick(3)) },
+                2 => Edit::Spring { from: any(pick(3)), to: any(3) },
+                3 => Edit::Slide { at: any(pick(3)), angle: 0.3 },
+                4 => set("parameters.l1", ["200 mm", "a/2", "0.3"][pick(3)]),
+                5 => Edit::Delete { name: ["link1", "A", "crank", "motor"][pick(4)].to_owned() },
+                6 => Edit::Rename {
+                    name: ["link1", "B", "c"][pick(3)].to_owned(),
+                    to: format!("n{}", pick(5)),
+                },
+                7 => Edit::Move {
+                    point: ["link1.B", "ground.A"][pick(2)].to_owned(),
+                    to: [0.1, 0.05],
+                },
+                _ => Edit::Remove {
+                    path: ["initial.link1", "solve.t_end", "loads"][pick(3)].to_owned(),
+                },
+            };
+            let before = document.text().to_owned();
+            match document.apply(&edit) {
+                Ok(()) if document.text() != before => texts.push(document.text().to_owned()),
+                Ok(()) => (),
+                Err(_) => assert_eq!(document.text(), before, "a refused edit changes nothing"),
+            }
+            let faults = bksim_model::file::check_syntax(document.text(), Limits::default());
+            assert!(faults.is_empty(), "{edit:?}: {faults:?}\n{}", document.text());
+        }
+        for text in texts.iter().rev() {
+            assert_eq!(document.text(), text);
+            document.undo();
+        }
+        assert_eq!(document.text(), start);
+        for text in &texts[1..] {
+            assert!(document.redo());
+            assert_eq!(document.text(), text);
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! A session as a page has it: poses under the hand, motions, faults under which the last picture stays.
+
+use bksim_edit::{Answer, Posed, Session, Solver};
+use bksim_model::file::{Source, read};
+use serde_json::{Value, json};
+
+const FOUR_BAR: &str = include_str!("../../../examples/four-bar/model.toml");
+const SLIDER_CRANK: &str = include_str!("../../../examples/slider-crank/model.toml");
+const QUICK_RETURN: &str = include_str!("../../../examples/quick-return/model.toml");
+const FIVE_LINK: &str = include_str!("../../../examples/five-link/model.toml");
+
+fn opened(text: &str) -> Session {
+    let mut session = Session::default();
+    ask(&mut session, &json!({ "do": "open", "text": text, "name": "model" }));
+    session
+}
+
+fn ask(session: &mut Session, request: &Value) -> Answer {
+    session.answer(&request.to_string())
+}
+
+fn model(text: &str) -> bksim_model::Model {
+    read(&Source::new(text, "model")).model.expect("a model")
+}
+
+/// Largest difference of the places and directions of all bodies.
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    let of_place = |k: &usize| k % 18 < 12;
+    assert_eq!(a.len(), b.len());
+    (0..a.len()).filter(of_place).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_dragged_point_takes_the_mechanism_where_its_motion_does() {
+    for (text, body, point) in [
+        (FOUR_BAR, 1, [0.1, 0.0, 0.0]),
+        (SLIDER_CRANK, 1, [0.1, 0.0, 0.0]),
+        (QUICK_RETURN, 1, [0.1, 0.0, 0.0]),
+        (FIVE_LINK, 1, [0.1, 0.0, 0.0]),
+    ] {
+        let moved = Solver::default().solve(text, "model", model(text)).expect("a motion");
+        let mut posed = Posed::of(model(text)).expect("a pose");
+        let n = 18 * posed.model().bodies.len();
+        let first = &moved.frames[..n];
+        assert!(difference(&posed.numbers(), first) < 1e-9, "the start");
+        posed.grab(body, point).expect("a body");
+        let mut compared = 0;
+        for k in (0..moved.times.len()).step_by(7).take(40) {
+            let frame = &moved.frames[k * n..(k + 1) * n];
+            let at = |i: usize| {
+                let row = 18 * body + 3 + 3 * i;
+                frame[18 * body + i] + (0..3).map(|j| frame[row + j] * point[j]).sum::<f64>()
+            };
+            let dragged = posed.to([at(0), at(1), at(2)]);
+            assert!(dragged.distance < 1e-9, "{}: {dragged:?} at frame {k}", posed.model().name);
+            // One free motion: the place of the point is the pose.
+            if text != FIVE_LINK {
+                let off = difference(&posed.numbers(), frame);
+                assert!(off < 1e-8, "{}: {off} at frame {k}", posed.model().name);
+                compared += 1;
+            }
+        }
+        assert!(text == FIVE_LINK || compared > 10);
+    }
+}
+
+#[test]
+fn a_pull_beyond_reach_ends_at_the_nearest_place() {
+    let mut posed = Posed::of(model(FOUR_BAR)).expect("a pose");
+    posed.grab(1, [0.1, 0.0, 0.0]).expect("the crank");
+    let dragged = posed.to([0.3, 0.4, 0.0]);
+    // On the ray from the pivot to the hand.
+    assert!((dragged.distance - 0.4).abs() < 1e-9, "{dragged:?}");
+    let crank = &posed.numbers()[18..36];
+    assert!((crank[3] - 0.6).abs() < 1e-5 && (crank[6] - 0.8).abs() < 1e-5, "{crank:?}");
+}
+
+#[test]
+fn a_stop_holds_the_hand_and_is_named() {
+    let text = "[bodies.arm]\nmass = 1\ninertia = 1\npoints = { P = [1, 0] }\n\
+                [joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"arm\"]\n\
+                [loads.end]\ntype = \"stop\"\njoint = \"A\"\nmax = \"30 deg\"\n";
+    let mut session = opened(text);
+    ask(&mut session, &json!({ "do": "grab", "body": 1, "point": [1, 0, 0] }));
+    let answer = ask(&mut session, &json!({ "do": "drag", "to": [0.1, 1, 0] }));
+    assert_eq!(answer.json["limit"], "stop of joint A");
+    let sine = answer.numbers[18 + 6];
+    assert!((sine - 0.5).abs() < 1e-8, "{sine}");
+}
+
+#[test]
+fn the_last_good_picture_stays_under_a_fault() {
+    let mut session = opened(FOUR_BAR);
+    let good = ask(&mut session, &json!({ "do": "pose", "pose": "start" }));
+    let set = |path: &str, value: &str| json!({ "do": "edit", "edit": { "edit": "set", "path": path, "value": value } });
+    let answer = ask(&mut session, &set("bodies.crank.mass", "2 furlongs"));
+    assert_eq!(answer.json["is_whole"], false);
+    let fault = &answer.json["faults"][0];
+    assert!(fault["labels"][0]["line"].as_u64().is_some_and(|line| line > 1), "{fault}");
+    assert_eq!(ask(&mut session, &json!({ "do": "pose", "pose": "start" })).numbers, good.numbers);
+    // Not TOML at all: the text can still be typed on, and taken back.
+    let answer =
+        ask(&mut session, &json!({ "do": "edit", "edit": { "edit": "text", "text": "[bodies" } }));
+    assert_eq!(answer.json["is_current"], false);
+    let answer = ask(&mut session, &set("parameters.a", "1 m"));
+    assert_eq!(answer.json["fault"]["code"], "W001");
+    ask(&mut session, &json!({ "do": "undo" }));
+    let answer = ask(&mut session, &json!({ "do": "undo" }));
+    assert_eq!(answer.json["text"], FOUR_BAR);
+    assert_eq!(answer.json["is_current"], true);
+    // What is no request is a fault, too.
+    assert!(session.answer("{\"do\": \"dance\"}").json["fault"]["message"].is_string());
+}
+
+#[test]
+fn a_motion_of_other_values_equals_that_of_a_fresh_reading_bit_for_bit() {
+    let mut session = opened(FOUR_BAR);
+    let solve = json!({ "do": "solve" });
+    let first = ask(&mut session, &solve);
+    assert_eq!(first.json["is_derived"], true, "{}", first.json);
+    let edit = json!({ "do": "edit", "edit": { "edit": "set", "path": "parameters.b", "value": "0.32 m" } });
+    ask(&mut session, &edit);
+    let replayed = ask(&mut session, &solve);
+    assert_eq!(replayed.json["is_derived"], false);
+    let fresh = ask(&mut opened(session.text()), &solve);
+    assert_eq!(replayed.numbers, fresh.numbers);
+    assert_ne!(replayed.numbers, first.numbers);
+    // Another topology is derived.
+    ask(&mut session, &json!({ "do": "edit", "edit": { "edit": "delete", "name": "gravity" } }));
+    assert_eq!(ask(&mut session, &solve).json["is_derived"], true);
+}
+
+#[test]
+fn a_four_bar_drawn_from_nothing_moves() {
+    let mut session = opened("");
+    let end = |x: f64, y: f64, on: Option<&str>| json!({ "world": [x, y], "on": on });
+    for edit in [
+        json!({ "edit": "link", "from": end(0.0, 0.0, None), "to": end(0.05, 0.08, None) }),
+        json!({ "edit": "link", "from": end(0.05, 0.08, Some("link1.B")), "to": end(0.3, 0.15, None) }),
+        json!({ "edit": "link", "from": end(0.3, 0.15, Some("link2.B")), "to": end(0.28, -0.02, None) }),
+        json!({ "edit": "ground", "at": end(0.0, 0.0, Some("link1.A")) }),
+        json!({ "edit": "ground", "at": end(0.28, -0.02, Some("link3.B")) }),
+        json!({ "edit": "motor", "joint": "C", "angle": 0.08_f64.atan2(0.05) }),
+    ] {
+        let answer = ask(&mut session, &json!({ "do": "edit", "edit": edit }));
+        assert_eq!(
+            answer.json["is_current"],
+            true,
+            "{}\n{}",
+            answer.json["faults"],
+            session.text()
+        );
+        assert!(answer.json.get("fault").is_none(), "{}", answer.json["fault"]);
+    }
+    // Drawn where it was clicked, to the digits that are written.
+    let answer = ask(&mut session, &json!({ "do": "pose", "pose": "start" }));
+    let coupler = &answer.numbers[36..38];
+    assert!((coupler[0] - 0.05).abs() < 1e-5 && (coupler[1] - 0.08).abs() < 1e-5, "{coupler:?}");
+    let freedoms = ask(&mut session, &json!({ "do": "freedoms" }));
+    assert_eq!(freedoms.json["mobility"], 1, "{}", freedoms.json);
+    let motion = ask(&mut session, &json!({ "do": "solve" }));
+    let n = usize::try_from(motion.json["n_frames"].as_u64().unwrap_or(0)).expect("a number");
+    assert!(n > 100, "{}\n{}", motion.json, session.text());
+    let equations = ask(&mut session, &json!({ "do": "equations" }));
+    assert!(
+        equations.json["sections"][0]["html"].as_str().is_some_and(|html| html.contains("<math"))
+    );
+    let ways = ask(&mut session, &json!({ "do": "assemblies" }));
+    assert_eq!(ways.json["assemblies"].as_array().map(Vec::len), Some(2), "{}", ways.json);
+    assert_eq!(ways.numbers.len(), 2 * 4 * 18);
+}
+
+#[test]
+fn a_pose_becomes_the_start() {
+    // The crank of the third turns by less than a right angle and a bit.
+    for (text, to) in [
+        (FOUR_BAR, [-0.04, 0.1, 0.0]),
+        (SLIDER_CRANK, [-0.04, 0.1, 0.0]),
+        (FIVE_LINK, [0.08, 0.06, 0.0]),
+    ] {
+        let mut session = opened(text);
+        ask(&mut session, &json!({ "do": "grab", "body": 1, "point": [0.1, 0, 0] }));
+        let posed = ask(&mut session, &json!({ "do": "drag", "to": to }));
+        ask(&mut session, &json!({ "do": "release" }));
+        let answer = ask(&mut session, &json!({ "do": "start_here" }));
+        assert!(answer.json.get("fault").is_none(), "{}", answer.json["fault"]);
+        assert_eq!(
+            answer.json["is_current"],
+            true,
+            "{}\n{}",
+            answer.json["faults"],
+            session.text()
+        );
+        // Six digits are written.
+        let off = difference(&posed.numbers, &answer.numbers);
+        assert!(off < 1e-4, "{off}\n{}", session.text());
+        let fresh = ask(&mut opened(session.text()), &json!({ "do": "pose", "pose": "start" }));
+        assert!(difference(&fresh.numbers, &posed.numbers) < 1e-4, "{}", session.text());
+    }
+}
+
+#[test]
+fn a_length_under_a_slider_keeps_the_pose_that_the_hand_gave() {
+    let mut session = opened(FOUR_BAR);
+    ask(&mut session, &json!({ "do": "grab", "body": 1, "point": [0.1, 0, 0] }));
+    let before = ask(&mut session, &json!({ "do": "drag", "to": [0.0, 0.1, 0] }));
+    let edit = json!({ "edit": "set", "path": "parameters.b", "value": "0.301 m" });
+    let after = ask(&mut session, &json!({ "do": "edit", "edit": edit, "moving": true }));
+    let off = difference(&before.numbers, &after.numbers);
+    assert!(off > 1e-6 && off < 0.05, "{off}");
+}
