@@ -27,6 +27,17 @@ wheel() {
     "$bin/maturin" build --profile "$profile" --manifest-path crates/py/Cargo.toml --out "$out"
 }
 
+# The module of live pages, where this compiler has the standard library of its target.
+live_module() {
+    local target=wasm32-unknown-unknown
+    if [ ! -d "$(rustc --print sysroot)/lib/rustlib/$target/lib" ]; then
+        echo "left out: bksim_live.wasm, for live pages; rustup target add $target" >&2
+        return
+    fi
+    cargo build -p bksim-live --profile live --target "$target"
+    cp "target/$target/live/bksim_live.wasm" "$1"
+}
+
 programs() {
     local staged=target/bksim-$version-$host suffix=
     case $host in
@@ -42,6 +53,7 @@ programs() {
     local static=target/$host/$folder/bksim
     [ -f "$static" ] || static=target/$folder/bksim$suffix
     cp "$static" "$staged/bksim$suffix"
+    live_module "$staged"
     tar -C target -czf "$out/bksim-$version-$host.tar.gz" "$(basename "$staged")"
 }
 

@@ -1,7 +1,7 @@
 //! Bundles the page's scripts and styles, `web/`, with the libraries they use.
 //!
 //! ```text
-//! web/ ── npm ci ── esbuild ──→ OUT_DIR/page.js, page.css, LICENCES, and `cfg(bundled)`
+//! web/ ── npm ci ── esbuild ──→ OUT_DIR/page.js, page.css, live.js, live.css, worker.js, LICENCES, and `cfg(bundled)`
 //! ```
 //!
 //! Without Node.js, or without access to its registry, the crate is built without a page, and
@@ -12,7 +12,14 @@ use std::process::Command;
 use std::{env, fs, io};
 
 /// Files and folders that the bundle is made of.
-const SOURCES: [&str; 4] = ["src", "package.json", "package-lock.json", ".npmrc"];
+const SOURCES: [&str; 5] = ["src", "tsconfig.json", "package.json", "package-lock.json", ".npmrc"];
+
+/// Scripts that begin a bundle, and their bundles: the page of a run, the live page, and the thread of its module.
+const BUNDLES: [(&str, &str); 3] = [
+    ("src/main.js", "page.js"),
+    ("src/live/main.ts", "live.js"),
+    ("src/live/worker.ts", "worker.js"),
+];
 
 fn main() {
     println!("cargo::rustc-check-cfg=cfg(bundled)");
@@ -41,18 +48,20 @@ fn bundle(web: &Path, out: &Path) -> Result<(), String> {
         copy(&web.join(source), &folder.join(source)).map_err(|e| format!("{source}: {e}"))?;
     }
     install(&folder)?;
-    let mut esbuild = Command::new("node");
-    esbuild.current_dir(&folder).arg("node_modules/esbuild/bin/esbuild").args([
-        "src/main.js",
-        "--bundle",
-        "--minify",
-        "--format=iife",
-        "--target=es2022",
-        "--legal-comments=none",
-        "--log-level=warning",
-    ]);
-    esbuild.arg(format!("--outfile={}", out.join("page.js").display()));
-    succeed("esbuild", &mut esbuild)?;
+    for (entry, bundle) in BUNDLES {
+        let mut esbuild = Command::new("node");
+        esbuild.current_dir(&folder).arg("node_modules/esbuild/bin/esbuild").args([
+            entry,
+            "--bundle",
+            "--minify",
+            "--format=iife",
+            "--target=es2022",
+            "--legal-comments=none",
+            "--log-level=warning",
+        ]);
+        esbuild.arg(format!("--outfile={}", out.join(bundle).display()));
+        succeed("esbuild", &mut esbuild)?;
+    }
     let licence = fs::read_to_string(folder.join("node_modules/uplot/LICENSE"));
     let licence = licence.map_err(|e| format!("the licence of uPlot: {e}"))?;
     fs::write(out.join("LICENCES"), licence).map_err(|e| e.to_string())

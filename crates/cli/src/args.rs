@@ -9,6 +9,7 @@ pub(crate) mod groups;
 pub(crate) mod import;
 pub(crate) mod info;
 mod inputs;
+pub mod live;
 pub mod mode;
 pub mod page;
 pub mod plot;
@@ -109,6 +110,8 @@ pub(crate) enum Command {
     Plot(plot::Plot),
     /// Write a page of HTML: animation, curves, equations.
     Page(page::Page),
+    /// Open a model in a page, to drag, draw and change it.
+    Edit(live::Edit),
     /// Differentiate, simplify, solve or typeset an expression.
     Expr(Expression),
     /// Read and edit the mechanism in a drawing.

@@ -32,6 +32,7 @@ use clap::{CommandFactory, FromArgMatches};
 
 use crate::args::analysis::{Bode, Doctor, Inverse, Kinematics, Polygons};
 use crate::args::groups::with_groups;
+use crate::args::live::Edit;
 use crate::args::page::Page;
 use crate::args::plot::Plot;
 use crate::args::render::Render;
@@ -56,6 +57,8 @@ pub enum StudioCommand<'a> {
     Inverse(&'a Inverse, &'a Path),
     /// A mode as a film or a picture.
     Modes(&'a Render),
+    /// A model in a page that changes it.
+    Edit(&'a Edit),
     /// A run as a page of HTML.
     Page(&'a Page),
     /// Curves of runs.
@@ -80,6 +83,7 @@ impl StudioCommand<'_> {
             Self::Export(..) => "export",
             Self::Inverse(..) => "inverse",
             Self::Modes(_) => "modes",
+            Self::Edit(_) => "edit",
             Self::Page(_) => "page",
             Self::Plot(_) => "plot",
             Self::Polygons(..) => "polygons",
@@ -227,6 +231,7 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
         Command::Info(args) => own("info", commands::info::run(args, json, nesting)),
         Command::Plot(args) => studio(StudioCommand::Plot(args)),
         Command::Page(args) => studio(StudioCommand::Page(args)),
+        Command::Edit(args) => studio(StudioCommand::Edit(args)),
         Command::Expr(args) => own("expr", commands::expr::run(args, json, nesting)),
         Command::Cad(args) => {
             own(commands::cad::name(args), commands::cad::run(args, json, nesting))

@@ -17,14 +17,14 @@ const SCRIPT: &str = include_str!(concat!(env!("OUT_DIR"), "/page.js"));
 const STYLE: &str = include_str!(concat!(env!("OUT_DIR"), "/page.css"));
 /// The licence of the library.
 #[cfg(bundled)]
-const LICENCES: &str = include_str!(concat!(env!("OUT_DIR"), "/LICENCES"));
+pub(crate) const LICENCES: &str = include_str!(concat!(env!("OUT_DIR"), "/LICENCES"));
 
 #[cfg(not(bundled))]
 const SCRIPT: &str = "";
 #[cfg(not(bundled))]
 const STYLE: &str = "";
 #[cfg(not(bundled))]
-const LICENCES: &str = "";
+pub(crate) const LICENCES: &str = "";
 
 /// The contents of a page.
 pub(crate) struct Content<'a> {
@@ -81,7 +81,7 @@ fn policy(script: &str) -> String {
 }
 
 /// The colours of both themes as variables of the style.
-fn variables() -> String {
+pub(crate) fn variables() -> String {
     let of = |theme: &Theme| {
         let color = |name: &str, color: bksim_scene::Color| format!("--{name}:{};", color.hex());
         [

@@ -10,6 +10,8 @@
 //! document: all of it with the script of `web/`, which draws any instant from the polynomials
 //! ```
 //!
+//! A live page has a module of `crates/live` in place of a run, and a script that edits, poses and solves with it.
+//!
 //! The page loads nothing: its policy forbids the network, and allows no script but its own.
 
 mod assemblies;
@@ -20,6 +22,7 @@ mod document;
 mod equations;
 mod error;
 mod escape;
+mod live;
 mod loads;
 mod model_text;
 mod motion;
@@ -33,6 +36,7 @@ use bksim::playback::Playback;
 
 pub use budget::Budget;
 pub use error::PageError;
+pub use live::{LiveOptions, live};
 pub use motion::Thinning;
 
 /// Options of a page.

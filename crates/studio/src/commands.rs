@@ -1,7 +1,9 @@
 //! One file per command.
 
 pub(crate) mod bode;
+pub(crate) mod edit;
 pub(crate) mod inverse;
+pub(crate) mod module;
 pub(crate) mod page;
 pub(crate) mod panels;
 pub(crate) mod plot;

@@ -53,6 +53,7 @@ fn studio(command: StudioCommand<'_>, common: Common) -> Result<Status, Failure>
         StudioCommand::Bode(args, path) => commands::bode::run(args, path, json, nesting),
         StudioCommand::Export(args, path) => to_file(args, path, &PARQUET, (json, nesting)),
         StudioCommand::Inverse(args, path) => commands::inverse::run(args, path, json, nesting),
+        StudioCommand::Edit(args) => commands::edit::run(args, json),
         StudioCommand::Page(args) => commands::page::run(args, json, nesting),
         StudioCommand::Plot(args) => commands::plot::run(args, json, nesting),
         StudioCommand::Polygons(args, path) => commands::polygons::run(args, path, json, nesting),

@@ -102,6 +102,11 @@ fn questions() {
 }
 
 #[test]
+fn edits() {
+    check('W');
+}
+
+#[test]
 fn sweeps() {
     check('P');
 }
@@ -254,7 +259,7 @@ fn every_code_has_its_page_and_every_page_its_code() {
 
 #[test]
 fn few_pages_have_no_example() {
-    let all = ['M', 'D', 'S', 'R', 'P', 'I'].map(pages);
+    let all = ['M', 'D', 'S', 'R', 'P', 'I', 'W'].map(pages);
     let without: Vec<&str> = all
         .iter()
         .flatten()

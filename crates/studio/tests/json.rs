@@ -147,6 +147,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "check bead.toml",
         "check four-bar.toml",
         "check bad.toml",
+        "edit bead.toml --apply {\"edit\":\"gravity\"}",
         "check missing.toml",
         "expand five-link.toml",
         "parts",
@@ -257,6 +258,8 @@ fn the_page_lists_the_keys_that_are_printed() {
     }
     // Said once more where failures are explained.
     pages.get_mut("A command that fails").expect("the section").remove("diagnostics[]");
+    // A served page is there until it is ended.
+    assert!(pages.get_mut("edit").expect("the section").remove("url").is_some());
     // A window needs a display: its test compares the keys.
     assert!(pages.remove("view").is_some(), "the section");
     // No example of these few lines crosses a singular pose.

@@ -8,10 +8,16 @@
 #[path = "../../cli/tests/common/mod.rs"]
 mod common;
 
+#[path = "live/browser.rs"]
+mod live;
+#[path = "live/served.rs"]
+mod served;
+
 use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 
 use bksim::log::LogReader;
 use bksim::playback::Playback;
@@ -64,7 +70,7 @@ fn pages_show_what_the_equations_say_in_a_browser() {
     place.write("plan.json", plan.to_string());
     let web = installed();
     let mut node = Command::new("node");
-    node.current_dir(&web).args(["--test", "--test-reporter=spec", "test/"]);
+    node.current_dir(&web).args(["--test", "--test-reporter=spec", "test/page.test.mjs"]);
     node.env("BKSIM_PAGES", place.path().join("plan.json"));
     node.env("BKSIM_REFERENCES", Path::new(CRATE).join("../page/web/test/references"));
     let output = node.output().expect("node starts: install Node.js 18 or later");
@@ -138,14 +144,37 @@ fn screenshots() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("page-screenshots")
 }
 
+/// Copies a folder of sources with those in it.
+fn copy_folder(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("a folder of sources");
+    for entry in fs::read_dir(from).expect("a folder of sources") {
+        let path = entry.expect("a readable folder").path();
+        let copy = to.join(path.file_name().expect("a name"));
+        if path.is_dir() {
+            copy_folder(&path, &copy);
+        } else {
+            fs::copy(&path, copy).expect("a source");
+        }
+    }
+}
+
 /// A copy of the tests with their libraries, which are installed when the lock file has changed.
 fn installed() -> PathBuf {
+    static INSTALLED: OnceLock<PathBuf> = OnceLock::new();
+    INSTALLED.get_or_init(install).clone()
+}
+
+fn install() -> PathBuf {
     let from = Path::new(CRATE).join("../page/web");
     let to = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page-web");
     fs::create_dir_all(to.join("test")).expect("a directory for the test");
-    for name in ["package.json", "package-lock.json", ".npmrc", "test/page.test.mjs"] {
+    let tests = ["test/page.test.mjs", "test/live.test.mjs"];
+    for name in
+        ["package.json", "package-lock.json", ".npmrc", "tsconfig.json"].iter().chain(&tests)
+    {
         fs::copy(from.join(name), to.join(name)).expect("a file of the test");
     }
+    copy_folder(&from.join("src"), &to.join("src"));
     let lock = fs::read(to.join("package-lock.json")).expect("a lock file");
     let known = to.join("node_modules/installed-lock.json");
     if fs::read(&known).is_ok_and(|known| known == lock) {

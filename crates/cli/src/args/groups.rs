@@ -6,7 +6,7 @@ use clap::Command;
 
 /// Headings of the help and the commands below each.
 const GROUPS: [(&str, &[&str]); 7] = [
-    ("Models", &["new", "check", "expand", "parts", "import", "cad"]),
+    ("Models", &["new", "check", "edit", "expand", "parts", "import", "cad"]),
     ("Equations", &["equations", "code", "expr"]),
     ("Motion", &["assemble", "solve", "sweep", "gradient", "verify"]),
     (

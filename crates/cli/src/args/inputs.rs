@@ -35,6 +35,7 @@ impl Command {
             Self::New(_)
             | Self::Parts(_)
             | Self::View(_)
+            | Self::Edit(_)
             | Self::Expr(_)
             | Self::Cad(_)
             | Self::Import(_)

@@ -29,6 +29,9 @@ pub struct Page {
     /// Show all ways in which the start closes as small pictures beside each other.
     #[arg(long)]
     pub assemblies: bool,
+    /// Write a live page: the mechanism can be dragged, drawn, changed and solved in it, and its text downloaded.
+    #[arg(long, conflicts_with_all = ["curve", "path", "assemblies"])]
+    pub live: bool,
     /// A mode in place of the run.
     #[command(flatten)]
     pub mode: ModeArgs,

@@ -1,5 +1,7 @@
 //! `bksim page`: a run as one file that every browser opens.
 
+mod live;
+
 use std::fs::File;
 use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -23,13 +25,16 @@ use bksim_cli::render;
 use bksim_cli::source::shown::shown_units;
 
 /// The advice of a build without a page.
-const NO_PAGE: &str = "install Node.js 18 or later with npm, and build bksim again: the page's script is bundled then";
+pub(crate) const NO_PAGE: &str = "install Node.js 18 or later with npm, and build bksim again: the page's script is bundled then";
 
 pub(crate) fn run(args: &Page, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let path = output_path(args);
     check_ending(&path, &["html", "htm"])?;
     if !IS_BUNDLED {
         return Err(Failure::usage(PageError::NotBundled.to_string(), NO_PAGE));
+    }
+    if args.live {
+        return live::run(args, &path, as_json, nesting);
     }
     let run = RunFile::open(&args.run, nesting, as_json)?;
     if let Some(status) = run.interrupted() {
@@ -109,7 +114,7 @@ fn unplayable(path: &Path, error: &PlaybackError) -> Failure {
     no_page(path, error, help)
 }
 
-fn no_page(path: &Path, error: &dyn std::fmt::Display, help: Option<&str>) -> Failure {
+pub(crate) fn no_page(path: &Path, error: &dyn std::fmt::Display, help: Option<&str>) -> Failure {
     let what = format!("cannot be made a page of: {error}");
     Failure::Input { path: path.to_owned(), what, help: help.map(str::to_owned) }
 }

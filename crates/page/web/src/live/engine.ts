@@ -1,0 +1,69 @@
+// The two threads of the module: one for edits and poses, one for motions and answers, which is ended and begun
+// again where a newer text makes its work idle.
+
+import type { Answer } from './types';
+
+/** A motion that takes longer is given up for that of a newer text, ms. */
+const PATIENCE = 250;
+
+interface Waiting { done: (answer: Answer<never>) => void; failed: (error: Error) => void }
+
+export class Thread {
+  private worker: Worker | null = null;
+  private waiting = new Map<number, Waiting>();
+  private next = 0;
+  private since = 0;
+
+  constructor(private readonly script: string, private readonly code: WebAssembly.Module) {
+    this.begin();
+  }
+
+  private begin(): void {
+    const url = URL.createObjectURL(new Blob([this.script], { type: 'text/javascript' }));
+    this.worker = new Worker(url);
+    URL.revokeObjectURL(url);
+    this.worker.onmessage = ({ data }) => {
+      const { id, json, numbers, failure } = data;
+      const waiting = this.waiting.get(id);
+      this.waiting.delete(id);
+      if (failure) waiting?.failed(new Error(failure));
+      else waiting?.done({ json, numbers } as Answer<never>);
+    };
+    this.post({ code: this.code });
+  }
+
+  private post<T>(message: object): Promise<Answer<T>> {
+    const id = this.next;
+    this.next += 1;
+    if (this.waiting.size === 0) this.since = performance.now();
+    this.worker?.postMessage({ id, ...message });
+    return new Promise((done, failed) => {
+      this.waiting.set(id, { done: done as Waiting['done'], failed });
+    });
+  }
+
+  ask<T>(request: object): Promise<Answer<T>> {
+    return this.post<T>({ request });
+  }
+
+  get isBusy(): boolean {
+    return this.waiting.size > 0;
+  }
+
+  /** Ends work that has taken too long; what was asked for is never answered. */
+  restart(): boolean {
+    if (!this.isBusy || performance.now() - this.since < PATIENCE) return false;
+    this.worker?.terminate();
+    this.waiting.clear();
+    this.begin();
+    return true;
+  }
+}
+
+/** The module of the page, from base64 of its compressed bytes. */
+export async function compiled(text: string): Promise<WebAssembly.Module> {
+  const binary = atob(text.trim());
+  const bytes = Uint8Array.from(binary, (c) => c.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
+  return WebAssembly.compile(await new Response(stream).arrayBuffer());
+}

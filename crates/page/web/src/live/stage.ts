@@ -1,0 +1,339 @@
+// The picture under the hand: it is seen, held by mouse, finger or keys, and drawn on.
+
+import { Camera } from '../camera.js';
+import { Drawing, css, lengthText, outline } from '../scene.js';
+import { positionOf } from '../poses.js';
+import { hit, worldAt, type Hit } from './picking';
+import type { Joint, Pixel, Point, Scene, State, Theme, World } from './types';
+
+const MARGIN = 48;
+/** Pixels that an arrow key moves the cursor by, and with Shift. */
+const KEY_STEPS = [4, 24];
+/** A finger or button that moved less has clicked. */
+const STILL = 4;
+
+/** What a tool does with the hand; places are in the world, m. */
+export interface Tool {
+  name: string;
+  hint: string;
+  press(hit: Hit | null, world: World): void;
+  move(world: World): void;
+  lift(world: World, isClick: boolean): void;
+  cancel(): void;
+  /** A line from a first click to the hand, while the second is waited for. */
+  readonly from: World | null;
+}
+
+export class Stage {
+  readonly camera = new Camera(true);
+  scene: Scene | null = null;
+  points: Point[] = [];
+  joints: Joint[] = [];
+  numbers: Float64Array = new Float64Array(0);
+  theme: 'light' | 'dark' = 'light';
+  hasNames = true;
+  /** Paths that were drawn by points: places of the world. */
+  trails: { points: number[][]; nPast: number; color: number[] }[] = [];
+  /** Poses of another motion, shown faintly. */
+  ghost: Float64Array | null = null;
+  tool: Tool | null = null;
+  private drawing: Drawing | null = null;
+  private isFitted = true;
+  private isWaiting = false;
+  private held: Hit | null = null;
+  private hand: World | null = null;
+  private cursor: Pixel | null = null;
+  /** The point that the keys went to last. */
+  private nth = -1;
+  private isKeyHeld = false;
+  private pointers = new Map<number, Pixel>();
+  private begin: Pixel = [0, 0];
+  private isPanning = false;
+
+  constructor(readonly canvas: HTMLCanvasElement, private readonly onView: () => void) {
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    canvas.addEventListener('pointerdown', (event) => this.down(event));
+    canvas.addEventListener('pointermove', (event) => this.moved(event));
+    for (const end of ['pointerup', 'pointercancel'] as const) {
+      canvas.addEventListener(end, (event) => this.up(event));
+    }
+    canvas.addEventListener('wheel', (event) => {
+      event.preventDefault();
+      this.zoom(Math.exp(-0.0015 * event.deltaY * (event.deltaMode === 1 ? 20 : 1)), this.pixelOf(event));
+    }, { passive: false });
+    canvas.addEventListener('keydown', (event) => this.key(event));
+    canvas.addEventListener('blur', () => this.redraw());
+  }
+
+  /** Takes a new state; the picture is fitted again only where nothing was seen before. */
+  take(state: State, numbers: Float64Array): void {
+    if (!state.scene) return;
+    const isFirst = !this.scene;
+    this.joints = state.joints ?? [];
+    this.points = state.points ?? [];
+    this.setScene(state.scene);
+    this.numbers = numbers;
+    if (isFirst) this.fit();
+    this.redraw();
+  }
+
+  setScene(scene: Scene): void {
+    this.scene = scene;
+    this.drawing = new Drawing(this.canvas, scene, this.camera);
+    this.drawing.resize();
+  }
+
+  pose(numbers: Float64Array): void {
+    this.numbers = numbers;
+    this.redraw();
+  }
+
+  resize(): void {
+    if (this.drawing) this.drawing.resize();
+    else this.camera.size = [this.canvas.clientWidth, this.canvas.clientHeight];
+    if (this.isFitted) this.fit();
+    this.redraw();
+  }
+
+  fit(): void {
+    this.isFitted = true;
+    const { scene, numbers, camera } = this;
+    const points: number[][] = scene && numbers.length >= 18 ? [...outline(scene, numbers)] : [];
+    for (const { points: trail } of this.trails) points.push(...trail);
+    if (points.length > 1) {
+      camera.fit(points, MARGIN);
+    } else {
+      // An empty plane is half a metre wide.
+      camera.scale = camera.size[0] / 0.5;
+      camera.centre = [0, 0, 0];
+    }
+    this.redraw();
+    this.onView();
+  }
+
+  zoom(factor: number, at?: Pixel): void {
+    this.isFitted = false;
+    this.camera.zoom(factor, at);
+    this.redraw();
+  }
+
+  redraw(): void {
+    if (this.isWaiting) return;
+    this.isWaiting = true;
+    requestAnimationFrame(() => {
+      this.isWaiting = false;
+      this.paint();
+    });
+  }
+
+  private paint(): void {
+    const { drawing, scene, numbers } = this;
+    if (!drawing || !scene || numbers.length < 18 * scene.bodies.length) return;
+    const theme: Theme = scene.themes[this.theme];
+    const context = this.canvas.getContext('2d') as CanvasRenderingContext2D;
+    drawing.draw(numbers, theme, { trails: this.trails, arrows: [], hasNames: this.hasNames });
+    if (this.ghost && this.ghost.length === numbers.length) this.paintGhost(context, theme);
+    const accent = css(theme.colors.palette[0]);
+    const from = this.tool?.from;
+    if (from && this.hand) {
+      const [a, b] = [from, this.hand].map(([x, y]) => this.camera.project([x, y, 0]));
+      context.strokeStyle = accent;
+      context.lineWidth = 2;
+      context.setLineDash([6, 4]);
+      context.beginPath();
+      context.moveTo(a[0], a[1]);
+      context.lineTo(b[0], b[1]);
+      context.stroke();
+      context.setLineDash([]);
+      const length = Math.hypot(this.hand[0] - from[0], this.hand[1] - from[1]);
+      context.fillStyle = css(theme.colors.text);
+      context.font = '13px system-ui, sans-serif';
+      context.fillText(lengthText(length), (a[0] + b[0]) / 2 + 8, (a[1] + b[1]) / 2 - 8);
+    }
+    if (this.held && this.hand) {
+      const at = positionOf(numbers, this.held.body, ...this.held.local);
+      const [a, b] = [at, [...this.hand, 0]].map((p) => this.camera.project(p as [number, number, number]));
+      context.strokeStyle = accent;
+      context.lineWidth = 1.5;
+      context.beginPath();
+      context.moveTo(a[0], a[1]);
+      context.lineTo(b[0], b[1]);
+      context.stroke();
+      context.beginPath();
+      context.arc(a[0], a[1], 7, 0, 2 * Math.PI);
+      context.stroke();
+    }
+    if (this.cursor && document.activeElement === this.canvas) this.paintCursor(context, accent);
+  }
+
+  private paintGhost(context: CanvasRenderingContext2D, theme: Theme): void {
+    const { scene, ghost, camera } = this;
+    context.strokeStyle = css(theme.colors.faint, 0.6);
+    context.lineWidth = 1;
+    for (const shape of (scene as Scene).shapes.filter(({ body, front }) => body !== 0 && !front)) {
+      for (const line of shape.lines) {
+        context.beginPath();
+        for (let i = 0; i + 2 < line.length; i += 3) {
+          const [x, y] = camera.project(positionOf(ghost as Float64Array, shape.body, line[i], line[i + 1], line[i + 2]));
+          context.lineTo(x, y);
+        }
+        context.stroke();
+      }
+    }
+  }
+
+  private paintCursor(context: CanvasRenderingContext2D, color: string): void {
+    const [x, y] = this.cursor as Pixel;
+    context.strokeStyle = color;
+    context.lineWidth = 1.5;
+    context.beginPath();
+    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+      context.moveTo(x + 4 * dx, y + 4 * dy);
+      context.lineTo(x + 12 * dx, y + 12 * dy);
+    }
+    context.stroke();
+  }
+
+  private pixelOf(event: { clientX: number; clientY: number }): Pixel {
+    const { left, top } = this.canvas.getBoundingClientRect();
+    return [event.clientX - left, event.clientY - top];
+  }
+
+  private at(pixel: Pixel, isTouch: boolean): { found: Hit | null; world: World } {
+    const { scene, points, numbers, camera } = this;
+    const found = scene && numbers.length > 0 ? hit(scene, points, numbers, camera, pixel, isTouch) : null;
+    return { found, world: worldAt(camera, pixel) };
+  }
+
+  /** The point or body under a pixel. */
+  found(pixel: Pixel): Hit | null {
+    return this.at(pixel, false).found;
+  }
+
+  private down(event: PointerEvent): void {
+    this.canvas.focus({ preventScroll: true });
+    this.canvas.setPointerCapture(event.pointerId);
+    const pixel = this.pixelOf(event);
+    this.pointers.set(event.pointerId, pixel);
+    this.cursor = null;
+    if (this.pointers.size > 1) {
+      // Two fingers move the picture, not the mechanism.
+      if (this.held || this.hand) this.tool?.cancel();
+      this.held = null;
+      this.isPanning = true;
+      return;
+    }
+    this.begin = pixel;
+    this.press(pixel, event.pointerType === 'touch', event.button === 1 || event.shiftKey);
+  }
+
+  private press(pixel: Pixel, isTouch: boolean, isView: boolean): void {
+    const { found, world } = this.at(pixel, isTouch);
+    const isDrawing = this.tool !== null && this.tool.name !== 'hand' && this.tool.name !== 'shape';
+    this.isPanning = isView || (!found && !isDrawing);
+    if (this.isPanning) return;
+    // The plane stays where it is drawn on.
+    if (isDrawing) this.isFitted = false;
+    this.hand = found && isDrawing ? found.world : world;
+    this.held = isDrawing ? null : found;
+    this.tool?.press(found, this.hand);
+    this.redraw();
+  }
+
+  private moved(event: PointerEvent): void {
+    const before = this.pointers.get(event.pointerId);
+    const now = this.pixelOf(event);
+    if (!before) {
+      if (this.tool?.from) {
+        const { found, world } = this.at(now, false);
+        this.hand = found?.names.length ? found.world : world;
+        this.redraw();
+      }
+      return;
+    }
+    const [dx, dy] = [now[0] - before[0], now[1] - before[1]];
+    this.pointers.set(event.pointerId, now);
+    const other = [...this.pointers].find(([id]) => id !== event.pointerId)?.[1];
+    if (other) {
+      const distance = (p: Pixel) => Math.max(1, Math.hypot(p[0] - other[0], p[1] - other[1]));
+      this.isFitted = false;
+      this.camera.pan(0.5 * dx, 0.5 * dy);
+      this.camera.zoom(distance(now) / distance(before), [0.5 * (now[0] + other[0]), 0.5 * (now[1] + other[1])]);
+      this.redraw();
+    } else if (this.isPanning) {
+      this.isFitted = false;
+      this.camera.pan(dx, dy);
+      this.redraw();
+    } else {
+      this.hand = worldAt(this.camera, now);
+      this.tool?.move(this.hand);
+      this.redraw();
+    }
+  }
+
+  private up(event: PointerEvent): void {
+    const pixel = this.pointers.get(event.pointerId);
+    this.pointers.delete(event.pointerId);
+    if (!pixel || this.pointers.size > 0) return;
+    if (!this.isPanning) this.lift(pixel, event.pointerType === 'touch');
+    this.isPanning = false;
+  }
+
+  private lift(pixel: Pixel, isTouch: boolean): void {
+    const isClick = Math.hypot(pixel[0] - this.begin[0], pixel[1] - this.begin[1]) < STILL;
+    const { found, world } = this.at(pixel, isTouch);
+    const isDrawing = this.held === null;
+    this.held = null;
+    this.tool?.lift(isDrawing && found?.names.length ? found.world : world, isClick);
+    if (!this.tool?.from) this.hand = null;
+    this.redraw();
+  }
+
+  /** Keys: N goes to the next point, arrows move the cursor, Enter takes hold, lets go or clicks. */
+  private key(event: KeyboardEvent): void {
+    const arrows: Record<string, Pixel> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+    const arrow = arrows[event.key];
+    const { camera } = this;
+    const cursor = this.cursor ?? [0.5 * camera.size[0], 0.5 * camera.size[1]];
+    if (arrow) {
+      const step = KEY_STEPS[event.shiftKey ? 1 : 0];
+      this.cursor = [cursor[0] + step * arrow[0], cursor[1] + step * arrow[1]];
+      this.hand = this.isKeyHeld || this.tool?.from ? worldAt(camera, this.cursor) : null;
+      if (this.isKeyHeld && this.hand) this.tool?.move(this.hand);
+    } else if (event.key === 'n' || event.key === 'N') {
+      this.cursor = this.nextPoint(cursor);
+    } else if (event.key === 'Enter') {
+      this.cursor = cursor;
+      if (this.isKeyHeld) {
+        this.isKeyHeld = false;
+        this.lift(cursor, false);
+      } else {
+        this.begin = cursor;
+        this.press(cursor, false, false);
+        this.isKeyHeld = this.held !== null;
+        if (!this.isKeyHeld && !this.isPanning) this.lift(cursor, false);
+        this.isPanning = false;
+      }
+    } else if (event.key === 'Escape') {
+      this.isKeyHeld = false;
+      this.held = null;
+      this.hand = null;
+      this.tool?.cancel();
+    } else {
+      return;
+    }
+    event.preventDefault();
+    event.stopPropagation();
+    this.redraw();
+  }
+
+  private nextPoint(cursor: Pixel): Pixel {
+    const places: Pixel[] = [];
+    for (const { body, at } of this.points) {
+      const [x, y] = this.camera.project(positionOf(this.numbers, body, ...at));
+      if (places.every((p) => Math.hypot(p[0] - x, p[1] - y) > 2)) places.push([x, y]);
+    }
+    this.nth = (this.nth + 1) % Math.max(1, places.length);
+    return places[this.nth] ?? cursor;
+  }
+}

@@ -1,0 +1,174 @@
+// The tools: what a press, a way and a lift of the hand become.
+
+import { positionOf } from '../poses.js';
+import { localOf, type Hit } from './picking';
+import type { Stage, Tool } from './stage';
+import type { Edit, World } from './types';
+
+/** What tools need of the page. */
+export interface Deeds {
+  stage: Stage;
+  grab(hit: Hit): void;
+  drag(world: World): void;
+  release(): void;
+  edit(edit: Edit, isMoving: boolean): void;
+  settle(): void;
+  say(text: string): void;
+}
+
+interface End { world: World; on?: string; local?: World }
+
+/** An end at a place: a named point there, a body, or the plane. */
+function endAt(hit: Hit | null, world: World): End {
+  if (!hit) return { world };
+  if (hit.names.length > 0) return { world: hit.world, on: hit.names[0] };
+  return { world };
+}
+
+/** An end on a body that gets a point there. */
+function endOn(deeds: Deeds, hit: Hit | null, world: World): End {
+  if (!hit || hit.names.length > 0) return endAt(hit, world);
+  const name = deeds.stage.scene?.bodies[hit.body];
+  return name ? { world, on: name, local: [hit.local[0], hit.local[1]] } : { world };
+}
+
+function tool(name: string, hint: string, of: Partial<Tool>): Tool {
+  return {
+    name, hint, from: null, press: () => {}, move: () => {}, lift: () => {}, cancel: () => {}, ...of,
+  };
+}
+
+/** Drags a point or body; the mechanism follows. */
+function hand(deeds: Deeds): Tool {
+  let isHeld = false;
+  return tool('hand', 'Drag any point or body.', {
+    press: (hit) => {
+      if (!hit || hit.body === 0) return;
+      isHeld = true;
+      deeds.grab(hit);
+    },
+    move: (world) => { if (isHeld) deeds.drag(world); },
+    lift: () => { if (isHeld) deeds.release(); isHeld = false; },
+    cancel: () => { if (isHeld) deeds.release(); isHeld = false; },
+  });
+}
+
+/** Moves a named point on its bodies: lengths change. */
+function shape(deeds: Deeds): Tool {
+  let names: string[] = [];
+  let frames: Float64Array = new Float64Array(0);
+  const bodies = () => deeds.stage.scene?.bodies ?? [];
+  return tool('shape', 'Drag a point to change lengths.', {
+    press: (hit) => {
+      names = hit?.names ?? [];
+      frames = deeds.stage.numbers.slice();
+      if (hit && names.length === 0) deeds.say('Drag a point with a name; bodies keep their shape.');
+    },
+    move: (world) => {
+      if (names.length === 0) return;
+      const edits = names.map((name) => {
+        const body = bodies().indexOf(name.split('.')[0]);
+        const [x, y] = localOf(frames, Math.max(0, body), world);
+        return { edit: 'move', point: name, to: [x, y] };
+      });
+      deeds.edit(edits.length === 1 ? edits[0] : { edit: 'several', edits }, true);
+    },
+    lift: () => { if (names.length > 0) deeds.settle(); names = []; },
+    cancel: () => { names = []; },
+  });
+}
+
+/** Two clicks, or a press at one end and a lift at the other. */
+function between(name: string, hint: string, deeds: Deeds, make: (from: End, to: End) => Edit, of: typeof endOn): Tool {
+  let from: End | null = null;
+  let isOpen = false;
+  let second: Hit | null = null;
+  const made: Tool = tool(name, hint, {
+    press: (hit, world) => {
+      second = hit;
+      isOpen = from !== null;
+      if (!from) from = of(deeds, hit, world);
+    },
+    lift: (world, isClick) => {
+      if (!from) return;
+      const distance = Math.hypot(world[0] - from.world[0], world[1] - from.world[1]);
+      if (!isOpen && (isClick || distance * deeds.stage.camera.scale < 8)) return;
+      const { stage } = deeds;
+      const [x, y] = stage.camera.project([...world, 0]);
+      const hit = isClick ? second : stage.found([x, y]);
+      const to = of(deeds, hit, world);
+      const edit = make(from, to);
+      from = null;
+      deeds.edit(edit, false);
+    },
+    cancel: () => { from = null; },
+  });
+  Object.defineProperty(made, 'from', { get: () => from?.world ?? null });
+  return made;
+}
+
+/** One click on a point or body. */
+function click(name: string, hint: string, deeds: Deeds, make: (hit: Hit | null, world: World) => Edit | null): Tool {
+  let pressed: { hit: Hit | null; world: World } | null = null;
+  return tool(name, hint, {
+    press: (hit, world) => { pressed = { hit, world }; },
+    lift: () => {
+      if (!pressed) return;
+      const edit = make(pressed.hit, pressed.world);
+      pressed = null;
+      if (edit) deeds.edit(edit, false);
+      else deeds.say(hint);
+    },
+    cancel: () => { pressed = null; },
+  });
+}
+
+/** A press on a point, and a lift that gives a direction. */
+function directed(name: string, hint: string, deeds: Deeds, make: (at: End, by: World) => Edit): Tool {
+  return between(name, hint, deeds, (from, to) => {
+    const by: World = [to.world[0] - from.world[0], to.world[1] - from.world[1]];
+    return make(from, by);
+  }, endOn);
+}
+
+/** A joint at a place: where two bodies have a point in common. */
+function jointAt(deeds: Deeds, hit: Hit | null): { name: string; value: number } | null {
+  if (!hit || hit.names.length === 0) return null;
+  const bodies = deeds.stage.scene?.bodies ?? [];
+  const there = new Set(hit.names.map((name) => bodies.indexOf(name.split('.')[0])));
+  const markers = deeds.stage.scene?.markers ?? [];
+  const isHere = (name: string) => markers.some((marker) => {
+    if (marker.kind !== 'joint' || marker.name !== name) return false;
+    const [x, y] = positionOf(deeds.stage.numbers, marker.at.body, ...marker.at.position);
+    return Math.hypot(x - hit.world[0], y - hit.world[1]) * deeds.stage.camera.scale < 2;
+  });
+  const all = deeds.stage.joints.filter(({ name, bodies: [a, b] }) => isHere(name) && (there.has(a) || there.has(b)));
+  const found = all.find(({ bodies: [a] }) => a === 0) ?? all[0];
+  return found ? { name: found.name, value: found.value ?? 0 } : null;
+}
+
+/** Force of an arrow, N for each metre that it is long. */
+const NEWTONS = 100;
+
+export function tools(deeds: Deeds): Tool[] {
+  const bodyOf = (hit: Hit | null) => (hit && hit.body !== 0 ? deeds.stage.scene?.bodies[hit.body] : undefined);
+  return [
+    hand(deeds),
+    shape(deeds),
+    between('link', 'Click both ends of a link; an end on a point gets a pin.', deeds, (from, to) => ({ edit: 'link', from, to }), (d, hit, world) => (hit && hit.names.length === 0 ? endOn(d, hit, world) : endAt(hit, world))),
+    click('ground', 'Click a point to pin it to the ground.', deeds, (hit, world) => (hit && hit.body !== 0 ? { edit: 'ground', at: endOn(deeds, hit, world) } : null)),
+    between('pin', 'Click two points to join them with a pin.', deeds, (from, to) => ({ edit: 'pin', from, to }), endOn),
+    directed('slide', 'Click a point, then a place in the direction in which it slides.', deeds, (at, by) => ({ edit: 'slide', at, angle: Math.atan2(by[1], by[0]) })),
+    between('spring', 'Click both ends of a spring.', deeds, (from, to) => ({ edit: 'spring', from, to }), endOn),
+    between('damper', 'Click both ends of a damper.', deeds, (from, to) => ({ edit: 'damper', from, to }), endOn),
+    directed('force', 'Click a point, then the tip of the force.', deeds, (at, by) => ({ edit: 'force', at, vector: by.map((x) => NEWTONS * x) })),
+    click('motor', 'Click a joint to drive it.', deeds, (hit) => {
+      const joint = jointAt(deeds, hit);
+      return joint && { edit: 'motor', joint: joint.name, angle: joint.value };
+    }),
+    click('delete', 'Click a body to delete it with all that hangs on it.', deeds, (hit) => {
+      const name = bodyOf(hit);
+      return name ? { edit: 'delete', name } : null;
+    }),
+  ];
+}

@@ -1,0 +1,73 @@
+// The answers of the module, as `crates/edit` writes them.
+
+export interface Label { from: number; to: number; text: string; line: number }
+export interface Fault {
+  code: string;
+  is_error: boolean;
+  message: string;
+  labels: Label[];
+  notes: string[];
+  help: string | null;
+}
+export interface Control {
+  path: string;
+  kind: string;
+  name: string;
+  text: string;
+  is_guess: boolean;
+  number?: number;
+  unit?: string;
+  range?: [number, number, number];
+}
+export interface Element { section: string; name: string; keys: { path: string; key: string; text: string }[] }
+export interface Joint { name: string; kind: string; bodies: [number, number]; value: number | null; is_driven: boolean }
+export interface Point { name: string; body: number; at: [number, number, number] }
+export interface State {
+  text: string;
+  can_undo: boolean;
+  can_redo: boolean;
+  is_current: boolean;
+  is_whole: boolean;
+  faults: Fault[];
+  controls: Control[] | null;
+  elements: Element[] | null;
+  scene?: Scene;
+  joints?: Joint[];
+  points?: Point[];
+  fault?: Fault;
+}
+export interface Attached { body: number; position: [number, number, number] }
+export interface Shape { body: number; role: number; front: boolean; kind: string; lines: number[][]; radius: number }
+export interface Scene {
+  planar: boolean;
+  bodies: string[];
+  shapes: Shape[];
+  spans: { ends: Attached[] }[];
+  markers: { name: string; kind: string; at: Attached }[];
+  pin: number;
+  themes: Record<string, Theme>;
+}
+export interface Theme { colors: { background: number[]; text: number[]; faint: number[]; palette: number[][]; force: number[] }; paints: unknown[]; sections: unknown[] }
+export interface Dragged { distance: number; limit: string | null }
+export interface Moved {
+  n_frames?: number;
+  curves?: { name: string; unit: string }[];
+  scene?: Scene;
+  faults: Fault[];
+  is_derived?: boolean;
+}
+export interface Freedoms {
+  gruebler?: number;
+  mobility?: number;
+  redundant_conditions?: number;
+  redundant_joints?: string[];
+  coordinates?: string[];
+  drives?: number;
+  faults?: Fault[];
+}
+export interface Equations { sections?: { title: string; html: string }[]; remark?: string | null; faults?: Fault[] }
+export interface Ways { assemblies?: { number: number; name: string }[]; held?: string[]; faults?: Fault[] }
+export type Edit = { edit: string } & Record<string, unknown>;
+export interface Answer<T> { json: T; numbers: Float64Array }
+export type Pixel = [number, number];
+export type World = [number, number];

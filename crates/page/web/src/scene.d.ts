@@ -1,0 +1,13 @@
+import type { Camera } from './camera.js';
+import type { Scene, Theme } from './live/types';
+
+/** A colour `[r, g, b, opacity]`, each 0 to 255, in CSS. */
+export function css(color: number[], part?: number): string;
+export class Drawing {
+  constructor(canvas: HTMLCanvasElement, scene: Scene, camera: Camera);
+  resize(): void;
+  draw(numbers: Float64Array, theme: Theme, extras: { trails: unknown[]; arrows: unknown[]; hasNames: boolean }): void;
+}
+export function lengthText(metres: number): string;
+/** Outermost points of the scene in the world. */
+export function outline(scene: Scene, numbers: Float64Array): Iterable<number[]>;

@@ -1,0 +1,277 @@
+// Live pages in a real browser, driven by mouse, touch and keys. What is tested comes in the environment:
+//
+//   BKSIM_LIVE_PAGES   a JSON file: {"browser", "screenshots", "pages": {"four-bar": file, "slider-crank": file, "empty": file}}
+
+import assert from 'node:assert/strict';
+import fs from 'node:fs';
+import path from 'node:path';
+import { after, before, test } from 'node:test';
+import { pathToFileURL } from 'node:url';
+
+import { chromium } from 'playwright-core';
+
+const plan = process.env.BKSIM_LIVE_PAGES && JSON.parse(fs.readFileSync(process.env.BKSIM_LIVE_PAGES, 'utf8'));
+const skip = plan ? false : 'no module of live pages';
+
+const ARGUMENTS = [
+  '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
+  '--disable-component-update', '--disable-sync',
+];
+
+let browser;
+
+before(async () => {
+  if (!plan) return;
+  fs.mkdirSync(plan.screenshots, { recursive: true });
+  browser = await chromium.launch({ executablePath: plan.browser, args: ARGUMENTS });
+});
+
+after(() => browser?.close());
+
+/** Opens a page, and closes it again after `use`; nothing may be said or asked for on the way. */
+async function opened(name, options, use, fragment = '') {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 860 }, ...options });
+  const page = await context.newPage();
+  const faults = [];
+  page.on('console', (message) => faults.push(`console: ${message.text()}`));
+  page.on('pageerror', (error) => faults.push(`error: ${error.message}`));
+  page.on('request', (request) => {
+    if (!/^(file|data|blob):/.test(request.url())) faults.push(`request: ${request.url()}`);
+  });
+  await page.goto(pathToFileURL(plan.pages[name]).href + fragment);
+  await page.waitForFunction(() => document.documentElement.dataset.ready === 'yes');
+  await idle(page);
+  await use(page);
+  assert.deepEqual(faults, []);
+  await context.close();
+}
+
+/** Until nothing is asked for, and what there is is drawn. */
+async function idle(page) {
+  await page.waitForFunction(() => globalThis.bksim.isIdle);
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  await page.waitForFunction(() => globalThis.bksim.isIdle);
+}
+
+const shot = (page, name) => page.screenshot({ path: path.join(plan.screenshots, `live-${name}.png`) });
+const numbers = (page) => page.evaluate(() => globalThis.bksim.numbers);
+const text = (page) => page.evaluate(() => globalThis.bksim.state.text);
+
+/** The pixel of the window at a place of the world. */
+async function pixel(page, x, y) {
+  const [px, py] = await page.evaluate((p) => globalThis.bksim.camera.project(p), [x, y, 0]);
+  const { x: left, y: top } = await page.locator('#picture').boundingBox();
+  return [left + px, top + py];
+}
+
+/** The place of a named point in the world. */
+const place = (page, name) => page.evaluate((wanted) => {
+  const { numbers: n, state } = globalThis.bksim;
+  const { body, at } = state.points.find((point) => point.name === wanted);
+  return [0, 1].map((i) => n[18 * body + i] + [0, 1, 2].reduce((sum, j) => sum + n[18 * body + 3 + 3 * i + j] * at[j], 0));
+}, name);
+
+async function dragPoint(page, name, to) {
+  await page.mouse.move(...(await pixel(page, ...(await place(page, name)))));
+  await page.mouse.down();
+  const target = await pixel(page, ...to);
+  await page.mouse.move(...target, { steps: 12 });
+  await idle(page);
+  await page.mouse.up();
+  await idle(page);
+}
+
+test('the crank of a four-bar is dragged, and the whole mechanism follows', { skip }, () =>
+  opened('four-bar', {}, async (page) => {
+    await shot(page, 'four-bar');
+    await dragPoint(page, 'crank.B', [-0.06, 0.08]);
+    const [x, y] = await place(page, 'crank.B');
+    // The hand is on the circle of the crank, to the pixel.
+    assert.ok(Math.hypot(x + 0.06, y - 0.08) < 2e-3, `${x}, ${y}`);
+    assert.ok(Math.abs(Math.hypot(x, y) - 0.1) < 1e-9);
+    const ends = await Promise.all(['coupler.C', 'rocker.C'].map((name) => place(page, name)));
+    assert.ok(Math.hypot(ends[0][0] - ends[1][0], ends[0][1] - ends[1][1]) < 1e-10, 'the pin holds');
+    await shot(page, 'dragged');
+    await page.click('#start-here');
+    await idle(page);
+    assert.match(await text(page), /motion = "126\.\d+ deg \+ speed\*t"/);
+    await page.click('#undo');
+    await idle(page);
+    assert.match(await text(page), /motion = "60 deg \+ speed\*t"|motion = "speed\*t/);
+  }));
+
+test('keys drag as the mouse does', { skip }, () =>
+  opened('four-bar', {}, async (page) => {
+    await page.focus('#picture');
+    const before = await numbers(page);
+    // Next points until one of the crank that moves is under the cursor.
+    for (let k = 0; k < 6; k += 1) {
+      await page.keyboard.press('n');
+      await page.keyboard.press('Enter');
+      for (let i = 0; i < 6; i += 1) await page.keyboard.press('ArrowUp');
+      await idle(page);
+      await page.keyboard.press('Enter');
+      await idle(page);
+    }
+    const after = await numbers(page);
+    assert.ok(after.some((value, i) => Math.abs(value - before[i]) > 1e-3), 'nothing moved');
+  }));
+
+test('a length is slid, and the motion is solved again', { skip }, () =>
+  opened('four-bar', {}, async (page) => {
+    const row = page.locator('[data-path="parameters.b"]');
+    const before = await page.evaluate(() => Array.from(globalThis.bksim.motion.frames.slice(-80)));
+    const { x, y, width, height } = await row.locator('input[type=range]').boundingBox();
+    await page.mouse.move(x + 0.45 * width, y + 0.5 * height);
+    await page.mouse.down();
+    await page.mouse.move(x + 0.5 * width, y + 0.5 * height, { steps: 10 });
+    await page.mouse.up();
+    await idle(page);
+    const value = await row.locator('input[type=text]').inputValue();
+    assert.match(value, /^0\.3\d+ m$/);
+    assert.ok((await text(page)).includes(`b = "${value}"`), 'the text follows, comments and all');
+    assert.ok((await text(page)).includes('# coupler'));
+    const after = await page.evaluate(() => Array.from(globalThis.bksim.motion.frames.slice(-80)));
+    assert.ok(after.some((number, i) => Math.abs(number - before[i]) > 1e-4));
+    // Typed with another unit; then all of it is taken back.
+    await row.locator('input[type=text]').fill('290 mm');
+    await row.locator('input[type=text]').press('Enter');
+    await idle(page);
+    assert.ok((await text(page)).includes('b = "290 mm"'));
+    await page.click('#undo');
+    await page.click('#undo');
+    await idle(page);
+    assert.ok((await text(page)).includes('b = "0.3 m"'));
+    assert.equal(await page.locator('#undo').isDisabled(), true);
+  }));
+
+test('the motion plays and is scrubbed', { skip }, () =>
+  opened('four-bar', {}, async (page) => {
+    await page.click('#play');
+    await page.waitForFunction(() => globalThis.bksim.time > 0.2);
+    const during = await numbers(page);
+    await page.click('#play');
+    await page.waitForFunction(() => !globalThis.bksim.isPlaying);
+    await page.locator('#scrub').fill('0.5');
+    await idle(page);
+    const half = await numbers(page);
+    assert.ok(half.some((value, i) => Math.abs(value - during[i]) > 1e-3));
+    await page.click('[role=tab][data-tab=curves]');
+    await idle(page);
+    assert.ok((await page.locator('#charts canvas').count()) > 0);
+    await shot(page, 'curves');
+  }));
+
+test('a four-bar is drawn from nothing in at most twenty actions, and moves', { skip }, () =>
+  opened('empty', {}, async (page) => {
+    let n = 0;
+    const tool = async (name) => { n += 1; await page.click(`[data-tool=${name}]`); };
+    const click = async (x, y) => {
+      n += 1;
+      await page.mouse.move(...(await pixel(page, x, y)));
+      await page.mouse.down();
+      await page.mouse.up();
+      await idle(page);
+    };
+    const [a, b, c, d] = [[-0.15, -0.05], [-0.1, 0.03], [0.1, 0.08], [0.08, -0.06]];
+    await tool('link');
+    for (const [from, to] of [[a, b], [b, c], [c, d]]) {
+      await click(...from);
+      await click(...to);
+    }
+    await tool('ground');
+    await click(...a);
+    await click(...d);
+    await tool('motor');
+    await click(...a);
+    n += 1;
+    await page.click('#play');
+    await page.waitForFunction(() => globalThis.bksim.time > 0.1);
+    assert.ok(n <= 20, `${n} actions`);
+    await page.click('#play');
+    await idle(page);
+    assert.deepEqual(await page.evaluate(() => globalThis.bksim.state.scene.bodies), ['ground', 'link1', 'link2', 'link3']);
+    assert.match(await page.textContent('#freedoms'), /^1 free motion, one driven/);
+    assert.equal(await page.evaluate(() => globalThis.bksim.state.faults.filter((fault) => fault.is_error).length), 0);
+    await shot(page, 'drawn');
+    await page.click('[role=tab][data-tab=equations]');
+    await page.waitForSelector('#equations math');
+    await shot(page, 'equations');
+  }));
+
+test('a fault leaves the last good picture, names its line, and goes away', { skip }, () =>
+  opened('four-bar', { colorScheme: 'dark' }, async (page) => {
+    const before = await numbers(page);
+    await page.click('[role=tab][data-tab=text]');
+    const whole = await page.inputValue('#text');
+    await page.fill('#text', whole.replace('mass = "0.5 kg"', 'mass = "0.5 furlongs"'));
+    await page.waitForSelector('#faults li.error');
+    await idle(page);
+    assert.match(await page.textContent('#faults'), /line \d+/);
+    assert.deepEqual(await numbers(page), before);
+    await page.fill('#text', '[bodies');
+    await page.waitForSelector('#picture.stale');
+    await shot(page, 'fault-dark');
+    await page.fill('#text', whole);
+    await page.waitForSelector('#picture:not(.stale)');
+    await idle(page);
+    assert.equal(await page.locator('#faults li.error').count(), 0);
+  }));
+
+test('a link holds the model', { skip }, async () => {
+  let url = '';
+  await opened('four-bar', {}, async (page) => {
+    await page.locator('[data-path="parameters.a"] input[type=text]').fill('0.09 m');
+    await page.locator('[data-path="parameters.a"] input[type=text]').press('Enter');
+    await idle(page);
+    await page.click('#share');
+    await page.waitForFunction(() => location.hash.length > 10);
+    url = await page.evaluate(() => location.hash);
+  });
+  await opened('empty', {}, async (page) => {
+    assert.ok((await text(page)).includes('a = "0.09 m"'));
+  }, url);
+});
+
+test('fingers drag, and a phone shows all of it', { skip }, () =>
+  opened('slider-crank', { viewport: { width: 390, height: 800 }, hasTouch: true, isMobile: true }, async (page) => {
+    const widest = await page.evaluate(() => document.documentElement.scrollWidth);
+    assert.ok(widest <= 390, `${widest} pixels wide`);
+    const before = await place(page, 'crank.B');
+    const session = await page.context().newCDPSession(page);
+    const at = async (type, x, y) => {
+      const [px, py] = await pixel(page, x, y);
+      const touchPoints = type === 'touchEnd' ? [] : [{ x: px, y: py }];
+      await session.send('Input.dispatchTouchEvent', { type, touchPoints });
+    };
+    await at('touchStart', ...before);
+    for (let k = 1; k <= 10; k += 1) {
+      const angle = Math.atan2(before[1], before[0]) + 0.06 * k;
+      const l = Math.hypot(...before);
+      await at('touchMove', l * Math.cos(angle), l * Math.sin(angle));
+      await idle(page);
+    }
+    await at('touchEnd');
+    await idle(page);
+    const after = await place(page, 'crank.B');
+    assert.ok(Math.hypot(after[0] - before[0], after[1] - before[1]) > 0.02, `${before} to ${after}`);
+    await shot(page, 'phone');
+  }));
+
+test('poses and motions are quick enough for a hand', { skip }, () =>
+  opened('four-bar', {}, async (page) => {
+    const rate = await page.evaluate(async () => {
+      const { ask } = globalThis.bksim;
+      await ask({ do: 'grab', body: 1, point: [0.1, 0, 0] });
+      const n = 120;
+      const began = performance.now();
+      for (let k = 0; k < n; k += 1) {
+        const angle = 0.05 * k;
+        await ask({ do: 'drag', to: [0.1 * Math.cos(angle), 0.1 * Math.sin(angle), 0] });
+      }
+      return (1000 * n) / (performance.now() - began);
+    });
+    const { solve, edit } = await page.evaluate(() => globalThis.bksim.figures);
+    console.log(`# ${rate.toFixed(0)} poses a second; edit ${edit.toFixed(1)} ms, motion ${solve.toFixed(1)} ms`);
+    assert.ok(rate > 30, `${rate} poses a second`);
+  }));

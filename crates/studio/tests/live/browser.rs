@@ -1,0 +1,67 @@
+//! Live pages in a real browser, where their module was built: dragged, slid, drawn, typed in.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::common::{CRATE, Scratch, text};
+use super::{browser, installed, screenshots};
+use serde_json::{Map, Value, json};
+
+/// The examples that are opened, and an empty model.
+const EXAMPLES: [&str; 2] = ["four-bar", "slider-crank"];
+
+#[test]
+fn the_scripts_of_live_pages_have_sound_types() {
+    let mut check = Command::new("node");
+    check.current_dir(installed()).args(["node_modules/typescript/bin/tsc", "-p", "tsconfig.json"]);
+    let output = check.output().expect("node starts: install Node.js 18 or later");
+    assert!(output.status.success(), "{}", text(&output.stdout));
+}
+
+/// The module, if it was built.
+fn module() -> Option<PathBuf> {
+    let named = std::env::var_os("BKSIM_LIVE").map(PathBuf::from);
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent()?;
+    let built = target.join("wasm32-unknown-unknown/live/bksim_live.wasm");
+    named.into_iter().chain([built]).find(|path| path.exists())
+}
+
+#[test]
+fn live_pages_follow_hands_in_a_browser() {
+    let Some(module) = module().filter(|_| bksim_page::IS_BUNDLED) else {
+        eprintln!("not run: the module of live pages was not built; docs/seeing/live.md says how");
+        return;
+    };
+    let place = Scratch::new();
+    place.write("empty.toml", "");
+    let mut pages = Map::new();
+    for example in EXAMPLES {
+        let model = Path::new(CRATE).join("../../examples").join(example).join("model.toml");
+        let file = place.path().join(format!("{example}.html"));
+        let mut page = place.bksim();
+        page.arg("page").arg(model).args(["--live", "-o"]).arg(&file).env("BKSIM_LIVE", &module);
+        let output = page.output().expect("bksim starts");
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let n_bytes = std::fs::metadata(&file).expect("the page").len();
+        assert!(n_bytes < 3_000_000, "the live page of {example} has {n_bytes} bytes");
+        pages.insert(example.to_owned(), Value::from(file.display().to_string()));
+    }
+    let nothing = bksim_page::live(
+        "",
+        "mine",
+        &std::fs::read(&module).expect("the module"),
+        &bksim_page::LiveOptions::default(),
+    );
+    let file = place.path().join("empty.html");
+    std::fs::write(&file, nothing.expect("a page")).expect("a file");
+    pages.insert("empty".to_owned(), Value::from(file.display().to_string()));
+    let plan = json!({ "browser": browser(), "screenshots": screenshots(), "pages": pages });
+    place.write("plan.json", plan.to_string());
+
+    let web = installed();
+    let mut node = Command::new("node");
+    node.current_dir(&web).args(["--test", "--test-reporter=spec", "test/live.test.mjs"]);
+    node.env("BKSIM_LIVE_PAGES", place.path().join("plan.json"));
+    let output = node.output().expect("node starts: install Node.js 18 or later");
+    assert!(output.status.success(), "{}\n{}", text(&output.stdout), text(&output.stderr));
+}
