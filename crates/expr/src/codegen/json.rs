@@ -41,8 +41,12 @@ impl Program<'_> {
                 "{{\"parameters\": {parameters}, \"inputs\": {inputs}, \"outputs\": {outputs}}}"
             )
         });
+        let note = match self.note.join("\n") {
+            note if note.is_empty() => note,
+            note => format!("  \"note\": {},\n", text(&note)),
+        };
         format!(
-            "{{\n  \"format\": \"bksim-tape\",\n  \"version\": 1,\n  \"name\": {},\n  \
+            "{{\n  \"format\": \"bksim-tape\",\n  \"version\": 1,\n  \"name\": {},\n{note}  \
              \"constants\": {},\n  \"parameters\": {},\n  \"inputs\": {},\n  \
              \"instructions\": {},\n  \"n_prologue\": {},\n  \"outputs\": {},\n  \"tests\": {}\n}}\n",
             text(&self.signature.name),

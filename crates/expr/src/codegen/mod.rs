@@ -101,6 +101,8 @@ pub struct Program<'t> {
     signature: Signature,
     names: Names,
     points: Vec<TestPoint>,
+    /// Lines about the function as a whole.
+    note: Vec<String>,
 }
 
 /// Points that generated code is tested at.
@@ -137,6 +139,7 @@ impl Tape {
             names: Names::new(signature),
             signature: signature.clone(),
             points,
+            note: Vec::new(),
         })
     }
 }
@@ -208,6 +211,13 @@ impl Program<'_> {
         #[expect(clippy::cast_possible_truncation, reason = "a power of ten of a number")]
         let beyond = (most / GROWTH).log10().ceil() as i32;
         format!("1e{}", TOLERANCE + beyond)
+    }
+
+    /// The same program with lines about the function as a whole in its header.
+    #[must_use]
+    pub fn with_note(mut self, note: &str) -> Self {
+        self.note = note.lines().map(names::line).collect();
+        self
     }
 
     /// The name of the function in the code.
@@ -313,6 +323,9 @@ impl Program<'_> {
             ),
             String::new(),
         ];
+        if !self.note.is_empty() {
+            lines.extend(self.note.iter().cloned().chain([String::new()]));
+        }
         for (array, quantities) in [
             ("inputs", &signature.inputs),
             ("parameters", &signature.parameters),
