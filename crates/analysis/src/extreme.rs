@@ -1,5 +1,7 @@
 //! Limit positions: where joints and bodies turn back.
 
+use std::f64::consts::TAU;
+
 use crate::curve::{Curve, Point};
 use crate::error::AnalysisError;
 use crate::path::Path;
@@ -19,6 +21,21 @@ pub struct Extreme {
     pub value: f64,
     /// All joint positions and body angles there, in the order of the quantities.
     pub pose: Vec<(String, f64)>,
+}
+
+impl Extreme {
+    /// Counts an angle so that it lies in a range, here and in the pose.
+    pub(crate) fn within(&mut self, name: &str, [min, max]: [f64; 2]) {
+        let turned = |value: f64| {
+            let middle = 0.5 * (min + max);
+            value + TAU * ((middle - value) / TAU).round()
+        };
+        if self.name == name {
+            self.value = turned(self.value);
+        }
+        let own = self.pose.iter_mut().filter(|(known, _)| known == name);
+        own.for_each(|(_, value)| *value = turned(*value));
+    }
 }
 
 /// Quantities that are watched along a curve.

@@ -17,7 +17,7 @@ use crate::quantity::PoseQuantity;
 use crate::rows::{Clock, Rows};
 use crate::scalar::Rates;
 use crate::trace::Trace;
-use crate::transmission::{Transmission, Transmissions, angles, arms};
+use crate::transmission::{TRANSMISSION, Transmission, Transmissions, angles, arms};
 use crate::whole_turns::Turn;
 
 /// The limits that are asked for.
@@ -188,6 +188,14 @@ fn branch(
                 + if unit == "rad" { TAU * ((*end - extreme.value) / TAU).round() } else { 0.0 };
             if (value - *end).abs() < 0.01 {
                 *end = if extreme.is_maximum { end.max(value) } else { end.min(value) };
+            }
+        }
+        if name.starts_with(TRANSMISSION) {
+            // An angle between two arms is counted from either in turn: its least value is the one within half a turn.
+            let turn = TAU * (min / TAU).round();
+            (min, max) = (min - turn, max - turn);
+            for extreme in &mut found {
+                extreme.within(name, [min, max]);
             }
         }
         ranges.push(RangeOf { name: name.clone(), unit, min, max, turns });

@@ -126,6 +126,9 @@ fn arm(positions: &Positions, from: Anchor, to: JointId) -> Option<Vector> {
     Some(bksim_mbs::spatial::sub(pool, &there, &here))
 }
 
+/// Names of the angles from the first arm to the second begin so.
+pub(crate) const TRANSMISSION: &str = "transmission ";
+
 /// The angles from the first arm to the second, counted round.
 pub(crate) fn angles(positions: &Positions, arms: &[Arms]) -> Vec<PoseQuantity> {
     let pool = &positions.model().pool;
@@ -133,7 +136,7 @@ pub(crate) fn angles(positions: &Positions, arms: &[Arms]) -> Vec<PoseQuantity> 
         let [a, b] = &of.arms;
         let across = bksim_mbs::spatial::cross(pool, a, b)[2];
         let along = bksim_mbs::spatial::dot(pool, a, b);
-        quantity(format!("transmission {}", of.at), "rad", pool.atan2(across, along))
+        quantity(format!("{TRANSMISSION}{}", of.at), "rad", pool.atan2(across, along))
     };
     arms.iter().map(angle).collect()
 }
@@ -198,12 +201,12 @@ impl Transmissions {
 
 /// The extremes of an angle over some poses.
 fn transmission(name: &str, poses: &[Vec<(String, f64)>]) -> Option<Transmission> {
-    let raw = format!("transmission {name}");
+    let raw = format!("{TRANSMISSION}{name}");
     let at = |pose: &Vec<(String, f64)>| {
         let (_, angle) = pose.iter().find(|(known, _)| *known == raw)?;
         let angle = angle.abs().rem_euclid(PI);
         let is_shown = |(name, _): &&(String, f64)| {
-            !name.starts_with(SQUARE) && !name.starts_with("transmission ")
+            !name.starts_with(SQUARE) && !name.starts_with(TRANSMISSION)
         };
         let pose = pose.iter().filter(is_shown).cloned().collect();
         Some(TransmissionAt { angle: angle.min(PI - angle), pose })

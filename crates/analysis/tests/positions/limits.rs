@@ -342,3 +342,31 @@ fn limits_are_told_in_the_turn_of_the_start() {
         assert_eq!(chain.offset, 0.0);
     }
 }
+
+/// A triple rocker: what is told of a transmission angle where it turns back lies in its range.
+#[test]
+fn transmission_angles_have_one_branch_in_all_tables() {
+    let text = "[ground]\npoints = { A = [4.1, 3.75], D = [0.165, 1.322] }\n\
+                [bodies]\ncrank = { points = { B = [-2.856, -3.554] } }\n\
+                coupler = { points = { C = [0, 0], B = [3.564, 2.489] } }\n\
+                rocker = { points = { C = [-2.485, -3.615] } }\n\
+                [joints]\njA = { type = \"revolute\", between = [\"ground.A\", \"crank\"] }\n\
+                jB = { type = \"revolute\", between = [\"crank.B\", \"coupler.B\"] }\n\
+                jC = { type = \"revolute\", between = [\"coupler.C\", \"rocker.C\"] }\n\
+                jD = { type = \"revolute\", between = [\"ground.D\", \"rocker\"] }\n\
+                [initial]\ncrank = { guess = { x = 4.1, y = 3.75, angle = 0 } }\n\
+                coupler = { guess = { x = -2.32, y = -2.293, angle = 0 } }\n\
+                rocker = { guess = { x = 0.165, y = 1.322, angle = 0 } }\n";
+    let found = limits(geometry(text), &LimitsRequest::default()).expect("limits");
+    let branch = &found.branches[0];
+    let mut n_told = 0;
+    for range in branch.ranges.iter().filter(|range| range.name.starts_with("transmission ")) {
+        assert!(range.min > -TAU / 2.0 - 1e-9 && range.min <= TAU / 2.0 + 1e-9, "{range:?}");
+        for extreme in branch.extremes.iter().filter(|extreme| extreme.name == range.name) {
+            n_told += 1;
+            let is_inside = (range.min - 1e-9..=range.max + 1e-9).contains(&extreme.value);
+            assert!(is_inside, "{} of {range:?}", extreme.value);
+        }
+    }
+    assert!(n_told > 0);
+}
