@@ -13,12 +13,12 @@ use bksim_model::{Measure, MotionKind, ParameterId};
 use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 
-use crate::equilibrium::{Equilibrium, Stability};
+use crate::around::Way;
+use crate::equilibrium::Equilibrium;
 use crate::error::AnalysisError;
 use crate::forces::{At, Forces, ForcesAt};
 use crate::loaded::Loaded;
-use crate::open_reactions::{ReactionBound, open_reactions};
-use crate::pencil::Pencil;
+use crate::open_reactions::{ReactionBound, least, open_reactions};
 use crate::quantity::PoseQuantity;
 use crate::reduced::Reduced;
 use crate::rows::wrapped;
@@ -40,19 +40,22 @@ pub(crate) struct Balance<'a> {
     /// Stops that no row holds.
     pub(crate) stops: Stops,
     /// Measures that the stiffness is by, and their slopes.
-    by: (Vec<PoseQuantity>, Scalars),
+    pub(crate) by: (Vec<PoseQuantity>, Scalars),
     /// No velocities.
     rest: Vec<f64>,
     /// Coordinates whose velocities are states.
     states: Vec<usize>,
     /// True where forces are others after whole turns of the one free motion.
     pub(crate) counts_turns: bool,
+    /// Number of free motions around the start, once that is looked at.
+    pub(crate) n_motions: Option<usize>,
+    /// A pose next to the start where branches cross in that.
+    pub(crate) regular: Option<Vec<f64>>,
+    /// These branches.
+    pub(crate) ways: Vec<Way>,
     /// Bounds of reactions that are not unique.
     pub(crate) bounds: Vec<ReactionBound>,
 }
-
-/// Part of the largest eigenvalue of K_r below which one counts as zero.
-const NO_STIFFNESS: f64 = 1e-9;
 
 impl<'a> Balance<'a> {
     /// The forces of `loaded` as functions of the parameters `free`, at their values in the model; the stiffness
@@ -80,6 +83,9 @@ impl<'a> Balance<'a> {
             rest: vec![0.0; loaded.q.len()],
             states: loaded.state_coordinates(),
             counts_turns: false,
+            n_motions: None,
+            regular: None,
+            ways: Vec::new(),
             bounds: Vec::new(),
         })
     }
@@ -116,6 +122,23 @@ impl<'a> Balance<'a> {
         let mut v = self.rest.clone();
         self.states.iter().for_each(|&i| v[i] = q[i]);
         v
+    }
+
+    /// Values of all parameters.
+    pub(crate) fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// The multipliers of smallest norm that balance the forces as well as any do, where slopes of some rows follow from those
+    /// of others up to rounding.
+    pub(crate) fn smallest_balancing(&mut self, q: &[f64]) -> Option<Vec<f64>> {
+        /// Part of the largest singular value that rounding of a singular pose leaves.
+        const FLOOR: f64 = 1e-6;
+        let nothing = vec![0.0; self.forces.nc()];
+        let at = self.at(q, &nothing);
+        let transposed = at.jacobian.transpose();
+        let lambda = Svd::new(&transposed)?.solve(&-at.residual, FLOOR * transposed.norm());
+        Some(lambda.as_slice().to_vec())
     }
 
     /// Gives the varied parameters values.
@@ -181,7 +204,7 @@ impl<'a> Balance<'a> {
     }
 
     /// Values of all quantities at a position, then of states, whose units are those of the author and not named.
-    fn pose_at(&mut self, q: &[f64]) -> Vec<(String, f64, &'static str)> {
+    pub(crate) fn pose_at(&mut self, q: &[f64]) -> Vec<(String, f64, &'static str)> {
         let values = self.pose.values(self.loaded.t, q);
         let named = self.loaded.quantities.iter().zip(values);
         let named =
@@ -210,6 +233,9 @@ impl<'a> Balance<'a> {
 
     /// Everything about an equilibrium at a position.
     pub(crate) fn equilibrium(&mut self, q: &[f64]) -> Result<Equilibrium, AnalysisError> {
+        if let Some(ways) = self.ways_at(q) {
+            return self.at_crossing(q, &ways);
+        }
         let undetermined = || AnalysisError::Undetermined { what: "the constraints".into(), n: 1 };
         let lambda = self.balancing(q).ok_or_else(undetermined)?;
         let at = self.at(q, &lambda);
@@ -222,29 +248,15 @@ impl<'a> Balance<'a> {
         let projected = reduced.project(&at.stiffness);
         let projected = projected.select_rows(&motions).select_columns(&motions);
         let stiffness = symmetric_eigenvalues(&projected);
-        // Forces that cancel leave rounding of their size.
-        let mut weighed = reduced.basis.clone();
-        for (mut row, unit) in weighed.row_iter_mut().zip(&self.units()) {
-            row /= *unit;
-        }
-        let rounding = 1e-3 * self.load_size(q, &lambda) * weighed.norm_squared();
-        let scale = (at.stiffness.amax() * reduced.basis.norm_squared()).max(rounding);
-        let least = stiffness.first().copied().unwrap_or(1.0);
-        let stability = if !self.states.is_empty() {
-            stability_of_small_motions(&Pencil::of(&at, &reduced))
-        } else if stiffness.is_empty() || least > NO_STIFFNESS * scale {
-            Stability::Stable
-        } else if least < -NO_STIFFNESS * scale {
-            Stability::Unstable
-        } else {
-            Stability::Neutral
-        };
+        let loads = self.load_size(q, &lambda);
+        let stability = self.stability(&at, (&reduced, &motions), loads);
         let loaded = self.loaded;
         let n_rows = loaded.system().constraints.len();
         let mut lambda = self.forces.all_multipliers(n_rows, &lambda);
         let v = self.velocities(q);
         let state = [q, &v, &self.rest];
-        let reactions = loaded.reactions(loaded.t, &self.parameters, state, &mut lambda);
+        let mut reactions = loaded.reactions(loaded.t, &self.parameters, state, &mut lambda);
+        least(loaded, &self.parameters, (loaded.t, q), (&mut reactions, &mut lambda));
         let numbers = (self.parameters.as_slice(), self.bounds.as_slice());
         let open = open_reactions(loaded, numbers, (loaded.t, q), (&reactions, &lambda));
         Ok(Equilibrium {
@@ -255,6 +267,7 @@ impl<'a> Balance<'a> {
             lambda,
             stability,
             stiffness,
+            branches: Vec::new(),
             family: None,
             pose: self.pose_at(q),
             reactions,
@@ -378,20 +391,6 @@ pub(crate) fn pose_of(
     let values = loaded.scalars(&loaded.quantities)?.values(loaded.t, q);
     let named = loaded.quantities.iter().zip(values);
     Ok(named.map(|(quantity, value)| (quantity.names[0].clone(), value, quantity.unit)).collect())
-}
-
-/// Stability by the roots of the equations of small motions.
-fn stability_of_small_motions(pencil: &Pencil) -> Stability {
-    let (roots, _) = pencil.finite_eigenvalues();
-    let size = roots.iter().fold(0.0, |size: f64, s| size.max(s.norm()));
-    let last = roots.iter().fold(f64::NEG_INFINITY, |last, s| last.max(s.re));
-    if last < -NO_STIFFNESS * size {
-        Stability::Stable
-    } else if last > NO_STIFFNESS * size {
-        Stability::Unstable
-    } else {
-        Stability::Neutral
-    }
 }
 
 fn symmetric_eigenvalues(matrix: &DMatrix<f64>) -> Vec<f64> {

@@ -13,10 +13,11 @@ use bksim_model::Model;
 use bksim_sim::Svd;
 use nalgebra::{Complex, DMatrix};
 
+use crate::about::About;
 use crate::channels::Channels;
 use crate::eigenvalues::eigenvalues;
 use crate::error::AnalysisError;
-use crate::linear::{About, Linear, linearize};
+use crate::linear::{Linear, linearize};
 use crate::table::{Column, Table};
 
 /// Frequencies in even steps of their logarithm, rad/s.

@@ -1,4 +1,4 @@
-//! Codes of faults in questions.
+//! Codes of faults in questions, and of warnings about starts that take the same look.
 
 bksim_model::codes! {
     BAD_RANGE = "Q001", "values that cannot be read";
@@ -15,4 +15,9 @@ bksim_model::codes! {
     NOT_BALANCED = "Q012", "a start that no value balances";
     NOT_PLANAR = "Q013", "a question about planar mechanisms, asked of one in space";
     NO_ASSEMBLY = "Q014", "an assembly that there is not";
+    GOES_NOWHERE = "Q020", "a start that yields, but goes nowhere";
+    BRANCH_POINT = "Q021", "a pose in which branches cross";
+    NOT_CLOSED = "Q022", "a start that no value closes";
+    SINGULAR_START = "S026", "a run from a pose that yields, but goes nowhere";
+    BRANCHES_AT_START = "S027", "a run from a pose in which branches cross";
 }

@@ -19,6 +19,16 @@ use nalgebra::{DMatrix, DVector};
 pub(crate) trait Equations {
     /// Their values, and their slopes by the unknowns.
     fn at(&mut self, z: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>);
+
+    /// Largest residual, where they were last asked for, of rows that follow from these as long as they hold.
+    fn left_out(&self) -> f64 {
+        0.0
+    }
+
+    /// The direction of the first point, where the slopes alone do not show it.
+    fn first_direction(&self) -> Option<DVector<f64>> {
+        None
+    }
 }
 
 /// Solutions of equations along the one direction that they leave free.
@@ -45,6 +55,8 @@ const STRAIGHT: f64 = 0.98;
 const NEAR_CURVE: f64 = 0.1;
 /// Corrections below this are rounding.
 const CONVERGED: f64 = 1e-11;
+/// Residual of rows that follow from others up to which they do.
+const FOLLOWS: f64 = 1e-8;
 
 impl<E: Equations> Curve<E> {
     fn at(&mut self, z: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
@@ -68,6 +80,10 @@ impl<E: Equations> Curve<E> {
     /// The first point, its direction that in which the last unknown grows.
     pub(crate) fn first_point(&mut self, z: DVector<f64>) -> Option<Point> {
         let n = z.len();
+        if let Some(own) = self.equations.first_direction() {
+            let tangent = if own[n - 1] < 0.0 { -own } else { own };
+            return Some(Point { z, tangent });
+        }
         let (_, jacobian) = self.at(&z);
         // The direction that the rows leave free.
         let mut square = DMatrix::zeros(n, n);
@@ -102,7 +118,8 @@ impl<E: Equations> Curve<E> {
                 first = size;
             }
             if size <= CONVERGED {
-                return Some(first);
+                // What would tear the other rows is no pose.
+                return (self.equations.left_out() <= FOLLOWS).then_some(first);
             }
             last = size;
         }

@@ -31,6 +31,7 @@ pub use self::singular::{SingularPose, Singularity, singular_poses};
 
 pub(crate) use self::drives::start;
 pub(crate) use self::pose::{Placed, Pose as PlacedPose};
+pub(crate) use self::singular::{crossing, orientation};
 
 use self::pose::Pose;
 use crate::error::AnalysisError;

@@ -2,6 +2,7 @@
 
 use crate::open_reactions::OpenReactions;
 use crate::table::Column;
+use crate::way_rates::WayRates;
 
 /// Stability of an equilibrium.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -21,6 +22,8 @@ pub struct Family {
     pub dimension: usize,
     /// Positions of joints, coordinates of bodies without one, and states, that change along it.
     pub moves: Vec<String>,
+    /// All quantities of the pose that change along it: their values are one choice of many.
+    pub free: Vec<String>,
 }
 
 /// A stop that is closed.
@@ -49,6 +52,19 @@ pub struct PassedStop {
     pub unit: &'static str,
 }
 
+/// One of the branches of poses that cross in an equilibrium.
+#[derive(Clone, PartialEq, Debug)]
+pub struct CrossingBranch {
+    /// Rates of joints along it, the first of which is one.
+    pub rates: WayRates,
+    /// Stability along it.
+    pub stability: Stability,
+    /// Second derivative of the potential along it by the first of its rates, N m/rad or N/m.
+    pub stiffness: f64,
+    /// Rates of the coordinates along it, SI.
+    pub(crate) direction: Vec<f64>,
+}
+
 /// A pose at rest in which all forces are balanced.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Equilibrium {
@@ -58,8 +74,10 @@ pub struct Equilibrium {
     pub lambda: Vec<f64>,
     /// Stability; of a mechanism that nothing can move, stable.
     pub stability: Stability,
-    /// Eigenvalues of K_r, ascending, SI; with states of controllers held.
+    /// Eigenvalues of K_r, ascending, SI; with states of controllers held. None where branches cross.
     pub stiffness: Vec<f64>,
+    /// The branches of poses that cross in it, each with its own stability; none of a pose on one branch alone.
+    pub branches: Vec<CrossingBranch>,
     /// The family that it stands for, of one that is not isolated; told by [`crate::statics`] alone.
     pub family: Option<Family>,
     /// Every joint position, body angle and point: name, value, unit; then states, without theirs.
@@ -89,7 +107,9 @@ pub(crate) fn cells(equilibrium: &Equilibrium) -> Vec<f64> {
         Stability::Neutral => 0.0,
         Stability::Unstable => -1.0,
     };
-    let least = equilibrium.stiffness.first().copied().unwrap_or(f64::INFINITY);
+    let by_branch = equilibrium.branches.iter().map(|branch| branch.stiffness);
+    let by_branch = by_branch.fold(f64::INFINITY, f64::min);
+    let least = equilibrium.stiffness.first().copied().unwrap_or(by_branch);
     let pose = equilibrium.pose.iter().map(|(_, value, _)| *value);
     let reactions = equilibrium.reactions.iter().flatten().copied();
     [stability, least].into_iter().chain(pose).chain(reactions).collect()

@@ -28,6 +28,8 @@ pub(crate) struct EquilibriumPath<'b, 'l> {
     pub(crate) is_turn: Vec<bool>,
     /// Constraint rows that the others follow from.
     active: Vec<usize>,
+    /// Largest residual of the others where they were last asked for, in radians and longest links.
+    left_out: f64,
     /// Whole turns between rows of angles and zero.
     turns: Vec<f64>,
     /// Unit of work, J: the largest that forces or their changes do at the position.
@@ -62,7 +64,9 @@ impl<'b, 'l> EquilibriumPath<'b, 'l> {
         let forces = at.residual.iter().zip(&units).map(|(force, unit)| (force * unit).abs());
         let work = changes.chain(forces).fold(0.0, f64::max);
         let work = if work > 0.0 { work } else { 1.0 };
-        Curve { equations: Self { balance, range, units, is_turn, active, turns, work } }
+        Curve {
+            equations: Self { balance, range, units, is_turn, active, left_out: 0.0, turns, work },
+        }
     }
 
     /// The unknowns of a position.
@@ -89,6 +93,14 @@ impl Equations for EquilibriumPath<'_, '_> {
         self.balance.set(&[self.parameter(z[n])]);
         let nothing = vec![0.0; self.balance.forces.nc()];
         let loads = self.balance.at(&q, &nothing);
+
+        let is_left_out = |row: &usize| self.active.binary_search(row).is_err();
+        let others = (0..loads.closure.len()).filter(is_left_out);
+        let off = |row: usize| {
+            (loads.closure[row] - self.turns[row]).abs()
+                / self.balance.unit_of_row(self.balance.loaded.kept[row])
+        };
+        self.left_out = others.map(off).fold(0.0, f64::max);
 
         // Closed loops, each row of the size one.
         let m = self.active.len();
@@ -138,6 +150,10 @@ impl Equations for EquilibriumPath<'_, '_> {
             }
         }
         (value, jacobian)
+    }
+
+    fn left_out(&self) -> f64 {
+        self.left_out
     }
 }
 

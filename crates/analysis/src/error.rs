@@ -7,6 +7,8 @@ use bksim_model::AssemblyChoice;
 use bksim_model::diagnostic::{Rejected, Span};
 use bksim_model::message::{counted, listed, short};
 
+use crate::way_rates::WayRates;
+
 /// Why a question has no answer.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -167,6 +169,34 @@ pub enum AnalysisError {
         /// Unit of these.
         unit: &'static str,
     },
+    /// A start whose rows yield to first order alone.
+    #[error("the start yields in {}, but goes nowhere: it is a singular pose", listed(&.moves.iter().map(String::as_str).collect::<Vec<_>>()))]
+    GoesNowhere {
+        /// Positions of joints that yield.
+        moves: Vec<String>,
+    },
+    /// A pose in which several motions cross.
+    #[error("branches cross in this pose: {} lead on from it", counted(ways.len(), "motion", "motions"))]
+    BranchPoint {
+        /// Rates of joints along each of them.
+        ways: Vec<WayRates>,
+        /// What to write instead.
+        cure: &'static str,
+    },
+    /// No branch through the start has this number.
+    #[error("the start has no branch {number}, of {n}")]
+    NoBranch {
+        /// From one.
+        number: usize,
+        /// Number of branches.
+        n: usize,
+    },
+    /// A branch along which what is prescribed stands still.
+    #[error("nothing that is prescribed moves along branch {number}")]
+    StillBranch {
+        /// From one.
+        number: usize,
+    },
     /// Two prescribed motions follow from each other.
     #[error("the pose is singular: `{name}` does not move the mechanism there")]
     Singular {
@@ -176,6 +206,20 @@ pub enum AnalysisError {
     /// No equilibrium was found.
     #[error("no equilibrium was found")]
     NoEquilibrium,
+    /// No equilibrium has this number.
+    #[error("there is no equilibrium {number}, of {n}")]
+    NoSuchEquilibrium {
+        /// From one.
+        number: usize,
+        /// Number of equilibria.
+        n: usize,
+    },
+    /// Equilibria, none of which is stable.
+    #[error("none of {} is stable", counted(*n, "equilibrium", "equilibria"))]
+    NoStable {
+        /// Number of equilibria.
+        n: usize,
+    },
     /// Stops that are open at the start leave no equilibrium before them.
     #[error("no equilibrium lies before {} {}", if .stops.len() == 1 { "stop" } else { "stops" },
         listed(&.stops.iter().map(String::as_str).collect::<Vec<_>>()))]
@@ -318,6 +362,20 @@ pub enum AnalysisError {
         span: Span,
         /// Numbers and names of those that there are.
         known: Vec<(usize, String)>,
+    },
+    /// No values of parameters close the start.
+    #[error("no value of {} near its own closes the start at the values that it states", listed(&.names.iter().map(String::as_str).collect::<Vec<_>>()))]
+    NotClosed {
+        /// The parameters.
+        names: Vec<String>,
+    },
+    /// A start that closes with many values of parameters.
+    #[error("the start closes with many values of {}: {} left free", listed(&.names.iter().map(String::as_str).collect::<Vec<_>>()), counted(*n, "motion or parameter is", "motions or parameters are"))]
+    OpenStart {
+        /// Unknowns that are left.
+        n: usize,
+        /// The parameters.
+        names: Vec<String>,
     },
     /// A pose in which the forces are not balanced.
     #[error("{what} do not determine {}", counted(*n, "unknown", "unknowns"))]

@@ -41,6 +41,8 @@ pub struct ExportedFunction {
     pub summary: &'static str,
     /// Values of its parameters in the model, SI; those of modes are of open contacts.
     pub parameters: Vec<f64>,
+    /// A line about the function as a whole, such as the state that linear equations are about.
+    pub note: String,
 }
 
 /// The functions of a part of `mechanism`; the parameters `inputs` become arguments u of the dynamics.
@@ -186,7 +188,8 @@ impl<'a> Interface<'a> {
             parameters: self.parameters.iter().map(|(_, quantity)| quantity.clone()).collect(),
             outputs,
         };
-        ExportedFunction { tape, signature, summary, parameters: self.values.clone() }
+        let (parameters, note) = (self.values.clone(), String::new());
+        ExportedFunction { tape, signature, summary, parameters, note }
     }
 
     fn dynamics(&self) -> Result<Vec<ExportedFunction>, AnalysisError> {

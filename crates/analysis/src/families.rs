@@ -81,9 +81,13 @@ impl Balance<'_> {
         let mut equilibria: Vec<Equilibrium> = Vec::new();
         let mut families: Vec<(usize, FamilyAt)> = Vec::new();
         for q in poses {
-            let family = self.family(q);
+            // Where branches cross there are no directions that a family could have.
+            let family = if self.ways_at(q).is_some() { None } else { self.family(q) };
             if let Some(at) = &family {
-                let mut known = families.iter().filter(|(_, known)| known.family == at.family);
+                let mut known = families.iter().filter(|(_, known)| {
+                    let [own, other] = [&at.family, &known.family];
+                    (own.dimension, &own.moves) == (other.dimension, &other.moves)
+                });
                 if known.any(|(k, known)| self.is_of_family(&equilibria[*k].q, known, q)) {
                     continue;
                 }
@@ -139,7 +143,8 @@ impl Balance<'_> {
             return None;
         }
         let tangents = DMatrix::from_columns(&tangents);
-        let family = Family { dimension: tangents.ncols(), moves: self.moved(q, &tangents) };
+        let [moves, free] = self.moved(q, &tangents);
+        let family = Family { dimension: tangents.ncols(), moves, free };
         Some(FamilyAt { family, tangents })
     }
 
@@ -290,8 +295,8 @@ impl Balance<'_> {
         })
     }
 
-    /// Names of what moves along some directions, in units of the mechanism.
-    fn moved(&mut self, q: &[f64], tangents: &DMatrix<f64>) -> Vec<String> {
+    /// Names of what moves along some directions, in units of the mechanism: joints and bodies without one, then all quantities.
+    fn moved(&mut self, q: &[f64], tangents: &DMatrix<f64>) -> [Vec<String>; 2] {
         let units = self.units();
         let loaded = self.loaded;
         let (model, system) = (loaded.model(), loaded.system());
@@ -307,11 +312,15 @@ impl Balance<'_> {
             (own.transpose() * tangents).norm() > 1e-3 * unit
         };
         let all = (0..loaded.quantities.len()).map(|k| (k, &loaded.quantities[k].names[0]));
-        let shown = all.filter(|&(k, name)| (k < n_of_joints || is_of_body(name)) && moves(k));
-        let of_pose = shown.map(|(_, name)| name.clone());
+        let moving: Vec<(usize, &String)> = all.filter(|&(k, _)| moves(k)).collect();
+        let shown = moving.iter().filter(|&&(k, name)| k < n_of_joints || is_of_body(name));
         let of_states =
             self.states().to_vec().into_iter().filter(|&i| tangents.row(i).norm() > 1e-3);
-        of_pose.chain(of_states.map(|i| coordinates[i].rate_name.clone())).collect()
+        let of_states: Vec<String> = of_states.map(|i| coordinates[i].rate_name.clone()).collect();
+        let names = |of: Vec<&(usize, &String)>| {
+            of.into_iter().map(|(_, name)| (*name).clone()).chain(of_states.clone()).collect()
+        };
+        [names(shown.collect()), names(moving.iter().collect())]
     }
 }
 

@@ -6,8 +6,9 @@ use crate::curve::{Curve, Equations, Point};
 
 /// A stretch of a curve between two points, its length, and how far of it is gone.
 pub(crate) type Stretch<'f, E> = &'f mut dyn FnMut(&mut Curve<E>, (&Point, &Point), [f64; 2]);
-/// A position at a target.
-pub(crate) type Target<'f, E> = &'f mut dyn FnMut(&mut Curve<E>, &DVector<f64>, f64);
+/// A position at a target, and the direction in which it is reached.
+pub(crate) type Target<'f, E> =
+    &'f mut dyn FnMut(&mut Curve<E>, (&DVector<f64>, &DVector<f64>), f64);
 
 /// Follows a curve from `z`, whose last unknown, the parameter, is zero there, through all `targets`, ascending; with `through`
 /// also past dead points, until the parameter is back at an end of the range or the curve closes. Gives
@@ -34,8 +35,10 @@ pub(crate) fn follow<E: Equations>(
     let reached = |s: f64, value: f64, grows: bool| if grows { s >= value } else { s <= value };
     if targets.first() == Some(&0.0) {
         let mut z = from.z.clone();
-        curve.correct(&mut z, &parameter);
-        target(curve, &z, 0.0);
+        if curve.equations.first_direction().is_none() {
+            curve.correct(&mut z, &parameter);
+        }
+        target(curve, (&z, &from.tangent), 0.0);
         ahead = 1;
     }
     let mut ds = 0.02;
@@ -64,7 +67,7 @@ pub(crate) fn follow<E: Equations>(
         {
             let value = targets[k];
             let z = at_parameter(curve, (&from, &to), length, value, &parameter);
-            target(curve, &z, value);
+            target(curve, (&z, &from.tangent), value);
             next = if grows { Some(k + 1) } else { k.checked_sub(1) };
         }
         stretch(curve, (&from, &beyond), [whole, length]);

@@ -59,6 +59,7 @@ pub fn inverse(
     let n_own = model.drives.len();
     prescribe_start(&mut model, motions, times.from);
     let positions = Positions::of(model)?;
+    positions.leads_on()?;
     let measures: Vec<Measure> = motions.iter().map(|m| m.measure).collect();
     let added: Vec<usize> = (n_own..positions.model().drives.len()).collect();
     let mut rows = positions.rows(&measures, &added, Clock::Running)?;

@@ -2,7 +2,6 @@
 
 use bksim_model::{Measure, Model};
 use bksim_sim::held_assembly::AssemblyChange;
-use nalgebra::DVector;
 
 use crate::assembly_watch::AssemblyWatch;
 use crate::curve::Curve;
@@ -10,11 +9,11 @@ use crate::drive::{Drive, Range};
 use crate::error::AnalysisError;
 use crate::extreme::{Extreme, Extremes};
 use crate::follow::follow;
+use crate::kinematic_row::row;
 use crate::path::{Law, Path};
 use crate::positions::Positions;
 use crate::quantity::PoseQuantity;
 use crate::rows::{Clock, Rows, wrapped};
-use crate::scalar::Rates;
 use crate::table::{Column, Table};
 
 /// The motions that are prescribed.
@@ -52,11 +51,35 @@ pub struct Kinematics {
 /// [`AnalysisError`] when the start does not close, too many or too few motions are prescribed, or the first
 /// value is not reached.
 pub fn kinematics(model: Model, prescribed: &Prescribed) -> Result<Kinematics, AnalysisError> {
+    kinematics_along(model, prescribed, None)
+}
+
+/// Positions over a range as [`kinematics`] finds them, where branches cross in the start along that of the number `branch`, from
+/// one.
+///
+/// # Errors
+/// [`AnalysisError`] as of [`kinematics`], or when there is no such branch.
+pub fn kinematics_along(
+    model: Model,
+    prescribed: &Prescribed,
+    branch: Option<usize>,
+) -> Result<Kinematics, AnalysisError> {
     let positions = Positions::of(model)?;
-    match prescribed {
-        Prescribed::Drives { drives, through } => over_drives(&positions, drives, *through),
-        Prescribed::Times(times) => over_times(&positions, *times),
+    let found = match prescribed {
+        Prescribed::Drives { drives, through } => {
+            over_drives(&positions, drives, *through, branch)?
+        }
+        Prescribed::Times(times) => over_times(&positions, *times, branch)?,
+    };
+    if !found.table.rows.is_empty() {
+        return Ok(found);
     }
+    Err(match prescribed {
+        Prescribed::Drives { drives, .. } => AnalysisError::Singular {
+            name: drives.first().map_or_else(String::new, |drive| drive.name.clone()),
+        },
+        Prescribed::Times(times) => AnalysisError::Lost { t: times.from },
+    })
 }
 
 /// The quantities of `positions` with rate and acceleration at the first values of the drives.
@@ -66,7 +89,7 @@ pub(crate) fn at_first(positions: &Positions, drives: &[Drive]) -> Result<Vec<f6
         Drive { range, ..drive.clone() }
     };
     let drives: Vec<Drive> = drives.iter().map(first).collect();
-    let found = over_drives(positions, &drives, false)?;
+    let found = over_drives(positions, &drives, false, None)?;
     let n_prescribed = 3 * drives.len();
     let row = found.table.rows.first().map(|row| row[n_prescribed..].to_vec());
     row.filter(|row| row.iter().all(|x| x.is_finite())).ok_or_else(|| AnalysisError::Singular {
@@ -78,6 +101,7 @@ fn over_drives(
     positions: &Positions,
     drives: &[Drive],
     through: bool,
+    branch: Option<usize>,
 ) -> Result<Kinematics, AnalysisError> {
     let measures: Vec<Measure> = drives.iter().map(|drive| drive.measure).collect();
     if let Some(first) = drives.first()
@@ -95,7 +119,7 @@ fn over_drives(
     // From the start to the first values.
     let x = rows.scaled(&positions.q);
     let from: Vec<f64> = drives.iter().map(|drive| drive.range.from).collect();
-    let x = approach(positions, &mut rows, drives, &prescribed, x, &from)?;
+    let x = approach((positions, &mut rows), (drives, &prescribed), x, &from, branch)?;
 
     // Along the range.
     let span: Vec<f64> = drives.iter().map(|drive| drive.range.to - drive.range.from).collect();
@@ -113,7 +137,7 @@ fn over_drives(
     let n = drives.first().map_or(1, |drive| drive.range.n);
     let shares = Range { from: 0.0, to: 1.0, n }.values();
     let targets: Vec<f64> = shares.iter().map(|share| share * longest).collect();
-    let request = Request { positions, law, targets, through };
+    let request = Request { positions, law, targets, through, branch };
     let mut found = request.follow(&mut rows, &x, &rate, &acceleration, drives.len())?;
 
     // What is prescribed comes first, with the numbers that were asked for.
@@ -130,12 +154,11 @@ fn over_drives(
 
 /// Brings the prescribed measures from where they are at the start to their first values.
 fn approach(
-    positions: &Positions,
-    rows: &mut Rows,
-    drives: &[Drive],
-    prescribed: &[PoseQuantity],
+    (positions, rows): (&Positions, &mut Rows),
+    (drives, prescribed): (&[Drive], &[PoseQuantity]),
     x: Vec<f64>,
     from: &[f64],
+    branch: Option<usize>,
 ) -> Result<Vec<f64>, AnalysisError> {
     let now = positions.scalars(prescribed)?.values(positions.t(), &positions.q);
     let off = |k: usize| {
@@ -171,12 +194,13 @@ fn approach(
         };
         let start = law.u.first().copied().unwrap_or(0.0);
         let slope = law.u_slope.first().copied().unwrap_or(0.0);
-        let mut curve = free_curve(rows, law, &x, drives.len())?;
+        let mut curve = free_curve((positions, rows), law, (&x, branch), drives.len())?;
         let mut passed = Vec::new();
         let first = curve.equations.unknowns(&x);
-        let end = follow(&mut curve, first, &[length], false, &mut |_, _, _| {}, &mut |_, z, _| {
-            passed.push(z.as_slice()[..x.len()].to_vec());
-        });
+        let end =
+            follow(&mut curve, first, &[length], false, &mut |_, _, _| {}, &mut |_, (z, _), _| {
+                passed.push(z.as_slice()[..x.len()].to_vec());
+            });
         match (passed.pop(), end) {
             (Some(x), _) => return Ok(x),
             (None, end) => {
@@ -195,20 +219,29 @@ fn approach(
     })
 }
 
+/// The cure of a start in which branches cross.
+const CHOOSE: &str = "write `--branch 1` to follow the first of them";
+
 /// The curve of what is prescribed, if nothing else is free.
 fn free_curve<'r>(
-    rows: &'r mut Rows,
+    (positions, rows): (&Positions, &'r mut Rows),
     law: Law,
-    x: &[f64],
+    (x, branch): (&[f64], Option<usize>),
     n_driven: usize,
 ) -> Result<Curve<Path<'r>>, AnalysisError> {
-    Path::through(rows, (law, true), x).map_err(|n_free| AnalysisError::NDrives {
+    let of_number = |n_free: usize| AnalysisError::NDrives {
         n_free: (n_free + n_driven).saturating_sub(1),
         n_driven,
-    })
+    };
+    Path::along(rows, (law, true), x, branch)
+        .map_err(|no_path| positions.no_path(no_path, CHOOSE, of_number))
 }
 
-fn over_times(positions: &Positions, times: Range) -> Result<Kinematics, AnalysisError> {
+fn over_times(
+    positions: &Positions,
+    times: Range,
+    branch: Option<usize>,
+) -> Result<Kinematics, AnalysisError> {
     let mut rows = positions.rows(&[], &[], Clock::Running)?;
     let x = rows.scaled(&positions.q);
     let span = times.to - times.from;
@@ -218,10 +251,11 @@ fn over_times(positions: &Positions, times: Range) -> Result<Kinematics, Analysi
         x
     } else {
         let law = Law { t: positions.t(), t_slope: lead.signum(), ..Law::default() };
-        let mut curve = free_curve(&mut rows, law, &x, positions.model().drives.len())?;
+        let n_driven = positions.model().drives.len();
+        let mut curve = free_curve((positions, &mut rows), law, (&x, branch), n_driven)?;
         let mut passed = Vec::new();
         let first = curve.equations.unknowns(&x);
-        follow(&mut curve, first, &[lead.abs()], false, &mut |_, _, _| {}, &mut |_, z, _| {
+        follow(&mut curve, first, &[lead.abs()], false, &mut |_, _, _| {}, &mut |_, (z, _), _| {
             passed.push(z.as_slice()[..x.len()].to_vec());
         });
         passed.pop().ok_or(AnalysisError::Lost { t: times.from })?
@@ -229,7 +263,7 @@ fn over_times(positions: &Positions, times: Range) -> Result<Kinematics, Analysi
     let law = Law { t: times.from, t_slope: if span < 0.0 { -1.0 } else { 1.0 }, ..Law::default() };
     let shares = Range { from: 0.0, to: 1.0, n: times.n }.values();
     let targets: Vec<f64> = shares.iter().map(|share| share * span.abs()).collect();
-    let request = Request { positions, law, targets, through: false };
+    let request = Request { positions, law, targets, through: false, branch };
     let mut found = request.follow(&mut rows, &x, &[], &[], positions.model().drives.len())?;
     for (row, s) in found.table.rows.iter_mut().zip(&found.parameters) {
         row.insert(0, request.law.t + request.law.t_slope * s);
@@ -250,6 +284,8 @@ struct Request<'a> {
     /// Values of the parameter with a row each, ascending from zero.
     targets: Vec<f64>,
     through: bool,
+    /// The branch that is followed from a start where several cross.
+    branch: Option<usize>,
 }
 
 /// Rows that were found, and the parameter of each.
@@ -287,7 +323,8 @@ impl Request<'_> {
         let mut table = Table { columns, rows: Vec::new() };
         let mut parameters = Vec::new();
         let mut limits = Vec::new();
-        let mut curve = free_curve(rows, self.law.clone(), x, n_driven)?;
+        let from = (x, self.branch);
+        let mut curve = free_curve((positions, rows), self.law.clone(), from, n_driven)?;
         let first = curve.equations.unknowns(x);
         let mut watch = AssemblyWatch::of(positions)?;
         let end = follow(
@@ -301,8 +338,8 @@ impl Request<'_> {
                     watch.step(curve, (from, to), ds[0]);
                 }
             },
-            &mut |curve, z, s| {
-                table.rows.push(row(curve, &mut rates, z, s, (u_dot, u_ddot)));
+            &mut |curve, at, s| {
+                table.rows.push(row(curve, &mut rates, at, (u_dot, u_ddot)));
                 parameters.push(s);
             },
         );
@@ -336,21 +373,4 @@ impl Found {
         let stopped = end.map(|s| request.prescribed(s));
         Kinematics { table, limits, stopped, changes }
     }
-}
-
-/// All quantities with their rates at one position; NaN where rates are not determined.
-fn row(
-    curve: &mut Curve<Path<'_>>,
-    rates: &mut Rates,
-    z: &DVector<f64>,
-    s: f64,
-    (u_dot, u_ddot): (&[f64], &[f64]),
-) -> Vec<f64> {
-    let t = curve.equations.time(s);
-    let n = curve.equations.rows.n();
-    let x = &z.as_slice()[..n];
-    let found = curve.equations.rows.rates(t, x, (u_dot, u_ddot));
-    let [v, a] = found.unwrap_or_else(|| [vec![f64::NAN; n], vec![f64::NAN; n]]);
-    let q = curve.equations.rows.unscaled(x);
-    rates.at(t, [&q, &v, &a]).into_iter().flatten().collect()
 }

@@ -18,9 +18,11 @@ mod equations;
 use bksim_expr::Expr;
 use bksim_model::Model;
 
+use crate::about::About;
 use crate::balance::Balance;
 use crate::channels::{Channels, Input};
 use crate::curve::independent_rows;
+use crate::equilibrium::Equilibrium;
 use crate::error::AnalysisError;
 use crate::forces::Forces;
 use crate::linear::{inputs_of, kept_states};
@@ -75,7 +77,8 @@ pub fn letters(model: Model, channels: &Channels) -> Result<Option<Letters>, Ana
     }
     let (free, inputs) = inputs_of(&loaded, &channels.inputs)?;
     let mut balance = Balance::of(&loaded, &[], &[])?;
-    let q = balance.nearest()?.q;
+    let (found, _) = balance.chosen(About::Static)?;
+    let Equilibrium { q, .. } = found.on_one_branch()?;
     let none = vec![0.0; balance.forces.nc()];
     let jacobian = balance.at(&q, &none).jacobian;
     let reduced = balance.reduced(&q, &jacobian)?;

@@ -18,6 +18,7 @@ use crate::rows::{Clock, Rows};
 use crate::scalar::Rates;
 use crate::trace::Trace;
 use crate::transmission::{TRANSMISSION, Transmission, Transmissions, angles, arms};
+use crate::way_rates::ASIDE;
 use crate::whole_turns::Turn;
 
 /// The limits that are asked for.
@@ -133,7 +134,8 @@ pub(crate) fn free_curve<'r>(
     x: &[f64],
 ) -> Result<Curve<Path<'r>>, AnalysisError> {
     let law = Law { t: positions.t(), ..Law::default() };
-    Path::through(rows, (law, false), x).map_err(|n_free| AnalysisError::NotOneMotion { n_free })
+    let one = |n_free| AnalysisError::NotOneMotion { n_free };
+    Path::through(rows, (law, false), x).map_err(|no_path| positions.no_path(no_path, ASIDE, one))
 }
 
 /// Ranges and extremes along one trace.

@@ -14,15 +14,13 @@
 //! Source: the linearisation of multibody systems in the null space of their constraints, e.g. J. García
 //! de Jalón and E. Bayo, *Kinematic and Dynamic Simulation of Multibody Systems* (1994), chapter 8.
 
-use std::str::FromStr;
-
 use bksim_mbs::quantity::{coordinate_units, rate_unit};
 use bksim_model::{Model, ParameterId};
 use nalgebra::{DMatrix, DVector};
 
+use crate::about::About;
 use crate::balance::{Balance, named_quantity, pose_of};
 use crate::channels::{Channels, Input};
-use crate::drive::quantity;
 use crate::eigenvalues::eigenvalues;
 use crate::equilibrium::Equilibrium;
 use crate::error::AnalysisError;
@@ -30,38 +28,8 @@ use crate::forces::{At, Forces, ForcesAt};
 use crate::linear_outputs::{Changes, Outputs, beside};
 use crate::loaded::Loaded;
 use crate::reduced::{Reduced, pseudo_inverse};
+use crate::state::State;
 use crate::table::{Column, Table};
-
-/// The state that equations are linearised about.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub enum About {
-    /// The equilibrium nearest to the start, stable if there is a stable one.
-    #[default]
-    Static,
-    /// The start as it is, moving if the model says so.
-    Start,
-    /// The state of the run at this time, s.
-    Instant(f64),
-}
-
-impl FromStr for About {
-    type Err = String;
-
-    /// Reads `static`, `start` or an instant, `t=1 s`.
-    fn from_str(text: &str) -> Result<Self, String> {
-        let time = || {
-            let after = text.trim().strip_prefix('t')?.trim_start().strip_prefix('=')?;
-            quantity(after, "s").ok()
-        };
-        match text {
-            "static" => Ok(Self::Static),
-            "start" => Ok(Self::Start),
-            _ => time().map(Self::Instant).ok_or_else(|| {
-                "expected `static`, `start` or an instant of the run, such as `t=1 s`".to_owned()
-            }),
-        }
-    }
-}
 
 /// A linear system, SI.
 #[derive(Clone, PartialEq, Debug)]
@@ -82,6 +50,8 @@ pub struct Linear {
     pub d: DMatrix<f64>,
     /// Eigenvalues of A: real and imaginary parts.
     pub poles: Vec<[f64; 2]>,
+    /// The state that they are about.
+    pub state: State,
     /// Pose of the state.
     pub pose: Vec<(String, f64, &'static str)>,
     /// Stops and friction that count as constraints.
@@ -103,7 +73,7 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
 
     // The state.
     let balance = Balance::of(&loaded, &channels.states, &[])?;
-    let (q, v, a, lambda) = state_of(&loaded, balance, about)?;
+    let ((q, v, a, lambda), state) = state_of(&loaded, balance, about)?;
     let mut forces =
         Forces::compile(model, loaded.system(), &loaded.kept, &free, &loaded.parameters)?;
     let p: Vec<f64> = free.iter().map(|id| loaded.mechanism.parameters[id.0]).collect();
@@ -163,11 +133,11 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         a: beside([&solved[0], &solved[1], &solved[2]]),
         lambda: beside([&multiplier(0), &multiplier(1), &multiplier(2)]),
     };
-    let state = At { t: loaded.t, q: &q, v: &v, a: &a, lambda: &lambda, p: &p };
+    let moving = At { t: loaded.t, q: &q, v: &v, a: &a, lambda: &lambda, p: &p };
     let outputs = Outputs::of(&loaded, channels, &inputs, &free)?;
     let numbers = (loaded.parameters.as_slice(), loaded.kept.as_slice());
     let (matrix_c, matrix_d) =
-        outputs.slopes(&loaded)?.matrices(numbers, state, &changes, 2 * n_free, &inputs);
+        outputs.slopes(&loaded)?.matrices(numbers, moving, &changes, 2 * n_free, &inputs);
     let outputs = outputs.columns;
     let (kept, states) = kept_states(&loaded, &reduced);
     let matrix_a = matrix_a.select_rows(&kept).select_columns(&kept);
@@ -181,6 +151,7 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         b: matrix_b.select_rows(&kept),
         c: matrix_c.select_columns(&kept),
         poles,
+        state,
         pose: pose_of(&loaded, &q)?,
         held: loaded.held_contacts(),
     })
@@ -268,24 +239,24 @@ fn rate_name(name: &str) -> String {
 /// q, v, a and the multipliers of the rows that hold.
 type Moving = (Vec<f64>, Vec<f64>, Vec<f64>, Vec<f64>);
 
+/// The state that is meant, in numbers and by name.
 fn state_of(
     loaded: &Loaded,
     mut balance: Balance<'_>,
     about: About,
-) -> Result<Moving, AnalysisError> {
+) -> Result<(Moving, State), AnalysisError> {
     let of_kept = |all: &[f64]| loaded.kept.iter().map(|&row| all[row]).collect::<Vec<f64>>();
-    match about {
-        About::Start | About::Instant(_) => {
-            let lambda = of_kept(&loaded.lambda);
-            Ok((loaded.q.clone(), loaded.v.clone(), loaded.a.clone(), lambda))
-        }
-        About::Static => {
-            let Equilibrium { q, lambda, .. } = balance.nearest()?;
-            let v = balance.velocities(&q);
-            let rest = vec![0.0; q.len()];
-            Ok((q, v, rest, of_kept(&lambda)))
-        }
+    if let About::Start | About::Instant(_) = about {
+        balance.on_one_branch()?;
+        let lambda = of_kept(&loaded.lambda);
+        let moving = (loaded.q.clone(), loaded.v.clone(), loaded.a.clone(), lambda);
+        return Ok((moving, balance.of_motion(about)?));
     }
+    let (found, state) = balance.chosen(about)?;
+    let Equilibrium { q, lambda, .. } = found.on_one_branch()?;
+    let v = balance.velocities(&q);
+    let rest = vec![0.0; q.len()];
+    Ok(((q, v, rest, of_kept(&lambda)), state))
 }
 
 /// δa with M δa + Gᵀ δλ = `forces` and G δa = `rows`.

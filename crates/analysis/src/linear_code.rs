@@ -46,5 +46,5 @@ pub fn exported_linear(name: &str, linear: &Linear) -> Result<ExportedFunction, 
         outputs: states().map(rate).chain(linear.outputs.iter().map(own)).collect(),
     };
     let summary = "rates of the states, then outputs, by deviations from the state";
-    Ok(ExportedFunction { tape, signature, summary, parameters: Vec::new() })
+    Ok(ExportedFunction { tape, signature, summary, parameters: Vec::new(), note: String::new() })
 }

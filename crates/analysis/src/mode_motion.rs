@@ -12,9 +12,9 @@ use bksim_model::{Model, Space};
 use bksim_sim::Mechanism;
 use bksim_sim::run::Segment;
 
+use crate::about::About;
 use crate::assemblies::closed;
 use crate::error::AnalysisError;
-use crate::linear::About;
 use crate::loaded::Loaded;
 use crate::modes::{Mode, modes_of};
 use crate::rows::Rows;

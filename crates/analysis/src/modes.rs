@@ -14,14 +14,18 @@ use bksim_mbs::spatial;
 use bksim_model::{BodyId, Model};
 use nalgebra::{Complex, DVector};
 
+use crate::about::About;
+use crate::around::Around;
 use crate::balance::Balance;
-use crate::equilibrium::Stability;
+use crate::equilibrium::{CrossingBranch, Stability};
 use crate::error::AnalysisError;
-use crate::linear::About;
+use crate::forces::ForcesAt;
 use crate::loaded::Loaded;
 use crate::pencil::Pencil;
 use crate::quantity::PoseQuantity;
+use crate::state::State;
 use crate::table::{Column, Table};
+use crate::way_rates::WayRates;
 
 /// One motion y e^{s t}; of a pair of complex ones that with Im s > 0.
 #[derive(Clone, PartialEq, Debug)]
@@ -39,6 +43,8 @@ pub struct Mode {
     pub coordinates: Vec<[f64; 2]>,
     /// Part of each body in the kinetic energy of the mode; the ground is left out.
     pub shares: Vec<f64>,
+    /// Where branches cross, the number of that along which it is, from one.
+    pub branch: Option<usize>,
 }
 
 /// The modes about an equilibrium.
@@ -56,12 +62,19 @@ pub struct Modes {
     pub q: Vec<f64>,
     /// Stability of the equilibrium.
     pub stability: Stability,
+    /// The state that they are about.
+    pub state: State,
+    /// The branches of poses that cross in the equilibrium: each has modes of its own.
+    pub branches: Vec<WayRates>,
     /// Stops and friction that count as constraints.
     pub held: Vec<String>,
 }
 
-/// Finds the modes of `model` about the equilibrium nearest to the start, or about the start itself, which
-/// must be at rest then.
+/// An eigenvalue, the real and imaginary parts of the coordinates, and the number of a branch.
+type Along = (Complex<f64>, [DVector<f64>; 2], Option<usize>);
+
+/// Finds the modes of `model` about an equilibrium, or about the start itself as if at rest: its rates are left out, as the
+/// state says.
 ///
 /// # Errors
 /// [`AnalysisError`] when there is no equilibrium.
@@ -72,25 +85,45 @@ pub fn modes(model: Model, about: About) -> Result<Modes, AnalysisError> {
 /// The modes of a mechanism whose start is found.
 pub(crate) fn modes_of(loaded: &Loaded, about: About) -> Result<Modes, AnalysisError> {
     let mut balance = Balance::of(loaded, &[], &[])?;
-    let found = match about {
-        About::Static => balance.nearest()?,
-        About::Start => balance.equilibrium(&balance.start())?,
+    let (found, state) = match about {
         About::Instant(t) => return Err(AnalysisError::NotAtRest { t }),
+        About::Start => {
+            let start = balance.start();
+            // Along branches that are not in balance there is no stiffness.
+            if let Around::Crossing(ways) = balance.around_start()?
+                && !balance.rests_on_all(&start, &ways)
+            {
+                balance.on_one_branch()?;
+            }
+            let found = balance.equilibrium(&start)?;
+            let stability = Some(found.stability);
+            let left_out = balance.rates_of_start()?;
+            (found, State { stability, left_out, ..balance.of_motion(about)? })
+        }
+        _ => balance.chosen(about)?,
     };
     let lambda: Vec<f64> = loaded.kept.iter().map(|&row| found.lambda[row]).collect();
     let at = balance.at(&found.q, &lambda);
-    let reduced = balance.reduced(&found.q, &at.jacobian)?;
-    let pencil = Pencil::of(&at, &reduced);
 
     // Finite modes, then shapes of all bodies and shares of energy.
-    let (values, n_light) = pencil.finite_eigenvalues();
-    let n_infinite = n_light - balance.states().len();
-    let vectors = pencil.vectors(&values);
+    let (motions, n_infinite) = if found.branches.is_empty() {
+        let reduced = balance.reduced(&found.q, &at.jacobian)?;
+        let pencil = Pencil::of(&at, &reduced);
+        let (values, n_light) = pencil.finite_eigenvalues();
+        let vectors = pencil.vectors(&values);
+        let parts = |y: &DVector<Complex<f64>>| {
+            [y.map(|c| c.re), y.map(|c| c.im)].map(|part| &reduced.basis * part)
+        };
+        let motion = |(s, y): (&Complex<f64>, &DVector<Complex<f64>>)| (*s, parts(y), None);
+        let motions: Vec<Along> = values.iter().zip(&vectors).map(motion).collect();
+        (motions, n_light - balance.states().len())
+    } else {
+        along_branches(&at, &found.branches)
+    };
     let mut energies = Energies::compile(loaded)?;
     let mut scalars = loaded.scalars(&loaded.quantities)?;
     let mut modes = Vec::new();
-    for (s, y) in values.iter().zip(vectors) {
-        let parts = [y.map(|c| c.re), y.map(|c| c.im)].map(|part| &reduced.basis * part);
+    for (s, parts, branch) in motions {
         let along = parts.each_ref().map(|part| scalars.along(loaded.t, &found.q, part.as_slice()));
         let mut shape: Vec<Complex<f64>> =
             along[0].iter().zip(&along[1]).map(|(re, im)| Complex::new(*re, *im)).collect();
@@ -112,6 +145,7 @@ pub(crate) fn modes_of(loaded: &Loaded, about: About) -> Result<Modes, AnalysisE
             shape: shape.iter().map(|c| [c.re, c.im]).collect(),
             coordinates: coordinates.map(|c| [c.re, c.im]).collect(),
             shares,
+            branch,
         });
     }
     let columns = loaded.quantities.iter().map(|q| Column::new(q.names[0].clone(), q.unit));
@@ -121,9 +155,36 @@ pub(crate) fn modes_of(loaded: &Loaded, about: About) -> Result<Modes, AnalysisE
         quantities: columns.collect(),
         bodies: loaded.model().bodies.iter().skip(1).map(|body| body.name.clone()).collect(),
         stability: found.stability,
+        state,
+        branches: found.branches.into_iter().map(|branch| branch.rates).collect(),
         q: found.q,
         held: loaded.held_contacts(),
     })
+}
+
+/// The motions along branches that cross, m s² + c s + k = 0 along each, and the number of those without inertia.
+fn along_branches(at: &ForcesAt, branches: &[CrossingBranch]) -> (Vec<Along>, usize) {
+    let mut found = Vec::new();
+    let mut n_infinite = 0;
+    for (k, branch) in branches.iter().enumerate() {
+        let t = DVector::from_column_slice(&branch.direction);
+        let [m, c] = [&at.mass, &at.damping].map(|matrix| t.dot(&(matrix * &t)));
+        if m <= 0.0 {
+            n_infinite += 1;
+            continue;
+        }
+        let (mean, square) = (-0.5 * c / m, branch.stiffness / m);
+        let inside = mean * mean - square;
+        let roots = if inside < 0.0 {
+            vec![Complex::new(mean, (-inside).sqrt())]
+        } else {
+            [1.0, -1.0].map(|sign| Complex::new(mean + sign * inside.sqrt(), 0.0)).to_vec()
+        };
+        let parts = || [t.clone(), DVector::zeros(t.len())];
+        found.extend(roots.into_iter().map(|s| (s, parts(), Some(k + 1))));
+    }
+    found.sort_by(|a, b| a.0.norm().total_cmp(&b.0.norm()));
+    (found, n_infinite)
 }
 
 impl Modes {

@@ -9,11 +9,13 @@
 
 use bksim_model::{Compliance, Model, MotionKind, NoCompliance};
 use bksim_sim::redundancy::{Effort, SelfStress};
+use nalgebra::{DMatrix, DVector};
 
 use crate::drive::Range;
 use crate::error::AnalysisError;
 use crate::loaded::Loaded;
 use crate::ranges::{Bounded, ranges};
+use crate::reduced::pseudo_inverse;
 
 /// The least and the largest value that a component of a reaction, or the effort of a drive, may have.
 #[derive(Clone, PartialEq, Debug)]
@@ -95,6 +97,56 @@ pub fn compliances(
         })
     };
     written.iter().map(read).collect()
+}
+
+/// Of the reactions that equilibrium leaves open those with the least sum of squares, forces in N and moments at the points of
+/// the joints in N m, efforts among them: the same whatever coordinates the mechanism has.
+///
+/// ```text
+/// R₀ + N s,  (Nᵀ N) s = −Nᵀ R₀
+/// ```
+pub(crate) fn least(
+    loaded: &Loaded,
+    parameters: &[f64],
+    (t, q): (f64, &[f64]),
+    (reactions, lambda): (&mut [[f64; 6]], &mut [f64]),
+) {
+    let compiled = &loaded.mechanism.compiled;
+    let stresses = compiled.open_stresses(parameters, (t, q));
+    if stresses.is_empty() {
+        return;
+    }
+    let mut rows: Vec<(usize, f64)> = Vec::new();
+    for &(effort, _) in stresses.iter().flat_map(|stress| &stress.efforts) {
+        rows.extend(compiled.row_of(effort).filter(|(row, _)| !rows.iter().any(|(r, _)| r == row)));
+    }
+    let n_joints = reactions.len();
+    let column = |stress: &SelfStress| -> DVector<f64> {
+        let mut all = DVector::zeros(6 * n_joints + rows.len());
+        for (joint, six) in &stress.reactions {
+            (0..6).for_each(|k| all[6 * joint.0 + k] += six[k]);
+        }
+        for &(effort, part) in &stress.efforts {
+            let own = compiled.row_of(effort);
+            let place = own.and_then(|(row, _)| rows.iter().position(|(known, _)| *known == row));
+            if let (Some(place), Some((_, sign))) = (place, own) {
+                all[6 * n_joints + place] += sign * part;
+            }
+        }
+        all
+    };
+    let columns: Vec<DVector<f64>> = stresses.iter().map(column).collect();
+    let of_joints = reactions.iter().flatten().copied();
+    let own = of_joints.chain(rows.iter().map(|(row, _)| lambda[*row]));
+    let own = DVector::from_iterator(6 * n_joints + rows.len(), own);
+    let open = DMatrix::from_columns(&columns);
+    let change = &open * (pseudo_inverse(&open) * -own);
+    for (joint, six) in reactions.iter_mut().enumerate() {
+        (0..6).for_each(|k| six[k] += change[6 * joint + k]);
+    }
+    for (place, (row, _)) in rows.iter().enumerate() {
+        lambda[*row] += change[6 * n_joints + place];
+    }
 }
 
 /// The reactions that equilibrium leaves open at a position with these reactions and multipliers; `parameters` end with modes.

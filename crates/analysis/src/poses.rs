@@ -5,10 +5,9 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use std::f64::consts::TAU;
 
+use crate::around::Around;
 use crate::balance::Balance;
-use crate::equilibrium::{Equilibrium, Stability};
 use crate::error::AnalysisError;
-use crate::reduced::Reduced;
 
 /// Positions in balance, sorted by what stops that are open at the start allow.
 #[derive(Clone, Debug, Default)]
@@ -25,31 +24,47 @@ pub(crate) struct Poses {
 }
 
 /// Poses from which equilibria are searched.
-pub(crate) const N_POSES: usize = 300;
+const N_POSES: usize = 300;
+/// Most unknowns with which that many are; of more there are fewer, as an iteration takes their third power.
+const N_UNKNOWNS: usize = 60;
+/// Fewest poses.
+const FEWEST: usize = 8;
 
 impl Balance<'_> {
     /// Positions of all equilibria, and whether there are no others on the assembly of the start.
+    ///
+    /// # Errors
+    /// [`AnalysisError::GoesNowhere`] for a start that yields, but goes nowhere.
     pub(crate) fn all(&mut self) -> Result<Poses, AnalysisError> {
         let q = self.start();
-        let n_free = self.n_free(&q).unwrap_or(2);
-        match n_free {
-            0 if self.states().is_empty() => {
+        let around = self.around_start()?;
+        match around {
+            Around::Regular(0) if self.states().is_empty() => {
                 let nowhere = Some(Vec::new());
                 Ok(self.sorted(vec![q], nowhere, true))
             }
-            1 if self.states().is_empty() => self.along_free_motion(),
+            Around::Regular(1) if self.states().is_empty() => self.along_free_motion(&[q]),
+            Around::Crossing(ways) if self.states().is_empty() => {
+                let ahead: Vec<Vec<f64>> =
+                    ways.iter().map(|way| self.position(&way.ahead)).collect();
+                self.along_free_motion(&ahead)
+            }
             _ => {
-                let found = self.search_many_poses(N_POSES);
+                let found = self.search_many_poses(self.affordable(N_POSES));
                 Ok(self.sorted(found, None, false))
             }
         }
     }
 
-    /// Number of free motions at a position.
-    pub(crate) fn n_free(&mut self, q: &[f64]) -> Option<usize> {
-        let lambda = vec![0.0; self.forces.nc()];
-        let jacobian = self.at(q, &lambda).jacobian;
-        Reduced::at(self.loaded, &jacobian, &[]).ok().map(|reduced| reduced.n())
+    /// Number of poses to search from: `n_poses`, or fewer for a mechanism with many unknowns.
+    pub(crate) fn affordable(&self, n_poses: usize) -> usize {
+        let n = self.forces.n() + self.forces.nc();
+        if n <= N_UNKNOWNS { n_poses } else { (n_poses * N_UNKNOWNS.pow(3) / n.pow(3)).max(FEWEST) }
+    }
+
+    /// True of two positions that are one, whole turns aside.
+    fn is_same(&self, a: &[f64], b: &[f64]) -> bool {
+        self.apart(a, b).iter().all(|off| off.abs() < 1e-6)
     }
 
     /// Positions in balance, sorted by the stops.
@@ -59,7 +74,15 @@ impl Balance<'_> {
         on_stops: Option<Vec<(usize, Vec<f64>)>>,
         is_complete: bool,
     ) -> Poses {
-        let (balanced, beyond) = found.into_iter().partition(|q| self.stops.allow(q));
+        // Both quaternions of a rotation are one pose.
+        let mut once: Vec<Vec<f64>> = Vec::new();
+        for q in found {
+            let is_same = |other: &Vec<f64>| self.is_same(&q, other);
+            if self.counts_turns || !once.iter().any(is_same) {
+                once.push(q);
+            }
+        }
+        let (balanced, beyond) = once.into_iter().partition(|q| self.stops.allow(q));
         Poses { balanced, beyond, on_stops, is_complete }
     }
 
@@ -92,9 +115,8 @@ impl Balance<'_> {
             let Some(q) = self.newton(&guess) else { continue };
             let q = self.in_turn_of_start(q);
             let q = self.in_turn_before_stops(q);
-            let is_same =
-                |other: &Vec<f64>| self.apart(&q, other).iter().all(|off| off.abs() < 1e-6);
-            if !found.iter().any(is_same) {
+            let is_same = |other: &Vec<f64>| self.is_same(&q, other);
+            if !found.iter().any(is_same) && self.forces_hold(&q) {
                 if found.is_empty() && self.family(&q).is_some() {
                     n_poses = n_poses.min(N_POSES_OF_FAMILIES);
                 }
@@ -124,34 +146,6 @@ impl Balance<'_> {
             }
         }
         q
-    }
-
-    /// The equilibrium nearest to the start, before all stops: a stable one, if there is any.
-    pub(crate) fn nearest(&mut self) -> Result<Equilibrium, AnalysisError> {
-        let Poses { balanced, beyond, on_stops, .. } = self.all()?;
-        let start = self.start();
-        let coordinates = self.loaded.system().coordinates();
-        // Whole turns count where forces differ by them.
-        let is_turn = |i: usize| self.counts_turns && coordinates[i].kind == CoordinateKind::Angle;
-        let distance = |q: &[f64]| -> f64 {
-            let off = self.apart(q, &start).into_iter().enumerate();
-            let off = off.map(|(i, off)| if is_turn(i) { q[i] - start[i] } else { off });
-            off.map(|off| off.powi(2)).sum()
-        };
-        let mut order: Vec<Vec<f64>> = balanced;
-        order.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let mut first = None;
-        for q in order {
-            let found = self.equilibrium(&q)?;
-            if found.stability != Stability::Unstable {
-                return Ok(found);
-            }
-            first = first.or(Some(found));
-        }
-        match first {
-            Some(found) => Ok(found),
-            None => Err(self.without_equilibrium(&beyond, &on_stops.unwrap_or_default())),
-        }
     }
 
     /// The fault that no equilibrium lies before the stops.

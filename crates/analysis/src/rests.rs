@@ -44,7 +44,10 @@ fn on_closed_stop(
     let mut balance = Balance::of(loaded, &[], &[])?;
     balance.bounds = bounds.to_vec();
     let is_known = known.is_some();
-    let mut poses = known.unwrap_or_else(|| balance.search_many_poses(N_POSES));
+    let mut poses = known.unwrap_or_else(|| {
+        let n_poses = balance.affordable(N_POSES);
+        balance.search_many_poses(n_poses)
+    });
     poses.retain(|q| balance.stops.allow(q) && (is_known || pushes(&mut balance, q, row)));
     balance.distinct(poses.iter())
 }

@@ -145,6 +145,12 @@ impl Rows {
         })
     }
 
+    /// Gives the parameters other values.
+    pub(crate) fn set_parameters(&mut self, parameters: &[f64]) {
+        self.levels_space = self.levels.workspace(parameters);
+        self.gamma_space = self.gamma.workspace(parameters);
+    }
+
     /// Number of coordinates.
     pub(crate) fn n(&self) -> usize {
         self.unit_of_column.len()

@@ -16,6 +16,7 @@ use crate::open_reactions::ReactionBound;
 use crate::poses::Poses;
 use crate::rests::on_open_stops;
 use crate::table::{Column, Table};
+use crate::way_rates::WayRates;
 
 /// All equilibria that were found.
 #[derive(Clone, PartialEq, Debug)]
@@ -24,13 +25,15 @@ pub struct Statics {
     pub joints: Vec<String>,
     /// The independent quantities that the stiffness is by, with their units.
     pub by: Vec<(String, &'static str)>,
-    /// In order along the free motion, from the start, else by the poses that the search began in; then those on stops that are
-    /// open at the start.
+    /// The nearest to the start first, of those that are as near the stable ones; then those on stops that are open at the
+    /// start, in the same order.
     pub equilibria: Vec<Equilibrium>,
     /// Poses in balance beyond stops that are open at the start, in which the mechanism cannot be.
     pub left_out: Vec<Equilibrium>,
     /// Whether these are all on the assembly of the start.
     pub is_complete: bool,
+    /// The branches that cross in the start, all of which are followed; none where it is on one alone.
+    pub ways: Vec<WayRates>,
     /// Stops and friction that count as constraints.
     pub held: Vec<String>,
 }
@@ -48,7 +51,8 @@ pub fn statics(
 ) -> Result<Statics, AnalysisError> {
     let mut loaded = Loaded::of(model)?;
     let (mut found, poses, none) = with_the_contacts_of_the_start(&loaded, by, bounds)?;
-    found.equilibria.extend(on_open_stops(&mut loaded, bounds, poses.on_stops.as_deref())?);
+    let on_stops = on_open_stops(&mut loaded, bounds, poses.on_stops.as_deref())?;
+    found.equilibria.extend(Balance::of(&loaded, by, &[])?.nearest_first(on_stops));
     if found.equilibria.is_empty() { Err(none) } else { Ok(found) }
 }
 
@@ -61,20 +65,21 @@ fn with_the_contacts_of_the_start(
     let mut balance = Balance::of(loaded, by, &[])?;
     balance.bounds = bounds.to_vec();
     let poses = balance.all()?;
-    let distinct = balance.distinct(poses.balanced.iter().chain(&poses.beyond))?;
-    let (equilibria, left_out): (Vec<_>, Vec<_>) =
-        distinct.into_iter().partition(|equilibrium| equilibrium.beyond.is_empty());
+    let [equilibria, left_out] = balance.listed(&poses)?;
     let on_stops = poses.on_stops.as_deref().unwrap_or_default();
     let none = balance.without_equilibrium(&poses.beyond, on_stops);
-    let known = equilibria.iter().chain(&left_out).map(|equilibrium| &equilibrium.q);
+    // Where branches cross, more than the motions is free by the slopes.
+    let known = equilibria.iter().chain(&left_out).filter(|e| e.branches.is_empty());
+    let known = known.map(|equilibrium| &equilibrium.q);
     let first = known.chain(on_stops.iter().map(|(_, q)| q)).next();
     let by = match first {
         Some(q) => balance.by_names(q)?,
-        None => balance.by_names(&balance.start()).unwrap_or_default(),
+        None => balance.by_names(&balance.regular_pose()).unwrap_or_default(),
     };
     let joints = loaded.mechanism.compiled.joints.clone();
     let (is_complete, held) = (poses.is_complete, loaded.held_contacts());
-    Ok((Statics { joints, by, equilibria, left_out, is_complete, held }, poses, none))
+    let ways = balance.ways_of_start()?;
+    Ok((Statics { joints, by, equilibria, left_out, is_complete, ways, held }, poses, none))
 }
 
 impl Statics {

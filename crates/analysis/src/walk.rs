@@ -85,7 +85,8 @@ fn close(rows: &mut Rows, t: f64, mut x: Vec<f64>, u: &[f64], step: f64) -> Opti
         }
         x.iter_mut().zip(change.iter()).for_each(|(x, change)| *x -= change);
         if size < 1e-12 {
-            return Some(x);
+            // Rows that exclude each other have a nearest pose, too.
+            return (rows.at(t, &x, u).value.amax() < 1e-8).then_some(x);
         }
     }
     None

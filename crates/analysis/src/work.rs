@@ -9,8 +9,10 @@
 
 use nalgebra::DVector;
 
+use crate::around::Way;
 use crate::balance::Balance;
 use crate::curve::{Curve, Point};
+use crate::doctor::{crossing, orientation};
 use crate::error::AnalysisError;
 use crate::path::{Law, Path};
 use crate::poses::Poses;
@@ -21,6 +23,19 @@ use crate::whole_turns::{MOST_TURNS, Turn};
 const ROUNDING: f64 = 1e-9;
 /// Part of what joints bear below which work along the motion is rounding.
 const NO_WORK: f64 = 1e-12;
+
+/// Positions in balance, those on stops with their numbers, and whether there are no others on the way.
+type OneMotion = (Vec<Vec<f64>>, Vec<(usize, Vec<f64>)>, bool);
+
+/// A zero of the work along a branch, and the branches that cross in it.
+enum Zero {
+    /// It is a zero of this branch alone, and a regular pose.
+    Regular,
+    /// Branches cross in it, and the forces work along one of them: no equilibrium.
+    Unbalanced,
+    /// The forces work along none of the branches that cross in this position.
+    Balanced(Vec<f64>),
+}
 
 /// One free motion with whole turns of its angles.
 struct Turns<'r> {
@@ -39,17 +54,30 @@ impl Turns<'_> {
 }
 
 impl Balance<'_> {
-    /// Positions of the equilibria along the one free motion, and those in which a stop closes and is pressed on.
+    /// Positions of the equilibria along the one free motion, and those in which a stop closes and is pressed on; from each of
+    /// several poses where branches cross in the start.
     ///
     /// # Errors
     /// [`AnalysisError`] when there is not one free motion.
-    pub(crate) fn along_free_motion(&mut self) -> Result<Poses, AnalysisError> {
+    pub(crate) fn along_free_motion(&mut self, from: &[Vec<f64>]) -> Result<Poses, AnalysisError> {
+        let (mut found, mut on_stops, mut is_complete) = (Vec::new(), Vec::new(), true);
+        for q in from {
+            let (own, pressed, is_all) = self.along_motion_from(q)?;
+            found.extend(own);
+            on_stops.extend(pressed);
+            is_complete &= is_all;
+        }
+        Ok(self.sorted(found, Some(on_stops), is_complete))
+    }
+
+    fn along_motion_from(&mut self, q: &[f64]) -> Result<OneMotion, AnalysisError> {
         let mut rows = self.loaded.rows()?;
         let is_turn = rows.is_turn.clone();
-        let x = rows.scaled(&self.loaded.q);
+        let x = rows.scaled(q);
         let law = Law { t: self.loaded.t, ..Law::default() };
+        let one = |n_free| AnalysisError::NotOneMotion { n_free };
         let mut curve = Path::through(&mut rows, (law, false), &x)
-            .map_err(|n_free| AnalysisError::NotOneMotion { n_free })?;
+            .map_err(|no_path| self.loaded.no_path(no_path, one))?;
         let Some(trace) = Trace::through(&mut curve, &x) else {
             return Err(AnalysisError::NoEquilibrium);
         };
@@ -59,10 +87,10 @@ impl Balance<'_> {
         let mut values = self.works(&turns, 0.0);
         let size = largest(&values);
         // What forces in balance leave by rounding.
-        let lambda = self.balancing(&self.loaded.q).unwrap_or_default();
-        let rounding = NO_WORK * self.load_size(&self.loaded.q, &lambda);
+        let lambda = self.balancing(q).unwrap_or_default();
+        let rounding = NO_WORK * self.load_size(q, &lambda);
         if size <= rounding {
-            return Ok(self.sorted(vec![self.loaded.q.clone()], Some(Vec::new()), true));
+            return Ok((vec![q.to_vec()], Vec::new(), true));
         }
         values.iter_mut().filter(|value| value.abs() <= rounding).for_each(|value| *value = 0.0);
         let is_at_start = values[0] == 0.0;
@@ -73,7 +101,7 @@ impl Balance<'_> {
                 self.counts_turns = true;
                 let (found, is_complete) = self.over_turns(&mut turns, &values);
                 let on_stops = self.on_stops(&mut turns, rounding);
-                return Ok(self.sorted(found, Some(on_stops), is_complete));
+                return Ok((found, on_stops, is_complete));
             }
             // One pose, one value: rounding after a whole turn could hide an equilibrium in the start.
             let last = values.len() - 1;
@@ -85,14 +113,14 @@ impl Balance<'_> {
             found.pop();
         }
         if is_at_start {
-            found.insert(0, self.loaded.q.clone());
+            found.insert(0, q.to_vec());
         }
         if turns.trace.is_closed {
             let turn = self.turn(&turns);
             found = found.iter().map(|q| self.allowed_turn(&turn, q)).collect();
         }
         let on_stops = self.on_stops(&mut turns, rounding);
-        Ok(self.sorted(found, Some(on_stops), turns.trace.is_closed))
+        Ok((found, on_stops, turns.trace.is_closed))
     }
 
     /// A turn as coordinates count it.
@@ -237,6 +265,15 @@ impl Balance<'_> {
                 continue;
             }
             let (from, step) = (turns.point(k - 1, number), turns.trace.steps[k - 1]);
+            let ends = (&from, &turns.point(k, number));
+            match self.zero_at_crossing(&mut turns.curve, ends, step) {
+                Zero::Regular => {}
+                Zero::Unbalanced => continue,
+                Zero::Balanced(q) => {
+                    found.push(q);
+                    continue;
+                }
+            }
             let curve = &mut turns.curve;
             let root = curve.root(&from, step, (before, after), &mut |c, p| self.work_at(c, p));
             if let Some(point) = root {
@@ -244,6 +281,33 @@ impl Balance<'_> {
             }
         }
         found
+    }
+
+    /// The zero of the work between two points, by the branches that cross in it.
+    fn zero_at_crossing(
+        &mut self,
+        curve: &mut Curve<Path<'_>>,
+        (from, to): (&Point, &Point),
+        step: f64,
+    ) -> Zero {
+        let signs = [orientation(curve, from), orientation(curve, to)];
+        if signs[0] * signs[1] >= 0.0 {
+            return Zero::Regular;
+        }
+        let there = crossing(curve, from, step, signs);
+        let q = curve.equations.rows.unscaled(there.z.as_slice());
+        let Some(ways) = self.ways_at(&q) else { return Zero::Regular };
+        // The branch that is followed has the direction of both ends.
+        let along = &from.tangent + &to.tangent;
+        let is_nearer = |a: &&Way, b: &&Way| {
+            let [a, b] = [a, b].map(|way| way.tangent.dot(&along).abs());
+            a.total_cmp(&b)
+        };
+        let Some(own) = ways.iter().max_by(is_nearer) else { return Zero::Regular };
+        if !self.rests_on_all(&q, std::slice::from_ref(own)) {
+            return Zero::Regular;
+        }
+        if self.rests_on_all(&q, &ways) { Zero::Balanced(q) } else { Zero::Unbalanced }
     }
 
     /// Work of the forces per step along the motion, at rest.

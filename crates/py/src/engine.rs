@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-use bksim::analysis::compliances;
+use bksim::analysis::{compliances, diagnose_singular_start};
 use bksim::describe;
 use bksim::log::Field;
 use bksim::mbs::equations::page::{Page, Style, Subject};
@@ -328,7 +328,8 @@ impl Engine {
             let mechanism = self.mechanism();
             let found = mobility(&mechanism.model, &mechanism.system, start);
 
-            let warnings = mechanism.warnings_of(start, &found, warnings);
+            let mut warnings = mechanism.warnings_of(start, &found, warnings);
+            warnings.extend(diagnose_singular_start(&mechanism, start));
             let mut body = describe::parts(&mechanism, &found);
             body["diagnostics"] = json_all(self.source(), &warnings);
             Ok(body.to_string())

@@ -83,6 +83,7 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(stepping::begin, m)?)?;
     m.add_function(wrap_pyfunction!(stepping::held_again, m)?)?;
     m.add_function(wrap_pyfunction!(stepping::saved_again, m)?)?;
+    m.add_function(wrap_pyfunction!(questions::closing_of, m)?)?;
     m.add_function(wrap_pyfunction!(questions::kinematics_of, m)?)?;
     m.add_function(wrap_pyfunction!(questions::limits_of, m)?)?;
     m.add_function(wrap_pyfunction!(questions::curves_of, m)?)?;

@@ -2,10 +2,11 @@
 
 use bksim::analysis::{
     About, Actuators, AnalysisError, Channels, LimitsRequest, Motion, MotorCurve, assembly_panels,
-    balanced, bode, compliances, curves, doctor, inverse, kinematics, letters, limits, linearize,
-    modes, singular_poses, statics, statics_over, workspaces,
+    balanced, bode, closing, compliances, curves, doctor, inverse, kinematics_along, letters,
+    limits, linearize, modes, singular_poses, statics, statics_over, workspaces,
 };
 use bksim::model::Model;
+use bksim::model::file::ShownUnits;
 use bksim::panels::Sheet;
 use bksim_scene::Theme;
 use bksim_studio::questions::{self, Answer};
@@ -57,14 +58,28 @@ pub(crate) fn kinematics_of(
     engine: Py<Engine>,
     drive: Vec<(String, String)>,
     rates: [Vec<String>; 2],
-    through: bool,
+    along: (bool, Option<usize>),
 ) -> PyResult<Told<'_>> {
     ask(py, engine.get(), move |name, model| {
         let [rate, acceleration] = &rates;
+        let (through, branch) = along;
         let prescribed =
             questions::kinematics::prescribed(&model, &drive, [rate, acceleration], through)?;
         let prescribed = prescribed.ok_or(AnalysisError::NDrives { n_free: 1, n_driven: 0 })?;
-        Ok(questions::kinematics::told_range(name, kinematics(model, &prescribed)?, true))
+        let found = kinematics_along(model, &prescribed, branch)?;
+        Ok(questions::kinematics::told_range(name, found, true))
+    })
+}
+
+/// Values of parameters with which the start closes.
+#[pyfunction]
+pub(crate) fn closing_of(
+    py: Python<'_>,
+    engine: Py<Engine>,
+    solve: Vec<String>,
+) -> PyResult<Told<'_>> {
+    ask(py, engine.get(), move |name, model| {
+        Ok(questions::kinematics::told_closing(name, &closing(model, &solve)?))
     })
 }
 
@@ -159,11 +174,13 @@ pub(crate) fn linearize_of<'py>(
     in_letters: bool,
 ) -> PyResult<Told<'py>> {
     let about = about(at)?;
+    let units = ShownUnits::of_model(&engine.get().source().text);
     let [inputs, outputs, states] = channels;
     let channels = Channels { inputs, outputs, states };
     ask(py, engine.get(), move |name, model| {
         let twin = in_letters.then(|| model.snapshot());
-        let mut answer = questions::linearize::told(name, &linearize(model, about, &channels)?);
+        let mut answer =
+            questions::linearize::told(name, &units, &linearize(model, about, &channels)?);
         if let Some(twin) = twin {
             let written = letters(twin.to_model(), &channels)?;
             questions::linearize::add_letters(&mut answer, written.as_ref());
@@ -176,8 +193,9 @@ pub(crate) fn linearize_of<'py>(
 #[pyfunction]
 pub(crate) fn modes_of<'py>(py: Python<'py>, engine: Py<Engine>, at: &str) -> PyResult<Told<'py>> {
     let about = about(at)?;
+    let units = ShownUnits::of_model(&engine.get().source().text);
     ask(py, engine.get(), move |name, model| {
-        Ok(questions::modes::told(name, &modes(model, about)?))
+        Ok(questions::modes::told(name, &units, &modes(model, about)?))
     })
 }
 
@@ -191,11 +209,12 @@ pub(crate) fn bode_of<'py>(
     omega: Option<String>,
 ) -> PyResult<Told<'py>> {
     let about = about(at)?;
+    let units = ShownUnits::of_model(&engine.get().source().text);
     let [inputs, outputs] = channels;
     let channels = Channels { inputs, outputs, states: Vec::new() };
     ask(py, engine.get(), move |name, model| {
         let omega = omega.as_deref().map(questions::bode::frequencies).transpose()?;
-        Ok(questions::bode::told(name, &bode(model, about, &channels, omega)?))
+        Ok(questions::bode::told(name, &units, &bode(model, about, &channels, omega)?))
     })
 }
 

@@ -102,6 +102,42 @@ def test_a_linear_system_has_the_poles_of_its_modes() -> None:
     assert np.allclose(m.modes().s, expected[expected.imag > 0], rtol=1e-10)
 
 
+def test_a_linear_system_names_its_state_and_another_can_be_chosen() -> None:
+    upright = PENDULUM.replace('k = "3 N m/rad"', 'k = "0 N m/rad"') + '[initial]\nA = { angle = "179 deg" }\n'
+    m = bksim.loads(upright)
+    system = m.linearize("A", "A.angle")
+    state = system.facts["state"]
+    assert (state["stability"], state["number"], len(state["others"])) == ("unstable", 1, 1)
+    assert max(system.poles.real) > 0.0
+    assert str(system).splitlines()[0].endswith("unstable; 1 other")
+    for at in (2, "stable"):
+        assert m.linearize("A", "A.angle", at=at).facts["state"]["stability"] == "stable"
+        assert m.modes(at=at).facts["state"]["number"] == 2
+
+
+def test_a_range_from_a_branch_point_follows_the_branch_that_is_named() -> None:
+    flat = """
+[ground]
+points = { D = [0.5, 0] }
+[bodies]
+crank = { mass = 1, inertia = 0.01, points = { B = [0.2, 0] } }
+coupler = { mass = 1, inertia = 0.01, points = { C = [0.5, 0] } }
+rocker = { mass = 1, inertia = 0.01, points = { C = [0.2, 0] } }
+[joints]
+A = { type = "revolute", between = ["ground", "crank"] }
+B = { type = "revolute", between = ["crank.B", "coupler"] }
+C = { type = "revolute", between = ["coupler.C", "rocker.C"] }
+D = { type = "revolute", between = ["ground.D", "rocker"] }
+[initial]
+A = { angle = 0 }
+"""
+    m = bksim.loads(flat)
+    with pytest.raises(bksim.ModelError, match="branches cross"):
+        m.kinematics({"A.angle": "0:90 deg:10"})
+    found = m.kinematics({"A.angle": "0:90 deg:10"}, branch=1)
+    assert np.allclose(found["D.angle"], found["A.angle"], atol=1e-9)
+
+
 def test_a_response_is_that_of_the_linear_system() -> None:
     response = pendulum().bode("A", "A.angle", omega=(0.1, 100, 31))
     s = 1j * response["omega"]

@@ -18,6 +18,7 @@ use crate::path::{Law, Path};
 use crate::positions::Positions;
 use crate::rows::{Clock, wrapped};
 use crate::trace::Trace;
+use crate::way_rates::ASIDE;
 
 /// A pose in which a drive does not determine the motion.
 #[derive(Clone, PartialEq, Debug)]
@@ -55,8 +56,10 @@ pub fn singular_poses(model: Model, name: &str) -> Result<Vec<SingularPose>, Ana
     let mut rows = positions.rows(&[], &released, Clock::Held)?;
     let x = rows.scaled(&positions.q);
     let law = Law { t: positions.t(), ..Law::default() };
-    let mut curve = Path::through(&mut rows, (law, false), &x)
-        .map_err(|n_free| AnalysisError::NotOneMotion { n_free })?;
+    let mut curve = Path::through(&mut rows, (law, false), &x).map_err(|no_path| {
+        let one = |n_free| AnalysisError::NotOneMotion { n_free };
+        positions.no_path(no_path, ASIDE, one)
+    })?;
     let Some(trace) = Trace::through(&mut curve, &x) else {
         return Err(AnalysisError::Singular { name: name.to_owned() });
     };
@@ -91,7 +94,12 @@ pub fn singular_poses(model: Model, name: &str) -> Result<Vec<SingularPose>, Ana
 
 /// The point within a step at which the orientation changes its sign. There the corrector is singular, too, so points
 /// come as near as it goes, and the last stretch is taken for straight.
-fn crossing(curve: &mut Curve<Path<'_>>, from: &Point, step: f64, ends: [f64; 2]) -> Point {
+pub(crate) fn crossing(
+    curve: &mut Curve<Path<'_>>,
+    from: &Point,
+    step: f64,
+    ends: [f64; 2],
+) -> Point {
     let at = |z: nalgebra::DVector<f64>| Point { z, tangent: from.tangent.clone() };
     let ([mut a, mut b], [mut at_a, mut at_b]) = ([0.0, step], ends);
     for _ in 0..40 {
@@ -119,7 +127,7 @@ fn crossing(curve: &mut Curve<Path<'_>>, from: &Point, step: f64, ends: [f64; 2]
 }
 
 /// det [G; τᵀ], over its largest size.
-fn orientation(curve: &mut Curve<Path<'_>>, point: &Point) -> f64 {
+pub(crate) fn orientation(curve: &mut Curve<Path<'_>>, point: &Point) -> f64 {
     let (_, jacobian) = curve.equations.at(&point.z);
     let (m, n) = jacobian.shape();
     let mut square = DMatrix::zeros(m + 1, n);

@@ -6,6 +6,7 @@ use bksim_model::message::counted;
 
 use super::AnalysisError;
 use crate::codes;
+use crate::way_rates::in_words;
 
 impl AnalysisError {
     /// The faults as data: those of the model as they are, else one without a position in it.
@@ -104,9 +105,31 @@ impl AnalysisError {
                 codes::NOT_REACHED,
                 "write a range within the limits that `bksim kinematics --limits` shows".to_owned(),
             ),
+            Self::GoesNowhere { .. } => (
+                codes::GOES_NOWHERE,
+                "begin in another pose, or change a length so that the joints are not in line: `bksim doctor` shows the motion that ends at once"
+                    .to_owned(),
+            ),
+            Self::BranchPoint { cure, .. } => (codes::BRANCH_POINT, (*cure).to_owned()),
+            Self::StillBranch { .. } => (
+                codes::BRANCH_POINT,
+                "choose another branch, or drive another motion".to_owned(),
+            ),
+            Self::NoBranch { n, .. } => {
+                (codes::BRANCH_POINT, format!("write a number from 1 to {n}"))
+            }
             Self::Singular { .. } => {
                 (codes::NOT_REACHED, "drive another motion, or begin in another pose".to_owned())
             }
+            Self::NoSuchEquilibrium { .. } => (
+                codes::NO_EQUILIBRIUM,
+                "write a number that `bksim static` lists, from 1 on for the nearest to the start"
+                    .to_owned(),
+            ),
+            Self::NoStable { .. } => (
+                codes::NO_EQUILIBRIUM,
+                "write `--at static` for the nearest to the start, whatever its stability".to_owned(),
+            ),
             Self::NoEquilibrium => (
                 codes::NO_EQUILIBRIUM,
                 "add what holds the mechanism: a spring, a drive, a stop".to_owned(),
@@ -209,12 +232,27 @@ impl AnalysisError {
                 codes::NO_ASSEMBLY,
                 "write a number or a name that `bksim kinematics --assemblies` lists".to_owned(),
             ),
+            Self::NotClosed { .. } => (
+                codes::NOT_CLOSED,
+                "name a parameter that the loop depends on, or state other values in `[initial]`"
+                    .to_owned(),
+            ),
+            Self::OpenStart { .. } => (
+                codes::NOT_CLOSED,
+                "state one more position in `[initial]` for each that is left free, or name fewer parameters"
+                    .to_owned(),
+            ),
             Self::Undetermined { .. } => (
                 codes::UNDETERMINED,
                 "ask for as many unknowns as there are independent equations".to_owned(),
             ),
         };
         let mut fault = Diagnostic::error(code, self.to_string());
+        if let Self::BranchPoint { ways, .. } = self {
+            for (k, way) in ways.iter().enumerate() {
+                fault = fault.note(format!("branch {}: {}", k + 1, in_words(way)));
+            }
+        }
         if let Self::NoAssembly { span, known, .. } = self {
             let rows = known.iter().map(|(number, name)| format!("{number}: {name}"));
             let listed = rows.collect::<Vec<_>>().join("; ");

@@ -272,7 +272,7 @@ fn equations_are_linear_about_an_instant_of_the_run() {
     let fallen = at(About::Instant(2.0));
     assert_eq!((fallen.a.nrows(), fallen.held), (0, vec!["stop `end`".to_owned()]));
 
-    for text in ["t=", "t=1 m", "1", "end", "run.mcap"] {
+    for text in ["t=", "t=1 m", "-1", "1.5", "end", "run.mcap"] {
         assert!(text.parse::<About>().expect_err(text).contains("`t=1 s`"));
     }
     let fault = modes(pendulum(""), About::Instant(0.3)).expect_err("moving");

@@ -1,6 +1,7 @@
 //! Forces: equilibria, efforts and reactions, and motions near a state.
 
 mod bode;
+mod branch_points;
 mod continuation;
 mod controllers;
 mod families;
@@ -11,6 +12,7 @@ mod linear;
 mod matrices;
 mod shares;
 mod spatial_four_bar;
+mod states;
 mod statics;
 mod verify;
 

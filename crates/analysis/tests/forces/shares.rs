@@ -1,7 +1,7 @@
 //! What joints that repeat each other share where they yield, and the set of reactions that equilibrium allows.
 
 use crate::support::{Problem, model, number};
-use bksim_analysis::{OpenReactions, ReactionBound, statics};
+use bksim_analysis::{OpenReactions, ReactionBound, Stability, statics};
 use bksim_model::{Compliance, Model};
 use bksim_sim::{Mechanism, Motion};
 
@@ -192,4 +192,43 @@ fn names_and_units_of_springs_are_looked_at() {
         assert!(Compliance::parse(&own, name, value).is_err(), "{name} = {value}");
     }
     assert!(Compliance::parse(&own, "lower.mz_joint", "2 kN m/rad").expect("a spring").is_moment);
+}
+
+/// An H-frame on two hinges in line, with a lump below: Lᵢ² + Rᵢ² is least over what balances 392.4 N at x = 0.725 m.
+#[test]
+fn reactions_that_are_not_unique_are_of_least_norm_in_all_coordinates() {
+    for coordinates in ["relative", "absolute"] {
+        let text = format!(
+            "coordinates = \"{coordinates}\"\n{}",
+            r#"
+            space = "spatial"
+            [ground]
+            points = { L = { at = [0, 0, 0], rpy = [0, "90 deg", 0] }, R = { at = [1, 0, 0], rpy = [0, "90 deg", 0] } }
+            [bodies.frame]
+            mass = 10
+            com = [0.5, 0, -0.5]
+            inertia = [1, 1, 1]
+            points = { L = { at = [0, 0, 0], rpy = [0, "90 deg", 0] }, R = { at = [1, 0, 0], rpy = [0, "90 deg", 0] }, M = [0.8, 0, -0.5] }
+            [bodies.lump]
+            mass = 30
+            inertia = [0.1, 0.1, 0.1]
+            [joints]
+            L = { type = "revolute", between = ["ground.L", "frame.L"] }
+            R = { type = "revolute", between = ["ground.R", "frame.R"] }
+            M = { type = "weld", between = ["frame.M", "lump"] }
+            [loads]
+            g = { type = "gravity", acceleration = [0, 0, -9.81] }
+            "#
+        );
+        let found = statics(model(&text), &[], &[]).expect("balance");
+        assert_eq!(found.equilibria.len(), 2, "{coordinates}");
+        let hangs = found.equilibria.iter().find(|e| e.stability == Stability::Stable);
+        let reactions = &hangs.expect("it hangs").reactions;
+        let expected = [("L", 2, 178.542), ("R", 2, 213.858), ("L", 4, -35.316), ("R", 4, -35.316)];
+        for (joint, k, value) in expected {
+            let own = found.joints.iter().position(|known| known == joint).expect("a joint");
+            let off = (reactions[own][k] - value).abs();
+            assert!(off < 1e-8 * 392.4, "{coordinates}: {joint} {k}: {}", reactions[own][k]);
+        }
+    }
 }

@@ -76,3 +76,33 @@ fn columns_of_a_drive_have_the_names_of_its_motion() {
         assert_eq!(once.len(), names.len(), "{names:?}");
     }
 }
+
+/// The rod between a crank's point at 30° and a block at 1.2 m: its length is the distance of the two.
+#[test]
+fn a_length_is_found_with_which_the_start_closes() {
+    let text = |length: &str, stated: &str| {
+        format!(
+            "[parameters]\nL = {length}\nhalf = \"L/2\"\n[bodies]\ncrank = {{ points = {{ A = [0.5, 0.1] }} }}\nblock = {{}}\n\
+             [joints]\nO = {{ type = \"revolute\", between = [\"ground\", \"crank\"] }}\n\
+             guide = {{ type = \"prismatic\", between = [\"ground\", \"block\"], axis = [1, 0] }}\n\
+             rod = {{ type = \"link\", between = [\"crank.A\", \"block\"], length = \"2*half\" }}\n\
+             [initial]\nO = {{ angle = \"30 deg\" }}\n{stated}"
+        )
+    };
+    let angle = 30.0_f64.to_radians();
+    let (x, y) = (0.5 * angle.cos() - 0.1 * angle.sin(), 0.5 * angle.sin() + 0.1 * angle.cos());
+    let expected = (1.2 - x).hypot(y);
+    let names = ["L".to_owned()];
+    for length in ["1", "0.3", "5"] {
+        let model = geometry(&text(length, "guide = { position = 1.2 }\n"));
+        let found = bksim_analysis::closing(model, &names).expect("a length");
+        assert!((found.values[0].1 - expected).abs() < 1e-12, "{:?} from {length}", found.values);
+        let place = found.pose.iter().find(|(name, ..)| name == "guide.position").expect("a place");
+        assert!((place.1 - 1.2).abs() < 1e-12);
+    }
+    let fault = bksim_analysis::closing(geometry(&text("1", "")), &names).expect_err("open");
+    assert_eq!(
+        fault.to_string(),
+        "the start closes with many values of `L`: 1 motion or parameter is left free"
+    );
+}

@@ -63,6 +63,9 @@ pub struct Kinematics {
     /// Go on through dead points of the drive, which then turns back.
     #[arg(long)]
     pub(crate) through: bool,
+    /// Where branches cross in the start, follow that of this number, from 1.
+    #[arg(long, value_name = "N", requires = "drive", conflicts_with_all = ["limits", "assemblies"])]
+    pub(crate) branch: Option<usize>,
     /// Tell the ranges, dead points and transmission angles of the whole motion; with `--drive NAME`, also
     /// time ratios and fastest motions of the outputs.
     #[arg(long, conflicts_with_all = ["assemblies", "through"])]
@@ -76,6 +79,9 @@ pub struct Kinematics {
     /// Tell the ways in which the start closes.
     #[arg(long, conflicts_with = "drive")]
     pub(crate) assemblies: bool,
+    /// Find the value of a parameter with which the start closes at all the positions that it states; may be repeated.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["drive", "limits", "assemblies"])]
+    pub(crate) solve: Vec<String>,
     #[command(flatten)]
     pub(crate) table: TableArgs,
 }
@@ -185,8 +191,9 @@ pub(crate) struct Static {
 pub(crate) struct Linearize {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// The state that the equations are linear about: `static`, the equilibrium nearest to the start, a stable one if there is any;
-    /// `start` as it is, or the run at an instant, `t=1 s`.
+    /// The state that the equations are linear about: `static`, the equilibrium nearest to the start, whatever its stability;
+    /// `stable`, the nearest stable one; `2`, the second one as `bksim static` lists them; `start` as it is, or the run at an
+    /// instant, `t=1 s`.
     #[arg(long, value_name = "STATE", default_value = "static")]
     pub(crate) at: About,
     /// An input: a parameter of loads, or a measure that an effort works on, `crank.angle` for a torque on
@@ -211,8 +218,8 @@ pub(crate) struct Linearize {
 pub struct Modes {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// The pose that motions are small about: `static`, the equilibrium nearest to the start, a stable one if there is any, or
-    /// `start`.
+    /// The pose that motions are small about: `static`, the equilibrium nearest to the start, whatever its stability; `stable`, the
+    /// nearest stable one; `2`, the second one as `bksim static` lists them, or `start`, as if at rest.
     #[arg(long, value_name = "STATE", default_value = "static")]
     pub(crate) at: About,
     /// The mode that a film or picture shows: 1 is the first one, which it is unless given.
@@ -248,8 +255,9 @@ impl Modes {
 pub struct Bode {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// The state that the equations are linear about: `static`, the equilibrium nearest to the start, a stable one if there is any;
-    /// `start` as it is, or the run at an instant, `t=1 s`.
+    /// The state that the equations are linear about: `static`, the equilibrium nearest to the start, whatever its stability;
+    /// `stable`, the nearest stable one; `2`, the second one as `bksim static` lists them; `start` as it is, or the run at an
+    /// instant, `t=1 s`.
     #[arg(long, value_name = "STATE", default_value = "static")]
     pub(crate) at: About,
     /// An input, as of `bksim linearize`; may be repeated.

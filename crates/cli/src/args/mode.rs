@@ -12,8 +12,7 @@ pub struct ModeArgs {
     /// The mode's largest change of a body's angle, `10 deg`, or, where no body turns, of a position, `5 mm`.
     #[arg(long, value_name = "SIZE", requires = "mode")]
     pub amplitude: Option<String>,
-    /// The pose that the mode is about: `static`, the equilibrium nearest to the start, a stable one if there is any, or
-    /// `start`.
+    /// The pose that the mode is about, as of `bksim modes --at`: `static`, `stable`, the number of an equilibrium, or `start`.
     #[arg(long, value_name = "STATE", default_value = "static", requires = "mode")]
     pub mode_at: About,
 }

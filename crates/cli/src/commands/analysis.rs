@@ -12,5 +12,6 @@ pub mod limits;
 pub mod linearize;
 pub mod modes;
 pub mod polygons;
+pub mod state;
 pub mod statics;
 pub mod verify;

@@ -1,6 +1,7 @@
 //! `bksim assemble`: the consistent start, and how far each stated value was moved.
 
 use bksim::Mechanism;
+use bksim::analysis::diagnose_singular_start;
 use bksim::describe;
 use bksim::mbs::quantity::Quantity;
 use bksim::sim::mobility::mobility;
@@ -17,7 +18,8 @@ pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Sta
     let mechanism = derive(&loaded.source, loaded.model)?;
     let start = mechanism.start().map_err(|rejected| loaded.source.rejected(rejected.0))?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
-    let warnings = mechanism.warnings_of(&start, &found, loaded.warnings);
+    let mut warnings = mechanism.warnings_of(&start, &found, loaded.warnings);
+    warnings.extend(diagnose_singular_start(&mechanism, &start));
     if as_json {
         let mut body = describe::start(&mechanism, &start);
         body["diagnostics"] = render::json_all(&loaded.source, &warnings);

@@ -1,7 +1,7 @@
 //! `bksim check`: every fault at once, or what the mechanism is made of and how it can move.
 
 use bksim::Mechanism;
-use bksim::analysis::Positions;
+use bksim::analysis::{Positions, diagnose_singular_start};
 use bksim::describe::{self, coordinate_policy, joint_names};
 use bksim::mbs::particle::particles;
 use bksim::model::diagnostic::Diagnostic;
@@ -24,7 +24,8 @@ pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Sta
     let mechanism = derive(&loaded.source, loaded.model)?;
     let start = mechanism.start().map_err(|rejected| loaded.source.rejected(rejected.0))?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
-    let warnings = mechanism.warnings_of(&start, &found, loaded.warnings);
+    let mut warnings = mechanism.warnings_of(&start, &found, loaded.warnings);
+    warnings.extend(diagnose_singular_start(&mechanism, &start));
 
     if as_json {
         let mut body = describe::parts(&mechanism, &found);

@@ -9,9 +9,11 @@ use bksim::analysis::{
 };
 use bksim::expr::Program;
 use bksim::model::Model;
+use bksim::model::file::ShownUnits;
 use bksim::model::message::counted;
 use serde_json::{Value, json};
 
+use super::analysis::state::about;
 use crate::args::code::{Code, Language, Part as PartArg};
 use crate::exit::{Failure, Status};
 use crate::origin::{is_of_model, label_of, stamped};
@@ -28,7 +30,7 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
     let found = match args.part {
         PartArg::Dynamics => of_equations(&loaded.source, loaded.model, Part::Dynamics, args)?,
         PartArg::Kinematics => of_equations(&loaded.source, loaded.model, Part::Kinematics, args)?,
-        PartArg::Linear => of_linear(loaded.model, args),
+        PartArg::Linear => of_linear(loaded.model, args, &loaded.source),
     };
     let functions = found.map_err(|error| loaded.source.rejected(error.diagnostics()))?;
 
@@ -36,7 +38,7 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
     let mut files = Vec::new();
     for function in &functions {
         let program = function.tape.program(&function.signature);
-        let program = program.expect("a signature is made for its tape");
+        let program = program.expect("a signature is made for its tape").with_note(&function.note);
         files.extend(texts(&program, args.lang));
     }
     fs::create_dir_all(&args.output).map_err(|error| {
@@ -71,13 +73,14 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
     }
     render::print_all(&loaded.source, &loaded.warnings);
     let line = |function: &ExportedFunction| {
-        let ExportedFunction { tape, signature, summary, .. } = function;
+        let ExportedFunction { tape, signature, summary, note, .. } = function;
         let counts = format!(
             "{}, {}",
             counted(tape.operation_count(), "operation", "operations"),
             counted(tape.n_outputs(), "output", "outputs")
         );
-        format!("  {}: {summary}; {counts}\n", signature.name)
+        let note = if note.is_empty() { String::new() } else { format!("  {note}\n") };
+        format!("{note}  {}: {summary}; {counts}\n", signature.name)
     };
     let files = written.iter().map(|path| format!("wrote {path}\n"));
     let text: String = functions.iter().map(line).chain(files).collect();
@@ -101,12 +104,19 @@ fn of_equations(
 }
 
 /// The function of the linear equations.
-fn of_linear(model: Model, args: &Code) -> Result<Vec<ExportedFunction>, AnalysisError> {
+fn of_linear(
+    model: Model,
+    args: &Code,
+    source: &Text,
+) -> Result<Vec<ExportedFunction>, AnalysisError> {
     let name = model.name.clone();
     let channels =
         Channels { inputs: args.input.clone(), outputs: args.of.clone(), states: Vec::new() };
     let linear = linearize(model, args.at, &channels)?;
-    Ok(vec![exported_linear(&name, &linear)?])
+    let units = ShownUnits::of_model(&source.text);
+    let function = exported_linear(&name, &linear)?;
+    let note = format!("Linear {}.", about(&linear.state, &units));
+    Ok(vec![ExportedFunction { note, ..function }])
 }
 
 /// The files of a function, each with its name.
@@ -125,13 +135,14 @@ fn texts(program: &Program<'_>, language: Language) -> Vec<(String, String)> {
 }
 
 fn described(function: &ExportedFunction) -> Value {
-    let ExportedFunction { tape, signature, summary, parameters } = function;
+    let ExportedFunction { tape, signature, summary, parameters, note } = function;
     let named = |quantities: &[bksim::expr::Quantity]| -> Vec<Value> {
         quantities.iter().map(|q| json!({ "name": q.name, "unit": q.unit })).collect()
     };
     json!({
         "name": signature.name,
         "summary": summary,
+        "note": note,
         "inputs": named(&signature.inputs),
         "parameters": named(&signature.parameters),
         "parameter_values": parameters,

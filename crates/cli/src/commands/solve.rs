@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::time::{Duration, Instant};
 
-use bksim::analysis::compliances;
+use bksim::analysis::{compliances, diagnose_singular_start};
 use bksim::log::{self, Level, LogError};
 use bksim::model::diagnostic::Diagnostic;
 use bksim::options::{BadOption, SolveChanges, described, in_words};
@@ -215,7 +215,8 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
     let plan = (!sensitive.is_empty()).then(|| simulation.plan_sensitivities(&start, &sensitive));
     let plan = plan.transpose().map_err(rejected)?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
-    let warnings = mechanism.warnings_of(&start, &found, loaded.warnings);
+    let mut warnings = mechanism.warnings_of(&start, &found, loaded.warnings);
+    warnings.extend(diagnose_singular_start(&mechanism, &start));
     times.assemble = clock.lap();
     Ok(Prepared {
         source,

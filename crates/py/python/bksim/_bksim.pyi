@@ -27,6 +27,7 @@ __all__ = [
     "bode_of",
     "carried_run",
     "check_values",
+    "closing_of",
     "column_named",
     "command",
     "compiled_functions",
@@ -421,8 +422,9 @@ def kinematics_of(
     engine: Engine,
     drive: list[tuple[str, str]],
     rates: tuple[list[str], list[str]],
-    through: bool,
+    along: tuple[bool, int | None],
 ) -> _Told: ...
+def closing_of(engine: Engine, solve: list[str]) -> _Told: ...
 def limits_of(
     engine: Engine, drive: str | None, outputs: list[str], all_assemblies: bool
 ) -> _Told: ...

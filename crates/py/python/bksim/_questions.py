@@ -171,6 +171,7 @@ class Questions:
         rate: str | Sequence[str] = (),
         acceleration: str | Sequence[str] = (),
         through: bool = False,
+        branch: int | None = None,
     ) -> Answer:
         """Positions, velocities and accelerations over a range of one measure, or of several together.
 
@@ -181,11 +182,16 @@ class Questions:
         (11,)
 
         ``rate`` and ``acceleration`` are those of the drives, ``"25 rad/s"``; 1 and 0 unless given.
-        ``through`` goes on through dead points.
+        ``through`` goes on through dead points; where branches cross in the start, ``branch`` is the number of the one to
+        follow.
         """
         driven = [(name, _range(values)) for name, values in drive.items()]
         rates = (names("rate", rate), names("acceleration", acceleration))
-        return Answer(_bksim.kinematics_of(self._engine(), driven, rates, through))
+        return Answer(_bksim.kinematics_of(self._engine(), driven, rates, (through, branch)))
+
+    def closing(self, solve: str | Sequence[str]) -> Answer:
+        """The values of parameters with which the start closes at all the positions that it states: ``closing("L")["L"]``."""
+        return Answer(_bksim.closing_of(self._engine(), names("solve", solve)))
 
     def limits(
         self, drive: str | None = None, of: str | Sequence[str] = (), *, all_assemblies: bool = False
@@ -257,22 +263,25 @@ class Questions:
         output: str | Sequence[str] = (),
         *,
         state: str | Sequence[str] = (),
-        at: str = "static",
+        at: str | int = "static",
         letters: bool = False,
     ) -> LinearSystem:
-        """The equations, linear about the equilibrium nearest to the start, about the start (``at="start"``), or the run at an
-        instant (``at="t=1 s"``).
+        """The equations, linear about the equilibrium nearest to the start, whatever its stability.
+
+        ``at="stable"`` takes the nearest stable one, ``at=2`` the second one as ``static`` lists them, ``at="start"`` the start
+        as it is, ``at="t=1 s"`` the run at an instant; ``facts["state"]`` names the state, with the others.
 
         An input is a parameter of loads or a joint that an effort works on, an output a measure. With ``letters``,
         ``facts["letters"]`` has A, B, C and D in letters with a certificate, of small mechanisms at rest; its
         ``blocks`` are names for long parts with their definitions.
         """
         channels = (names("input", input), names("output", output), names("state", state))
-        return LinearSystem(_bksim.linearize_of(self._engine(), at, channels, letters))
+        return LinearSystem(_bksim.linearize_of(self._engine(), str(at), channels, letters))
 
-    def modes(self, *, at: str = "static") -> Modes:
-        """Frequencies, damping and shapes of small motions."""
-        return Modes(_bksim.modes_of(self._engine(), at))
+    def modes(self, *, at: str | int = "static") -> Modes:
+        """Frequencies, damping and shapes of small motions about an equilibrium, chosen by ``at`` as in :meth:`linearize`, or about
+        the start as if at rest (``at="start"``); ``facts["state"]`` names it."""
+        return Modes(_bksim.modes_of(self._engine(), str(at)))
 
     def bode(
         self,
@@ -280,12 +289,12 @@ class Questions:
         output: str | Sequence[str],
         *,
         omega: Values | None = None,
-        at: str = "static",
+        at: str | int = "static",
     ) -> Response:
         """The frequency response with poles and zeros; ``omega`` is a range in even steps of its logarithm."""
         channels = (names("input", input), names("output", output))
         frequencies = None if omega is None else _range(omega)
-        return Response(_bksim.bode_of(self._engine(), at, channels, frequencies))
+        return Response(_bksim.bode_of(self._engine(), str(at), channels, frequencies))
 
     def inverse(
         self,

@@ -1,10 +1,12 @@
 //! `bksim bode`: frequency response, poles and zeros.
 
 use bksim::analysis::{AnalysisError, Channels, Frequencies, Range, Response, Transfer, bode};
+use bksim::model::file::ShownUnits;
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked_drawn, columns_json, failed, lines, pose_json};
 use super::linearize::pole;
+use super::state::{self, besides};
 use super::statics::held;
 use crate::args::analysis::Bode as Args;
 use crate::exit::{Failure, Status};
@@ -45,16 +47,17 @@ pub fn run(
         }
         (None, _) => None,
     };
-    let Answer { command, json, text, .. } = told(&name, &found);
+    let units = ShownUnits::of_model(&source.text);
+    let Answer { command, json, text, .. } = told(&name, &units, &found);
     Asked::told(&source, &warnings, content, (command, json, text), as_json)
 }
 
-/// The answer about a model of this name.
-pub fn told(name: &str, found: &Response) -> Answer {
+/// The answer about a model of this name, its state in these units.
+pub fn told(name: &str, units: &ShownUnits, found: &Response) -> Answer {
     Answer {
         command: "bode",
-        json: told_json(found),
-        text: text(name, found),
+        json: told_json(units, found),
+        text: text(name, units, found),
         table: found.table(),
     }
 }
@@ -80,7 +83,7 @@ fn roots(all: &[[f64; 2]]) -> String {
     all.iter().map(pole).collect::<Vec<_>>().join(", ")
 }
 
-fn text(name: &str, found: &Response) -> String {
+fn text(name: &str, units: &ShownUnits, found: &Response) -> String {
     let rows = |transfer: &Transfer| -> Vec<Vec<String>> {
         let n = found.omega.len();
         // Some frequencies among all.
@@ -97,8 +100,10 @@ fn text(name: &str, found: &Response) -> String {
         (0..shown).map(|k| row(at(k))).collect()
     };
     let mut text = format!(
-        "{name}: {}{}\n\n  poles: {}",
+        "{name}: {}, {}{}{}\n\n  poles: {}",
         counted(found.omega.len(), "frequency", "frequencies"),
+        state::about(&found.linear.state, units),
+        besides(&found.linear.state, units),
         held(&found.linear.held),
         roots(&found.linear.poles)
     );
@@ -115,7 +120,7 @@ fn text(name: &str, found: &Response) -> String {
     text
 }
 
-fn told_json(found: &Response) -> Value {
+fn told_json(units: &ShownUnits, found: &Response) -> Value {
     let transfer = |transfer: &Transfer| {
         json!({
             "input": transfer.input,
@@ -130,6 +135,7 @@ fn told_json(found: &Response) -> Value {
         "poles": found.linear.poles,
         "outputs": columns_json(&found.linear.outputs),
         "transfers": found.transfers.iter().map(transfer).collect::<Vec<_>>(),
+        "state": state::json(&found.linear.state, units),
         "pose": pose_json(&found.linear.pose),
         "held": found.linear.held,
     })

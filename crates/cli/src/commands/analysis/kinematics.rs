@@ -1,12 +1,13 @@
 //! `bksim kinematics`: positions with their rates over a range, limits, assemblies.
 
 use bksim::analysis::{
-    AnalysisError, Drive, Dyad, Kinematics, LimitsRequest, Prescribed, Proof, Range, Root, Table,
-    Triad, assemblies, assembly_panels, kinematics, limits, quantity,
+    AnalysisError, Closing, Drive, Dyad, Kinematics, LimitsRequest, Prescribed, Proof, Range, Root,
+    Table, Triad, assemblies, assembly_panels, closing, kinematics_along, limits, quantity,
 };
 use bksim::expr::PoolSnapshot;
 use bksim::model::Model;
 use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::ShownUnit;
 use bksim::sim::fault::another_assembly;
 use serde_json::{Value, json};
 
@@ -47,6 +48,8 @@ pub fn run(
         told_assemblies(&name, &found)
     } else if args.assemblies {
         told_assemblies(&name, &assemblies(model).map_err(&failed)?)
+    } else if !args.solve.is_empty() {
+        told_closing(&name, &closing(model, &args.solve).map_err(&failed)?)
     } else if args.limits {
         let request = LimitsRequest {
             drive: args.drive.first().map(|(name, _)| name.clone()),
@@ -63,16 +66,30 @@ pub fn run(
                 "write `--drive crank.angle=\"0:360 deg:361\"`, `--limits` or `--assemblies`";
             return Err(Failure::usage("nothing is asked for", help));
         };
-        let found = kinematics(model, &prescribed).map_err(&failed)?;
+        let found = kinematics_along(model, &prescribed, args.branch).map_err(&failed)?;
         if let Some(at) = &found.stopped {
-            let at: Vec<String> = at.iter().map(|value| number(*value)).collect();
-            let values = at.join(", ");
-            render::warning(&format!("the range goes no further than {values} (SI): a dead point"));
+            let values = reached(&args.drive, at);
+            render::warning(&format!("the range goes no further than {values}: a dead point"));
         }
         warnings.extend(of_model.and_then(|model| passed_over(&model, &args.drive, &found)));
         told_range(&name, found, as_json)
     };
     Asked::drawn(&source, &warnings, (file, picture), answer, as_json)
+}
+
+/// Values of the drives where a range ends, each in the unit that it was asked for in.
+fn reached(drive: &[(String, String)], at: &[f64]) -> String {
+    let value = |((name, asked), value): (&(String, String), &f64)| {
+        let own = asked.split(':').rev().find_map(|part| {
+            let unit = part.trim_start_matches(|c: char| !c.is_alphabetic());
+            ShownUnit::parse(unit).filter(|_| !unit.is_empty())
+        });
+        match own {
+            Some(own) => format!("{name} = {} {}", number(own.of_si(*value)), own.unit),
+            None => format!("{name} = {} (SI)", number(*value)),
+        }
+    };
+    drive.iter().zip(at).map(value).collect::<Vec<_>>().join(", ")
 }
 
 /// The warning that a range passes over into another assembly than the one that the model holds.
@@ -144,6 +161,22 @@ pub fn told_range(name: &str, found: Kinematics, as_json: bool) -> Answer {
     };
     let json = if as_json { told() } else { json!({}) };
     Answer { command: COMMAND, json, text, table: found.table }
+}
+
+/// The answer about a model of this name: the values with which its start closes.
+pub fn told_closing(name: &str, found: &Closing) -> Answer {
+    let rows = found.values.iter().map(|(column, value, own)| {
+        vec![column.name.clone(), shown(*value, &column.unit), shown(*own, &column.unit)]
+    });
+    let text = format!(
+        "{name}: closes at the values that it states\n\n{}",
+        lines(&["parameter", "closes with", "has"], rows.collect())
+    );
+    let values = found.values.iter().map(|(column, value, own)| {
+        json!({ "name": column.name, "unit": column.unit, "value": value, "own": own })
+    });
+    let json = json!({ "values": values.collect::<Vec<_>>(), "pose": pose_json(&found.pose) });
+    Answer { command: COMMAND, json, text, table: found.table() }
 }
 
 /// The answer about a model of this name: the ways in which it closes.

@@ -1,9 +1,11 @@
 //! `bksim linearize`: A, B, C and D.
 
 use bksim::analysis::{Channels, Letters, Linear, letters, linearize};
+use bksim::model::file::ShownUnits;
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked_drawn, columns_json, failed, lines, pose_json};
+use super::state::{self, besides};
 use super::statics::held;
 use crate::args::analysis::Linearize as Args;
 use crate::exit::{Failure, Status};
@@ -25,7 +27,7 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     };
     let twin = args.letters.then(|| model.snapshot());
     let found = linearize(model, args.at, &channels).map_err(failed(&source))?;
-    let mut answer = told(&name, &found);
+    let mut answer = told(&name, &ShownUnits::of_model(&source.text), &found);
     if let Some(twin) = twin {
         let written = letters(twin.to_model(), &channels).map_err(failed(&source))?;
         add_letters(&mut answer, written.as_ref());
@@ -94,8 +96,8 @@ fn letters_json(found: &Letters) -> Value {
     })
 }
 
-/// The answer about a model of this name.
-pub fn told(name: &str, found: &Linear) -> Answer {
+/// The answer about a model of this name, its state in these units.
+pub fn told(name: &str, units: &ShownUnits, found: &Linear) -> Answer {
     let table = found.table();
     let rows = found.states.iter().map(|state| format!("d/dt {}", state.name));
     let rows = rows.chain(found.outputs.iter().map(|output| output.name.clone()));
@@ -107,8 +109,10 @@ pub fn told(name: &str, found: &Linear) -> Answer {
         std::iter::once("").chain(table.columns.iter().map(|c| c.name.as_str())).collect();
     let poles: Vec<String> = found.poles.iter().map(pole).collect();
     let text = format!(
-        "{name}: {} states{}\n\n{}\n\n  poles: {}",
-        found.states.len(),
+        "{name}: {}, {}{}{}\n\n{}\n\n  poles: {}",
+        counted(found.states.len(), "state", "states"),
+        state::about(&found.state, units),
+        besides(&found.state, units),
         held(&found.held),
         lines(&heads, rows),
         poles.join(", ")
@@ -128,6 +132,7 @@ pub fn told(name: &str, found: &Linear) -> Answer {
         "C": entries(n_out, n, &|i, j| found.c[(i, j)]),
         "D": entries(n_out, n_in, &|i, j| found.d[(i, j)]),
         "poles": found.poles,
+        "state": state::json(&found.state, units),
         "pose": pose_json(&found.pose),
         "held": found.held,
     });

@@ -1,10 +1,12 @@
 //! `bksim modes`: frequencies, damping, shapes.
 
 use bksim::analysis::{Mode, Modes, modes};
+use bksim::model::file::ShownUnits;
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked, failed, lines};
 use super::linearize::pole;
+use super::state::{self, besides, branches, branches_json};
 use super::statics::{held, word};
 use crate::args::analysis::Modes as Args;
 use crate::exit::{Failure, Status};
@@ -14,33 +16,42 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
     let name = model.name.clone();
     let found = modes(model, args.at).map_err(failed(&source))?;
-    Asked::answer(&source, &warnings, file, told(&name, &found), as_json)
+    let units = ShownUnits::of_model(&source.text);
+    Asked::answer(&source, &warnings, file, told(&name, &units, &found), as_json)
 }
 
-/// The answer about a model of this name.
-pub fn told(name: &str, found: &Modes) -> Answer {
+/// The answer about a model of this name, its state in these units.
+pub fn told(name: &str, units: &ShownUnits, found: &Modes) -> Answer {
     let row = |mode: &Mode| {
         let shares = found.bodies.iter().zip(&mode.shares).filter(|(_, share)| **share > 0.005);
         let shares = shares.map(|(body, share)| format!("{body} {:.0} %", 100.0 * share));
-        vec![
+        let mut row = vec![
             number(mode.omega / std::f64::consts::TAU),
             number(mode.omega),
             number(mode.damping),
             pole(&mode.s),
             shares.collect::<Vec<_>>().join(", "),
-        ]
+        ];
+        row.extend(mode.branch.map(|number| number.to_string()));
+        row
     };
+    let mut heads = vec!["Hz", "rad/s", "damping", "s", "energy"];
+    if !found.branches.is_empty() {
+        heads.push("branch");
+    }
     let rows = found.modes.iter().map(row).collect();
     let infinite = match found.n_infinite {
         0 => String::new(),
         n => format!(", {n} more without inertia: infinite"),
     };
     let text = format!(
-        "{name}: {}{infinite}, about a pose that is {}{}\n\n{}",
+        "{name}: {}{infinite}, {}{}{}{}\n\n{}",
         counted(found.modes.len(), "mode", "modes"),
-        word(found.stability),
+        state::about(&found.state, units),
+        besides(&found.state, units),
+        branches(&found.branches),
         held(&found.held),
-        lines(&["Hz", "rad/s", "damping", "s", "energy"], rows)
+        lines(&heads, rows)
     );
     let mode = |mode: &Mode| {
         let shape = found.quantities.iter().zip(&mode.shape);
@@ -54,12 +65,15 @@ pub fn told(name: &str, found: &Modes) -> Answer {
             "damping": mode.damping,
             "shape": Value::Object(shape.collect()),
             "shares": Value::Object(shares.collect()),
+            "branch": mode.branch,
         })
     };
     let json = json!({
         "modes": found.modes.iter().map(mode).collect::<Vec<_>>(),
         "infinite": found.n_infinite,
         "stability": word(found.stability),
+        "state": state::json(&found.state, units),
+        "branches": branches_json(&found.branches),
         "held": found.held,
     });
     Answer { command: "modes", json, text, table: found.table() }

@@ -1,14 +1,15 @@
 //! `bksim static`: equilibria, their stability, the reactions in them.
 
 use bksim::analysis::{
-    AnalysisError, Balanced, BearingStop, BranchPoint, Continuation, Equilibrium, Family,
-    OpenReactions, PassedStop, PointKind, Range, ReactionBound, Stability, Statics, balanced,
-    compliances, statics, statics_over,
+    AnalysisError, Balanced, BearingStop, BranchPoint, Continuation, CrossingBranch, Equilibrium,
+    Family, OpenReactions, PassedStop, PointKind, Range, ReactionBound, Stability, Statics,
+    WayRates, balanced, compliances, in_words, statics, statics_over,
 };
 use bksim::model::Model;
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked, failed, lines, pose_json, shown};
+use super::state::{branches, branches_json};
 use crate::args::analysis::Static as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
@@ -72,7 +73,11 @@ pub fn told(name: &str, found: &Statics) -> Answer {
     let by = names(&found.by);
     let row = |e: &Equilibrium| {
         let least = e.stiffness.first().map_or(String::new(), |k| number(*k));
-        vec![word(e.stability).to_owned(), least, position(&found.by, e), on_stops(e)]
+        let what = match e.branches.len() {
+            0 => word(e.stability).to_owned(),
+            _ => format!("{}, branch point", word(e.stability)),
+        };
+        vec![what, least, position(&found.by, e), on_stops(e)]
     };
     let mut rows: Vec<_> = found.equilibria.iter().map(row).collect();
     let mut heads = vec!["", "least stiffness", "where", "on"];
@@ -86,12 +91,16 @@ pub fn told(name: &str, found: &Statics) -> Answer {
     let whether =
         if found.is_complete { "there are no others on this assembly" } else { "of a search" };
     let mut text = format!(
-        "{name}: {count}, {whether}{}{}\n\n{}",
+        "{name}: {count}, {whether}{}{}{}\n\n{}",
+        crossing_start(&found.ways),
         left_out(&found.left_out),
         held(&found.held),
         lines(&heads, rows)
     );
     text.extend(left_out_text(&found.by, &found.left_out));
+    for (k, e) in found.equilibria.iter().enumerate().filter(|(_, e)| !e.branches.is_empty()) {
+        text.extend([branches_text(k + 1, &e.branches)]);
+    }
     for (k, e) in found.equilibria.iter().enumerate() {
         text.extend(e.family.as_ref().map(|family| family_text(k + 1, family)));
     }
@@ -103,11 +112,39 @@ pub fn told(name: &str, found: &Statics) -> Answer {
     let json = json!({
         "by": by,
         "complete": found.is_complete,
+        "branches": branches_json(&found.ways),
         "held": found.held,
         "equilibria": equilibria.collect::<Vec<_>>(),
         "left_out": left_out.collect::<Vec<_>>(),
     });
     Answer { command: "static", json, text, table: found.table() }
+}
+
+/// The note that branches cross in the start.
+fn crossing_start(ways: &[WayRates]) -> String {
+    if ways.is_empty() {
+        return String::new();
+    }
+    format!("\n  the start is a branch point, and every branch is followed{}", branches(ways))
+}
+
+/// Stability by each of the branches that cross in an equilibrium.
+fn branches_text(number: usize, branches: &[CrossingBranch]) -> String {
+    let row = |(k, branch): (usize, &CrossingBranch)| {
+        let by = branch.rates.first().map_or("", |(name, ..)| name.as_str());
+        vec![
+            (k + 1).to_string(),
+            word(branch.stability).to_owned(),
+            self::number(branch.stiffness),
+            by.to_owned(),
+            in_words(&branch.rates),
+        ]
+    };
+    let rows = branches.iter().enumerate().map(row).collect();
+    format!(
+        "\n\nequilibrium {number} is a branch point\n{}",
+        lines(&["branch", "", "stiffness", "by", "rates of joints"], rows)
+    )
 }
 
 /// The stops that are closed in an equilibrium, with what they bear.
@@ -163,10 +200,11 @@ fn names<'a>(by: &'a [(String, &'static str)]) -> Vec<&'a str> {
 /// Where an equilibrium is, by its independent quantities.
 fn position(by: &[(String, &'static str)], e: &Equilibrium) -> String {
     let value = |name: &str| e.pose.iter().find(|(known, ..)| known == name);
-    let shown = by
-        .iter()
-        .filter_map(|(name, _)| value(name))
-        .map(|(name, value, unit)| format!("{name} = {}", shown(*value, unit)));
+    let shown =
+        by.iter().filter_map(|(name, _)| value(name)).map(|(name, value, unit)| match &e.family {
+            Some(family) if family.free.contains(name) => format!("{name} free"),
+            _ => format!("{name} = {}", shown(*value, unit)),
+        });
     shown.collect::<Vec<_>>().join(", ")
 }
 
@@ -178,8 +216,15 @@ fn equilibrium_json(joints: &[String], e: &Equilibrium) -> Value {
         "stability": word(e.stability),
         "stiffness": e.stiffness,
         "family": e.family.as_ref().map(|family| {
-            json!({ "dimension": family.dimension, "moves": family.moves })
+            json!({ "dimension": family.dimension, "moves": family.moves, "free": family.free })
         }),
+        "branches": e.branches.iter().map(|branch| {
+            json!({
+                "stability": word(branch.stability),
+                "stiffness": branch.stiffness,
+                "rates": branches_json(std::slice::from_ref(&branch.rates))[0],
+            })
+        }).collect::<Vec<_>>(),
         "bearing": e.bearing.iter().map(|stop| {
             json!({ "stop": stop.name, "limit": stop.limit, "effort": stop.effort, "unit": stop.unit })
         }).collect::<Vec<_>>(),

@@ -1,0 +1,86 @@
+//! A row of a table of positions, with rates; where branches cross, by the poses on both sides of the branch that is followed.
+//!
+//! ```text
+//! ∂Φ/∂q v = −∂Φ/∂t        singular where branches cross, though v goes through smoothly along each of them
+//! v(s₀) = Σ L_k(s₀) v(s_k)     L_k: Lagrange's polynomials through poses at ± 1, 2, 3 steps
+//! ```
+
+use nalgebra::DVector;
+
+use crate::around::yielding_below;
+use crate::curve::{Curve, Equations};
+use crate::path::Path;
+use crate::scalar::Rates;
+
+/// Part of the largest singular value of the slopes below which rates are found from both sides.
+const SINGULAR: f64 = 3e-4;
+/// Distance of the poses, in radians and longest links.
+const STEP: f64 = 0.02;
+
+/// All quantities with their rates at one position; NaN where rates are not determined.
+pub(crate) fn row(
+    curve: &mut Curve<Path<'_>>,
+    rates: &mut Rates,
+    (z, tangent): (&DVector<f64>, &DVector<f64>),
+    given: (&[f64], &[f64]),
+) -> Vec<f64> {
+    let (_, slopes) = curve.equations.at(z);
+    if yielding_below(&slopes, SINGULAR).len() > 1
+        && let Some(found) = from_both_sides(curve, rates, (z, tangent), given)
+    {
+        return found;
+    }
+    own_row(curve, rates, z, given).unwrap_or_else(|unknown| unknown)
+}
+
+/// The row by the rows at one position.
+///
+/// # Errors
+/// The row without rates, where the rows do not determine them.
+fn own_row(
+    curve: &mut Curve<Path<'_>>,
+    rates: &mut Rates,
+    z: &DVector<f64>,
+    (u_dot, u_ddot): (&[f64], &[f64]),
+) -> Result<Vec<f64>, Vec<f64>> {
+    let n = curve.equations.rows.n();
+    let t = curve.equations.time(z[n]);
+    let x = &z.as_slice()[..n];
+    let found = curve.equations.rows.rates(t, x, (u_dot, u_ddot));
+    let q = curve.equations.rows.unscaled(x);
+    let mut of = |[v, a]: [Vec<f64>; 2]| -> Vec<f64> {
+        rates.at(t, [&q, &v, &a]).into_iter().flatten().collect()
+    };
+    match found {
+        Some(found) => Ok(of(found)),
+        None => Err(of([vec![f64::NAN; n], vec![f64::NAN; n]])),
+    }
+}
+
+/// The row by those of poses on both sides.
+fn from_both_sides(
+    curve: &mut Curve<Path<'_>>,
+    rates: &mut Rates,
+    (z, tangent): (&DVector<f64>, &DVector<f64>),
+    given: (&[f64], &[f64]),
+) -> Option<Vec<f64>> {
+    let n = z.len() - 1;
+    let mut rows: Vec<(f64, Vec<f64>)> = Vec::new();
+    for k in [-3.0, -2.0, -1.0, 1.0, 2.0, 3.0] {
+        let mut there = z + tangent * (k * STEP);
+        curve.correct(&mut there, tangent)?;
+        rows.push((there[n], own_row(curve, rates, &there, given).ok()?));
+    }
+    let ascends = rows.windows(2).all(|pair| pair[0].0 < pair[1].0);
+    if !(ascends || rows.windows(2).all(|pair| pair[0].0 > pair[1].0)) {
+        return None;
+    }
+    let weight = |i: usize| -> f64 {
+        let others = (0..rows.len()).filter(|&j| j != i);
+        others.map(|j| (z[n] - rows[j].0) / (rows[i].0 - rows[j].0)).product()
+    };
+    let weights: Vec<f64> = (0..rows.len()).map(weight).collect();
+    let column = |c: usize| rows.iter().zip(&weights).map(|((_, row), w)| w * row[c]).sum();
+    let found: Vec<f64> = (0..rows[0].1.len()).map(column).collect();
+    found.iter().all(|x| x.is_finite()).then_some(found)
+}
