@@ -41,6 +41,7 @@ mod definition;
 mod degrees;
 mod dimension;
 mod expand;
+mod formulas;
 mod frames;
 mod friction;
 mod function;
@@ -98,7 +99,7 @@ mod wheels;
 mod words;
 mod written_unit;
 
-use bksim_expr::Pool;
+use bksim_expr::{Expr, Pool};
 
 pub use codes::PAGES;
 pub use compliance::NoCompliance;
@@ -216,48 +217,86 @@ pub fn read(source: &Source<'_>) -> Reading {
 /// assert!(!recording.replay(&[-1.0], &mut values, &mut all, &mut solve), "a negative mass");
 /// ```
 pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option<Recording>) {
-    let mut reader = Reader {
-        text: source.text,
-        nesting: source.limits.nesting,
-        needs_masses: !source.is_geometry,
-        pool: Pool::new(),
-        units: FileUnits::default(),
-        names: Names::default(),
-        parameters: Vec::new(),
-        parameter_order: Vec::new(),
-        faults: Vec::new(),
-        spatial: None,
-        functions: Vec::new(),
-        table_calls: Vec::new(),
-        tables: Vec::new(),
-        measured: Vec::new(),
-        curves: Vec::new(),
-        laws: Vec::new(),
-        local: None,
-        values: Vec::new(),
-        sampled: Vec::new(),
-        belts: Vec::new(),
-        belt_signals: Vec::new(),
-        at_start: Vec::new(),
-        latched: Vec::new(),
-        joint_ends: Vec::new(),
-        joint_bodies: Vec::new(),
-        topology_unknown: false,
-        is_unit_missing: false,
-        recorded: None,
-        constants: Constants::new(varied),
-    };
-    let root = syntax::parse(source.text, source.limits.nesting, &mut reader.faults);
-    let model = root.and_then(|mut root| {
-        reader.check_sections(&mut root);
-        let set = source.overrides.iter().map(|(name, _)| name);
-        let paths = source.promoted.iter().chain(set).map(String::as_str);
-        let promoted = promote::promoted(&mut root, paths);
-        reader.read_model(&root, &promoted, source)
-    });
+    let mut reader = Reader { constants: Constants::new(varied), ..Reader::of(source) };
+    let model = reader.read(source);
     let values = reader.recorded.take();
     let recording = model.as_ref().and(values).map(|values| reader.constants.finish(values));
     (Reading { model, diagnostics: reader.faults }, recording)
+}
+
+/// A formula of time and parameters that is read with a model but is no part of its text.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Formula<'a> {
+    /// What it gives, as in messages.
+    pub what: &'a str,
+    /// As written: `100 mm*t/(1 s)`, or a call of one of the tables and laws of the model.
+    pub text: &'a str,
+    /// `rad` or `m`, the unit of its values; empty of plain numbers.
+    pub unit: &'a str,
+}
+
+/// Reads formulas with the names, tables and units of a model, and the model with what they use of it.
+///
+/// # Errors
+/// The faults of the model, with positions in its text, or those of formulas, without.
+pub fn read_formulas(
+    source: &Source<'_>,
+    formulas: &[Formula<'_>],
+) -> Result<(Model, Vec<Expr>), Vec<Diagnostic>> {
+    let mut reader = Reader { formulas, ..Reader::of(source) };
+    let model = reader.read(source);
+    let (found, faults) = (reader.found, reader.faults);
+    model.zip((found.len() == formulas.len()).then_some(found)).ok_or(faults)
+}
+
+impl<'a> Reader<'a> {
+    /// A reader that has read nothing yet.
+    fn of(source: &Source<'a>) -> Self {
+        Self {
+            text: source.text,
+            nesting: source.limits.nesting,
+            needs_masses: !source.is_geometry,
+            pool: Pool::new(),
+            units: FileUnits::default(),
+            names: Names::default(),
+            parameters: Vec::new(),
+            parameter_order: Vec::new(),
+            faults: Vec::new(),
+            spatial: None,
+            functions: Vec::new(),
+            table_calls: Vec::new(),
+            tables: Vec::new(),
+            measured: Vec::new(),
+            curves: Vec::new(),
+            laws: Vec::new(),
+            local: None,
+            values: Vec::new(),
+            sampled: Vec::new(),
+            belts: Vec::new(),
+            belt_signals: Vec::new(),
+            at_start: Vec::new(),
+            latched: Vec::new(),
+            joint_ends: Vec::new(),
+            joint_bodies: Vec::new(),
+            topology_unknown: false,
+            is_unit_missing: false,
+            recorded: None,
+            constants: Constants::new(&[]),
+            formulas: &[],
+            found: Vec::new(),
+        }
+    }
+
+    fn read(&mut self, source: &Source<'_>) -> Option<Model> {
+        let root = syntax::parse(source.text, source.limits.nesting, &mut self.faults);
+        root.and_then(|mut root| {
+            self.check_sections(&mut root);
+            let set = source.overrides.iter().map(|(name, _)| name);
+            let paths = source.promoted.iter().chain(set).map(String::as_str);
+            let promoted = promote::promoted(&mut root, paths);
+            self.read_model(&root, &promoted, source)
+        })
+    }
 }
 
 /// The faults of a text as TOML, whatever it says about a model.

@@ -3,6 +3,7 @@
 
 use bksim_expr::{Expr, Pool};
 
+use super::Formula;
 use super::codes;
 use super::definition::ParameterState;
 use super::grids::MeasuredTable;
@@ -92,6 +93,9 @@ pub(super) struct Reader<'a> {
     pub(super) topology_unknown: bool,
     /// Whether the value that is read lacks the unit of a parameter.
     pub(super) is_unit_missing: bool,
+    /// Formulas that are no part of the text, and those that could be read.
+    pub(super) formulas: &'a [Formula<'a>],
+    pub(super) found: Vec<Expr>,
 }
 
 impl Reader<'_> {

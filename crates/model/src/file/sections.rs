@@ -97,6 +97,7 @@ impl Reader<'_> {
         initial.extend(controllers.initial);
         let solve = self.read_solve(root);
         let io = self.read_io(root);
+        self.read_formulas();
         let space = self.read_space(&top);
         let coordinates = self.read_policy(&top);
         let name = self.read_name(&top).unwrap_or_else(|| source.name.to_owned());
