@@ -15,6 +15,10 @@ bksim_model::codes! {
     NOT_BALANCED = "Q012", "a start that no value balances";
     NOT_PLANAR = "Q013", "a question about planar mechanisms, asked of one in space";
     NO_ASSEMBLY = "Q014", "an assembly that there is not";
+    THROUGH_STOP = "Q015", "a motion through a stop";
+    NO_ACTUATOR = "Q016", "a motion that no actuator can meet";
+    STOP_LETS_GO = "Q017", "a stop that would have to pull";
+    FRICTION_JAMS = "Q018", "friction that no efforts are in balance with";
     GOES_NOWHERE = "Q020", "a start that yields, but goes nowhere";
     BRANCH_POINT = "Q021", "a pose in which branches cross";
     NOT_CLOSED = "Q022", "a start that no value closes";

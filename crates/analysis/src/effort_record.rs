@@ -7,9 +7,11 @@ use crate::actuation::EffortLimit;
 use crate::controllers::ControllerState;
 use crate::duty::{Duty, MotorCurve};
 use crate::effort_channels::Channel;
+use crate::effort_faults::no_actuator;
+use crate::effort_ranges::EffortRanges;
 use crate::equilibrium::reaction_columns;
+use crate::error::AnalysisError;
 use crate::loaded::Loaded;
-use crate::ranges::{Bounded, ranges};
 use crate::table::{Column, Table};
 
 /// Largest and quadratic mean of a quantity over a motion.
@@ -51,8 +53,10 @@ pub struct Inverse {
     pub loads: Vec<Load>,
     /// Largest number of independent inner forces: of efforts that move nothing.
     pub n_inner: usize,
-    /// Motions along which an effort is missing.
+    /// Motions along which a small part of the effort is missing, no more than the samples of a motion are off.
     pub missing: Vec<String>,
+    /// Friction of joints at rest and stops that bear, whose forces leave efforts a range.
+    pub open: Vec<String>,
     /// Times at which no efforts keep to the limits, s; of mechanisms with inner forces.
     pub impossible: Vec<f64>,
     /// Efforts with a limit.
@@ -62,6 +66,20 @@ pub struct Inverse {
     /// States and sampled signals of controllers, which follow the motion and act besides the efforts.
     pub controllers: Vec<String>,
 }
+
+/// A motion that the actuators do not meet.
+struct Unmet {
+    t: f64,
+    q: Vec<f64>,
+    /// Free motions there.
+    free: DMatrix<f64>,
+    /// By prescribed motion, in units of the motions.
+    parts: Vec<f64>,
+}
+
+/// Part of the terms along the motions that samples of a motion may leave: joined by polynomials, they keep to the equations only so
+/// far.
+const OFF: f64 = 1e-5;
 
 /// Everything about the times of a motion.
 #[derive(Default)]
@@ -73,7 +91,16 @@ pub(crate) struct Record {
     pub(crate) efforts: Vec<Vec<f64>>,
     /// Of the prescribed motions.
     pub(crate) missing: Vec<Vec<f64>>,
-    pub(crate) inner: Vec<DMatrix<f64>>,
+    /// Ends of the ranges of efforts.
+    pub(crate) ranges: Vec<EffortRanges>,
+    /// Largest number of inner forces.
+    n_inner: usize,
+    /// Contacts that leave efforts open.
+    open: Vec<String>,
+    /// Largest of the terms of the equations along the motions, in units of the motions.
+    largest: f64,
+    /// What the actuators cannot meet, worst first.
+    unmet: Option<Unmet>,
     pub(crate) controllers: Vec<ControllerState>,
     /// Of the named signals.
     pub(crate) signals: Vec<Vec<f64>>,
@@ -81,6 +108,55 @@ pub(crate) struct Record {
 }
 
 impl Record {
+    /// Notes what no actuator meets at a time.
+    pub(crate) fn note_missing(
+        &mut self,
+        t: f64,
+        (q, free): (&[f64], &DMatrix<f64>),
+        (parts, size): (&[f64], f64),
+    ) {
+        self.largest = self.largest.max(size);
+        let worst = parts.iter().fold(0.0, |most: f64, part| most.max(*part));
+        let is_first = self
+            .unmet
+            .as_ref()
+            .is_none_or(|unmet| unmet.parts.iter().all(|part| *part <= OFF * self.largest));
+        if worst > OFF * self.largest && is_first {
+            let (q, free, parts) = (q.to_vec(), free.clone(), parts.to_vec());
+            self.unmet = Some(Unmet { t, q, free, parts });
+        }
+    }
+
+    /// Notes how open the efforts at a time are.
+    pub(crate) fn note_ranges(&mut self, ends: EffortRanges, n_inner: usize, open: Vec<String>) {
+        self.n_inner = self.n_inner.max(n_inner);
+        if !matches!(ends, EffortRanges::Unique) {
+            for name in open {
+                if !self.open.contains(&name) {
+                    self.open.push(name);
+                }
+            }
+        }
+        self.ranges.push(ends);
+    }
+
+    /// Refuses a motion that the actuators do not meet.
+    pub(crate) fn check_met(
+        &self,
+        loaded: &Loaded,
+        channels: &[Channel],
+    ) -> Result<(), AnalysisError> {
+        let Some(Unmet { t, q, free, parts }) = &self.unmet else { return Ok(()) };
+        let prescribed = channels.iter().filter(|channel| channel.is_prescribed);
+        let is_unmet = |(_, part): &(&Channel, &f64)| **part > OFF * self.largest;
+        let names = prescribed.zip(parts).filter(is_unmet).map(|(channel, _)| channel.name.clone());
+        let names: Vec<String> = names.collect();
+        if names.is_empty() {
+            return Ok(());
+        }
+        Err(no_actuator((loaded, channels), (*t, q), free, &names)?)
+    }
+
     /// The answer, with the limits and curves of actuators.
     pub(crate) fn told(
         &self,
@@ -88,7 +164,7 @@ impl Record {
         (channels, quantities): (&[Channel], &[PoseQuantity]),
         (bounds, curves): (&[EffortLimit], &[MotorCurve]),
     ) -> Inverse {
-        let n_inner = self.inner.iter().map(DMatrix::ncols).max().unwrap_or(0);
+        let n_inner = self.n_inner;
         let names: Vec<&str> =
             (channels.iter().filter(|c| c.drive_idx.is_some())).map(|c| c.name.as_str()).collect();
         let limit_of = |name: &str| {
@@ -97,18 +173,24 @@ impl Record {
         };
         let limits: Vec<f64> = names.iter().map(|name| limit_of(name)).collect();
 
-        // The range of each effort within the limits.
+        // The range of each effort within the limits, where any has one at some time.
         let mut impossible = Vec::new();
-        let free: Vec<Option<Vec<[f64; 2]>>> = (self.times.iter().enumerate())
-            .map(|(k, &t)| {
-                if n_inner == 0 {
-                    return None;
-                }
-                let found = ranges(&bounded(&self.efforts[k], &self.inner[k], &limits));
-                if found.is_none() {
+        let has_ranges = self.ranges.iter().any(|ends| !matches!(ends, EffortRanges::Unique));
+        let free: Vec<Option<Vec<[f64; 2]>>> = (self.times.iter().zip(&self.ranges).enumerate())
+            .map(|(k, (&t, ends))| {
+                let keeps = |(effort, limit): (&f64, &f64)| effort.abs() <= *limit;
+                let ends = match ends {
+                    _ if !has_ranges => return None,
+                    EffortRanges::Open(ends) => Some(ends.clone()),
+                    EffortRanges::Unique if self.efforts[k].iter().zip(&limits).all(keeps) => {
+                        Some(self.efforts[k].iter().map(|&effort| [effort; 2]).collect())
+                    }
+                    EffortRanges::Unique | EffortRanges::Impossible => None,
+                };
+                if ends.is_none() {
                     impossible.push(t);
                 }
-                Some(found.unwrap_or_else(|| vec![[f64::NAN; 2]; names.len()]))
+                Some(ends.unwrap_or_else(|| vec![[f64::NAN; 2]; names.len()]))
             })
             .collect();
 
@@ -136,7 +218,7 @@ impl Record {
                 heads.push(Column::new(format!("{name}.power"), "W"));
                 let powers = powers.collect();
                 columns.extend([efforts, powers]);
-                if n_inner > 0 {
+                if has_ranges {
                     for (end, word) in ["effort_min", "effort_max"].into_iter().enumerate() {
                         heads.push(Column::new(format!("{name}.{word}"), effort_unit));
                         let own = |row: &Option<Vec<[f64; 2]>>| {
@@ -171,6 +253,7 @@ impl Record {
             loads: loads(&table),
             n_inner,
             missing,
+            open: self.open.clone(),
             impossible,
             limits,
             duties: duties.collect(),
@@ -202,16 +285,6 @@ fn names_of_controllers(loaded: &Loaded) -> Vec<String> {
     let model = loaded.model();
     let states = model.states.iter().map(|state| state.name.clone());
     states.chain(model.held.iter().map(|signal| signal.name.clone())).collect()
-}
-
-/// Efforts with what inner forces may add to them.
-fn bounded(efforts: &[f64], inner: &DMatrix<f64>, limits: &[f64]) -> Vec<Bounded> {
-    let of = |k: usize| Bounded {
-        value: efforts[k],
-        slopes: inner.row(k).iter().copied().collect(),
-        bounds: [-limits[k], limits[k]],
-    };
-    (0..efforts.len()).map(of).collect()
 }
 
 fn limit_use(table: &Table, name: &str, limit: f64) -> LimitUse {

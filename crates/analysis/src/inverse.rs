@@ -5,28 +5,29 @@
 //! Gᵀ λ = f − M a        the efforts of the actuators are the multipliers of their rows
 //! ```
 //!
-//! More actuators than free motions share the load by the smallest efforts, and fewer leave something out: see
-//! [`crate::actuation`]. States of controllers follow the motion by their own rates: see [`crate::controllers`].
+//! Friction acts as in a run, and stops bear: see [`crate::effort_contacts`]. More actuators than free motions share the load by
+//! the smallest efforts, and a motion that none of them can meet is refused: see [`crate::actuation`]. States of controllers follow the motion by their own rates: see [`crate::controllers`].
 
+use bksim_expr::PoolSnapshot;
 use bksim_mbs::constraint::Source;
-use bksim_mbs::coordinate::CoordinateKind;
-use bksim_model::{Drive as ModelDrive, Initial, Measure, Model};
+use bksim_mbs::contact::Penetration;
+use bksim_model::{Drive as ModelDrive, Initial, LoadKind, Measure, Model};
 use bksim_sim::state::{AccelerationRef, StateRef};
-use nalgebra::DMatrix;
 
-use crate::PoseQuantity;
-use crate::actuation::{Actuation, EffortLimit, Efforts};
-use crate::controllers::{controller_states, with_held};
+use crate::actuation::EffortLimit;
+use crate::controllers::{ControllerState, controller_states, with_held};
 use crate::drive::Range;
 use crate::duty::MotorCurve;
 use crate::effort_channels::{Channel, act, channels, quantities};
+use crate::effort_faults::stop_lets_go;
 use crate::effort_record::{Inverse, Record};
+use crate::effort_solver::{EffortSolver, InstantState, SolvedEfforts, all_rows};
+use crate::effort_stops::{MotionState, StopWatch};
 use crate::error::AnalysisError;
-use crate::forces::{At, Forces};
 use crate::loaded::{Loaded, known_along_a_motion};
 use crate::motion::Motion;
 use crate::positions::Positions;
-use crate::rows::Clock;
+use crate::rows::Rows;
 use crate::walk::Walk;
 
 /// The actuators, and how much each can give.
@@ -54,58 +55,51 @@ pub fn inverse(
     let mut channels = channels(&mut model, motions, &actuators.named)?;
     check_named(&model, &channels, actuators)?;
     let forced = model.snapshot();
-
-    // Positions: each motion of a joint is a drive of the start.
-    let n_own = model.drives.len();
-    prescribe_start(&mut model, motions, times.from);
-    let positions = Positions::of(model)?;
-    positions.leads_on()?;
-    let measures: Vec<Measure> = motions.iter().map(|m| m.measure).collect();
-    let added: Vec<usize> = (n_own..positions.model().drives.len()).collect();
-    let mut rows = positions.rows(&measures, &added, Clock::Running)?;
-    let begin = || Walk { x: rows.scaled(&positions.q), t: times.from, motions };
-    let (mut walk, mut first_walk) = (begin(), begin());
-    walk.check_drives(&mut rows, positions.model().drives.len())?;
+    let mut path = GivenPath::of(model, &forced, motions, times.from)?;
+    let begin = |rows: &Rows, positions: &Positions| Walk {
+        x: rows.scaled(&positions.q),
+        t: positions.t(),
+        motions,
+    };
+    let [mut walk, mut first_walk] = [(); 2].map(|()| begin(&path.rows, &path.positions));
 
     // Forces of the same mechanism, masses and loads included, with a drive for each actuator.
     let mut forced = forced.to_model();
     act(&mut forced, &mut channels);
     (forced.solve.t_start, forced.solve.t_end) = (times.from, times.to);
     let mechanism = bksim_sim::Mechanism::derive(forced, Vec::new())?;
-    let loaded = Loaded::at_position(mechanism, &positions);
-    let system = loaded.system();
-    let mut forces =
-        Forces::compile(loaded.model(), system, &loaded.kept, &[], &loaded.parameters)?;
+    let mut loaded = Loaded::at_position(mechanism, &path.positions);
+    loaded.kept = (0..loaded.system().constraints.len()).collect();
     let quantities = quantities(&loaded, &channels);
     let mut rates = loaded.rates(&quantities)?;
-    let mut slopes = loaded.scalars(&quantities)?;
-    let actuation = actuation(&loaded, &channels, &quantities, &actuators.limits);
+    let bearing = path.bearing_rows(&loaded);
+    let mut solver =
+        EffortSolver::of(&loaded, (&channels, &quantities), &actuators.limits, bearing)?;
 
-    // States of controllers first, then what all forces need.
+    // The motion and the states of controllers first, then what all forces need.
     let times = times.values();
-    let states = controller_states(&loaded, &mut |t| first_walk.to(&mut rows, t), &times)?;
+    let states = path.follow(&mut walk, &times)?;
+    solver.measure(&states);
+    let rows = &mut path.rows;
+    let controllers = controller_states(&loaded, &mut |t| first_walk.to(rows, t), &times)?;
     let mut record = Record::default();
-    for (&t, controllers) in times.iter().zip(states) {
-        let [mut q, mut v, mut a] = walk.to(&mut rows, t).ok_or(AnalysisError::Lost { t })?;
+    for ((&t, [q, v, a]), controllers) in times.iter().zip(states).zip(controllers) {
         let n_moving = q.len();
-        // Integrals of states are the last coordinates, and nothing depends on them.
-        q.resize(n_moving + controllers.z.len(), 0.0);
-        v.extend_from_slice(&controllers.z);
-        a.extend_from_slice(&controllers.rates);
+        let [q, v, a] = with_states([q, v, a], &controllers);
         let parameters = with_held(&loaded.parameters, &controllers.held);
-        if !controllers.held.is_empty() {
-            forces.set_parameters(&parameters);
+        let instant = InstantState { t, state: [&q, &v, &a], n_moving, parameters: &parameters };
+        let solved = solver.at(instant)?;
+        if let Some(stop) = solver.pulling(&solved) {
+            let first = times.first().copied().unwrap_or(t);
+            let last = record.times.last().copied().unwrap_or(t);
+            let at = path.let_go((&mut walk, &loaded, &mut solver), (last, t));
+            return Err(stop_lets_go(solver.contact(stop), at, first));
         }
-        let nothing = vec![0.0; forces.nc()];
-        let at = forces.at(At { t, q: &q, v: &v, a: &a, lambda: &nothing, p: &[] });
-        let gradients = slopes.gradients(t, &q);
-        let prescribed: Vec<usize> =
-            (0..channels.len()).filter(|&k| channels[k].is_prescribed).collect();
-        let along =
-            DMatrix::from_fn(prescribed.len(), n_moving, |k, i| gradients[prescribed[k]][i]);
-        let Efforts { lambda, missing, inner } =
-            actuation.efforts(&at, &along).ok_or(AnalysisError::Lost { t })?;
-        let mut lambda = forces.all_multipliers(system.constraints.len(), &lambda);
+        let (ranges, open) = solver.ranges(instant, &solved);
+        let SolvedEfforts { found, equations, parameters, .. } = solved;
+        let parts = solver.missing_parts(&found);
+        record.note_missing(t, (&q, &equations.free), (&parts, found.size));
+        let mut lambda = all_rows(loaded.system().constraints.len(), &found.efforts.lambda);
         let reactions = loaded.reactions(t, &parameters, [&q, &v, &a], &mut lambda);
         let mut evaluator = loaded.mechanism.compiled.evaluator(&parameters);
         let (state, rates_there) =
@@ -114,13 +108,111 @@ pub fn inverse(
         record.controllers.push(controllers);
         record.shown.push(rates.at(t, [&q, &v, &a]));
         record.efforts.push(efforts_of(&loaded, &channels, &lambda));
-        record.missing.push(missing);
-        record.inner.push(inner);
+        record.missing.push(found.efforts.missing[..parts.len()].to_vec());
+        record.note_ranges(ranges, equations.n_inner(), open);
         record.reactions.push(reactions.concat());
         record.times.push(t);
     }
+    record.check_met(&loaded, &channels)?;
     let bounds = (actuators.limits.as_slice(), actuators.curves.as_slice());
     Ok(record.told(&loaded, (&channels, &quantities), bounds))
+}
+
+/// Positions, velocities and accelerations of all coordinates: integrals of states are the last ones, and nothing
+/// depends on them.
+fn with_states([mut q, mut v, mut a]: MotionState, controllers: &ControllerState) -> MotionState {
+    q.resize(q.len() + controllers.z.len(), 0.0);
+    v.extend_from_slice(&controllers.z);
+    a.extend_from_slice(&controllers.rates);
+    [q, v, a]
+}
+
+/// The positions that motions and drives prescribe.
+struct GivenPath {
+    positions: Positions,
+    rows: Rows,
+    stops: StopWatch,
+}
+
+impl GivenPath {
+    /// Positions of `model` from a time on. Stops that the motion needs are closed at the start of the model; where they are not at
+    /// that time, the motion is followed from there.
+    fn of(
+        model: Model,
+        written: &Model<PoolSnapshot>,
+        motions: &[Motion],
+        from: f64,
+    ) -> Result<Self, AnalysisError> {
+        let is_stop = |load: &bksim_model::Load| matches!(load.kind, LoadKind::Stop { .. });
+        let has_stops = written.loads.iter().any(is_stop);
+        let t_start = written.solve.t_start;
+        match Self::begin(model, motions, from) {
+            Err(AnalysisError::NMotions { .. }) if has_stops && t_start != from => {
+                Self::begin(written.to_model(), motions, t_start)
+            }
+            found => found,
+        }
+    }
+
+    fn begin(mut model: Model, motions: &[Motion], from: f64) -> Result<Self, AnalysisError> {
+        // Each motion of a joint is a drive of the start.
+        let n_own = model.drives.len();
+        prescribe_start(&mut model, motions, from);
+        let positions = Positions::of(model)?;
+        positions.leads_on()?;
+        let measures: Vec<Measure> = motions.iter().map(|m| m.measure).collect();
+        let n_driven = positions.model().drives.len();
+        let added: Vec<usize> = (n_own..n_driven).collect();
+        let mut stops = StopWatch::of(&positions)?;
+        let n_left =
+            |rows: &mut Rows| Walk { x: rows.scaled(&positions.q), t: from, motions }.n_left(rows);
+        let mut rows = stops.hold(&positions, (&measures, &added), &n_left)?;
+        match n_left(&mut rows) {
+            0 => Ok(Self { rows, stops, positions }),
+            n => Err(AnalysisError::NMotions { n_free: n_driven + n, n_prescribed: n_driven }),
+        }
+    }
+
+    fn follow(
+        &mut self,
+        walk: &mut Walk<'_>,
+        times: &[f64],
+    ) -> Result<Vec<MotionState>, AnalysisError> {
+        self.stops.follow(&self.positions, (walk, &mut self.rows), times)
+    }
+
+    /// The constraint rows of stops that bear throughout.
+    fn bearing_rows(&self, loaded: &Loaded) -> Vec<usize> {
+        let rows = &loaded.system().constraints;
+        let row = |limit: &Penetration| {
+            rows.iter().position(|row| {
+                row.source == Source::Stop(limit.load) && row.direction == limit.direction
+            })
+        };
+        self.stops.bearing().filter_map(row).collect()
+    }
+
+    /// The instant at which a stop would have to pull first, between two times; the later one for a mechanism with
+    /// controllers, whose states are known at the times alone.
+    fn let_go(
+        &mut self,
+        (walk, loaded, solver): (&mut Walk<'_>, &Loaded, &mut EffortSolver<'_>),
+        (mut from, mut to): (f64, f64),
+    ) -> f64 {
+        let model = loaded.model();
+        if !model.states.is_empty() || !model.held.is_empty() {
+            return to;
+        }
+        for _ in 0..50 {
+            let t = 0.5 * (from + to);
+            let Some([q, v, a]) = walk.to(&mut self.rows, t) else { break };
+            let (state, parameters) = ([&q[..], &v, &a], &loaded.parameters);
+            let at = InstantState { t, state, n_moving: q.len(), parameters };
+            let Ok(solved) = solver.at(at) else { break };
+            if solver.pulling(&solved).is_some() { to = t } else { from = t }
+        }
+        to
+    }
 }
 
 /// Refuses limits and curves of what is no actuator, and curves of another kind.
@@ -175,39 +267,6 @@ fn prescribe_start(model: &mut Model, motions: &[Motion], from: f64) {
     let is_motion = |measure: Measure| motions.iter().any(|m| m.measure == measure);
     for initial in model.initial.iter_mut().filter(|initial| !is_motion(initial.measure)) {
         initial.is_guess = true;
-    }
-}
-
-fn actuation(
-    loaded: &Loaded,
-    channels: &[Channel],
-    quantities: &[PoseQuantity],
-    limits: &[EffortLimit],
-) -> Actuation {
-    let system = loaded.system();
-    let is_acting =
-        |&k: &usize| matches!(system.constraints[loaded.kept[k]].source, Source::Drive(_));
-    let (acting, bearing): (Vec<usize>, Vec<usize>) = (0..loaded.kept.len()).partition(is_acting);
-    let actuators = || channels.iter().zip(quantities).filter(|(c, _)| c.drive_idx.is_some());
-    // Efforts without a limit weigh as those with the largest.
-    let own = |name: &str| limits.iter().find(|l| l.name == name).map(|l| l.limit);
-    let largest = limits.iter().fold(0.0, |most: f64, l| most.max(l.limit));
-    let weight = |(channel, quantity): (&Channel, &PoseQuantity)| {
-        let unit = if quantity.is_angle() { loaded.size } else { 1.0 };
-        own(&channel.name).unwrap_or(if largest > 0.0 { largest } else { unit })
-    };
-    let unit_of_column = system
-        .coordinates()
-        .iter()
-        .map(|c| if c.kind == CoordinateKind::Length { loaded.size } else { 1.0 });
-    let prescribed = channels.iter().zip(quantities).filter(|(c, _)| c.is_prescribed);
-    let unit_of_motion = prescribed.map(|(_, q)| if q.unit == "m" { loaded.size } else { 1.0 });
-    Actuation {
-        bearing,
-        acting,
-        weights: actuators().map(weight).collect(),
-        unit_of_column: unit_of_column.collect(),
-        unit_of_motion: unit_of_motion.collect(),
     }
 }
 

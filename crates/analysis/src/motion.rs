@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use bksim_expr::Tape;
+use bksim_expr::{Expr, Tape};
+use bksim_model::diagnostic::Rejected;
+use bksim_model::file::{Formula, Source, read_formulas};
 use bksim_model::{JointId, Measure, Model};
 use nalgebra::{DMatrix, DVector};
 
@@ -38,16 +40,36 @@ impl Motion {
         let unit = measure.unit(model);
         let bad = || AnalysisError::BadRange { text: formula.to_owned(), unit: unit.to_owned() };
         let value = pool.parse(formula).map_err(|_| bad())?;
-        let rate = pool.diff(value, model.time);
-        let acceleration = pool.diff(rate, model.time);
-        let symbols: Vec<_> = model.parameters.iter().map(|p| p.symbol).collect();
-        let tape = Tape::compile(pool, &[value, rate, acceleration], &[model.time], &symbols)?;
         let parameters: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
-        let law: TimeLaw = Arc::new(move |t| {
-            let mut out = [0.0; 3];
-            tape.evaluate(&mut tape.workspace(&parameters), &[t], &mut out);
-            out
-        });
+        let law = law_of(model, value, parameters)?;
+        Ok(Self { name: name.to_owned(), measure, law })
+    }
+
+    /// A motion as a formula in SI or, where it is none, in the words of a model file: with units, tables and laws, `100 mm*t/(1 s)`
+    /// or `lift(90 deg/s*t)`. `source` is the text that `model` was read from.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] for a name that is no position's, or a formula that cannot be read.
+    pub fn written(
+        model: &Model,
+        name: &str,
+        text: &str,
+        source: &Source<'_>,
+    ) -> Result<Self, AnalysisError> {
+        let measure = driven(model, name)?;
+        match Self::formula(model, name, text) {
+            Err(AnalysisError::BadRange { .. } | AnalysisError::Compile(_)) => {}
+            found => return found,
+        }
+        let what = format!("the motion of `{name}`");
+        let formula = Formula { what: &what, text, unit: measure.unit(model) };
+        let (read, found) = read_formulas(source, &[formula]).map_err(Rejected)?;
+        let value = |p: &bksim_model::Parameter| {
+            let known = model.parameters.iter().find(|known| known.name == p.name);
+            known.map_or(p.value, |known| known.value)
+        };
+        let parameters = read.parameters.iter().map(value).collect();
+        let law = law_of(&read, found[0], parameters)?;
         Ok(Self { name: name.to_owned(), measure, law })
     }
 
@@ -88,7 +110,8 @@ impl Motion {
         values: Vec<[f64; 3]>,
     ) -> Result<Self, AnalysisError> {
         let measure = driven(model, name)?;
-        let ascends = times.windows(2).all(|pair| pair[0] < pair[1]);
+        // Where a run has an event it has two samples, the later of which goes on.
+        let ascends = times.windows(2).all(|pair| pair[0] <= pair[1]);
         if times.len() < 2 || times.len() != values.len() || !ascends {
             return Err(AnalysisError::BadRange { text: name.to_owned(), unit: "s".to_owned() });
         }
@@ -105,6 +128,20 @@ impl Motion {
         });
         Ok(Self { name: name.to_owned(), measure, law })
     }
+}
+
+/// Value, rate and acceleration of an expression of time at these values of the model's parameters.
+fn law_of(model: &Model, value: Expr, parameters: Vec<f64>) -> Result<TimeLaw, AnalysisError> {
+    let pool = &model.pool;
+    let rate = pool.diff(value, model.time);
+    let acceleration = pool.diff(rate, model.time);
+    let symbols: Vec<_> = model.parameters.iter().map(|p| p.symbol).collect();
+    let tape = Tape::compile(pool, &[value, rate, acceleration], &[model.time], &symbols)?;
+    Ok(Arc::new(move |t| {
+        let mut out = [0.0; 3];
+        tape.evaluate(&mut tape.workspace(&parameters), &[t], &mut out);
+        out
+    }))
 }
 
 /// A measure that can be prescribed; the angle of a body that a pin holds to the ground is that of the pin.

@@ -2,6 +2,7 @@
 
 use bksim_expr::Expr;
 use bksim_mbs::constraint::Source;
+use bksim_mbs::contact::Penetration;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Measure, Model};
 use bksim_sim::Mechanism;
@@ -76,6 +77,16 @@ impl Positions {
         released: &[usize],
         clock: Clock,
     ) -> Result<Rows, AnalysisError> {
+        self.rows_with_stops((prescribed, &[]), released, clock)
+    }
+
+    /// Rows of [`Positions::rows`], with the limits of stops that bear.
+    pub(crate) fn rows_with_stops(
+        &self,
+        prescribed: (&[Measure], &[Penetration]),
+        released: &[usize],
+        clock: Clock,
+    ) -> Result<Rows, AnalysisError> {
         let parameters = &self.mechanism.parameters;
         let numbers = (parameters.as_slice(), self.size, clock);
         let is_kept = |row: &usize| match self.system().constraints[*row].source {
@@ -83,7 +94,7 @@ impl Positions {
             _ => true,
         };
         let kept: Vec<usize> = (0..self.system().constraints.len()).filter(is_kept).collect();
-        Ok(Rows::compile(self.model(), self.system(), prescribed, &kept, numbers)?)
+        Ok(Rows::with_stops(self.model(), self.system(), prescribed, &kept, numbers)?)
     }
 
     pub(crate) fn scalars(&self, quantities: &[PoseQuantity]) -> Result<Scalars, AnalysisError> {

@@ -12,45 +12,67 @@ pub(crate) struct Bounded {
 
 /// The least and the largest value of each quantity while all keep to their bounds; `None` where no s does.
 pub(crate) fn ranges(quantities: &[Bounded]) -> Option<Vec<[f64; 2]>> {
-    // In units of the largest value, so that the tolerances of the linear programs are relative ones.
-    let finite = quantities.iter().flat_map(|q| [q.value, q.bounds[0], q.bounds[1]]);
-    let unit = finite.filter(|x| x.is_finite()).fold(0.0, |most: f64, x| most.max(x.abs()));
-    let unit = if unit > 0.0 { unit } else { 1.0 };
+    use OptimizationDirection::{Maximize, Minimize};
+    let unit = unit_of(quantities);
     let n = quantities.first().map_or(0, |quantity| quantity.slopes.len());
-    let extreme = |target: &[f64],
-                   direction: OptimizationDirection|
-     -> Result<f64, microlp::Error> {
-        let mut problem = Problem::new(direction);
-        let free = (f64::NEG_INFINITY, f64::INFINITY);
-        let s: Vec<Variable> = target.iter().map(|&slope| problem.add_var(slope, free)).collect();
-        for Bounded { value, slopes, bounds: [least, most] } in quantities {
-            let terms = || s.iter().copied().zip(slopes.iter().copied()).collect::<Vec<_>>();
-            if least.is_finite() {
-                problem.add_constraint(terms(), ComparisonOp::Ge, (least - value) / unit);
-            }
-            if most.is_finite() {
-                problem.add_constraint(terms(), ComparisonOp::Le, (most - value) / unit);
-            }
-        }
-        match problem.solve()?.into_solution() {
-            Ok(solution) => Ok(solution.objective()),
-            Err(_) => Err(microlp::Error::InternalError(String::new())),
-        }
-    };
     // Whether anything keeps to the bounds at all.
-    if extreme(&vec![0.0; n], OptimizationDirection::Minimize).is_err() {
+    if extreme(quantities, &vec![0.0; n], Minimize, unit).is_err() {
         return None;
     }
     let range = |quantity: &Bounded| {
         let end = |direction, open: f64| {
-            extreme(&quantity.slopes, direction).map_or(open, |x| quantity.value + unit * x)
+            extreme(quantities, &quantity.slopes, direction, unit)
+                .map_or(open, |(x, _)| quantity.value + unit * x)
         };
-        [
-            end(OptimizationDirection::Minimize, f64::NEG_INFINITY),
-            end(OptimizationDirection::Maximize, f64::INFINITY),
-        ]
+        [end(Minimize, f64::NEG_INFINITY), end(Maximize, f64::INFINITY)]
     };
     Some(quantities.iter().map(range).collect())
+}
+
+/// The s at which one quantity is least or largest while all keep to their bounds; `None` where there is none.
+pub(crate) fn extreme_at(
+    quantities: &[Bounded],
+    target: usize,
+    direction: OptimizationDirection,
+) -> Option<Vec<f64>> {
+    let unit = unit_of(quantities);
+    let (_, s) = extreme(quantities, &quantities[target].slopes, direction, unit).ok()?;
+    Some(s.into_iter().map(|s| unit * s).collect())
+}
+
+/// The largest value, so that the tolerances of the linear programs are relative ones.
+fn unit_of(quantities: &[Bounded]) -> f64 {
+    let finite = quantities.iter().flat_map(|q| [q.value, q.bounds[0], q.bounds[1]]);
+    let unit = finite.filter(|x| x.is_finite()).fold(0.0, |most: f64, x| most.max(x.abs()));
+    if unit > 0.0 { unit } else { 1.0 }
+}
+
+/// The extreme of Σ target · s in this unit, and s.
+fn extreme(
+    quantities: &[Bounded],
+    target: &[f64],
+    direction: OptimizationDirection,
+    unit: f64,
+) -> Result<(f64, Vec<f64>), microlp::Error> {
+    let mut problem = Problem::new(direction);
+    let free = (f64::NEG_INFINITY, f64::INFINITY);
+    let s: Vec<Variable> = target.iter().map(|&slope| problem.add_var(slope, free)).collect();
+    for Bounded { value, slopes, bounds: [least, most] } in quantities {
+        let terms = || s.iter().copied().zip(slopes.iter().copied()).collect::<Vec<_>>();
+        if least.is_finite() {
+            problem.add_constraint(terms(), ComparisonOp::Ge, (least - value) / unit);
+        }
+        if most.is_finite() {
+            problem.add_constraint(terms(), ComparisonOp::Le, (most - value) / unit);
+        }
+    }
+    match problem.solve()?.into_solution() {
+        Ok(solution) => {
+            let at = s.iter().map(|&variable| solution[variable]).collect();
+            Ok((solution.objective(), at))
+        }
+        Err(_) => Err(microlp::Error::InternalError(String::new())),
+    }
 }
 
 #[cfg(test)]

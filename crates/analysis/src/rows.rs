@@ -10,6 +10,7 @@
 
 use bksim_expr::{Expr, SymbolId, Tape, TapeError, Workspace};
 use bksim_mbs::constraint::Source;
+use bksim_mbs::contact::Penetration;
 use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Measure, Model, MotionKind};
@@ -65,6 +66,17 @@ impl Rows {
         system: &SymbolicSystem,
         prescribed: &[Measure],
         kept: &[usize],
+        numbers: (&[f64], f64, Clock),
+    ) -> Result<Self, TapeError> {
+        Self::with_stops(model, system, (prescribed, &[]), kept, numbers)
+    }
+
+    /// Rows of [`Rows::compile`], with the limits of stops that bear before the prescribed ones.
+    pub(crate) fn with_stops(
+        model: &Model,
+        system: &SymbolicSystem,
+        (prescribed, bearing): (&[Measure], &[Penetration]),
+        kept: &[usize],
         (parameters, size, clock): (&[f64], f64, Clock),
     ) -> Result<Self, TapeError> {
         let pool = &model.pool;
@@ -91,12 +103,19 @@ impl Rows {
                 && (model.space == bksim_model::Space::Planar
                     || !matches!(c.source, Source::Joint(_)))
         };
-        let expressions: Vec<Expr> =
-            kept.iter().map(|c| c.expression).chain(prescribed.iter().map(measure)).collect();
-        let is_angle: Vec<bool> =
-            kept.iter().map(planar_turn).chain(prescribed.iter().map(turns)).collect();
-        let is_unit: Vec<bool> =
-            kept.iter().map(is_number).chain(prescribed.iter().map(turns)).collect();
+        let expressions: Vec<Expr> = (kept.iter().map(|c| c.expression))
+            .chain(bearing.iter().map(|stop| stop.expression))
+            .chain(prescribed.iter().map(measure))
+            .collect();
+        // The gap of a stop counts whole turns.
+        let is_angle: Vec<bool> = (kept.iter().map(planar_turn))
+            .chain(bearing.iter().map(|_| false))
+            .chain(prescribed.iter().map(turns))
+            .collect();
+        let is_unit: Vec<bool> = (kept.iter().map(is_number))
+            .chain(bearing.iter().map(|stop| stop.motion == MotionKind::Rotation))
+            .chain(prescribed.iter().map(turns))
+            .collect();
 
         // Values, slopes that there are, and the rate at rest.
         let q: Vec<SymbolId> = coordinates.iter().map(|c| c.q).collect();

@@ -1,6 +1,5 @@
 //! [`Walk`]: positions of a prescribed motion, followed in time.
 
-use crate::error::AnalysisError;
 use crate::motion::Motion;
 use crate::rows::{Rows, Solver};
 
@@ -18,20 +17,11 @@ impl Walk<'_> {
         std::array::from_fn(|level| values.iter().map(|value| value[level]).collect())
     }
 
-    /// True where all motions are prescribed.
-    pub(crate) fn check_drives(
-        &self,
-        rows: &mut Rows,
-        n_driven: usize,
-    ) -> Result<(), AnalysisError> {
+    /// Number of motions that nothing prescribes.
+    pub(crate) fn n_left(&self, rows: &mut Rows) -> usize {
         let [u, ..] = self.prescribed(self.t);
         let jacobian = rows.at(self.t, &self.x, &u).jacobian;
-        let n_left = self.x.len() - crate::curve::independent_rows(&jacobian).len();
-        if n_left == 0 {
-            Ok(())
-        } else {
-            Err(AnalysisError::NMotions { n_free: n_driven + n_left, n_prescribed: n_driven })
-        }
+        self.x.len() - crate::curve::independent_rows(&jacobian).len()
     }
 
     /// Goes to another time; q, v and a there.

@@ -1,6 +1,6 @@
 //! Stops and dry friction as constraint rows, each with the law that opens and closes it.
 
-use bksim_expr::{Expr, Function, SymbolId};
+use bksim_expr::{Expr, Function, Pool, SymbolId};
 
 use crate::constraint::{Constraint, Source};
 use crate::coupling::along;
@@ -8,8 +8,9 @@ use crate::force::Wrench;
 use crate::joint;
 use crate::kinematics::Kinematics;
 use crate::rubbing::friction;
+use crate::signal::values_at_start;
 use crate::sliding::Sliding;
-use bksim_model::{FrictionLaw, JointId, LoadId, LoadKind, Model, MotionKind};
+use bksim_model::{FrictionLaw, JointId, LoadId, LoadKind, Model, MotionKind, Signal};
 
 /// A constraint row that opens and closes.
 #[derive(Clone, Debug)]
@@ -49,6 +50,70 @@ pub enum Law {
         /// Symbol of p₀, the position at which it sticks.
         stuck_at: SymbolId,
     },
+}
+
+impl Law {
+    /// F while friction slides and F₀ while it sticks, with the multiplier `lambda` of its row; `None` of a stop.
+    ///
+    /// Friction holds with no less than it would slide with, against the motion that it keeps from beginning.
+    ///
+    /// # Panics
+    /// Never: `sign` has one argument and `max` two.
+    pub fn friction(&self, pool: &Pool, lambda: SymbolId) -> Option<[Expr; 2]> {
+        let Self::Friction { sliding, sticking, slip, .. } = *self else { return None };
+        let held = pool.call(Function::Sign, &[pool.symbol_expr(lambda)]).expect("one argument");
+        let sliding_then = pool.substitute(sliding, &[(slip, pool.neg(held))]);
+        let sticking = if sticking == sliding_then {
+            sticking
+        } else {
+            pool.call(Function::Max, &[sticking, sliding_then]).expect("two arguments")
+        };
+        Some([sliding, sticking])
+    }
+}
+
+/// A limit of a stop as a function of the position alone.
+#[derive(Clone, Debug)]
+pub struct Penetration {
+    /// The stop.
+    pub load: LoadId,
+    /// `min` or `max`, as of its constraint row.
+    pub direction: &'static str,
+    /// φ, rad or m: negative while there is a gap.
+    pub expression: Expr,
+    /// Rotation where φ is an angle.
+    pub motion: MotionKind,
+}
+
+/// The limits of all stops, in file order, for positions without loads.
+pub fn penetrations(model: &Model, kinematics: &Kinematics) -> Vec<Penetration> {
+    let pool = &model.pool;
+    let mut all = Vec::new();
+    for (load_idx, load) in model.loads.iter().enumerate() {
+        let LoadKind::Stop { joint, motion_idx, min, max, .. } = load.kind else { continue };
+        let position = kinematics.joint_positions(model, joint)[motion_idx];
+        let motion = model.joints[joint.0].kind.motions()[motion_idx];
+        let at = |limit: Expr| {
+            let is_used = |s: &&Signal| pool.depends_on(limit, s.symbol);
+            let used = model.signals.iter().filter(is_used);
+            let mut values: Vec<_> =
+                used.map(|s| (s.symbol, kinematics.measure(model, s.measure))).collect();
+            let at_start: Vec<Signal> = model.at_start.iter().filter(is_used).cloned().collect();
+            values.extend(values_at_start(model, kinematics, &at_start));
+            pool.substitute(limit, &values)
+        };
+        let ends = [
+            min.map(|min| ("min", pool.sub(at(min), position))),
+            max.map(|max| ("max", pool.sub(position, at(max)))),
+        ];
+        all.extend(ends.into_iter().flatten().map(|(direction, expression)| Penetration {
+            load: LoadId(load_idx),
+            direction,
+            expression,
+            motion,
+        }));
+    }
+    all
 }
 
 /// A row of a contact before it has a multiplier.

@@ -18,7 +18,7 @@ pub fn signal_values(model: &Model, kinematics: &Kinematics) -> Vec<(SymbolId, E
 }
 
 /// The positions that these signals measure where the start puts the mechanism.
-fn values_at_start(
+pub(crate) fn values_at_start(
     model: &Model,
     kinematics: &Kinematics,
     signals: &[Signal],

@@ -6,7 +6,7 @@ use bksim::analysis::{
     limits, linearize, modes, singular_poses, statics, statics_over, workspaces,
 };
 use bksim::model::Model;
-use bksim::model::file::ShownUnits;
+use bksim::model::file::{ShownUnits, Source};
 use bksim::panels::Sheet;
 use bksim_scene::Theme;
 use bksim_studio::questions::{self, Answer};
@@ -266,7 +266,10 @@ pub(crate) fn inverse_of(
     acting: Acting,
 ) -> PyResult<Told<'_>> {
     let (named, limit, curve, compliance) = acting;
-    ask(py, engine.get(), move |name, mut model| {
+    let engine = engine.get();
+    let (text, overrides) = (engine.source().text.as_str(), engine.overrides.as_slice());
+    ask(py, engine, move |name, mut model| {
+        let source = Source { overrides, ..Source::new(text, name) };
         model.compliances = compliances(&model, &compliance)?;
         let read = |(name, points): &Curve| points.of(&model, name);
         let curves = curve.iter().map(read).collect::<Result<_, _>>()?;
@@ -275,7 +278,7 @@ pub(crate) fn inverse_of(
         let is_asked = times.is_some();
         let mut times = questions::inverse::times(&model, times.as_deref())?;
         let read = |(measure, motion): &(String, Prescription)| match motion {
-            Prescription::Formula(text) => Motion::formula(&model, measure, text),
+            Prescription::Formula(text) => Motion::written(&model, measure, text, &source),
             Prescription::Table(t, x) => Motion::spline(&model, measure, t, x, smoothing),
             Prescription::Samples(t, x) => Motion::samples(&model, measure, t.clone(), x.clone()),
         };

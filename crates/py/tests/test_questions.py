@@ -164,6 +164,45 @@ def test_efforts_of_a_formula_and_of_a_table() -> None:
     assert np.allclose(formula[name][1:-1], by_table[name][1:-1], atol=1e-3)
 
 
+RUBBING = """
+[units]
+length = "mm"
+[bodies.cart]
+mass = "2 kg"
+[joints.rail]
+type = "prismatic"
+between = ["ground", "cart"]
+axis = [1, 0]
+[loads.rub]
+type = "friction"
+joint = "rail"
+force = "5 N"
+[curves.lift]
+type = "cam-law"
+segments = [{ rise = "60 mm", over = "90 deg", law = "3-4-5" }, { dwell = "270 deg" }]
+"""
+
+
+def test_efforts_against_friction_and_motions_with_units() -> None:
+    m = bksim.loads(RUBBING)
+    moved = m.inverse({"rail.position": "100 mm*t/(1 s)"}, times="0:1 s:3")
+    assert np.allclose(moved["rail.position"], [0, 0.05, 0.1])
+    assert np.allclose(moved["rail.effort"], 5) and moved.facts["open"] == []
+    # A dwell of the law is a rest.
+    lifted = m.inverse({"rail.position": "lift(90 deg/s*t)"}, times="0:3 s:4")
+    assert np.allclose(lifted["rail.position"][1:], 0.06)
+    assert np.allclose([lifted["rail.effort_min"][-1], lifted["rail.effort_max"][-1]], [-5, 5])
+    assert lifted.facts["open"] == ["rub"]
+    with pytest.raises(bksim.ModelError, match="length"):
+        m.inverse({"rail.position": "100 mm/s*t*t"})
+
+
+def test_a_motion_through_a_stop_is_refused_with_the_instant() -> None:
+    m = bksim.loads(RUBBING + "[loads.end]\ntype = \"stop\"\njoint = \"rail\"\nmax = \"50 mm\"\n")
+    with pytest.raises(bksim.ModelError, match=r"`end` at t = 0.5 s"):
+        m.inverse({"rail.position": "100 mm*t/(1 s)"}, times="0:1 s:3")
+
+
 def test_the_curve_of_a_motor_is_that_of_a_table_of_the_model() -> None:
     m = bksim.loads(PENDULUM + "[tables.motor]\npoints = [[0, 2], [4, 1]]\ninterpolation = \"linear\"\n")
     motion = {"A.angle": "0.5*sin(3*t)"}

@@ -177,30 +177,6 @@ const ARM: &str = r#"
     B = { guess = { angle = 0.9 } }
     "#;
 
-fn arm(actuators: &[&str]) -> Inverse {
-    let own = model(ARM);
-    let motions = [("A.angle", "0.3 + sin(2*t)"), ("B.angle", "0.9 - 0.5*t")]
-        .map(|(name, text)| Motion::formula(&own, name, text).expect("a motion"));
-    let named = actuators.iter().map(|name| (*name).to_owned()).collect();
-    let actuators = Actuators { named, ..Actuators::default() };
-    inverse(own, &motions, &Range { from: 0.0, to: 1.0, n: 11 }, &actuators).expect("efforts")
-}
-
-#[test]
-fn an_arm_with_one_motor_lacks_the_effort_of_the_other() {
-    let (whole, lame) = (arm(&[]), arm(&["A"]));
-    assert_eq!(lame.missing, ["B"]);
-    for (found, expected) in [("A.effort", "A.effort"), ("B.missing", "B.effort")] {
-        let off = difference(&column(&lame, found), &column(&whole, expected), false);
-        assert!(off < 1e-12, "{found}: {off:e}");
-    }
-    assert!(whole.missing.is_empty());
-    // What is missing is given from outside, so that the joints carry the same.
-    for name in ["A.fx", "A.fy", "B.fx", "B.fy"] {
-        assert!(difference(&column(&lame, name), &column(&whole, name), false) < 1e-12);
-    }
-}
-
 #[test]
 fn a_hand_that_is_led_along_a_line_needs_the_efforts_of_its_joints() {
     let own = model(ARM);

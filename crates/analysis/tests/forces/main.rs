@@ -10,6 +10,7 @@ mod inverse;
 mod letters;
 mod linear;
 mod matrices;
+mod rubbing;
 mod shares;
 mod spatial_four_bar;
 mod states;

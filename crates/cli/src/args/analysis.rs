@@ -367,8 +367,9 @@ impl Doctor {
 pub struct Inverse {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// The motion of a joint, body or point: a formula of t and parameters in SI, `A.angle=0.4+6*t`, a table of times
-    /// and values, `A.angle=@motion.csv`, or a log, `A.angle=@run.mcap`; the drives of the model move, too.
+    /// The motion of a joint, body or point: a formula of t and parameters in SI or with units, `A.angle=0.4+6*t`,
+    /// `S.position=100 mm*sin(2 rad/s*t)`, a table of times and values with units in its heading, `A.angle=@motion.csv`, or a
+    /// log, `A.angle=@run.mcap`; the drives of the model move, too.
     #[arg(long, value_name = "NAME=MOTION", value_parser = assignment)]
     pub(crate) motion: Vec<(String, String)>,
     /// Smoothing of tables: Σ (s − x)² + N ∫ s″² dt is smallest; 0 goes through all values.
@@ -384,7 +385,7 @@ pub struct Inverse {
     /// The largest effort of an actuator, `A=12 N m`; may be repeated.
     #[arg(long, value_name = "NAME=EFFORT", value_parser = assignment)]
     pub(crate) limit: Vec<(String, String)>,
-    /// The curve of a motor, speeds and largest efforts: a table of the model, `A=motor`, or of a file in SI, `A=@motor.csv`;
+    /// The curve of a motor, speeds and largest efforts: a table of the model, `A=motor`, or of a file, `A=@motor.csv`;
     /// may be repeated.
     #[arg(long, value_name = "NAME=TABLE", value_parser = assignment)]
     pub(crate) curve: Vec<(String, String)>,

@@ -309,10 +309,12 @@ class Questions:
     ) -> Answer:
         """The efforts, reactions and powers that a motion needs.
 
-        A motion is a formula of t, ``{"A.angle": "0.4 + 6*t"}``, or times and values, through which a natural
+        A motion is a formula of t in SI, ``{"A.angle": "0.4 + 6*t"}``, or with units, tables and laws of the model,
+        ``{"S.position": "100 mm*sin(2 rad/s*t)"}``, or times and values, through which a natural
         cubic spline goes, the smoother the larger ``smoothing`` is, or a solution (a run, or a log that ``bksim.open``
         has opened), whose samples of value, rate and acceleration are joined. States of controllers and signals with a
-        clock follow the motion. ``actuator`` names the joints that have an effort,
+        clock follow the motion. Friction acts as in a run; where joints at rest leave efforts a range, ``A.effort_min`` and
+        ``A.effort_max`` are its ends, and ``facts["open"]`` says why. ``actuator`` names the joints that have an effort,
         ``limit={"A": "12 N m"}`` their largest ones; ``curve={"A": (speeds, efforts)}`` is the curve of a motor in
         SI, ``curve={"A": "motor"}`` that of a table of the model.
         """
@@ -351,10 +353,9 @@ class Questions:
 
 
 def _samples(name: str, run: Solution) -> tuple[list[float], list[list[float]]]:
-    """Times of a run, with value, rate and acceleration at each; of two samples at one time the later."""
+    """Times of a run, with value, rate and acceleration at each; an event has two samples at one time."""
     rows = np.stack([run[known] for known in (name, *_bksim.rate_names(name))], axis=1)
-    later = np.append(np.diff(run.t) != 0.0, True)
-    return run.t[later].tolist(), rows[later].tolist()
+    return run.t.tolist(), rows.tolist()
 
 
 def _range(values: Values) -> str:

@@ -8,7 +8,6 @@
 //!
 //! The left column is a function of (t, q, v), F and F₀ of λ too, the right one of the accelerations.
 
-use bksim_expr::Function::{Max, Sign};
 use bksim_expr::{Expr, SymbolId, TapeError};
 
 use super::{ContactMode, Modes};
@@ -258,18 +257,10 @@ pub(crate) fn indicator_functions(
             Law::Stop { restitution } => {
                 (ContactLaw::Stop, contact.expression, [restitution, pool.zero()])
             }
-            Law::Friction { sliding, sticking, slip, .. } => {
-                // It holds with no less than it would slide with, against the motion that it keeps
-                // from beginning.
-                let held = pool.symbol_expr(system.constraints[contact.row].lambda);
-                let held = pool.call(Sign, &[held]).expect("one argument");
-                let sliding_then = pool.substitute(sliding, &[(slip, pool.neg(held))]);
-                let sticking = if sticking == sliding_then {
-                    sticking
-                } else {
-                    pool.call(Max, &[sticking, sliding_then]).expect("two arguments")
-                };
-                (ContactLaw::Friction, contact.position, [sliding, sticking])
+            Law::Friction { sliding, sticking, .. } => {
+                let lambda = system.constraints[contact.row].lambda;
+                let numbers = contact.law.friction(pool, lambda).unwrap_or([sliding, sticking]);
+                (ContactLaw::Friction, contact.position, numbers)
             }
         };
         functions.extend([position, kinematics.rate(model, position)]);

@@ -6,11 +6,12 @@ use std::path::Path;
 
 use bksim::analysis::{
     Actuators, AnalysisError, Duty, EffortLimit, Inverse, LimitUse, Load, Motion, MotorCurve,
-    Range, compliances, inverse,
+    Range, compliances, inverse, position,
 };
 use bksim::log::export::to_csv_as;
 use bksim::log::{LogReader, Selection};
-use bksim::model::Model;
+use bksim::model::file::{Limits, Source, WrittenUnit};
+use bksim::model::{Measure, Model};
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked_drawn, failed, lines, refuse_input, table_json};
@@ -45,8 +46,13 @@ pub fn run(
     let name = model.name.clone();
     let failed = failed(&source);
     model.compliances = compliances(&model, &args.compliance.compliance).map_err(&failed)?;
+    let written = Source {
+        overrides: &args.model.set,
+        limits: Limits { nesting },
+        ..Source::new(&source.text, &name)
+    };
     let motions: Vec<Given> = (args.motion.iter())
-        .map(|(name, motion)| read_motion(&source, &model, name, motion, args.smoothing))
+        .map(|motion| read_motion((&source, &written), &model, motion, args.smoothing))
         .collect::<Result<_, _>>()?;
     let mut times = times(&model, args.times.as_deref()).map_err(&failed)?;
     // A log has times of its own.
@@ -92,11 +98,24 @@ fn read_curves(
         let Some(path) = table.strip_prefix('@') else {
             return MotorCurve::of_table(model, name, table).map_err(failed(source));
         };
-        let (speeds, efforts) = read_pairs(Path::new(path), "speed and effort")?;
+        let units = motor_units(model, name);
+        let (speeds, efforts) = read_pairs(Path::new(path), ["speed", "effort"], units)?;
         let points = speeds.into_iter().zip(efforts).map(|(speed, effort)| [speed, effort]);
         MotorCurve::new(name, points.collect()).map_err(failed(source))
     };
     written.iter().map(read).collect()
+}
+
+/// Units of the speed and effort of an actuator.
+fn motor_units(model: &Model, name: &str) -> [&'static str; 2] {
+    let named = [format!("{name}.angle"), format!("{name}.position"), name.to_owned()];
+    let of_drive = model.drives.iter().find(|drive| drive.name == name);
+    let of_drive = of_drive.map(|d| Measure::JointPosition(d.joint, d.motion_idx));
+    let measure = of_drive.or_else(|| named.iter().find_map(|name| position(model, name).ok()));
+    match measure.map(|measure| measure.unit(model)) {
+        Some("m") => ["m/s", "N"],
+        _ => ["rad/s", "N*m"],
+    }
 }
 
 /// Reads times; those of the model's solution unless given.
@@ -151,6 +170,7 @@ pub fn told(name: &str, found: &Inverse) -> Answer {
         "loads": loads.collect::<Vec<_>>(),
         "inner_forces": found.n_inner,
         "missing": found.missing,
+        "open": found.open,
         "impossible": found.impossible,
         "limits": found.limits.iter().map(limit_json).collect::<Vec<_>>(),
         "controllers": found.controllers,
@@ -169,10 +189,17 @@ fn remarks(found: &Inverse) -> String {
             counted(found.n_inner, "way", "ways")
         ));
     }
+    if !found.open.is_empty() {
+        let names = found.open.join(", ");
+        all.push(format!(
+            "friction at rest and stops that bear leave efforts open: {names}; the efforts are the smallest, \
+             `effort_min` and `effort_max` in the table are the ends of their ranges"
+        ));
+    }
     if !found.missing.is_empty() {
         let names = found.missing.join(", ");
         all.push(format!(
-            "no actuator can meet the motion of {names}: `missing` is what is lacking there"
+            "the motion of {names} is met but for a small part, which the samples of a motion are off by: `missing`"
         ));
     }
     if let Some(first) = found.impossible.first() {
@@ -238,15 +265,15 @@ struct Given {
 
 /// A formula, `@table.csv` with times and values in its first two columns, or `@run.mcap`.
 fn read_motion(
-    source: &Text,
+    (source, written): (&Text, &Source<'_>),
     model: &Model,
-    name: &str,
-    motion: &str,
+    (name, motion): &(String, String),
     smoothing: f64,
 ) -> Result<Given, Failure> {
     let given = |motion| Given { motion, times: None };
     let Some(path) = motion.strip_prefix('@') else {
-        return Motion::formula(model, name, motion).map(given).map_err(failed(source));
+        let motion = Motion::written(model, name, motion, written);
+        return motion.map(given).map_err(failed(source));
     };
     let path = Path::new(path);
     if is_log(path) {
@@ -255,31 +282,76 @@ fn read_motion(
         let motion = Motion::samples(model, name, times, values).map_err(failed(source))?;
         return Ok(Given { motion, times: ends });
     }
-    let (times, values) = read_pairs(path, "time and value")?;
+    let unit = position(model, name).map_or("", |measure| measure.unit(model));
+    let (times, values) = read_pairs(path, ["time", "value"], ["s", unit])?;
     Motion::spline(model, name, &times, &values, smoothing).map(given).map_err(failed(source))
 }
 
-/// The first two columns of a table.
-fn read_pairs(path: &Path, what: &str) -> Result<(Vec<f64>, Vec<f64>), Failure> {
+/// The first two columns of a table, in SI: each has the unit that the first line writes, `x [mm]`, or that of SI.
+fn read_pairs(
+    path: &Path,
+    what: [&str; 2],
+    si: [&str; 2],
+) -> Result<(Vec<f64>, Vec<f64>), Failure> {
     let text = String::from_utf8_lossy(&read_bytes(path)?).into_owned();
     let (mut first, mut second) = (Vec::new(), Vec::new());
+    let mut units: [Option<WrittenUnit>; 2] = [None, None];
+    let bad = |what: String, help: &str| Failure::Input {
+        path: path.to_owned(),
+        what,
+        help: Some(help.to_owned()),
+    };
     for (number, line) in text.lines().enumerate() {
-        let mut cells = line.split([',', ';', '\t']).map(|cell| cell.trim().parse::<f64>());
-        match (cells.next(), cells.next()) {
-            (Some(Ok(a)), Some(Ok(b))) => {
-                first.push(a);
-                second.push(b);
+        let line = line.trim_start_matches('\u{feff}');
+        let cells: Vec<&str> = line.split([',', ';', '\t']).map(str::trim).collect();
+        let numbers: Vec<Option<f64>> = cells.iter().map(|cell| cell.parse().ok()).collect();
+        match numbers[..] {
+            [Some(a), Some(b), ..] if a.is_finite() && b.is_finite() => {
+                let in_si = |k: usize, value| units[k].as_ref().map_or(value, |u| u.to_si(value));
+                first.push(in_si(0, a));
+                second.push(in_si(1, b));
             }
-            // The first line may hold names.
-            _ if number == 0 || line.trim().is_empty() => {}
+            // The first line may hold names, with units.
+            _ if number == 0 => {
+                for (k, cell) in cells.iter().take(2).enumerate() {
+                    units[k] = heading_unit(cell, si[k])
+                        .map_err(|fault| bad(format!("line 1: {fault}"), UNIT_HELP))?;
+                }
+            }
+            _ if line.trim().is_empty() => {}
             _ => {
-                let what = format!("line {} holds no {what}", number + 1);
-                let help = Some("write lines such as `0.1,0.25`, in SI units".to_owned());
-                return Err(Failure::Input { path: path.to_owned(), what, help });
+                let [a, b] = what;
+                let what = format!("line {} holds no {a} and {b}", number + 1);
+                return Err(bad(what, "write lines such as `0.1,0.25`"));
             }
         }
     }
     Ok((first, second))
+}
+
+const UNIT_HELP: &str =
+    "write the unit of a column in brackets, as in `t [s], x [mm]`, or none for SI";
+
+/// The unit in the brackets of a heading; none where it has no brackets.
+fn heading_unit(heading: &str, si: &str) -> Result<Option<WrittenUnit>, String> {
+    let in_brackets = |open: char, close: char| {
+        let rest = heading.trim_matches('"').trim().strip_suffix(close)?;
+        rest.rsplit_once(open).map(|(_, unit)| unit.trim())
+    };
+    let Some(text) = in_brackets('[', ']').or_else(|| in_brackets('(', ')')) else {
+        return Ok(None);
+    };
+    let written = WrittenUnit::parse(text);
+    let written = written.ok_or_else(|| format!("`{text}` in `{heading}` is no unit"))?;
+    let is_fitting = match si {
+        "" => written.is_alike(&WrittenUnit::PURE),
+        si => WrittenUnit::parse(si).is_some_and(|si| written.is_alike(&si)),
+    };
+    if is_fitting {
+        Ok(Some(written))
+    } else {
+        Err(format!("`{text}` in `{heading}` is no unit for {si}"))
+    }
 }
 
 /// Names of the rate and of the acceleration of a position: `A.rate`, `slider.velocity`, `rod.P.vx`.
@@ -295,7 +367,7 @@ pub fn rate_names(name: &str) -> [String; 2] {
     }
 }
 
-/// Times of a log, and value, rate and acceleration there of what has this name; of two samples at one time the later.
+/// Times of a log, and value, rate and acceleration there of what has this name; an event has two samples at one time.
 fn logged_motion(path: &Path, name: &str) -> Result<(Vec<f64>, Vec<[f64; 3]>), Failure> {
     let bad = |error: &dyn std::fmt::Display| Failure::Input {
         path: path.to_owned(),
@@ -318,10 +390,6 @@ fn logged_motion(path: &Path, name: &str) -> Result<(Vec<f64>, Vec<[f64; 3]>), F
     for line in text.lines().skip(1) {
         let cells: Vec<f64> = line.split(',').filter_map(|cell| cell.trim().parse().ok()).collect();
         let [t, value, rate, acceleration] = cells[..] else { continue };
-        if times.last() == Some(&t) {
-            times.pop();
-            values.pop();
-        }
         times.push(t);
         values.push([value, rate, acceleration]);
     }
