@@ -131,7 +131,7 @@ impl EffortInstant<'_> {
     /// r without Gᵀ λ, and the size of its terms.
     fn loads_of(&self, at: &ForcesAt, lambda: &[f64], a: &[f64]) -> (DVector<f64>, DVector<f64>) {
         let n = self.n_moving;
-        let held = at.jacobian.transpose() * DVector::from_column_slice(lambda);
+        let held = at.wrenches.transpose() * DVector::from_column_slice(lambda);
         let residual = (&at.residual - held).rows(0, n).into_owned();
         let inertia = (&at.mass * DVector::from_column_slice(a)).rows(0, n).into_owned();
         let terms = inertia.abs() + (&residual - inertia).abs();

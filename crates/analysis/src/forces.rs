@@ -74,6 +74,9 @@ pub(crate) struct ForcesAt {
     pub(crate) acceleration_by_position: DMatrix<f64>,
     /// ∂(G a + γ)/∂v, nc × nq.
     pub(crate) acceleration_by_velocity: DMatrix<f64>,
+    /// G by the wrenches of the rows, nc × nq: of wheels and of efforts in cut screws it differs from ∂g/∂q by rows of cut
+    /// joints, and with it the multipliers of these are their reactions.
+    pub(crate) wrenches: DMatrix<f64>,
 }
 
 impl Forces {
@@ -117,6 +120,7 @@ impl Forces {
             pool.jacobian(&velocity, &q),
             pool.jacobian(&accelerations, &q),
             pool.jacobian(&accelerations, &v),
+            wrench_rows(system, kept, &follow),
         ];
         let mut outputs = [residual, closure].concat();
         let shape = |jacobian: &SparseJacobian| Shape {
@@ -187,6 +191,7 @@ impl Forces {
             velocity_by_position: next(),
             acceleration_by_position: next(),
             acceleration_by_velocity: next(),
+            wrenches: next(),
         }
     }
 
@@ -202,6 +207,23 @@ impl Forces {
         let tolerance = crate::rows::RANK_TOLERANCE * transposed.norm();
         let lambda = Svd::new(&transposed)?.solve(&-at.residual, tolerance);
         Some(lambda.as_slice().to_vec())
+    }
+}
+
+/// The rows `kept` of G as the equations of motion have them.
+fn wrench_rows(
+    system: &SymbolicSystem,
+    kept: &[usize],
+    follow: &dyn Fn(Expr) -> Expr,
+) -> SparseJacobian {
+    let rows = kept.iter().enumerate();
+    let entries = rows.flat_map(|(k, &row)| {
+        system.constraint_jacobian.row(row).iter().map(move |&(i, g)| (k, i, follow(g)))
+    });
+    SparseJacobian {
+        n_rows: kept.len(),
+        n_columns: system.coordinates().len(),
+        entries: entries.collect(),
     }
 }
 
