@@ -11,8 +11,9 @@ impl Reader<'_> {
     /// Reads the formulas. Their faults come without positions: the text of the model is another one.
     pub(super) fn read_formulas(&mut self) {
         let own = std::mem::take(&mut self.faults);
-        let formulas = self.formulas;
-        formulas.iter().for_each(|formula| self.formula_of_time(formula));
+        for formula in self.formulas {
+            self.formula_of_time(formula);
+        }
         let found = std::mem::replace(&mut self.faults, own);
         let without_place = |fault: Diagnostic| Diagnostic { labels: Vec::new(), ..fault };
         self.faults.extend(found.into_iter().map(without_place));
