@@ -226,8 +226,10 @@ impl EffortEquations {
             all.rows_mut(first.nrows(), second.nrows()).copy_from(&second);
             all
         };
-        let right =
-            stacked(&DMatrix::from_columns(&[own.clone()]), DMatrix::from_columns(&[&left * MET]));
+        let right = stacked(
+            &DMatrix::from_columns(std::slice::from_ref(&own)),
+            DMatrix::from_columns(&[&left * MET]),
+        );
         let (mut c, is_free) =
             bounded_least(&stacked(&effort, &unmet * MET), &right.column(0).into_owned(), bounds);
 

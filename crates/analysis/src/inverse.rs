@@ -168,7 +168,7 @@ impl GivenPath {
             |rows: &mut Rows| Walk { x: rows.scaled(&positions.q), t: from, motions }.n_left(rows);
         let mut rows = stops.hold(&positions, (&measures, &added), &n_left)?;
         match n_left(&mut rows) {
-            0 => Ok(Self { rows, stops, positions }),
+            0 => Ok(Self { positions, rows, stops }),
             n => Err(AnalysisError::NMotions { n_free: n_driven + n, n_prescribed: n_driven }),
         }
     }

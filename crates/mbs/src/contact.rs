@@ -98,7 +98,7 @@ pub fn penetrations(model: &Model, kinematics: &Kinematics) -> Vec<Penetration> 
             let used = model.signals.iter().filter(is_used);
             let mut values: Vec<_> =
                 used.map(|s| (s.symbol, kinematics.measure(model, s.measure))).collect();
-            let at_start: Vec<Signal> = model.at_start.iter().filter(is_used).cloned().collect();
+            let at_start: Vec<Signal> = model.at_start.iter().filter(is_used).copied().collect();
             values.extend(values_at_start(model, kinematics, &at_start));
             pool.substitute(limit, &values)
         };
