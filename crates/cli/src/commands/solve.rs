@@ -331,17 +331,15 @@ fn conclude(
             let reason = "end time reached".to_owned();
             return Conclusion { summary, status: Status::Done, reason };
         }
-        Ok(summary) => match cut.filter(|_| stop.status().is_none()) {
-            Some(cut) => {
-                let fault = cut.fault(summary.t, prepared.output.path());
-                (summary, fault)
-            }
-            None => {
+        Ok(summary) => {
+            let Some(cut) = cut.filter(|_| stop.status().is_none()) else {
                 let status = stop.status().unwrap_or(Status::Interrupted);
                 let how = if status == Status::Terminated { "terminated" } else { "interrupted" };
                 return Conclusion { summary, status, reason: how.to_owned() };
-            }
-        },
+            };
+            let fault = cut.fault(summary.t, prepared.output.path());
+            (summary, fault)
+        }
         Err(failure) => {
             let fault = prepared.simulation.diagnose(&failure);
             (failure.summary, fault)
