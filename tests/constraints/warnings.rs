@@ -5,11 +5,19 @@ use std::path::Path;
 
 use bksim::Mechanism;
 use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::{Limits, expand};
 use bksim::sim::mobility::mobility;
+
+/// The text of a model with its elements that repeat.
+fn whole(text: &str) -> String {
+    let mut none = |file: &str| Err(format!("there is no {file}"));
+    expand("model.toml", text, Limits::default(), &mut none)
+        .map_or_else(|| text.to_owned(), |expansion| expansion.text)
+}
 
 /// All warnings about the start of a model.
 fn warnings_of(text: &str) -> Vec<Diagnostic> {
-    let mechanism = Mechanism::from_toml(text, "model").expect("a model");
+    let mechanism = Mechanism::from_toml(&whole(text), "model").expect("a model");
     let start = mechanism.start().expect("a start");
     let found = mobility(&mechanism.model, &mechanism.system, &start);
     mechanism.warnings_of(&start, &found, mechanism.warnings.clone())

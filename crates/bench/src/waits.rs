@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use bksim_mbs::assemble::assemble;
+use bksim_model::file::{Limits, expand};
 use serde_json::json;
 
 use crate::context::Context;
@@ -128,11 +129,18 @@ pub(crate) fn measure(context: &Context, program: Option<&Path>) -> Result<Repor
     Ok(report)
 }
 
+/// The text of a model with its elements that repeat.
+fn whole(text: &str) -> String {
+    let mut none = |file: &str| Err(format!("there is no {file}"));
+    expand("model.toml", text, Limits::default(), &mut none)
+        .map_or_else(|| text.to_owned(), |expansion| expansion.text)
+}
+
 /// The least time of several derivations, s.
 fn derivation(wait: &Wait, context: &Context) -> Result<f64, BenchError> {
     let mut least = f64::INFINITY;
     for _ in 0..context.effort.max_runs.min(5) {
-        let model = models::model(wait.model, wait.name)?;
+        let model = models::model(&whole(wait.model), wait.name)?;
         let began = cpu_time();
         std::hint::black_box(assemble(&model));
         least = least.min(cpu_time() - began);
