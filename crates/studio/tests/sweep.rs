@@ -177,16 +177,18 @@ fn interrupted(place: &Scratch, more: &[&str], signal: &str) -> std::process::Ou
 #[cfg(unix)]
 #[test]
 fn interrupted_and_killed_sweeps_go_on_to_the_same_table() {
-    let undisturbed = place(PENDULUM);
-    let whole = undisturbed.bksim().args(LONG).output().expect("bksim runs");
+    // One folder: a table names the file of its model, folder included.
+    let place = place(PENDULUM);
+    let table = place.path().join("t.parquet");
+    let whole = place.bksim().args(LONG).output().expect("bksim runs");
     assert_eq!(whole.status.code(), Some(0), "{}", text(&whole.stderr));
-    let whole = fs::read(undisturbed.path().join("t.parquet")).expect("a table");
+    let whole = fs::read(&table).expect("a table");
 
     for (signal, status) in [("-INT", Some(130)), ("-TERM", Some(143)), ("-KILL", None)] {
-        let place = place(PENDULUM);
+        fs::remove_file(&table).expect("the table of before");
         let ended = interrupted(&place, &[], signal);
         assert_eq!(ended.status.code(), status, "{signal}: {}", text(&ended.stderr));
-        assert!(!place.path().join("t.parquet").exists(), "{signal}");
+        assert!(!table.exists(), "{signal}");
         if status.is_some() {
             assert!(text(&ended.stderr).contains("--resume"), "{}", text(&ended.stderr));
         }
@@ -199,8 +201,7 @@ fn interrupted_and_killed_sweeps_go_on_to_the_same_table() {
         let object: serde_json::Value = serde_json::from_slice(&resumed.stdout).expect("JSON");
         assert!(object["resumed"].as_u64() >= Some(3 * 16), "{signal}: {object}");
         assert_eq!(object["done"], 2000, "{signal}");
-        let table = fs::read(place.path().join("t.parquet")).expect("a table");
-        assert!(table == whole, "{signal}: the table differs");
+        assert!(fs::read(&table).expect("a table") == whole, "{signal}: the table differs");
 
         // Now that it is there, only --force replaces it.
         let again = place.bksim().args(LONG).arg("--resume").output().expect("bksim runs");
