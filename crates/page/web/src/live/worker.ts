@@ -11,7 +11,9 @@ let module: Exports | null = null;
 function answer(request: string): { json: unknown; numbers: Float64Array } {
   const { memory, request: room, answer: ask } = module as Exports;
   const bytes = new TextEncoder().encode(request);
-  new Uint8Array(memory.buffer, room(bytes.length), bytes.length).set(bytes);
+  // Making room may grow the memory, which gives it another buffer.
+  const to = room(bytes.length);
+  new Uint8Array(memory.buffer, to, bytes.length).set(bytes);
   const at = ask();
   const [nJson, nNumbers] = new Uint32Array(memory.buffer, at, 2);
   const json = new TextDecoder().decode(new Uint8Array(memory.buffer, at + 8, nJson));
