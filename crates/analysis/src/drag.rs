@@ -43,7 +43,7 @@ const NEAR: f64 = 0.7;
 /// Gap of a stop that counts as closed, rad or parts of the longest link.
 const CLOSED: f64 = 1e-10;
 
-/// A mechanism that follows a point of it; see [`drag.rs`](self).
+/// A mechanism that follows one of its points as a hand drags it.
 #[derive(Debug)]
 pub struct Drag {
     mechanism: Mechanism,
