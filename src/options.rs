@@ -46,7 +46,7 @@ pub struct SolveChanges {
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[error("`{option}` is {} and not {range}", in_words(*.value))]
 pub struct BadOption {
-    /// Its name as a key of `[solve]`.
+    /// Name as a key of `[solve]`.
     pub option: &'static str,
     /// The value.
     pub value: f64,

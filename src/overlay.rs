@@ -10,11 +10,11 @@ use bksim_scene::{Form, Role, Scene, Shape};
 pub struct Overlay {
     /// The curve, as it was asked for.
     pub name: String,
-    /// Its kind.
+    /// Kind of the overlay.
     pub kind: OverlayKind,
     /// Number of the body in whose frame it stands, the ground 0.
     pub body: usize,
-    /// Its pieces, m.
+    /// Pieces of the overlay, m.
     pub lines: Vec<Vec<[f64; 3]>>,
     /// Whether each piece comes back to where it began.
     pub is_closed: bool,

@@ -1,4 +1,4 @@
-//! What is said of starts and of models that are hardly meant; and that nothing is said of sound ones.
+//! Warnings about starts and about models that are hardly meant; and none about sound ones.
 
 use std::fs;
 use std::path::Path;

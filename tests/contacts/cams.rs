@@ -15,7 +15,7 @@ const LIFT: &str = "[curves.lift]\ntype = \"cam-law\"\nturns = 2\nsegments = [\n
     { rise = \"12 mm\", over = \"120 deg\", law = \"cycloidal\" }, { dwell = \"60 deg\" },\n\
     { return = \"12 mm\", over = \"150 deg\", law = \"cycloidal\" }, { dwell = \"30 deg\" }]\n";
 
-/// The same of angles of 15 deg by the 4-5-6-7 law.
+/// Law of angles of 15 deg, the 4-5-6-7 law.
 const SWING: &str = "[curves.swing]\ntype = \"cam-law\"\nturns = 2\nsegments = [\n\
     { rise = \"15 deg\", over = \"120 deg\", law = \"4-5-6-7\" }, { dwell = \"60 deg\" },\n\
     { return = \"15 deg\", over = \"150 deg\", law = \"4-5-6-7\" }, { dwell = \"30 deg\" }]\n";

@@ -64,7 +64,7 @@ fn a_coarse_fixed_step_is_told_from_a_fine_one() {
     assert_eq!(with_step(0.001), [""; 0]);
 }
 
-/// Its rotation is followed by Newton's iteration alone: the light part leaves explicit steps only
+/// The rotation of a light cross is followed by Newton's iteration alone: the light part leaves explicit steps only
 /// rounding to follow.
 #[test]
 fn a_light_part_does_not_keep_the_steps_small() {

@@ -76,3 +76,45 @@ fn identifiers_are_taken_apart() {
     let expected = ["", "least", "let", "margin", "multiplier", "of", "q", "system"];
     assert_eq!(found.into_iter().collect::<Vec<_>>(), expected);
 }
+
+/// First words of a doc comment that say nothing where its first line is shown alone, as editors and rustdoc show it.
+const LEANING: [&str; 9] =
+    ["The same", "Its ", "Those ", "None ", "As ", "Not ", "So ", "What ", "None."];
+
+/// First lines of the doc comments of a text, with their numbers.
+fn first_lines(text: &str) -> Vec<(usize, &str)> {
+    let doc =
+        |line: &str| line.trim_start().starts_with("///") || line.trim_start().starts_with("//!");
+    let lines: Vec<&str> = text.lines().collect();
+    let begins = |i: usize| doc(lines[i]) && (i == 0 || !doc(lines[i - 1]));
+    (0..lines.len())
+        .filter(|&i| begins(i))
+        .map(|i| (i + 1, lines[i].trim_start()[3..].trim()))
+        .collect()
+}
+
+#[test]
+fn first_lines_of_documentation_make_sense_alone() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = Vec::new();
+    for folder in ["src", "crates", "tests"] {
+        sources(&root.join(folder), &mut files);
+    }
+    let mut wrong = Vec::new();
+    for path in files {
+        let file = path.strip_prefix(root).expect("below the root").display().to_string();
+        let text = fs::read_to_string(&path).expect("a readable file");
+        for (number, line) in first_lines(&text) {
+            if LEANING.iter().any(|words| line.starts_with(words)) {
+                wrong.push(format!("{file}:{number}: {line}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} lines lean on others:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+#[test]
+fn first_lines_are_found() {
+    let found = first_lines("//! One.\n//! Two.\n\n    /// Three.\n    fn f() {}\n");
+    assert_eq!(found, [(1, "One."), (4, "Three.")]);
+}

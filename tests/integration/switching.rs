@@ -22,7 +22,7 @@ coordinate = "x"
     )
 }
 
-/// The same block on a guide upwards, in gravity.
+/// Block on a guide upwards, in gravity.
 fn falling(rest: &str) -> String {
     let upwards = block(rest).replace("axis = [1, 0]", "axis = [0, 1]");
     format!("{upwards}\n[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, \"-9.81 m/s^2\"]\n")

@@ -13,7 +13,7 @@ use crate::support::at;
 /// A double pendulum with a motor at its shoulder and a damper at its elbow.
 const ARM: &str = include_str!("../fixtures/driven-double-pendulum.toml");
 
-/// The same with these laws of the motor and the damper.
+/// Arm with these laws of the motor and the damper.
 fn arm(motor: &str, damping: &str) -> String {
     let motor = format!("value = \"{motor}\"");
     let damping = format!("damping = \"{damping}\"");

@@ -14,7 +14,7 @@ struct Mechanisms {
     t_end: f64,
     /// Angles and slides that fix the positions of all bodies, in relative coordinates.
     relative: &'static [&'static str],
-    /// The same in absolute coordinates.
+    /// Mechanisms in absolute coordinates.
     absolute: &'static [&'static str],
     /// Joints cut by hand and the same quantities once more.
     cut: &'static [&'static str],
@@ -159,7 +159,7 @@ fn the_body_frame_does_not_matter() {
 /// A four-bar that swings under gravity, in the plane.
 const SWINGING: &str = include_str!("../fixtures/swinging-four-bar.toml");
 
-/// The same with three equal moments of inertia each, so that the model is a spatial one.
+/// Model with three equal moments of inertia each, so that it is a spatial one.
 fn spatial(text: &str) -> String {
     let mut text = text.to_owned();
     for value in ["0.002", "0.006", "0.004"] {

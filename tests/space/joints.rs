@@ -203,7 +203,7 @@ fn joint(name: &str, kind: &str, keys: &str) -> String {
     format!("\n[joints.{name}]\ntype = \"{kind}\"\nbetween = [\"ground.A\", \"b.A\"]\n{keys}\n")
 }
 
-/// The same joint in the tree and cut.
+/// Joint in the tree and cut.
 #[track_caller]
 fn in_tree_and_cut(name: &str, kind: &str, keys: &str, start: &str) -> Case {
     let case = Case::new(name);

@@ -139,7 +139,7 @@ fn a_weld_that_closes_only_turned_over_says_so() {
     solve(&derive(model(&welded_rod("spherical", "[0, 0, 0]"))));
 }
 
-/// The same of two hinges whose axes point opposite ways whatever the angle is, so that their rows hold by form.
+/// Hinges whose axes point opposite ways whatever the angle is, so that their rows hold by form.
 #[test]
 fn hinges_with_opposite_axes_do_not_close() {
     let hinged = |rpy: &str| welded_rod("revolute", rpy).replace("\"weld\"", "\"revolute\"");

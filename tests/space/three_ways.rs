@@ -78,7 +78,7 @@ fn motion(what: &str, text: &str, on_body: &[&str]) -> Vec<[Vec<f64>; 2]> {
     moved(what, &format!("{MECHANISM}{text}"), on_body)
 }
 
-/// As [`motion`], with the coordinates of all bodies.
+/// Motion ([`motion`]) with the coordinates of all bodies.
 fn absolute(what: &str, text: &str, on_body: &[&str]) -> Vec<[Vec<f64>; 2]> {
     moved(what, &format!("coordinates = \"absolute\"\n{MECHANISM}{text}"), on_body)
 }

@@ -33,9 +33,9 @@ pub(crate) enum Quantity<'a> {
     Measure(&'a str, f64),
     /// That of a coordinate.
     Position(&'a str, f64),
-    /// The same.
+    /// Acceleration that is compared.
     Acceleration(&'a str, f64),
-    /// The same; the velocity of an integral is its state.
+    /// Velocity that is compared; the velocity of an integral is its state.
     Velocity(&'a str, f64),
     /// That of this index.
     Signal(usize),
@@ -93,7 +93,7 @@ pub(crate) fn check(text: &str, data: &str, columns: &[(&str, Quantity<'_>)]) {
     check_rows(text, data, &|_| true, columns);
 }
 
-/// As [`check`], of those rows that `applies` says.
+/// Checks ([`check`]) the rows that `applies` says.
 #[track_caller]
 pub(crate) fn check_rows(
     text: &str,

@@ -254,7 +254,7 @@ impl EffortEquations {
         c
     }
 
-    /// What joints carry, with what is missing given from outside.
+    /// Forces that joints carry, with what is missing given from outside.
     fn completed(
         &self,
         residual: &DVector<f64>,

@@ -32,7 +32,7 @@ pub(crate) enum Around {
 /// A curve of poses that others cross.
 #[derive(Clone, Debug)]
 pub(crate) struct Way {
-    /// Its direction, of length one.
+    /// Direction of the way, of length one.
     pub(crate) tangent: DVector<f64>,
     /// A pose on it a little ahead, where the slopes show all.
     pub(crate) ahead: DVector<f64>,
@@ -183,7 +183,7 @@ impl<E: Equations> Pose<'_, E> {
         found
     }
 
-    /// What poses on all sides make of it, of which the slopes leave the directions `free`.
+    /// Equilibria around a pose, from the poses on all sides, of which the slopes leave the directions `free`.
     fn sorted(&mut self, free: &[DVector<f64>], halves: &[DVector<f64>]) -> Around {
         let towards: Vec<DVector<f64>> =
             halves.iter().map(|next| (next - self.z).normalize()).collect();

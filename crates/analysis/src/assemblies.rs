@@ -64,7 +64,7 @@ pub(crate) fn without_held_pose(mut model: Model) -> (Model, Option<usize>) {
     (model, Some(found.number))
 }
 
-/// As [`assemblies`], of a start that has closed.
+/// Assemblies of a start that has closed; see [`assemblies`].
 pub(crate) fn assemblies_of(positions: &Positions) -> Result<Assemblies, AnalysisError> {
     let (measures, held) = held(positions)?;
     let mut rows = positions.rows(&measures, &[], Clock::Held)?;

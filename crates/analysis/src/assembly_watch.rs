@@ -22,7 +22,7 @@ pub(crate) struct AssemblyWatch<'a> {
 }
 
 impl<'a> AssemblyWatch<'a> {
-    /// None where the model holds no assembly.
+    /// Watch of the assembly that a model holds; `None` where it holds none.
     pub(crate) fn of(positions: &'a Positions) -> Result<Option<Self>, AnalysisError> {
         let mechanism = &positions.mechanism;
         let parameters = &mechanism.parameters;

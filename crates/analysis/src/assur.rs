@@ -57,7 +57,7 @@ pub struct Proof {
 /// Two parts with three pairs.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Dyad {
-    /// Its pairs from end to end, `R` for a pin and `P` for a guide: `RRR`, `RRP`, `RPR`, `PRP` or `RPP`.
+    /// Pairs from end to end, `R` for a pin and `P` for a guide: `RRR`, `RRP`, `RPR`, `PRP` or `RPP`.
     pub kind: &'static str,
     /// Names of its bodies, or of the joint that a part without one belongs to.
     pub bodies: [String; 2],

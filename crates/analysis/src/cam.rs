@@ -86,7 +86,7 @@ pub struct Peaks {
 pub struct CamProfile {
     /// The part of the follower that touches it.
     pub kind: FollowerKind,
-    /// Its radius, m.
+    /// Radius of the base circle, m.
     pub base_circle: f64,
     /// Radius of the roller, m.
     pub roller: Option<f64>,

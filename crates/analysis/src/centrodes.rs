@@ -47,7 +47,7 @@ pub struct Centrodes {
     pub branch: usize,
     /// The curve in the frame of the fixed body, m, in pieces between infinity and infinity.
     pub fixed: Vec<Vec<[f64; 2]>>,
-    /// The same in the frame of the moving body, point by point.
+    /// Centrodes in the frame of the moving body, point by point.
     pub moving: Vec<Vec<[f64; 2]>>,
 }
 

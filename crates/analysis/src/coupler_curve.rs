@@ -25,7 +25,7 @@ pub(crate) struct Sample {
     pub(crate) pose: Point,
     /// Where the point is, m.
     pub(crate) p: [f64; 3],
-    /// Its slope by the arc length of the pose, m.
+    /// Slope by the arc length of the pose, m.
     pub(crate) slope: [f64; 3],
 }
 
@@ -129,7 +129,7 @@ impl Sample {
 }
 
 impl CouplerCurve {
-    /// Its points, m.
+    /// Points of the coupler curve, m.
     pub(crate) fn points(&self) -> Vec<[f64; 3]> {
         self.samples.iter().map(|sample| sample.p).collect()
     }

@@ -50,9 +50,9 @@ pub struct Doctor {
     pub couplings: Vec<String>,
     /// The counts.
     pub count: Count,
-    /// As many as the mobility.
+    /// Free motions, as many as the mobility.
     pub motions: Vec<FreeMotion>,
-    /// As many as are redundant.
+    /// Repeated conditions, as many as are redundant.
     pub repeated: Vec<Repeated>,
     /// Changes that leave nothing twice, the smallest first.
     pub cures: Vec<Cure>,
@@ -67,7 +67,7 @@ pub struct Doctor {
 pub struct Repeated {
     /// The condition.
     pub condition: Condition,
-    /// Those that it follows from.
+    /// Conditions that it follows from.
     pub by: Vec<Condition>,
 }
 
@@ -78,7 +78,7 @@ pub struct Condition {
     pub of: String,
     /// `force`, `moment`, `force and moment` or `coupling`.
     pub effort: &'static str,
-    /// Its direction: `x`, `y`, `z` or `oblique` in the axes of the joint; `length`, `normal` or `motion`.
+    /// Direction of the condition: `x`, `y`, `z` or `oblique` in the axes of the joint; `length`, `normal` or `motion`.
     pub direction: &'static str,
     /// The unit vector along it, axes of the joint; none of what has one direction only.
     pub axis: Option<[f64; 3]>,

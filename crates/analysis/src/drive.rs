@@ -23,7 +23,7 @@ pub struct Drive {
     pub name: String,
     /// The measure, a position.
     pub measure: Measure,
-    /// Its values.
+    /// Values that the drive takes.
     pub range: Range,
     /// Rate at every value, rad/s or m/s.
     pub rate: f64,

@@ -83,7 +83,7 @@ impl MotorCurve {
         Ok(self)
     }
 
-    /// Its points, speed and effort: straight lines between them draw it.
+    /// Points of the motor curve, speed and effort: straight lines between them draw it.
     pub fn points(&self) -> &[[f64; 2]] {
         &self.points
     }

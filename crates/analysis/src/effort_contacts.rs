@@ -42,7 +42,7 @@ pub(crate) struct EffortContacts {
 pub(crate) struct EffortContact {
     pub(crate) name: String,
     pub(crate) span: bksim_model::diagnostic::Span,
-    /// Its constraint row.
+    /// Constraint row of the contact.
     pub(crate) row: usize,
     /// `min` or `max` of a stop; none of friction.
     pub(crate) limit: Option<&'static str>,
@@ -50,7 +50,7 @@ pub(crate) struct EffortContact {
     unit: f64,
 }
 
-/// What a contact does at an instant.
+/// State of a contact at an instant.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Touch {
     /// A stop without a force.
@@ -130,7 +130,7 @@ impl EffortContacts {
         })
     }
 
-    /// What all of them do at an instant of a motion of this size; stops whose rows are among `bearing` do throughout.
+    /// States of all contacts at an instant of a motion of this size; stops whose rows are among `bearing` bear throughout.
     pub(crate) fn at(
         &mut self,
         t: f64,

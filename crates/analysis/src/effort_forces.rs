@@ -28,7 +28,7 @@ pub(crate) struct EffortInstant<'a> {
     pub(crate) state: [&'a [f64]; 3],
     pub(crate) forces: &'a mut Forces,
     pub(crate) contacts: &'a mut EffortContacts,
-    /// What each contact does.
+    /// State of each contact.
     pub(crate) touches: &'a [Touch],
     pub(crate) equations: &'a EffortEquations,
     /// Coordinates that move.
@@ -52,7 +52,7 @@ pub(crate) struct FoundEfforts {
 pub(crate) enum Wanted<'a> {
     /// The smallest ones.
     Smallest,
-    /// Those next to these of the actuators, with these of the contacts.
+    /// Nearest to these efforts of the actuators, with these forces of the contacts.
     Near(&'a DVector<f64>, &'a DVector<f64>),
 }
 

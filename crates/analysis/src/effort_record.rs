@@ -19,7 +19,7 @@ use crate::table::{Column, Table};
 pub struct Load {
     /// Name of the column of the table.
     pub name: String,
-    /// Its unit.
+    /// Unit of the load.
     pub unit: String,
     /// The value of largest magnitude.
     pub peak: f64,
@@ -99,7 +99,7 @@ pub(crate) struct Record {
     open: Vec<String>,
     /// Largest of the terms of the equations along the motions, in units of the motions.
     largest: f64,
-    /// What the actuators cannot meet, worst first.
+    /// Largest load that the actuators cannot meet.
     unmet: Option<Unmet>,
     pub(crate) controllers: Vec<ControllerState>,
     /// Of the named signals.

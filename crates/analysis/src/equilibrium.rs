@@ -29,7 +29,7 @@ pub struct Family {
 /// A stop that is closed.
 #[derive(Clone, PartialEq, Debug)]
 pub struct BearingStop {
-    /// Its name.
+    /// Name of the stop.
     pub name: String,
     /// `min` or `max`.
     pub limit: &'static str,
@@ -42,7 +42,7 @@ pub struct BearingStop {
 /// A stop that a pose lies beyond.
 #[derive(Clone, PartialEq, Debug)]
 pub struct PassedStop {
-    /// Its name.
+    /// Name of the stop.
     pub name: String,
     /// `min` or `max`.
     pub limit: &'static str,

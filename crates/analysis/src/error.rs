@@ -22,7 +22,7 @@ pub enum AnalysisError {
     /// Values that cannot be read, or have another dimension.
     #[error("`{text}` gives no {}", if .unit.is_empty() { "plain numbers".to_owned() } else { format!("values in {unit}") })]
     BadRange {
-        /// As written.
+        /// Text as written.
         text: String,
         /// The SI unit that was expected.
         unit: String,
@@ -32,21 +32,21 @@ pub enum AnalysisError {
         "`{text}` is no range of frequencies: its ends must be above zero, for it has even steps of the logarithm"
     )]
     NoFrequencies {
-        /// As written.
+        /// Text as written.
         text: String,
     },
     /// Nothing of this name can be measured.
     #[error("no joint, body or point has the measure `{name}`")]
     UnknownMeasure {
-        /// As written.
+        /// Name as written.
         name: String,
     },
     /// Nothing with a derivative has this name among what a run shows.
     #[error("no quantity of the run with a derivative is called `{name}`")]
     UnknownGoal {
-        /// As written.
+        /// Name as written.
         name: String,
-        /// Those that there are.
+        /// Names that the model has.
         known: Vec<String>,
     },
     /// The root of a mean square that is zero has a kink.
@@ -58,13 +58,13 @@ pub enum AnalysisError {
     /// No point, joint or body has this name.
     #[error("no point, joint or body is called `{name}`")]
     UnknownPoint {
-        /// As written.
+        /// Name as written.
         name: String,
     },
     /// No body has this name.
     #[error("no body is called `{name}`")]
     UnknownBody {
-        /// As written.
+        /// Name as written.
         name: String,
     },
     /// A question about mechanisms that move in a plane.
@@ -76,20 +76,20 @@ pub enum AnalysisError {
     /// A rate where a position was expected.
     #[error("`{name}` is a rate, not a position or an angle")]
     NotAPosition {
-        /// As written.
+        /// Name as written.
         name: String,
     },
     /// No parameter has this name.
     #[error("no parameter is called `{name}`")]
     UnknownParameter {
-        /// As written.
+        /// Name as written.
         name: String,
     },
     /// No cam of this name, or not one alone.
     #[error("{}", .name.as_ref().map_or_else(|| format!("the model has {} cams and laws, not one", .known.len()),
         |name| format!("no cam or law is called `{name}`")))]
     UnknownCam {
-        /// As written.
+        /// Name as written.
         name: Option<String>,
         /// Names of cams, then of laws.
         known: Vec<String>,
@@ -180,7 +180,7 @@ pub enum AnalysisError {
     BranchPoint {
         /// Rates of joints along each of them.
         ways: Vec<WayRates>,
-        /// What to write instead.
+        /// Text to write instead.
         cure: &'static str,
     },
     /// No branch through the start has this number.
@@ -252,7 +252,7 @@ pub enum AnalysisError {
     /// A response needs an input and an output.
     #[error("a frequency response needs an input and an output")]
     NoChannels,
-    /// As many unknowns as free motions can be balanced.
+    /// More or fewer unknowns than free motions: only equal numbers can be balanced.
     #[error("{} cannot balance {}", counted(*n_unknown, "unknown", "unknowns"), counted(*n_free, "free motion", "free motions"))]
     Unknowns {
         /// Unknown parameters.
@@ -281,7 +281,7 @@ pub enum AnalysisError {
     /// A sampled signal without a finite value.
     #[error("the sampled signal `{name}` has no finite value at t = {t} s")]
     NoSignal {
-        /// Its name.
+        /// Name of the element.
         name: String,
         /// s.
         t: f64,
@@ -289,13 +289,13 @@ pub enum AnalysisError {
     /// A load, signal or state in the place of an actuator.
     #[error("the model itself gives `{name}` its value: no effort is left to be found")]
     GivenEffort {
-        /// As written.
+        /// Name as written.
         name: String,
     },
     /// No joint or component of a reaction has this name.
     #[error("no joint and no component of a reaction is called `{name}`")]
     UnknownReaction {
-        /// As written.
+        /// Name as written.
         name: String,
     },
     /// A joint that yields by what is no stiffness.
@@ -303,15 +303,15 @@ pub enum AnalysisError {
     NoStiffness {
         /// The joint, or its component.
         name: String,
-        /// As written.
+        /// Text as written.
         text: String,
     },
     /// No actuator has this name.
     #[error("no actuator is called `{name}`")]
     NoActuator {
-        /// As written.
+        /// Name as written.
         name: String,
-        /// Those that there are.
+        /// Names that the model has.
         known: Vec<String>,
     },
     /// Points that are no curve of a motor.
@@ -326,9 +326,9 @@ pub enum AnalysisError {
     /// No table of one argument has this name.
     #[error("no table of one argument is called `{name}`")]
     UnknownTable {
-        /// As written.
+        /// Name as written.
         name: String,
-        /// Those that there are.
+        /// Names that the model has.
         known: Vec<String>,
     },
     /// A table as the curve of a motor whose speed and effort are other quantities.

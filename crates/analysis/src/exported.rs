@@ -33,11 +33,11 @@ pub enum Part {
 /// A function with the names of its arguments and results.
 #[derive(Clone, Debug)]
 pub struct ExportedFunction {
-    /// Its operations.
+    /// Operations of the function.
     pub tape: Tape,
     /// Names and units.
     pub signature: Signature,
-    /// Its results in a few words.
+    /// Results in a few words.
     pub summary: &'static str,
     /// Values of its parameters in the model, SI; those of modes are of open contacts.
     pub parameters: Vec<f64>,

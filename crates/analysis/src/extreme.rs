@@ -17,7 +17,7 @@ pub struct Extreme {
     pub name: String,
     /// Whether it is largest there.
     pub is_maximum: bool,
-    /// Its value, rad or m.
+    /// Value of the extreme, rad or m.
     pub value: f64,
     /// All joint positions and body angles there, in the order of the quantities.
     pub pose: Vec<(String, f64)>,

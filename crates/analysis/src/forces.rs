@@ -246,7 +246,7 @@ pub(crate) fn residuals(model: &Model, system: &SymbolicSystem, kept: &[usize]) 
 }
 
 impl ForcesAt {
-    /// The same with the `states`, which are velocities of their coordinates, in the place of positions.
+    /// Forces with the `states`, which are velocities of their coordinates, in the place of positions.
     pub(crate) fn with_states_as_positions(mut self, states: &[usize]) -> Self {
         for &i in states {
             self.stiffness.set_column(i, &self.damping.column(i));

@@ -21,16 +21,16 @@ use crate::table::Column;
 /// How a quantity over time becomes one number.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum GoalTake {
-    /// Its value at the end of the run.
+    /// Value at the end of the run.
     #[default]
     Last,
-    /// Its mean over time, by the trapezoidal rule.
+    /// Mean over time, by the trapezoidal rule.
     Mean,
     /// The root of the mean of its square over time, by the trapezoidal rule.
     Rms,
-    /// Its largest sample.
+    /// Largest sample.
     Max,
-    /// Its smallest sample.
+    /// Smallest sample.
     Min,
 }
 
@@ -163,12 +163,12 @@ impl Goal {
         Ok(Self { place, reading })
     }
 
-    /// Its name and unit.
+    /// Name and unit.
     pub(crate) fn column(&self) -> &Column {
         &self.place.column
     }
 
-    /// Its value in a sample.
+    /// Value in a sample.
     pub(crate) fn value(&mut self, sample: &Sample) -> f64 {
         let Place { part, idx, .. } = self.place;
         match &mut self.reading {
@@ -256,7 +256,7 @@ fn reading(mechanism: &Mechanism, name: &str) -> Result<Option<Reading>, Analysi
     Ok(Some(Reading::Observed(Box::new(observables))))
 }
 
-/// As [`reading`], of what a sample has as it is.
+/// Reading of a quantity that a sample has as it is; see [`reading`].
 fn of_sample(model: &Model, name: &str) -> Option<Reading> {
     let (topic, own) = name.split_once('.')?;
     match topic {

@@ -56,7 +56,7 @@ pub struct MotionGradient {
 pub struct Derivative {
     /// The parameter or initial value, and its unit.
     pub by: Column,
-    /// Its value.
+    /// Value of the derivative.
     pub value: f64,
     /// The derivative by it.
     pub derivative: f64,

@@ -22,7 +22,7 @@ use crate::scalar::{Rates, Scalars};
 #[derive(Debug)]
 pub struct Loaded {
     pub(crate) mechanism: Mechanism,
-    /// Its equations, in which kinks take the branch of each state.
+    /// Equations of the mechanism, in which kinks take the branch of each state.
     system: SymbolicSystem,
     /// Time of the start, s.
     pub(crate) t: f64,

@@ -22,7 +22,7 @@ use crate::rows::Rows;
 /// The mode that is wanted as a motion.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ModeRequest {
-    /// Its number from one, in the order of [`modes`](crate::modes()).
+    /// Number of the mode from one, in the order of [`modes`](crate::modes()).
     pub number: usize,
     /// The largest change of a body's angle, rad, or, where no body turns, of a position, m; a visible one unless given.
     pub amplitude: Option<f64>,

@@ -31,11 +31,11 @@ pub struct ReactionBound {
 pub struct OpenComponent {
     /// `A.fy` in world axes, `A.effort` of a drive, or the name of a coupling, stop or friction.
     pub name: String,
-    /// Its unit.
+    /// Unit of the component.
     pub unit: String,
     /// The value that is shown elsewhere.
     pub value: f64,
-    /// Its part in each of the self-stresses.
+    /// Part in each of the self-stresses.
     pub parts: Vec<f64>,
     /// The least and the largest value within the bounds; infinite where nothing bounds it.
     pub range: [f64; 2],

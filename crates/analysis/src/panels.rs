@@ -28,7 +28,7 @@ pub struct Panels {
 /// A small picture.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Panel {
-    /// Its title.
+    /// Title of the panel.
     pub title: String,
     /// Poses of all bodies, the ground first: one, or those of a motion to and fro, in equal steps.
     pub frames: Vec<Vec<Pose>>,

@@ -41,16 +41,16 @@ pub struct Polygon {
 pub struct Vertex {
     /// `B` of a joint, `coupler.P` of a point, `B on guide` of the place of a guide under a joint.
     pub name: String,
-    /// Its velocity or acceleration.
+    /// Velocity or acceleration that the vertex stands for.
     pub at: [f64; 2],
 }
 
 /// A vector of a polygon.
 #[derive(Clone, PartialEq, Debug)]
 pub struct PolygonVector {
-    /// Its point, then the point that it is relative to; none for one that is absolute.
+    /// Point of the vector, then the point that it is relative to; none for one that is absolute.
     pub of: (String, Option<String>),
-    /// Its part.
+    /// Part of the vector.
     pub part: VectorPart,
     /// Where it begins.
     pub from: [f64; 2],

@@ -39,11 +39,11 @@ pub struct State {
 /// Another equilibrium that an answer could be about.
 #[derive(Clone, PartialEq, Debug)]
 pub struct OtherState {
-    /// Its number, from one.
+    /// Number of the state, from one.
     pub number: usize,
     /// Where the mechanism is there.
     pub place: Place,
-    /// Its stability.
+    /// Stability of the state.
     pub stability: Stability,
 }
 

@@ -29,7 +29,7 @@ pub(crate) struct Stops {
 /// One limit of a stop.
 #[derive(Clone, Debug)]
 struct Limit {
-    /// Its constraint row.
+    /// Constraint row of the limit.
     row: usize,
     name: String,
     /// `min` or `max`.
@@ -40,7 +40,7 @@ struct Limit {
 }
 
 impl Stops {
-    /// Those whose rows `loaded` does not hold.
+    /// Stops whose rows `loaded` does not hold.
     pub(crate) fn of(loaded: &Loaded) -> Result<Self, AnalysisError> {
         let system = loaded.system();
         let is_open = |row: usize| !loaded.kept.contains(&row);
@@ -117,7 +117,7 @@ impl Stops {
         (0..depths.len()).filter(|&k| depths[k] > CLOSED).collect()
     }
 
-    /// Those that a position lies beyond.
+    /// Stops that a position has passed.
     pub(crate) fn passed(&mut self, q: &[f64]) -> Vec<PassedStop> {
         let depths = self.penetrations(q);
         let limits = self.limits.iter().zip(depths).filter(|(_, depth)| *depth > CLOSED);

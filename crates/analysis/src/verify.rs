@@ -63,7 +63,7 @@ pub struct Way {
 /// A channel of both runs.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Compared {
-    /// Its name: `crank.angle`, `A.fx`, `energy.kinetic`.
+    /// Name of the compared quantity: `crank.angle`, `A.fx`, `energy.kinetic`.
     pub name: String,
     /// SI unit.
     pub unit: String,

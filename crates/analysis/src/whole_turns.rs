@@ -21,7 +21,7 @@ pub(crate) struct Turn {
 }
 
 impl Turn {
-    /// The same pose in that turn in which its angles are nearest to the start.
+    /// Pose in the turn in which its angles are nearest to the start.
     pub(crate) fn nearest(&self, z: &[f64]) -> Vec<f64> {
         let turning: Vec<usize> = (0..z.len()).filter(|&i| self.by[i] != 0.0).collect();
         let farthest =
@@ -44,14 +44,14 @@ impl Turn {
         best
     }
 
-    /// The same pose some turns later.
+    /// Pose some turns later.
     pub(crate) fn later(&self, z: &[f64], number: f64) -> Vec<f64> {
         z.iter().zip(&self.by).map(|(z, by)| z + number * by).collect()
     }
 }
 
 impl Balance<'_> {
-    /// The same pose in the turn nearest to the start of those that stops allow; in the nearest of all where they allow none.
+    /// Pose in the turn nearest to the start of those that stops allow; in the nearest of all where they allow none.
     pub(crate) fn allowed_turn(&mut self, turn: &Turn, q: &[f64]) -> Vec<f64> {
         let nearest = turn.nearest(q);
         let numbers = (0..=MOST_TURNS).flat_map(|k| [k as f64, -(k as f64)]);

@@ -46,7 +46,7 @@ pub(crate) enum BenchError {
         who: String,
         /// Description of the number.
         what: String,
-        /// Its number.
+        /// Number found.
         found: f64,
         /// Our number.
         expected: f64,

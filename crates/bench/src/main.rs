@@ -91,7 +91,7 @@ enum Command {
     Spatial(Options),
     /// Tables and assemblies of linkages, model file to answer.
     Questions(MechanismsArgs),
-    /// What a person waits for, by CPU time, each with its goal.
+    /// Waits of a person, by CPU time, each with its goal.
     Waits(MechanismsArgs),
     /// Chains of spherical joints, an arm and a six-legged platform against Pinocchio, MuJoCo and Exudyn.
     Balls(Options),

@@ -28,7 +28,7 @@ const LEVEL: f64 = 1e-6;
 /// A program to compare with.
 struct Peer {
     name: &'static str,
-    /// Its script in `peers/`.
+    /// Script in `peers/`.
     script: &'static str,
     /// Step sizes, s, or tolerances, from coarse to fine.
     sizes: &'static [f64],

@@ -22,7 +22,7 @@ use crate::timing::cpu_time;
 /// A mechanism and its motion.
 pub(crate) struct Case {
     pub(crate) name: String,
-    /// Its model file.
+    /// Model file of the case.
     pub(crate) text: String,
     /// Names of what is measured at the end, lengths in m or angles in rad.
     pub(crate) measured: Vec<String>,
@@ -42,7 +42,7 @@ pub(crate) struct Case {
 /// A program to compare with.
 pub(crate) struct Peer {
     pub(crate) name: &'static str,
-    /// Its script in `peers/`.
+    /// Script in `peers/`.
     pub(crate) script: &'static str,
     /// Step sizes, s, or tolerances, from coarse to fine.
     pub(crate) sizes: &'static [f64],

@@ -1,4 +1,4 @@
-//! What a person waits for: derivations, and commands as whole processes, each with the time that it may take.
+//! Waits of a person: derivations, and commands as whole processes, each with the time that it may take.
 //!
 //! Times are CPU times: of a derivation that of this process, the least of several; of a command that of its process,
 //! the mean of as many runs as last a while, since the system counts it in hundredths of a second.

@@ -7,7 +7,7 @@ use crate::kind::{Kind, Section};
 /// One thing attached to the drawing.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Attachment {
-    /// Its kind.
+    /// Kind of the attachment.
     pub kind: &'static Kind,
     /// Index of the entity it is attached to, in [`crate::drawing::Drawing::entities`].
     pub entity_idx: usize,
@@ -17,11 +17,11 @@ pub struct Attachment {
     pub way: Way,
     /// Stated values; empty ones are left out.
     pub values: Vec<Value>,
-    /// Its point, where it has one; drawing units.
+    /// Point of the attachment, where it has one; drawing units.
     pub at: Option<Point>,
-    /// Its direction, of any length.
+    /// Direction of the attachment, of any length.
     pub axis: Option<Point>,
-    /// Its second point.
+    /// Second point of the attachment.
     pub to: Option<Point>,
 }
 
@@ -72,7 +72,7 @@ pub enum Way {
 /// A key and its value.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Value {
-    /// As in [`Kind::keys`].
+    /// Key as in [`Kind::keys`].
     pub key: &'static str,
     /// The value.
     pub content: Content,
@@ -83,7 +83,7 @@ pub struct Value {
 /// The content of a value.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Content {
-    /// As written: a name, a quantity or an expression.
+    /// Text as written: a name, a quantity or an expression.
     Text(String),
     /// A number in SI.
     Number(f64),

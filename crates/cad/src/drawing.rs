@@ -16,7 +16,7 @@ pub struct Drawing {
 /// The unit of lengths of a drawing.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct LengthUnit {
-    /// As written in model files: `mm`, `inch`.
+    /// Name as written in model files: `mm`, `inch`.
     pub name: &'static str,
     /// In metres.
     pub metres: f64,
@@ -29,9 +29,9 @@ pub struct Handle(pub u64);
 /// One entity.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Entity {
-    /// Its type and position, for messages.
+    /// Type and position, for messages.
     pub location: Location,
-    /// Its geometry.
+    /// Geometry of the entity.
     pub shape: Shape,
     /// The values under the application name `BKSIM`, in order.
     pub xdata: Vec<XValue>,
@@ -40,11 +40,11 @@ pub struct Entity {
 /// Type and position of an entity, as diagnostics state them.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Location {
-    /// Its type in the words of the format: `CIRCLE`, `LWPOLYLINE`.
+    /// Type in the words of the format: `CIRCLE`, `LWPOLYLINE`.
     pub kind: String,
     /// `None` in old drawings without handles.
     pub handle: Option<Handle>,
-    /// Its layer.
+    /// Layer of the location.
     pub layer: String,
     /// A point of it: the centre, the insertion point, the first vertex.
     pub at: Point,
@@ -79,7 +79,7 @@ pub enum Shape {
         ends: [Point; 2],
         /// The direction that a linear one measures along, of length one.
         along: Option<Point>,
-        /// Its text, `<>` for the measured length.
+        /// Text, `<>` for the measured length.
         text: String,
     },
     /// Geometry that was passed over.
@@ -96,7 +96,7 @@ pub enum Shape {
 /// Why geometry was passed over.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Unread {
-    /// Its numbers make no curve.
+    /// Numbers that make no curve.
     NoCurve(GeometryError),
     /// It does not lie in the plane of the drawing, or parallel to it.
     OutOfPlane,
@@ -127,9 +127,9 @@ pub struct Insert {
 pub struct Attribute {
     /// Upper case.
     pub tag: String,
-    /// As written, without surrounding spaces.
+    /// Value as written, without surrounding spaces.
     pub value: String,
-    /// Its type and position.
+    /// Type and position.
     pub location: Location,
 }
 

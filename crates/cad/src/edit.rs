@@ -63,7 +63,7 @@ impl Subject {
 /// A thing to attach, to change or to remove.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Statement {
-    /// Its group of things.
+    /// Group of things.
     pub subject: Subject,
     /// The name of the body, joint, load or drive.
     pub name: String,
@@ -71,11 +71,11 @@ pub struct Statement {
     pub kind: Option<String>,
     /// The entities it is attached to, or those meant among several.
     pub entities: Vec<Handle>,
-    /// Its point, drawing units, world axes.
+    /// Point of the statement, drawing units, world axes.
     pub at: Option<Point>,
-    /// Its second point.
+    /// Second point of the statement.
     pub to: Option<Point>,
-    /// Its direction.
+    /// Direction of the statement.
     pub axis: Option<Point>,
     /// Keys and values, as in a model file; an empty value removes the key.
     pub values: Vec<(String, String)>,
@@ -307,7 +307,7 @@ fn not_found(attachments: &[Attachment], statement: &Statement) -> Diagnostic {
     }
 }
 
-/// Those that are attached by data, not by their layer alone.
+/// Elements that are attached by data, not by their layer alone.
 fn beyond_layers<'a>(
     found: &[&'a Attachment],
     statement: &Statement,

@@ -79,11 +79,11 @@ pub fn describe(location: &Location) -> String {
 /// An entity as a diagnostic describes it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Place {
-    /// Its type.
+    /// Type of the place.
     pub kind: String,
-    /// Its handle, where it has one.
+    /// Handle of the place, where it has one.
     pub handle: Option<Handle>,
-    /// Its layer.
+    /// Layer of the place.
     pub layer: String,
     /// A point of it, in seven digits.
     pub at: Point,

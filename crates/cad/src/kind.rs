@@ -76,15 +76,15 @@ pub enum Placement {
 /// One kind of attachment.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Kind {
-    /// As written in extended data.
+    /// Name as written in extended data.
     pub name: &'static str,
     /// Name of the block.
     pub block: &'static str,
-    /// Its section of the model.
+    /// Section of the model.
     pub section: Section,
     /// The meaning of where it stands.
     pub placement: Placement,
-    /// Its keys as in extended data; attributes have the same in upper case. A `name` comes first.
+    /// Keys of the kind as in extended data; attributes have the same in upper case. A `name` comes first.
     pub keys: &'static [&'static str],
 }
 

@@ -32,7 +32,7 @@ pub struct ModelOptions<'a> {
 /// A drawing as it was read.
 #[derive(Clone, Debug)]
 pub struct Sheet {
-    /// Its entities.
+    /// Entities of the sheet.
     pub drawing: Drawing,
     /// The attachments of these.
     pub attachments: Vec<Attachment>,

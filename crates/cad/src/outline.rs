@@ -25,7 +25,7 @@ use crate::geometry::{Bounds, Path, Point, signed_area};
 /// A path of the drawing and where it comes from.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Stroke {
-    /// Its curves.
+    /// Curves of the stroke.
     pub path: Path,
     /// The index of its entity; only passed on.
     pub entity: usize,

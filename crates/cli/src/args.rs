@@ -231,7 +231,7 @@ pub(crate) enum Format {
     Typst,
     /// MathML, one element per group; the document is an HTML page.
     Mathml,
-    /// The same as --json.
+    /// Short form of --format json.
     Json,
 }
 
@@ -410,7 +410,7 @@ pub(crate) struct Expression {
     /// How the result is written.
     #[arg(long, value_enum, default_value_t = FormulaNotation::Text)]
     pub(crate) format: FormulaNotation,
-    /// The same as --format latex.
+    /// Short form of --format latex.
     #[arg(long, conflicts_with = "format")]
     pub(crate) latex: bool,
     /// Count operations, each shared part once, before and after.

@@ -74,7 +74,7 @@ pub enum StudioCommand<'a> {
 }
 
 impl StudioCommand<'_> {
-    /// Its name on the command line.
+    /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Assemblies(..) => "kinematics",
@@ -116,7 +116,7 @@ pub fn run(arguments: &[OsString]) -> u8 {
     run_with(arguments, &|command, _| handover::run(command, arguments))
 }
 
-/// As [`run`], with the commands of the studio done by `studio`.
+/// Run of the command line ([`run`]) with the commands of the studio done by `studio`.
 pub fn run_with(arguments: &[OsString], studio: Studio<'_>) -> u8 {
     let wants_json = arguments.iter().any(|argument| argument == "--json");
     let parsed = with_groups(with_language(Cli::command()))

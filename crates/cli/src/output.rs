@@ -31,7 +31,7 @@ pub fn unstyled(name: &str) -> String {
     visible(name, Styles::None).into_owned()
 }
 
-/// As [`text()`], with colours in it; those in a name from outside are [`unstyled()`] before.
+/// Text ([`text()`]) with colours in it; those in a name from outside are [`unstyled()`] before.
 ///
 /// # Errors
 /// As [`text()`].

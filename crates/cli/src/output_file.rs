@@ -248,7 +248,7 @@ impl Written {
         self.persist().map_err(|error| uncreated(&path, &error))
     }
 
-    /// As [`Written::finish`].
+    /// Moves the file to its place; see [`Written::finish`].
     ///
     /// # Errors
     /// As the system says them.

@@ -25,7 +25,7 @@ pub fn load(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failure> {
     load_as(args, max_nesting, false)
 }
 
-/// As [`load()`], for positions alone: bodies need no masses.
+/// Model as of [`load()`], for positions alone: bodies need no masses.
 pub(crate) fn load_geometry(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failure> {
     load_as(args, max_nesting, true)
 }

@@ -34,7 +34,7 @@ fn refused(scratch: &Scratch, arguments: &str) -> String {
     text(&output.stderr)
 }
 
-/// What is attached under a name: kind, handle and values.
+/// Attachments under a name: kind, handle and values.
 fn listed(scratch: &Scratch, name: &str) -> Vec<(String, String, Value)> {
     let output = scratch.run("--json cad list press.dxf");
     let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");

@@ -20,7 +20,7 @@ fn examples() -> Vec<PathBuf> {
     models
 }
 
-/// What `bksim equations MODEL …` prints.
+/// Output of `bksim equations MODEL …`.
 fn printed(model: &std::path::Path, arguments: &str) -> String {
     let output = Scratch::new()
         .bksim()

@@ -174,7 +174,7 @@ fn messages_are_short_and_about_the_model_alone() {
     }
 }
 
-/// The same fault as JSON: one object with the code, the place and the help of the text.
+/// JSON of a fault: one object with the code, the place and the help of the text.
 #[test]
 fn json_carries_what_the_text_says() {
     for path in cases() {

@@ -142,7 +142,7 @@ fn times_of_options_have_units_as_in_a_model() {
 const OF_TABLE: &str = "[bodies.cart]\nmass = \"1 kg\"\n[joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"cart\"]\n\
                         axis = [1, 0]\n[tables.m]\nfile = \"m.csv\"\n[drives.d]\njoint = \"S\"\nmotion = \"m(t)\"\n";
 
-/// What is said of a model with another file beside it, which is refused.
+/// Message about a model with another file next to it, which is refused.
 fn refused(model: &str, (file, bytes): (&str, &[u8])) -> String {
     let place = Scratch::new();
     place.write("model.toml", model);

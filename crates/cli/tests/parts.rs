@@ -75,7 +75,7 @@ on = "arm.mid"
 t_end = "1 s"
 "#;
 
-/// The same, written out by hand.
+/// Model of the parts, written out by hand.
 const WRITTEN_OUT: &str = r#"
 [parameters]
 l = "2 m"

@@ -33,7 +33,7 @@ pub enum Method {
 const MAGIC: [u8; 8] = *b"bkdae\0\0\x03";
 
 impl Checkpoint {
-    /// As little-endian bytes.
+    /// Checkpoint as little-endian bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         let method = u64::from(self.method == Method::Explicit);
         let lengths = [method, self.counts.len() as u64, self.reals.len() as u64];

@@ -32,7 +32,7 @@ pub(crate) enum Progress {
 pub(crate) enum Retreat {
     /// A smaller step: give up as soon as the rate predicts failure.
     Shrink,
-    /// None, as the size is fixed: use up the iterations; rates are not monotone.
+    /// No retreat, as the size is fixed: use up the iterations; rates are not monotone.
     None,
 }
 

@@ -234,8 +234,8 @@ pub struct Standstill {
 pub struct WorstUnknown {
     /// Index of the unknown, from zero.
     pub i: usize,
-    /// Its name in the [`crate::Layout`].
+    /// Name in the [`crate::Layout`].
     pub name: String,
-    /// Its error or Newton correction in units of its tolerance.
+    /// Error or Newton correction in units of its tolerance.
     pub scaled: f64,
 }

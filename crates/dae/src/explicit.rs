@@ -101,7 +101,7 @@ pub enum Advance {
     Accepted,
     /// The run stands where it did, and tries a smaller one next.
     Rejected,
-    /// None: the end time is reached.
+    /// No step: the end time is reached.
     Ended,
 }
 
@@ -110,9 +110,9 @@ pub enum Advance {
 enum LastStep {
     /// No step yet.
     Missing,
-    /// Its stages are known, its extension is not.
+    /// Step with its stages known, its extension not.
     Taken { error: Option<f64> },
-    /// Its extension is known.
+    /// Step with its extension known.
     Extended { error: Option<f64> },
 }
 

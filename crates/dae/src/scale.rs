@@ -129,7 +129,7 @@ impl Scale {
         self.mean_square(x).sqrt()
     }
 
-    /// The same without the root.
+    /// Mean square, without the root.
     pub(crate) fn mean_square(&self, x: &[f64]) -> f64 {
         let n = self.weight.len();
         if n == 0 {

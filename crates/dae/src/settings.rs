@@ -67,7 +67,7 @@ impl Default for Settings {
 /// Absolute tolerance: one number for all unknowns, or one for each.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Tolerance {
-    /// The same for every unknown.
+    /// One tolerance for every unknown.
     Scalar(f64),
     /// One number per unknown.
     PerUnknown(Vec<f64>),

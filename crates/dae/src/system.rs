@@ -98,16 +98,16 @@ impl<S: System + ?Sized> System for &mut S {
 /// An attempt at an explicit step, as it goes.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Attempt {
-    /// Its stages are about to be evaluated.
+    /// Attempt whose stages are about to be evaluated.
     Begun,
     /// It is a step of the run.
     Accepted {
         /// Where it repeats a larger one, the power of their size that their errors are in proportion to.
         power: Option<f64>,
     },
-    /// Its error is too large.
+    /// Attempt whose error is too large.
     Rejected {
-        /// The same.
+        /// Power of the step size in the error, as above.
         power: Option<f64>,
     },
 }
@@ -185,20 +185,20 @@ pub trait Ode {
 /// Where a step lies.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct StepSpan {
-    /// Its start.
+    /// Start of the step.
     pub t: f64,
-    /// Its size, signed.
+    /// Size of the step, signed.
     pub h: f64,
-    /// Its end, `t + h` but for rounding.
+    /// End of the step, `t + h` but for rounding.
     pub t1: f64,
 }
 
 /// An accepted step whose dense output is asked for.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ExtendedStep<'a> {
-    /// Its start.
+    /// Start of the step.
     pub t: f64,
-    /// Its size, signed.
+    /// Size of the step, signed.
     pub h: f64,
     /// The state where it begins.
     pub y: &'a [f64],

@@ -80,7 +80,7 @@ impl Document {
         Ok(())
     }
 
-    /// As [`Document::apply`], but of edits of one subject that follow each other, as a slider makes them, each takes
+    /// Applies an edit of a subject that earlier edits are about, as a slider makes them ([`Document::apply`]): each takes
     /// the place of the one before, and all are undone together.
     ///
     /// # Errors

@@ -310,7 +310,7 @@ pub(crate) fn written_text(text: &str) -> String {
     toml_edit::Value::from(text).to_string().trim().to_owned()
 }
 
-/// What was typed, as TOML: numbers, lists and what is in quotes stay, all else becomes a text.
+/// Typed text as TOML: numbers, lists and what is in quotes stay, all else becomes a text.
 pub(crate) fn typed(text: &str) -> String {
     let text = text.trim();
     let is_single = !text.contains(['\n', '\r']);

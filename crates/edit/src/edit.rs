@@ -22,26 +22,26 @@ pub enum Edit {
     Set {
         /// Keys with dots between them; elements of lists by their number, from zero.
         path: String,
-        /// As it is written in the file, quotes left out: `120 mm`, `l1/2`, `[0, "2 N"]`.
+        /// Value as it is written in the file, quotes left out: `120 mm`, `l1/2`, `[0, "2 N"]`.
         value: String,
     },
     /// Takes out a value or a table by its path.
     Remove {
-        /// As of [`Edit::Set`].
+        /// Path as of [`Edit::Set`].
         path: String,
     },
     /// Moves a named point, of the ground or of a body.
     Move {
         /// `rod.B`, or `ground.O`.
         point: String,
-        /// Its place in the frame of its body.
+        /// New place in the frame of its body.
         to: [f64; 2],
     },
     /// A point with a name.
     Point {
         /// A body, or `ground`.
         body: String,
-        /// Its place in the frame of the body.
+        /// Place of the point in the frame of the body.
         at: [f64; 2],
     },
     /// A link between two ends, with a parameter for its length; an end on a point gets a pin there.
@@ -88,7 +88,7 @@ pub enum Edit {
     Force {
         /// The point.
         at: End,
-        /// Its components, N.
+        /// Components of the force, N.
         vector: [f64; 2],
     },
     /// Gravity along −y.
@@ -97,7 +97,7 @@ pub enum Edit {
     Motor {
         /// The joint.
         joint: String,
-        /// Its angle at the start.
+        /// Angle at the start.
         angle: f64,
     },
     /// Another name for a parameter, body, joint, load or drive, wherever it is used.
@@ -109,7 +109,7 @@ pub enum Edit {
     },
     /// Takes out a body, joint, load, drive or parameter, with all that cannot be without it.
     Delete {
-        /// Its name.
+        /// New name.
         name: String,
     },
     /// Several changes that are undone together.
@@ -152,21 +152,21 @@ pub enum EditError {
     },
     /// No name: letters, digits and `_`.
     NoName {
-        /// As given.
+        /// Name as given.
         name: String,
     },
     /// The coordinate of a point is a formula.
     Formula {
         /// The point.
         point: String,
-        /// As written.
+        /// Formula as written.
         formula: String,
         /// The path of the coordinate.
         path: String,
     },
     /// A section or table is written on one line, in braces, or is none.
     NoTable {
-        /// Its path.
+        /// Path of the value.
         path: String,
     },
     /// A parameter on which other values depend.
@@ -183,7 +183,7 @@ impl EditError {
         Self::Missing { path: path.join(".") }
     }
 
-    /// Its stable code.
+    /// Stable code of the fault.
     pub fn code(&self) -> Code {
         match self {
             Self::Unreadable => codes::UNREADABLE,
@@ -246,7 +246,7 @@ impl EditError {
         }
     }
 
-    /// What it is about, in the text.
+    /// Place in the text that the fault is about.
     fn place(&self, text: &str) -> Option<Range<usize>> {
         let places = Places::of(text)?;
         let path = match self {

@@ -9,7 +9,7 @@ use toml_edit::{Array, Document, InlineTable, Item, Table, Value};
 pub(crate) struct Place {
     /// Keys from the root, elements of arrays by their number: `bodies`, `rod`, `points`, `B`, `0`.
     pub(crate) path: Vec<String>,
-    /// Its key; none of elements of arrays, and of tables, whose headers hold several keys.
+    /// Key of the place; none of elements of arrays, and of tables, whose headers hold several keys.
     pub(crate) key: Option<Range<usize>>,
     /// A value with its quotes and brackets, the header of a table.
     pub(crate) span: Range<usize>,
@@ -37,7 +37,7 @@ pub(crate) struct Places<'t> {
 }
 
 impl<'t> Places<'t> {
-    /// Those of `text`; `None` where it is not TOML.
+    /// Places in `text`; `None` where it is not TOML.
     pub(crate) fn of(text: &'t str) -> Option<Self> {
         let document = Document::parse(text).ok()?;
         let mut places = Self { text, all: Vec::new() };

@@ -8,9 +8,9 @@ use std::ops::Range;
 /// A function made of others.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Composed {
-    /// Its name.
+    /// Name of the function.
     pub name: &'static str,
-    /// Its arguments, as a message shows them.
+    /// Arguments of the function, as a message shows them.
     pub arguments: &'static str,
     /// The least and the largest number of arguments.
     pub takes: [usize; 2],

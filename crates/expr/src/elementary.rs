@@ -219,7 +219,7 @@ fn ln_less(x: f64, shift: f64) -> f64 {
 /// Logarithms of the least and the largest numbers, and of what has none.
 #[cold]
 fn extreme_ln(x: f64) -> f64 {
-    /// As many bits as a subnormal number may lack, and two.
+    /// Bits that a subnormal number may lack, and two.
     const SHIFT: i32 = 54;
     if x == 0.0 {
         f64::NEG_INFINITY

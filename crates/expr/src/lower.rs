@@ -70,7 +70,7 @@ impl Pool {
         self.lower_nodes(syntax, resolve, &mut |node, _, _| not_allowed(node))
     }
 
-    /// As [`Pool::lower`], with `quantity` giving the value of numbers with units.
+    /// Lowering ([`Pool::lower`]) with `quantity` giving the value of numbers with units.
     ///
     /// # Errors
     /// Names and quantities that `resolve` and `quantity` refuse, unknown functions, wrong numbers

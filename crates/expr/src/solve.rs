@@ -32,7 +32,7 @@ pub enum SolveError {
     Undetermined {
         /// The unknown that stays free.
         symbol: SymbolId,
-        /// Its name.
+        /// Name of the symbol.
         name: String,
     },
     /// An equation left over without unknowns is not satisfied.
@@ -49,12 +49,12 @@ pub enum SolveError {
         /// The expression that must be zero.
         remainder: Expr,
     },
-    /// The same symbol is asked for twice.
+    /// Symbol that is asked for twice.
     #[error("`{name}` is listed twice among the unknowns")]
     Repeated {
         /// The symbol.
         symbol: SymbolId,
-        /// Its name.
+        /// Name of the symbol.
         name: String,
     },
 }

@@ -6,7 +6,7 @@ use crate::spatial::{Inertia, Pose, Rotation, Vector};
 /// How the axes of a point are written.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Axes {
-    /// Those of the body.
+    /// Axes of the body.
     Own,
     /// Turns about the fixed axes x, y, z.
     Rpy(Vector),
@@ -165,7 +165,7 @@ impl Draft {
         format!("{owner}.{free}")
     }
 
-    /// As [`Draft::point`], at a pose.
+    /// Frame: a [`Draft::point`] at a pose.
     pub(crate) fn frame(&mut self, body: Option<usize>, name: &str, pose: Pose) -> String {
         self.point(body, name, &Point::posed(name, pose))
     }

@@ -10,9 +10,9 @@ use crate::codes;
 /// A file that was read.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Source {
-    /// Its name, as the caller or another file gave it.
+    /// Name of the source, as the caller or another file gave it.
     pub name: String,
-    /// Its text.
+    /// Text of the source.
     pub text: String,
 }
 
@@ -108,7 +108,7 @@ impl<'a> Job<'a> {
         Some(numbers)
     }
 
-    /// As many numbers as asked for.
+    /// Numbers, exactly this many.
     pub(crate) fn exactly<const N: usize>(
         &mut self,
         text: &str,

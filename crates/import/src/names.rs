@@ -25,9 +25,9 @@ const RESERVED: [&str; 14] = [
 pub struct Renamed {
     /// `body`, `joint`, `load` or `parameter`.
     pub kind: &'static str,
-    /// As the file has it.
+    /// Name in the file.
     pub from: String,
-    /// As the model has it.
+    /// Name in the model.
     pub to: String,
 }
 

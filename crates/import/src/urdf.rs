@@ -21,7 +21,7 @@ pub(crate) const GRAVITY: Vector = [0.0, 0.0, -9.81];
 /// A joint of the file.
 struct Joint {
     node: NodeId,
-    /// As the file has it, and as the model has it.
+    /// Name in the file; `name` is that in the model.
     written: String,
     name: String,
     kind: String,

@@ -42,7 +42,7 @@ pub enum InputError {
     /// The unit of a drawing is none.
     #[error("`{name}` is no unit of length")]
     Unit {
-        /// As it was written.
+        /// Name as it was written.
         name: String,
     },
 }

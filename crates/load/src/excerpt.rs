@@ -151,7 +151,7 @@ pub fn json(source: &Text, fault: &Diagnostic) -> Value {
     described(source, fault, &mut Lines::default())
 }
 
-/// As [`json`], with the lines of a text that have been found before.
+/// Excerpt as of [`json`], with the lines of a text that have been found before.
 fn described<'t>(source: &'t Text, fault: &Diagnostic, lines: &mut Lines<'t>) -> Value {
     let Located { path, text, fault } = source.locate(fault);
     lines.find_in(text);
@@ -200,7 +200,7 @@ impl<'t> Lines<'t> {
         }
     }
 
-    /// As [`line_and_column`].
+    /// Line and column of a byte; see [`line_and_column`].
     fn line_and_column(&self, byte: usize) -> (usize, usize) {
         let n_before = self.starts.partition_point(|&start| start <= byte);
         let start = n_before.checked_sub(1).map_or(0, |last| self.starts[last]);

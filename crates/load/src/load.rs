@@ -100,7 +100,7 @@ pub fn parse(
     parse_recorded(source, name, overrides, &[], limits).map(|(loaded, _)| loaded)
 }
 
-/// As [`parse`], with how values follow from parameters that vary; see
+/// Model as of [`parse`], with how values follow from parameters that vary; see
 /// [`bksim::model::file::read_recorded`].
 ///
 /// # Errors

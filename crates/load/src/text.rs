@@ -54,7 +54,7 @@ pub struct Drawn {
 pub struct Located<'t> {
     /// The file.
     pub path: &'t Path,
-    /// Its text, which the spans are of.
+    /// Text that the spans are of.
     pub text: &'t str,
     /// The diagnostic with spans of that text.
     pub fault: Diagnostic,

@@ -37,7 +37,7 @@ pub enum LogError {
     TooLarge {
         /// The record.
         what: &'static str,
-        /// Its size.
+        /// Size of the record.
         bytes: u64,
         /// The largest size that is written or read.
         limit: u64,
@@ -66,7 +66,7 @@ pub enum LogError {
     WrongLength {
         /// The topic.
         topic: String,
-        /// Its number of fields.
+        /// Number of fields that the topic has.
         expected: usize,
         /// The number of values given.
         given: usize,

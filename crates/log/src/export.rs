@@ -32,7 +32,7 @@ pub fn to_csv<R: Read>(
     to_csv_as(log, selection, &headings, &|_, value| value, out)
 }
 
-/// As [`to_csv`], with headings of the caller's, that of the time first, and `shown` for the value of a column;
+/// Table as of [`to_csv`], with headings of the caller's, that of the time first, and `shown` for the value of a column;
 /// the time is column 0.
 ///
 /// # Errors

@@ -52,7 +52,7 @@ pub(crate) fn dotted(topic_name: &str) -> String {
 pub struct TopicId(pub(crate) usize);
 
 impl TopicId {
-    /// Its index in [`Header::topics`].
+    /// Index in [`Header::topics`].
     pub fn index(self) -> usize {
         self.0
     }

@@ -25,7 +25,7 @@ pub use survey::{Contents, ForeignTopic, Survey, TopicCount};
 pub enum Record<'a> {
     /// A sample.
     Sample {
-        /// Its topic.
+        /// Topic of the record.
         topic: TopicId,
         /// Time, s.
         t: f64,
@@ -164,7 +164,7 @@ impl<R: Read> LogReader<R> {
         saved.holds(self.frames.state(), self.end.as_ref()).then_some(&saved.checkpoint)
     }
 
-    /// The same reader, passing over everything that is not asked for: its bytes are checked, but not
+    /// Reader that passes over everything that is not asked for: its bytes are checked, but not
     /// made into records. Changes of uniqueness, the end and the checkpoint are known all the same.
     ///
     /// ```
@@ -192,7 +192,7 @@ impl<R: Read> LogReader<R> {
         self
     }
 
-    /// The same reader with more topics in its header, whose samples it makes from those of the log and gives after
+    /// Reader with more topics in its header, whose samples it makes from those of the log and gives after
     /// them.
     #[must_use]
     pub fn making(mut self, making: Making) -> LogReader<R> {

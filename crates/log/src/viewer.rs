@@ -46,7 +46,7 @@ pub struct Stage {
 /// Areas and lines in one frame.
 #[derive(Clone, PartialEq, Default, Debug)]
 pub struct Entity {
-    /// Its name; a later entity of this name takes its place.
+    /// Name of the entity; a later entity of this name takes its place.
     pub id: String,
     /// Name of its frame.
     pub frame: String,
@@ -83,7 +83,7 @@ pub struct Line {
 /// A joint that is shown.
 #[derive(Clone, PartialEq, Eq, Default, Debug)]
 pub struct Joint {
-    /// Its name.
+    /// Name of the joint.
     pub name: String,
     /// Unit of its position, rad or m.
     pub unit: String,

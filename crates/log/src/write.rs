@@ -232,7 +232,7 @@ impl<W: Write> LogWriter<W> {
         })
     }
 
-    /// As [`LogWriter::flush`] where the last one is long ago; to be called when all samples of a time have
+    /// Flushes ([`LogWriter::flush`]) where the last flush is long ago; to be called when all samples of a time have
     /// been written, and the next may be long in coming.
     ///
     /// # Errors

@@ -23,7 +23,7 @@ pub struct Contact {
     pub position: Expr,
     /// φ of a stop, whether or not its row holds; p₀ − p of friction.
     pub expression: Expr,
-    /// Its row among the constraints of the system.
+    /// Row among the constraints of the system.
     pub row: usize,
     /// Symbol of κ: 1 while the row holds, else 0.
     pub closed: SymbolId,

@@ -10,7 +10,7 @@ use crate::spatial::{self, Rotation};
 pub struct Pose {
     /// The point, body frame.
     pub anchor_body: Vector,
-    /// Its position, world frame.
+    /// Position of the pose, world frame.
     pub anchor_world: Vector,
     /// r_world_from_body.
     pub rotation: Rotation,
@@ -19,7 +19,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// The same pose with the axes of a frame of the body, which is turned by `r_body_from_frame`.
+    /// Pose with the axes of a frame of the body, which is turned by `r_body_from_frame`.
     #[must_use]
     pub fn with_axes(&self, pool: &Pool, r_body_from_frame: &Rotation) -> Self {
         Self { rotation: self.rotation.then(pool, r_body_from_frame), ..self.clone() }

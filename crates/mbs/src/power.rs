@@ -41,7 +41,7 @@ pub struct Power {
     pub actor: Actor,
     /// Power that it gives to the bodies, W, of t, q, v and λ, without that of its potential.
     pub power: Expr,
-    /// Its potential, J; zero of a part without one.
+    /// Potential of the part, J; zero of a part without one.
     pub potential: Expr,
 }
 

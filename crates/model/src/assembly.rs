@@ -28,7 +28,7 @@ pub enum AssemblyChoice {
 pub struct FoundAssembly {
     /// From one.
     pub number: usize,
-    /// Its name.
+    /// Name of the assembly.
     pub name: String,
     /// Measures that tell assemblies apart by being held.
     pub held: Vec<Measure>,

@@ -13,7 +13,7 @@ pub struct Belt {
     /// The wheels in the order in which the belt comes to them; a strand leads from each to the next, and from
     /// the last to the first.
     pub wheels: Vec<BeltWheel>,
-    /// Its length, m, where the author stated it; of an elastic belt without load.
+    /// Length of the belt, m, where the author stated it; of an elastic belt without load.
     pub length: Option<Expr>,
     /// Length of the way around the wheels, m: an expression of signals.
     pub way: Expr,

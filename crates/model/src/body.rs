@@ -77,7 +77,7 @@ pub struct Anchor {
 /// A solid fixed to a body.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Solid {
-    /// Its form, about the origin of its own frame.
+    /// Form of the solid, about the origin of its own frame.
     pub form: SolidForm,
     /// Origin of its frame in the body frame, m.
     pub position: Vector,
@@ -92,9 +92,9 @@ pub enum SolidForm {
     Box(Vector),
     /// A circular cylinder about z, as long to either side of the origin.
     Cylinder {
-        /// Its radius.
+        /// Radius.
         radius: Expr,
-        /// Its length.
+        /// Length.
         length: Expr,
     },
     /// A ball of this radius about the origin.
@@ -103,7 +103,7 @@ pub enum SolidForm {
     Plate {
         /// Corners (x, y) in order, counter-clockwise.
         corners: Vec<[Expr; 2]>,
-        /// Its thickness.
+        /// Thickness.
         thickness: Expr,
     },
     /// Triangles between corners.

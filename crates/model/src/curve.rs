@@ -74,7 +74,7 @@ pub enum FollowerKind {
 pub struct Cam {
     /// The law of the follower.
     pub law: LawId,
-    /// Its follower.
+    /// Follower of the cam.
     pub kind: FollowerKind,
     /// Stands for the radius of the base circle in `pitch` and `travel`, m.
     pub base: SymbolId,

@@ -20,9 +20,9 @@ pub enum Axis {
 /// Axes in which a vector has its components.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Frame {
-    /// Those of the ground.
+    /// Axes of the ground.
     World,
-    /// Those of the body, or of the point of one.
+    /// Axes of the body, or of the point of one.
     Body,
 }
 
@@ -31,17 +31,17 @@ pub enum Frame {
 pub enum Measure {
     /// A coordinate of a joint, rad or m; the second is its position in the joint's motion.
     JointPosition(JointId, usize),
-    /// Its rate.
+    /// Rate of a joint's coordinate.
     JointVelocity(JointId, usize),
-    /// Its second rate, in results.
+    /// Second rate of a joint's coordinate, in results.
     JointAcceleration(JointId, usize),
     /// World coordinate of a body's point, m; `None` is the centre of mass.
     PointPosition(BodyId, Option<PointId>, Axis),
-    /// Its rate.
+    /// Rate of a point's coordinate.
     PointVelocity(BodyId, Option<PointId>, Axis),
     /// Angle of a body against the ground about z, rad (planar).
     BodyAngle(BodyId),
-    /// Its rate.
+    /// Rate of a body's angle.
     BodyRate(BodyId),
     /// Angle by which the first body has turned against the second about the axis of a joint, rad, all turns
     /// counted.
@@ -49,7 +49,7 @@ pub enum Measure {
     /// The given of three angles of a body against the ground, about x, y and z in sequence, rad: its own
     /// coordinates where they have names.
     CardanAngle(BodyId, usize),
-    /// Its rate.
+    /// Rate of a Cardan angle.
     CardanRate(BodyId, usize),
     /// Roll (x), pitch (y) or yaw (z) of a body against the ground, rad: it is turned about the fixed axes x,
     /// y and z by them, in this order.
@@ -148,7 +148,7 @@ pub struct Orientation {
 pub struct Initial {
     /// The measure whose value is stated.
     pub measure: Measure,
-    /// Its value in SI, an expression of parameters.
+    /// Value in SI, an expression of parameters.
     pub value: Expr,
     /// Whether it may move to close the mechanism.
     pub is_guess: bool,

@@ -129,7 +129,7 @@ impl Measure {
         Some(Self::Reaction(joint, frame, place % n))
     }
 
-    /// Its SI unit; empty of a pure number.
+    /// SI unit of the measure; empty of a pure number.
     pub fn unit(self, model: &Model) -> &'static str {
         let turns = |joint: JointId, motion_idx: usize| {
             let motions = model.joints[joint.0].kind.motions();

@@ -34,7 +34,7 @@ pub struct MeshMoments {
 }
 
 impl MeshMoments {
-    /// Those of nothing.
+    /// Moments of an empty mesh.
     pub const NONE: Self = Self { volume: 0.0, middle: [0.0; 3], inertia: [[0.0; 3]; 3] };
 }
 

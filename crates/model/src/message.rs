@@ -38,7 +38,7 @@ pub fn listed(names: &[&str]) -> String {
     }
 }
 
-/// So many things: `1 body`, `3 bodies`.
+/// Number of things in words: `1 body`, `3 bodies`.
 pub fn counted<N: Copy + Display + PartialEq + From<u8>>(n: N, one: &str, many: &str) -> String {
     let what = if n == N::from(1) { one } else { many };
     format!("{n} {what}")

@@ -92,7 +92,7 @@ pub struct Model<P = Pool> {
 }
 
 impl<P> Model<P> {
-    /// The same model, its expressions kept otherwise.
+    /// Model with its expressions kept in another pool.
     fn with_pool<Q>(&self, pool: Q) -> Model<Q> {
         Model {
             pool,
@@ -163,11 +163,11 @@ impl Model<PoolSnapshot> {
 pub struct Parameter {
     /// Name as written.
     pub name: String,
-    /// Its symbol in the pool.
+    /// Symbol in the pool.
     pub symbol: SymbolId,
-    /// Its definition: a number, or an expression of other parameters.
+    /// Definition of the parameter: a number, or an expression of other parameters.
     pub definition: Expr,
-    /// Its value, SI.
+    /// Value of the parameter, SI.
     pub value: f64,
     /// SI unit as text (`"m/s^2"`), empty when the author gave none.
     pub unit: String,

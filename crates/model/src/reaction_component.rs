@@ -25,7 +25,7 @@ impl ReactionComponent {
         Some(Self { joint, component, is_in_joint })
     }
 
-    /// Its SI unit.
+    /// SI unit of the reaction component.
     pub fn unit(self) -> &'static str {
         if self.component < 3 { "N" } else { "N m" }
     }

@@ -10,7 +10,7 @@ use crate::ids::ClockId;
 pub struct State {
     /// Name as written.
     pub name: String,
-    /// Its rate: an expression of time, parameters and signals.
+    /// Rate of the state: an expression of time, parameters and signals.
     pub rate: Expr,
     /// SI units as text of its integral, of the state and of its rate; of a state without unit as of a pure
     /// number.
@@ -27,7 +27,7 @@ pub struct State {
 pub struct NamedSignal {
     /// Name as written.
     pub name: String,
-    /// Its value, SI.
+    /// Value of the signal, SI.
     pub value: Expr,
     /// SI unit as text, empty of a pure number and where the author gave none.
     pub unit: String,
@@ -59,7 +59,7 @@ pub struct HeldSignal {
     pub held: SymbolId,
     /// Symbol of the value before the last tick of its clock, which sampled signals may use.
     pub previous: SymbolId,
-    /// Its value at first, an expression of parameters.
+    /// Value at first, an expression of parameters.
     pub start: Expr,
     /// The occasions on which it changes.
     pub change: HeldChange,
@@ -72,7 +72,7 @@ pub struct HeldSignal {
 pub enum HeldChange {
     /// The ticks of a clock: the signal is sampled.
     Tick {
-        /// Its clock.
+        /// Clock of the change.
         clock: ClockId,
         /// The value that it takes: an expression of time, parameters, signals and values held.
         value: Expr,

@@ -10,7 +10,7 @@ use crate::diagnostic::Span;
 pub struct TableCall {
     /// Name of the table.
     pub table: String,
-    /// Its argument, SI: an expression of time, parameters and signals.
+    /// Argument of the table call, SI: an expression of time, parameters and signals.
     pub argument: Expr,
     /// First and last argument of the table, SI.
     pub range: [f64; 2],

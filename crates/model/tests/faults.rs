@@ -86,7 +86,7 @@ fn every_fault_is_said_as_expected() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// What a help says to write is written in place of what is at fault: nothing of that fault may be left.
+/// Every help writes something in place of what is at fault: nothing of that fault may be left.
 #[test]
 fn helps_cure_when_they_are_followed_to_the_letter() {
     let (mut n_followed, mut n_helps, mut failures) = (0, 0, Vec::new());

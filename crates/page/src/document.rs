@@ -28,11 +28,11 @@ pub(crate) const LICENCES: &str = "";
 
 /// The contents of a page.
 pub(crate) struct Content<'a> {
-    /// Its heading.
+    /// Heading of the content.
     pub title: &'a str,
     /// The run.
     pub playback: &'a Playback,
-    /// Its equations.
+    /// Equations of the content.
     pub equations: &'a Equations,
     /// The numbers of the run: headings and HTML.
     pub tables: &'a [(String, String)],

@@ -11,7 +11,7 @@ pub enum PageError {
     /// Node.js was not there when bksim was built.
     #[error("this build of bksim has no page: Node.js was not there when it was built")]
     NotBundled,
-    /// What was given as the module of a live page is none.
+    /// File that is no module of a live page.
     #[error("the module of live pages is no WebAssembly")]
     NoModule,
     /// The motion is not that of the mechanism.

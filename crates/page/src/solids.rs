@@ -79,7 +79,7 @@ impl PageSolid {
         }
     }
 
-    /// The same with one corner in each cell of a grid.
+    /// Solid with one corner in each cell of a grid.
     fn clustered(&self, n_cells: u32) -> Self {
         let (low, size) = extent(&self.corners);
         let cell = size / f64::from(n_cells);

@@ -13,7 +13,7 @@ pub struct Axis {
     pub unit: String,
     /// Linear or logarithmic.
     pub scale: Scale,
-    /// Its ends; those of the curves, with a margin, unless given.
+    /// Ends of the axis; those of the curves, with a margin, unless given.
     pub range: Option<[f64; 2]>,
 }
 
@@ -33,7 +33,7 @@ impl Axis {
         Self { label: label.to_owned(), unit: unit.to_owned(), scale: Scale::Linear, range: None }
     }
 
-    /// Its quantity and unit, as `angle (rad)`.
+    /// Quantity and unit, as `angle (rad)`.
     pub fn name(&self) -> String {
         match unit_text(&self.unit).as_str() {
             "" => self.label.clone(),
@@ -41,7 +41,7 @@ impl Axis {
         }
     }
 
-    /// Its title, as `angle (rad)`, with the offset and the power of ten that the labels leave out.
+    /// Title of the axis, as `angle (rad)`, with the offset and the power of ten that the labels leave out.
     pub(crate) fn title(&self, ticks: &Ticks) -> String {
         let mut words = self.label.clone();
         if let Some(offset) = &ticks.offset {
@@ -74,7 +74,7 @@ impl Axis {
         Self { label: words, ..self.clone() }.title(ticks)
     }
 
-    /// Its ends for these values.
+    /// Ends for these values.
     pub(crate) fn ends(&self, values: impl Iterator<Item = f64>, margin: Margin) -> [f64; 2] {
         let is_drawn = |value: &f64| match self.scale {
             Scale::Linear => value.abs() <= LARGEST,

@@ -24,7 +24,7 @@ const NARROWEST: f64 = 88.0;
 pub(crate) struct Entry {
     /// Index of its curve in the panel.
     pub(crate) curve: usize,
-    /// Its name, shortened to the width of the legend.
+    /// Name of the entry, shortened to the width of the legend.
     pub(crate) text: String,
     /// Left end of the sample, from the left end of the legend, px.
     pub(crate) x: f64,

@@ -5,7 +5,7 @@ use numpy::ndarray::Array2;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
-/// So many samples stay in the cache while their columns are written.
+/// Number of samples that stay in the cache while their columns are written.
 const BLOCK: usize = 64;
 
 /// Samples one after another as rows of quantities: `n_columns` numbers per sample become `n_columns`

@@ -117,7 +117,7 @@ impl Engine {
         if compliance.is_empty() { Ok(engine) } else { engine.yielding(compliance) }
     }
 
-    /// The same equations with joints that yield, each by name and stiffness.
+    /// Equations with joints that yield, each by name and stiffness.
     pub(crate) fn yielding(&self, compliance: Vec<(String, String)>) -> Result<Self, Fault> {
         let mut simulation = self.simulation.clone();
         let springs = compliances(&self.mechanism().model, &compliance)
@@ -227,7 +227,7 @@ impl Engine {
         slf
     }
 
-    /// The same equations at other values, SI, of the parameters that vary; none where other values
+    /// Equations at other values, SI, of the parameters that vary; none where other values
     /// make another model, or one that is refused.
     fn at(&self, values: Vec<f64>, overrides: Vec<(String, String)>) -> Option<Self> {
         let recording = self.derived.recording.as_ref()?;

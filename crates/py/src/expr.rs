@@ -274,7 +274,7 @@ impl Expr {
         })
     }
 
-    /// Its value where the symbols have these values.
+    /// Value where the symbols have these values.
     fn evaluate(&self, py: Python<'_>, values: Vec<(Expr, f64)>) -> PyResult<f64> {
         let e = self.0;
         guard(py, move || {

@@ -160,7 +160,7 @@ fn filled(
     Ok(is_done.then_some(out))
 }
 
-/// As [`filled`], a matrix.
+/// Matrix that is [`filled`].
 fn filled_matrix(
     py: Python<'_>,
     size: [usize; 2],

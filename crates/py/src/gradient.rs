@@ -69,7 +69,7 @@ struct Goal<'a> {
 }
 
 impl Goal<'_> {
-    /// Its derivatives by the parts of each sample, whose sizes are given; `None` where it does not depend on one.
+    /// Derivatives of the goal by the parts of each sample, whose sizes are given; `None` where it does not depend on one.
     fn by_sample(&self, sizes: [usize; 5]) -> Vec<Option<SampleWeights>> {
         self.weights.columns().into_iter().map(|of_sample| self.split(of_sample, sizes)).collect()
     }

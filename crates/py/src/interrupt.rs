@@ -58,7 +58,7 @@ impl<'a> Interruption<'a> {
 }
 
 impl Pace {
-    /// So that steps which suddenly are slow cost no more than as many.
+    /// Limit by which steps that suddenly are slow cost no more than as many.
     const LONGEST: u32 = 32;
 
     fn begin() -> Self {

@@ -121,7 +121,7 @@ impl Channels {
         found.map(|(signal, ..)| signal)
     }
 
-    /// Its value in a sample; NaN in a sample that was not filled yet.
+    /// Value in a sample; NaN in a sample that was not filled yet.
     pub fn value(&self, signal: Signal, sample: &Sample) -> f64 {
         let mut made = [0.0; N_MADE];
         let [first, second] = self.values(self.topics[signal.topic_idx].1, sample, &mut made);

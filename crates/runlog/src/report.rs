@@ -123,7 +123,7 @@ pub struct ReactionReport {
 pub struct OutputReport {
     /// Name.
     pub name: String,
-    /// Its unit, `N*m` for newton metre.
+    /// Unit of the output, `N*m` for newton metre.
     pub unit: String,
     /// Least and largest value.
     pub limits: [Extreme; 2],
@@ -136,7 +136,7 @@ pub struct OutputReport {
 /// The work of a part, J.
 #[derive(Clone, PartialEq, Debug)]
 pub struct WorkReport {
-    /// Its name.
+    /// Name of the entry.
     pub name: String,
     /// `load`, `belt`, `drive`, `coupling` or `joint`; `impact` of all impacts together.
     pub kind: &'static str,

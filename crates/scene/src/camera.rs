@@ -32,7 +32,7 @@ impl StandardView {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Front, Self::Right, Self::Top, Self::Isometric];
 
-    /// Its word: `front`.
+    /// Word for the view: `front`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Front => "front",

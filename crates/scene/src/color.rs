@@ -14,7 +14,7 @@ impl Color {
         Self([r, g, b, 255])
     }
 
-    /// The same colour with another opacity, 0 to 1.
+    /// Colour with another opacity, 0 to 1.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within 0 to 255")]
     pub fn with_opacity(self, opacity: f32) -> Self {
@@ -34,7 +34,7 @@ impl Color {
         Self([mixed(0), mixed(1), mixed(2), 255])
     }
 
-    /// The same colour, this many times as opaque.
+    /// Colour this many times as opaque.
     #[must_use]
     pub fn faded(self, factor: f32) -> Self {
         self.with_opacity(self.opacity() * factor)

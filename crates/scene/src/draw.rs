@@ -49,7 +49,7 @@ impl Extras {
 pub struct Arrow {
     /// Of shaft and head.
     pub color: Color,
-    /// Its tail, m.
+    /// Tail of the arrow, m.
     pub from: [f64; 3],
     /// From tail to tip, m.
     pub vector: [f64; 3],

@@ -18,9 +18,9 @@ pub struct Picture {
 /// A line's colour and width in pixels.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Stroke {
-    /// Its colour.
+    /// Colour of the stroke.
     pub color: Color,
-    /// Its width, pixels.
+    /// Width of the stroke, pixels.
     pub width: f32,
 }
 
@@ -42,7 +42,7 @@ pub enum Item {
     Region {
         /// The rings.
         rings: Vec<Vec<[f32; 2]>>,
-        /// Its colour.
+        /// Colour of the filling.
         fill: Color,
     },
     /// A line through points, with round joins and ends.
@@ -51,7 +51,7 @@ pub enum Item {
         points: Vec<[f32; 2]>,
         /// Whether the last is joined to the first.
         is_closed: bool,
-        /// Its colour and width.
+        /// Colour and width of the line.
         stroke: Stroke,
     },
     /// A line of words.

@@ -29,7 +29,7 @@ pub struct Shape {
     pub body: usize,
     /// The part of the mechanism that it depicts.
     pub role: Role,
-    /// Its geometry in the frame of the body, m.
+    /// Geometry in the frame of the body, m.
     pub form: Form,
 }
 
@@ -119,7 +119,7 @@ impl Role {
 pub struct Attached {
     /// Index of the body.
     pub body: usize,
-    /// Its position in the frame of the body, m.
+    /// Position in the frame of the body, m.
     pub position: [f64; 3],
 }
 
@@ -128,7 +128,7 @@ pub struct Attached {
 pub struct Span {
     /// Name of the load or joint.
     pub name: String,
-    /// Its ends.
+    /// Ends of the span.
     pub ends: [Attached; 2],
     /// Spring, damper or link.
     pub kind: SpanKind,
@@ -151,7 +151,7 @@ pub enum SpanKind {
     },
     /// An actuator: a barrel with a rod.
     Cylinder {
-        /// Its length at the start, m.
+        /// Length at the start, m.
         length: f64,
     },
     /// A rigid massless link.
@@ -165,7 +165,7 @@ pub struct Marker {
     pub name: String,
     /// Joint, point or centre of mass.
     pub kind: MarkerKind,
-    /// Its position on its body.
+    /// Position on its body.
     pub at: Attached,
 }
 

@@ -29,7 +29,7 @@ const SLACK: f64 = 1e-6;
 pub struct Section {
     /// Unit normal.
     normal: [f64; 3],
-    /// Its distance from the origin along the normal, m.
+    /// Distance from the origin along the normal, m.
     pub offset: f64,
     /// The side that is left out.
     pub side: CutSide,
@@ -58,7 +58,7 @@ impl Section {
         self.normal
     }
 
-    /// The same plane with its normal reversed.
+    /// Plane with its normal reversed.
     #[must_use]
     pub fn reversed(self) -> Self {
         Self { normal: self.normal.map(|x| -x), offset: -self.offset, ..self }
@@ -78,7 +78,7 @@ impl Section {
 /// All points that are not above a plane.
 #[derive(Clone, Copy, Debug)]
 pub struct HalfSpace {
-    /// Its plane.
+    /// Plane of the half space.
     plane: Plane,
     /// Unit normal of the plane, away from the half.
     normal: [f64; 3],
@@ -117,7 +117,7 @@ impl HalfSpace {
         pieces
     }
 
-    /// The same in the frame of a body.
+    /// Half space in the frame of a body.
     fn on_body(&self, pose: &Pose) -> Self {
         let back = |v: [f64; 3]| -> [f64; 3] {
             std::array::from_fn(|axis| (0..3).map(|i| pose.r_world_from_body[i][axis] * v[i]).sum())

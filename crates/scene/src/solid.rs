@@ -26,7 +26,7 @@ pub struct Solid {
 /// A line in which two faces meet.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 pub struct Edge {
-    /// Its two corners.
+    /// Two corners of the edge.
     pub corners: [usize; 2],
     /// The faces on either side.
     pub faces: [usize; 2],
@@ -37,7 +37,7 @@ pub struct Edge {
 /// A face towards the eye, in the world.
 #[derive(Clone, PartialEq, Debug)]
 pub struct SeenFace {
-    /// Its corners, m.
+    /// Corners of the face, m.
     pub ring: Vec<[f64; 3]>,
     /// How far it is turned away from the light: 0 towards it, 1 across and beyond.
     pub shade: f32,

@@ -23,7 +23,7 @@ const APART: f64 = 2.2;
 type Line = (Role, Vec<[f64; 3]>);
 
 impl Span {
-    /// Its lines with its ends at these points of the world, and the parts that they depict. `pin`
+    /// Lines of the span with ends at these points of the world, and the parts that they depict. `pin`
     /// is the radius of a pin, m. Everything lies in the plane through the ends that faces `eye`, a
     /// unit vector: z where the mechanism is planar, else the direction to the viewer.
     pub fn lines(&self, ends: [[f64; 3]; 2], pin: f64, eye: [f64; 3]) -> Vec<Line> {

@@ -157,7 +157,7 @@ impl Theme {
 }
 
 impl SectionPaint {
-    /// The same, this many times as opaque.
+    /// Paint this many times as opaque.
     #[must_use]
     pub fn faded(self, factor: f32) -> Self {
         let fade = |stroke: Stroke| Stroke { color: stroke.color.faded(factor), ..stroke };
@@ -173,7 +173,7 @@ impl Paint {
         self.fill.map(|fill| dark.map_or(fill, |dark| dark.over(fill)))
     }
 
-    /// The same, this many times as opaque.
+    /// Paint this many times as opaque.
     #[must_use]
     pub fn faded(self, factor: f32) -> Self {
         let fade = |stroke: Stroke| Stroke { color: stroke.color.faded(factor), ..stroke };

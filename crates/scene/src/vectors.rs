@@ -93,7 +93,7 @@ impl ArrowScale {
 }
 
 impl VectorAt {
-    /// Its size, N or m/s; zero when it is no number.
+    /// Size of the vector, N or m/s; zero when it is no number.
     pub fn size(&self) -> f64 {
         let [x, y, z] = self.vector;
         let size = x.hypot(y).hypot(z);

@@ -72,7 +72,7 @@ pub struct CompiledSystem {
     pub(crate) unknowns: Layout,
     /// G, g and ∂g/∂t of (t, q).
     pub(crate) constraints: Function,
-    /// The same with the branch of each position in place of modes, where joints or drives have kinks: to look for
+    /// Constraints with the branch of each position in place of modes, where joints or drives have kinks: to look for
     /// positions. Contacts are as in the modes.
     pub(crate) branching_constraints: Option<Function>,
     pub(crate) shape: Shape,
@@ -300,7 +300,7 @@ impl CompiledSystem {
         self.transmissions.are_shared()
     }
 
-    /// As [`CompiledSystem::uniqueness`], with that of the joints alone.
+    /// Redundancy: [`CompiledSystem::uniqueness`] with that of the joints alone.
     pub(crate) fn redundancy(
         &self,
         parameters: &[f64],
@@ -377,7 +377,7 @@ impl CompiledSystem {
         }
     }
 
-    /// The same functions, with the values of the inputs by `law`.
+    /// Functions with the values of the inputs by `law`.
     #[must_use]
     pub fn with_law(mut self, law: Arc<Law>) -> Self {
         self.inputs.follow(law);

@@ -104,7 +104,7 @@ impl<'a> Evaluator<'a> {
         Self { system, buffers }
     }
 
-    /// Its buffers, for [`Self::with_buffers`].
+    /// Buffers of the evaluator, for [`Self::with_buffers`].
     pub(crate) fn into_buffers(self) -> EvaluatorBuffers {
         self.buffers
     }
@@ -196,7 +196,7 @@ impl<'a> Evaluator<'a> {
         line.get(n..).unwrap_or_default()
     }
 
-    /// The same functions, with constraints that take the branch of each position whatever the modes are.
+    /// Evaluator whose constraints take the branch of each position whatever the modes are.
     pub(crate) fn branching(self, parameters: &[f64]) -> Self {
         let branching = self.system.branching_constraints.as_ref();
         let branching = branching.map(|function| function.buffers(parameters));

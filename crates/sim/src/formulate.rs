@@ -160,7 +160,7 @@ pub(crate) fn acceleration_level(model: &Model, system: &SymbolicSystem) -> Vec<
 }
 
 impl MotionEquations {
-    /// The same equations, with the values of the inputs by the law of `inputs`.
+    /// Equations with the values of the inputs by the law of `inputs`.
     #[must_use]
     pub(crate) fn with_inputs(mut self, inputs: &Inputs) -> Self {
         self.inputs = inputs.clone();

@@ -18,7 +18,7 @@ pub(crate) type Lanes = [f64; LANES];
 #[derive(Clone, Debug)]
 pub(crate) struct Function {
     runner: Runner,
-    /// The same at several points at once, where that is asked for.
+    /// Code for several points at once, where that is asked for.
     lanes: Option<LaneRunner<LANES>>,
 }
 
@@ -37,7 +37,7 @@ struct Room {
     results: Vec<f64>,
 }
 
-/// The same at several points at once.
+/// Buffers for several points at once.
 #[derive(Clone, Debug)]
 pub(crate) struct LaneBuffers {
     workspace: LaneWorkspace<LANES>,
@@ -46,7 +46,7 @@ pub(crate) struct LaneBuffers {
 }
 
 impl Buffers {
-    /// Those of a function of these parameters.
+    /// Buffers of a function of these parameters.
     pub(crate) fn new(parameters: Arc<[f64]>) -> Self {
         Self { parameters, room: None }
     }
@@ -72,12 +72,12 @@ impl Function {
         Self::with_code(tape, model.solve.jit)
     }
 
-    /// The same, with machine code when this says.
+    /// Function with machine code when `jit` says so.
     pub(crate) fn with_code(tape: Tape, jit: Jit) -> Self {
         Self { runner: Runner::new(tape, jit), lanes: None }
     }
 
-    /// The same function, which can be evaluated at several points at once, too.
+    /// Function that can be evaluated at several points at once, too.
     pub(crate) fn in_lanes(self, model: &Model) -> Self {
         let lanes = LaneRunner::new(self.tape().clone(), model.solve.jit);
         Self { lanes: Some(lanes), ..self }
@@ -165,7 +165,7 @@ pub(crate) struct Uses {
 }
 
 impl Uses {
-    /// None yet.
+    /// No uses yet.
     pub(crate) fn new(jit: Jit) -> Self {
         Self { jit, n_before: AtomicUsize::new(0) }
     }

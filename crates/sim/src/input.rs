@@ -42,7 +42,7 @@ pub enum InputError {
     /// More than the loads depends on it.
     #[error("{}", .0.message)]
     NotOnlyLoads(Box<Diagnostic>),
-    /// Its values come from a law.
+    /// Input whose values come from a law.
     #[error("`{0}` follows a law: give it to the run or set it, not both")]
     HasLaw(String),
     /// It is not a number.

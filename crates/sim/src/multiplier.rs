@@ -56,7 +56,7 @@ enum Factors {
     Pivoted(LU<f64, Dyn, Dyn>),
     /// The inverse without the weakest directions.
     Truncated(DMatrix<f64>),
-    /// The same of a large system.
+    /// Factors of a large system.
     Sparse(Box<Inverse>),
 }
 
@@ -263,7 +263,7 @@ impl MultiplierSystem {
         self.solved_into(&evaluator.dynamics(t, q, v), vdot, lambda)
     }
 
-    /// As [`MultiplierSystem::accelerations_into`], for loads that are known.
+    /// Accelerations ([`MultiplierSystem::accelerations_into`]) for loads that are known.
     pub(crate) fn solved_into(
         &mut self,
         at: &DynamicsAt,
@@ -278,7 +278,7 @@ impl MultiplierSystem {
         first_not_finite(vdot, lambda)
     }
 
-    /// As [`MultiplierSystem::solved_into`] for other forces and γ, with the factors that there are.
+    /// Solution ([`MultiplierSystem::solved_into`]) for other forces and γ, with the factors that there are.
     ///
     /// # Errors
     /// [`NotFinite`] when the solution is not finite.
@@ -316,7 +316,7 @@ impl MultiplierSystem {
         self.active.len() == nc && self.augmented.is_none()
     }
 
-    /// As [`MultiplierSystem::limit_into`], refined; the multipliers are the smallest ones where they
+    /// Limit ([`MultiplierSystem::limit_into`]), refined; the multipliers are the smallest ones where they
     /// are not unique.
     ///
     /// # Errors

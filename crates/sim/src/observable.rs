@@ -33,7 +33,7 @@ impl Observable {
         Some(Self::ReactionInJoint(joint, component))
     }
 
-    /// Its SI unit; empty of a pure number.
+    /// SI unit of the observable; empty of a pure number.
     pub fn unit(self, model: &Model) -> &'static str {
         match self {
             Self::Measure(measure) => measure.unit(model),
@@ -42,7 +42,7 @@ impl Observable {
         }
     }
 
-    /// Its expressions: itself, or the axis of a component in world axes.
+    /// Expressions of the observable: itself, or the axis of a component in world axes.
     fn outputs(self, model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
         match self {
             Self::Measure(measure) => vec![system.kinematics.measure(model, measure)],

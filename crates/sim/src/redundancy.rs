@@ -61,7 +61,7 @@ pub(crate) enum Yields {
 /// Which components are unique from an instant on, and why others are not.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Redundancy {
-    /// Those with all that is driven, closed or stuck there.
+    /// Uniqueness with all that is driven, closed or stuck there.
     pub(crate) uniqueness: Uniqueness,
     /// Of the joints among themselves, were all of them rigid.
     pub(crate) of_joints: Uniqueness,

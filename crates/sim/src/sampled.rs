@@ -33,7 +33,7 @@ pub(crate) struct SampledSignals {
 
 #[derive(Clone, Debug)]
 struct CompiledSignal {
-    /// Its place among the signals that are held.
+    /// Place among the signals that are held.
     signal: usize,
     clock: ClockId,
     /// Of t, q, v, the inputs, the values held, and those before.
@@ -70,7 +70,7 @@ pub struct Tick {
 /// A signal that is held takes no finite value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct NoSignal {
-    /// Its index.
+    /// Index of the signal.
     pub signal: usize,
 }
 

@@ -335,7 +335,7 @@ impl Simulation {
         start.up_to_date(compiled, parameters, options)
     }
 
-    /// As [`Simulation::up_to_date`], for a run that fails where it begins.
+    /// Beginning ([`Simulation::up_to_date`]) of a run that fails where it begins.
     fn beginning<'a>(&self, start: &'a Start) -> Result<Cow<'a, Start>, Box<Failure>> {
         let fresh = self.up_to_date(start);
         fresh.map_err(|error| Box::new(Failure::at_start(start, error)))
@@ -365,7 +365,7 @@ impl Simulation {
         self.solve_from(self.start()?)
     }
 
-    /// As [`Simulation::solve`], from a start whose state the caller may have changed.
+    /// Motion ([`Simulation::solve`]) from a start whose state the caller may have changed.
     ///
     /// # Errors
     /// [`Rejected`] when the motion cannot begin there or the run stops early.
@@ -373,7 +373,7 @@ impl Simulation {
         self.solve_watched(start, &mut |_| (), &|| false)
     }
 
-    /// As [`Simulation::solve_from`]; `reached` is told the time of every sample, and the motion ends where `stop`, asked
+    /// Motion ([`Simulation::solve_from`]) with `reached` called with the time of every sample; it ends where `stop`, asked
     /// after every step, wishes so.
     ///
     /// # Errors

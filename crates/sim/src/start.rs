@@ -158,7 +158,7 @@ pub fn start(
     start_at(&equations, compiled, parameters, &[], &model.solve)
 }
 
-/// As [`start`], with what was compiled before; `stated` are initial values, by their places in the
+/// Start ([`start`]) with what was compiled before; `stated` are initial values, by their places in the
 /// model, that take these numbers in SI in place of what the model says.
 ///
 /// # Errors
@@ -275,7 +275,7 @@ fn shared_reaction(compiled: &CompiledSystem, redundancy: &Uniqueness) -> Option
     compiled.bearings.iter().find(is_shared).map(|bearing| bearing.joint)
 }
 
-/// As [`shared_reaction`], of a multiplier that others could take the place of: its row depends on theirs.
+/// Other reactions ([`shared_reaction`]) that could take the place of a multiplier: its row depends on theirs.
 fn shared_multiplier(
     compiled: &CompiledSystem,
     jacobian: &SparseRows,

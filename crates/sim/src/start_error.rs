@@ -8,7 +8,7 @@ use crate::hybrid::NoConsistentModes;
 /// One stated or guessed value and what became of it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Moved {
-    /// As written: `A.angle`.
+    /// Name as written: `A.angle`.
     pub name: String,
     /// The value that the author wrote, SI.
     pub stated: f64,
@@ -112,16 +112,16 @@ pub enum Rival {
     Guessed {
         /// The guess that tells them apart best, as an index into `Model::initial`.
         initial_idx: usize,
-        /// Its value there, SI.
+        /// Value there, SI.
         found: f64,
         /// How far all guesses of this part of the mechanism are there, over how far they are at the start.
         ratio: f64,
     },
-    /// As near to the shape without any guess: a mirror image, say.
+    /// Assembly as near to the shape without any guess: a mirror image, say.
     Unguessed {
         /// The coordinate that tells them apart best.
         column: usize,
-        /// Its value there, rad or m.
+        /// Value there, rad or m.
         found: f64,
     },
 }

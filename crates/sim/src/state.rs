@@ -41,7 +41,7 @@ pub struct AccelerationRef<'a> {
 }
 
 impl State {
-    /// The same numbers, borrowed.
+    /// Numbers of the state, borrowed.
     pub fn as_ref(&self) -> StateRef<'_> {
         StateRef { t: self.t, q: &self.q, v: &self.v }
     }
@@ -60,7 +60,7 @@ impl Acceleration {
         Self { a: vec![0.0; nq], lambda: vec![0.0; nc] }
     }
 
-    /// The same numbers, borrowed.
+    /// Numbers of the acceleration, borrowed.
     pub fn as_ref(&self) -> AccelerationRef<'_> {
         AccelerationRef { a: &self.a, lambda: &self.lambda }
     }

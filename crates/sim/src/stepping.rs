@@ -80,7 +80,7 @@ struct Beginning {
 }
 
 impl Beginning {
-    /// The same run with these parameters from a state on.
+    /// Run with these parameters from a state on.
     fn going_on(&self, parameters: &[f64], turn: (State, Modes)) -> Result<Self, Diagnostic> {
         let mut simulation = self.simulation.clone();
         simulation.set_parameters(parameters);
@@ -108,7 +108,7 @@ pub enum AdvanceError {
         t: f64,
         /// Where the run is held, s.
         reached: f64,
-        /// Its end, s.
+        /// End of the run, s.
         t_end: f64,
     },
     /// The motion cannot go on.
@@ -220,7 +220,7 @@ impl Stepping {
         Ok(self.sample())
     }
 
-    /// As [`Stepping::advance_to`], but returns false where `stop`, asked before every step of the
+    /// Advance ([`Stepping::advance_to`]) that returns false where `stop`, asked before every step of the
     /// integrator, wishes so. The state is then still that of before, and the run can be advanced to what
     /// lies beyond the steps that it has taken.
     ///

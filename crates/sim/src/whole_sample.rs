@@ -32,7 +32,7 @@ pub(crate) struct WholeSample {
 /// The functions that a sample is made of, all of the same parameters.
 #[derive(Debug)]
 pub(crate) struct SampleParts {
-    /// Those that a step is made of, too.
+    /// Parts that a step is made of, too.
     pub(crate) step: Arc<StepParts>,
     /// M, G, f and γ of (t, q, v).
     pub(crate) dynamics: Tape,
@@ -65,7 +65,7 @@ const N_RESIDUALS: usize = 4;
 const N_ENERGIES: usize = 3;
 
 impl WholeSample {
-    /// Not made yet.
+    /// Sample that is not made yet.
     pub(crate) fn new(parts: SampleParts, jit: Jit) -> Self {
         Self { parts, samples: Uses::new(jit), made: OnceLock::new() }
     }

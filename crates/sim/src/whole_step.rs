@@ -69,7 +69,7 @@ pub(crate) struct StepBuffers {
     arguments: Vec<[f64; 1]>,
 }
 
-/// The same in lanes, each with parameters of its own.
+/// Steps in lanes, each with parameters of its own.
 #[derive(Debug)]
 pub(crate) enum LaneSteps {
     Four(Lanes<4>),
@@ -104,7 +104,7 @@ pub(crate) struct StepResults<'a> {
     pub(crate) factors: &'a [f64],
     /// The pivots of stages 1 to 11, stage by stage, each [`padded`].
     pub(crate) pivots: &'a [f64],
-    /// Those at the projected end, padded as well.
+    /// Pivots at the projected end, padded as well.
     pub(crate) end_pivots: &'a [f64],
 }
 
@@ -150,7 +150,7 @@ pub(crate) fn are_finite(numbers: &[f64]) -> bool {
 }
 
 impl WholeStep {
-    /// Not made yet.
+    /// Step that is not made yet.
     pub(crate) fn new(parts: Arc<StepParts>, jit: Jit) -> Self {
         Self {
             parts,

@@ -53,7 +53,7 @@ fn run(example: &str, jit: &str) -> (Vec<Vec<u64>>, [usize; 2]) {
     run_file(&format!("examples/{example}/model.toml"), &format!("jit = \"{jit}\""))
 }
 
-/// The same of a model with more lines under `[solve]`.
+/// Samples of a model with more lines under `[solve]`.
 fn run_file(path: &str, options: &str) -> (Vec<Vec<u64>>, [usize; 2]) {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
     let text = std::fs::read_to_string(format!("{root}/{path}")).expect("a model file");

@@ -48,7 +48,7 @@ const BROWSERS: [&str; 3] =
 /// Parts of a run, beside its ends, whose poses are compared; none is an even time.
 const PARTS: [f64; 5] = [0.0, 0.123_456_7, std::f64::consts::FRAC_1_PI, 0.777_777, 1.0];
 
-/// What a hostile author writes into a comment.
+/// Comments that a hostile author writes.
 const HOSTILE: [&str; 3] = [
     "</script><script>globalThis.isBroken = 1</script>",
     "</pre><img src=x onerror='globalThis.isBroken = 1'>",

@@ -20,7 +20,7 @@ fn root() -> PathBuf {
     Path::new(CRATE).join("../..").canonicalize().expect("the project")
 }
 
-/// What the pictures of an example are of.
+/// Pictures of an example: what each is of.
 fn examples() -> Vec<(String, PathBuf)> {
     let folders = fs::read_dir(root().join("examples")).expect("examples");
     let mut all = Vec::new();

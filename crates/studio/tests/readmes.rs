@@ -1,4 +1,4 @@
-//! What the READMEs show is what bksim prints.
+//! READMEs show what bksim prints.
 //!
 //! A ```` ```console ```` block holds commands (`$ …`), each followed by what it prints on stdout; a
 //! command that ends in `2>&1` shows stderr too. All blocks of a file run in one directory, in

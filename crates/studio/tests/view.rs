@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use common::{CRATE, Scratch, text};
 use serde_json::Value;
 
-/// What the packages are called, for whoever lacks them.
+/// Names of the packages, where they are missing.
 const HINT: &str = "on Debian: apt-get install xvfb xdotool mesa-vulkan-drivers libxkbcommon-x11-0";
 
 /// How long a machine with other things to do may take for anything.

@@ -27,7 +27,7 @@ pub enum Spacing {
 pub enum Values {
     /// These.
     List(Vec<f64>),
-    /// So many from one end to the other.
+    /// Values evenly from one end to the other.
     Even {
         /// The first.
         from: f64,
@@ -56,7 +56,7 @@ pub struct Axis {
     pub name: String,
     /// Unit of the numbers, empty for numbers without one.
     pub unit: String,
-    /// Its values.
+    /// Values of the axis.
     pub values: Values,
 }
 
@@ -226,7 +226,7 @@ impl Axis {
         format!("{number:?}{space}{}", self.unit)
     }
 
-    /// As it can be written: `l1=0.8:1.2 m:41`.
+    /// Axis as it can be written: `l1=0.8:1.2 m:41`.
     pub fn describe(&self) -> String {
         let spaced = |spacing: Spacing| if spacing == Spacing::Log { ":log" } else { "" };
         let values = match &self.values {

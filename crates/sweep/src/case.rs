@@ -33,7 +33,7 @@ pub(crate) struct Worker<'a> {
 
 /// A case that is ready to run.
 struct Ready {
-    /// Its place among the rows.
+    /// Place among the rows.
     place: usize,
     simulation: Simulation,
     start: Start,

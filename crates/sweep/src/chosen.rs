@@ -19,13 +19,13 @@ use crate::table::{Rows, column_named, rows};
 /// A choice of cases.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Chosen {
-    /// Those of these numbers.
+    /// Cases of these numbers.
     Numbers(Vec<RangeInclusive<u64>>),
     /// Every case.
     All,
-    /// Those whose run did not reach its end.
+    /// Cases whose run did not reach its end.
     Failed,
-    /// Those for which all of these hold.
+    /// Cases for which all of these hold.
     Where(Vec<Comparison>),
     /// The one with the largest or the smallest number in a column.
     Extreme {

@@ -34,7 +34,7 @@ impl Input {
         self.unit.map_or(number, |unit| unit.to_si(number))
     }
 
-    /// Its SI unit, written as those of channels are.
+    /// SI unit of the input, written as those of channels are.
     pub(crate) fn column_unit(&self) -> String {
         self.si.replace(' ', "*")
     }

@@ -29,15 +29,15 @@ use reduce::Reduced;
 /// How a quantity over time becomes one number.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Take {
-    /// Its value at the end of the run.
+    /// Value at the end of the run.
     Final,
-    /// Its smallest sample.
+    /// Smallest sample.
     Min,
-    /// Its largest sample.
+    /// Largest sample.
     Max,
     /// The largest less the smallest.
     PeakToPeak,
-    /// Its mean over time, by the trapezoidal rule.
+    /// Mean over time, by the trapezoidal rule.
     Mean,
     /// The root of the mean of its square over time, by the trapezoidal rule.
     Rms,
@@ -45,14 +45,14 @@ pub enum Take {
     Quantile(f64),
     /// The first time at which it is not below zero, s; NaN when it never is.
     First,
-    /// Its value at a time, s.
+    /// Value at a time, s.
     At(f64),
 }
 
 /// One number of a run.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Output {
-    /// Its name, such as `max(reactions.B.fx)` or `state.theta@0.5`.
+    /// Name of the output, such as `max(reactions.B.fx)` or `state.theta@0.5`.
     pub name: String,
     /// Unit of its values.
     pub unit: String,

@@ -37,7 +37,7 @@ const OWN: [&str; 6] = ["case", "status", "code", "reason", "t_reached", "steps"
 /// A column of numbers.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Column {
-    /// Its name.
+    /// Name of the column.
     pub name: String,
     /// SI unit of its values, empty for none.
     pub unit: String,

@@ -212,7 +212,7 @@ fn n_of_grid(axes: &[Axis]) -> Result<u64, Diagnostic> {
     counts.try_fold(1u64, |n_cases, n| Ok(n_cases.saturating_mul(n?)))
 }
 
-/// As many cases as every axis has values.
+/// Number of cases in pairs: every axis has this many values.
 fn n_of_pairs(axes: &[Axis]) -> Result<u64, Diagnostic> {
     let Some(first) = axes.first() else { return Ok(1) };
     let n_cases = counted(first, "pairs")?;

@@ -79,7 +79,7 @@ impl Request {
         model.ok_or(diagnostics)
     }
 
-    /// As [`Request::read`], with how the model follows from the parameters that are set.
+    /// Reading ([`Request::read`]) with how the model follows from the parameters that are set.
     pub(crate) fn read_recorded(&self, set: &[(String, String)]) -> (Reading, Option<Recording>) {
         let overrides = [self.fixed.as_slice(), set].concat();
         let (text, name, limits) = (&self.model, &self.name, self.limits);

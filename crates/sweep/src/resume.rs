@@ -57,7 +57,7 @@ pub struct FaultCount {
     pub n: u64,
     /// The first of them.
     pub first_case: u64,
-    /// Its fault in words.
+    /// Fault in words.
     pub reason: String,
 }
 

@@ -25,7 +25,7 @@ pub struct Row {
 pub enum Ending {
     /// At the end of its run.
     Done,
-    /// Its values are refused, as `bksim check` would.
+    /// Values that are refused, as `bksim check` would.
     Refused(Fault),
     /// There is no consistent start.
     NoStart(Fault),

@@ -120,7 +120,7 @@ impl Study {
         Ok(threads(n_jobs, n_parts)?.install(|| parts.par_iter().map(part).collect()))
     }
 
-    /// As [`Study::rows`], on the threads that this is called from.
+    /// Rows ([`Study::rows`]) on the threads that this is called from.
     fn rows_counted(&self, cases: Range<u64>, counter: &Counter<'_>) -> Option<Vec<Row>> {
         // As many together as leave every thread something to do.
         let (n, n_threads) = (cases.end - cases.start, rayon::current_num_threads() as u64);

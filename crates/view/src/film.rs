@@ -21,7 +21,7 @@ pub use self::stage::{ShootError, Stage};
 pub struct Clip {
     /// First instant, s of the motion.
     pub from: f64,
-    /// Its end, s of the motion; before `from` in a run back in time.
+    /// End of the clip, s of the motion; before `from` in a run back in time.
     pub to: f64,
     /// Frames a second of the film; greater than zero.
     pub fps: f64,

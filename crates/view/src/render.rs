@@ -46,7 +46,7 @@ impl Format {
         known.map(|(_, format)| *format)
     }
 
-    /// Its file extension.
+    /// File extension of the format.
     #[expect(clippy::missing_panics_doc, reason = "the table has a row for each format")]
     pub fn name(self) -> &'static str {
         let entry = Self::ALL.iter().find(|(_, format)| *format == self);

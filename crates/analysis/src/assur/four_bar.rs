@@ -40,7 +40,7 @@ pub struct FourBar {
     pub excess: f64,
     /// By the sign of the excess.
     pub rotatability: Rotatability,
-    /// Its type.
+    /// Type after Barker.
     pub barker: BarkerType,
 }
 

@@ -77,13 +77,13 @@ impl Laurent {
         self.plus(&Self { low: other.low, c: negative })
     }
 
-    /// Its conjugate on the circle.
+    /// Conjugate on the circle.
     pub(super) fn conjugate(&self) -> Self {
         let n = i32::try_from(self.c.len()).unwrap_or(0);
         Self { low: 1 - n - self.low, c: self.c.iter().rev().map(Complex::conj).collect() }
     }
 
-    /// Its value on the circle.
+    /// Value on the circle.
     pub(super) fn at(&self, t: C) -> C {
         let sum = self.c.iter().rev().fold(C::default(), |sum, c| sum * t + c);
         sum * t.powi(self.low)

@@ -135,7 +135,7 @@ impl Structure {
         Self::holding(model, geometry, &held, size)
     }
 
-    /// As [`Structure::of`], with the drives released.
+    /// Structure with the drives released; see [`Structure::of`].
     pub(super) fn holding(
         model: &Model,
         geometry: &Geometry,

@@ -91,7 +91,7 @@ impl Places {
         self.at_base(angle, self.base)
     }
 
-    /// The same with another base circle.
+    /// Place with another base circle.
     pub(super) fn at_base(&self, angle: f64, base: f64) -> Option<Place> {
         let (kind, function) = self.profile.as_ref()?;
         let [x, y, dx, dy, ddx, ddy, u, v, du, dv] = function.at(&[angle, base]);

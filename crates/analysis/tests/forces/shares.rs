@@ -1,4 +1,4 @@
-//! What joints that repeat each other share where they yield, and the set of reactions that equilibrium allows.
+//! Shares of joints that repeat each other where they yield, and the set of reactions that equilibrium allows.
 
 use crate::support::{Problem, model, number};
 use bksim_analysis::{OpenReactions, ReactionBound, Stability, statics};

@@ -75,7 +75,7 @@ enum Part {
     Fixed([f64; 2]),
     /// Turned by the unknown angle.
     Turned(usize, [f64; 2]),
-    /// As long as the unknown.
+    /// Direction as long as the unknown.
     Slid(usize, [f64; 2]),
 }
 
@@ -220,7 +220,7 @@ enum Krawczyk {
     Unknown,
 }
 
-/// The same solution, whole turns aside.
+/// Whether two solutions are equal, whole turns aside.
 fn is_same(a: &[f64], b: &[f64]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs().min(turn(a - b).abs()) < 1e-6)
 }

@@ -37,7 +37,7 @@ pub(crate) enum Verdict {
 pub(crate) struct Outcome {
     /// The linkage.
     pub(crate) id: String,
-    /// Its class.
+    /// Class of the outcome.
     pub(crate) class: String,
     /// How the start was asked for.
     pub(crate) trial: Trial,
@@ -52,9 +52,9 @@ pub(crate) struct Outcome {
 /// A joint, or the angle of a body, that can be guessed.
 #[derive(Clone, Debug)]
 struct Coordinate {
-    /// Its key in an assembly.
+    /// Key in an assembly.
     key: String,
-    /// Its name in `[initial]`, and the word for its value there.
+    /// Name in `[initial]`, and the word for its value there.
     name: String,
     word: &'static str,
     /// A slide's rod, m; of an angle none.
@@ -262,7 +262,7 @@ fn is_length(name: &str) -> bool {
     ["x_", "y_", "s_"].iter().any(|start| name.starts_with(start)) || name.ends_with("_position")
 }
 
-/// The same angle in [−π, π].
+/// Angle in [−π, π].
 fn wrapped(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }

@@ -14,19 +14,19 @@ pub(super) const GROUND: usize = 0;
 /// A body of the drawing.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
-    /// Its name; `ground` for the first.
+    /// Name of the body; `ground` for the first.
     pub(super) name: String,
     /// Where it was first met; every body but the ground was.
     location: Option<Location>,
     /// Stated values, the drawing's and those of the sidecar, which come first.
     pub(super) values: Vec<Value>,
-    /// Its curves in world axes, drawing units, each with the index of its entity.
+    /// Curves in world axes, drawing units, each with the index of its entity.
     pub(super) paths: Vec<(Path, usize)>,
     /// Points of it that a joint may be meant to meet: centres, corners, ends.
     pub(super) features: Vec<Point>,
-    /// Those of them that are drawn as points.
+    /// Marks that are drawn as points.
     pub(super) marks: Vec<Point>,
-    /// Its closed outlines.
+    /// Closed outlines of the body.
     pub(super) outline: Option<Outline>,
     /// Whether its outline has a fault that was reported.
     pub(super) has_bad_outline: bool,

@@ -13,7 +13,7 @@ use crate::drawing::Location;
 /// Where a range of a composed text comes from.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Origin {
-    /// The same words in the sidecar, the model file next to the drawing.
+    /// Words in the sidecar, the model file next to the drawing.
     Sidecar(Range<usize>),
     /// An entity of the drawing.
     Drawing(Location),

@@ -8,19 +8,19 @@ use crate::mass::AreaProperties;
 /// A body of a drawing.
 #[derive(Clone, Debug)]
 pub struct BodyReport {
-    /// Its name.
+    /// Name of the body.
     pub name: String,
     /// Where its mass comes from.
     pub source: MassSource,
-    /// Its mass as the text of a model file.
+    /// Mass as the text of a model file.
     pub mass: Option<String>,
     /// Centre of mass in world axes, drawing units.
     pub centre: Point,
-    /// Its outline's areas and moments, drawing units.
+    /// Outline's areas and moments, drawing units.
     pub area: Option<AreaProperties>,
-    /// Its frame.
+    /// Frame of the body.
     pub frame: Frame,
-    /// Its curves in world axes, drawing units.
+    /// Curves in world axes, drawing units.
     pub paths: Vec<Path>,
     /// Where it was first met.
     pub location: Location,
@@ -40,11 +40,11 @@ pub enum MassSource {
 /// A joint of a drawing.
 #[derive(Clone, PartialEq, Debug)]
 pub struct JointReport {
-    /// Its name.
+    /// Name of the joint.
     pub name: String,
-    /// Its kind.
+    /// Kind of the joint.
     pub kind: &'static str,
-    /// Its bodies, the first one first.
+    /// Bodies of the joint, the first one first.
     pub bodies: [String; 2],
     /// Where it is on each, world axes, drawing units.
     pub at: [Point; 2],

@@ -38,7 +38,7 @@ impl Curve {
         }
     }
 
-    /// The same curve from its other end.
+    /// Curve from its other end.
     #[must_use]
     pub fn reversed(&self) -> Self {
         match self.clone() {
@@ -78,7 +78,7 @@ impl Curve {
         lengths.sum()
     }
 
-    /// As an arc of a circle or an ellipse.
+    /// Arc of a circle or an ellipse, if the curve is one.
     pub(crate) fn conic(&self) -> Option<Conic> {
         // More than a turn is no arc, and would make any number of pieces.
         let turn = |sweep: f64| sweep.clamp(-TURN, TURN);

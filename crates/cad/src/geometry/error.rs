@@ -19,13 +19,13 @@ pub enum GeometryError {
     /// A coordinate that is no number or too large.
     #[error("a coordinate is {value}, not a number within ±1e30")]
     Coordinate {
-        /// As it was read.
+        /// Value as it was read.
         value: f64,
     },
     /// A circle without size.
     #[error("the radius is {radius}, not greater than zero")]
     Radius {
-        /// As it was read.
+        /// Radius as it was read.
         radius: f64,
     },
     /// An ellipse without size.
@@ -34,7 +34,7 @@ pub enum GeometryError {
     /// Angles of an arc that make none.
     #[error("the arc sweeps {sweep} rad")]
     Sweep {
-        /// As it was read.
+        /// Sweep as it was read.
         sweep: f64,
     },
     /// A polyline or spline of too few points.
@@ -48,7 +48,7 @@ pub enum GeometryError {
     /// A degree out of range.
     #[error("the degree of the spline is {degree}, not within 1 to {max}", max = MAX_DEGREE)]
     Degree {
-        /// As it was read.
+        /// Degree as it was read.
         degree: usize,
     },
     /// Knots in a wrong number.
@@ -64,7 +64,7 @@ pub enum GeometryError {
     Knot {
         /// From zero.
         index: usize,
-        /// As it was read.
+        /// Value as it was read.
         value: f64,
     },
     /// Weights in a wrong number.
@@ -80,7 +80,7 @@ pub enum GeometryError {
     Weight {
         /// From zero.
         index: usize,
-        /// As it was read.
+        /// Value as it was read.
         value: f64,
     },
 }

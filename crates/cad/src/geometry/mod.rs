@@ -72,7 +72,7 @@ pub enum Curve {
 pub struct Spline {
     /// Polynomial degree, at least 1.
     pub degree: usize,
-    /// Not decreasing; `control.len() + degree + 1` of them.
+    /// Knots, not decreasing; `control.len() + degree + 1` of them.
     pub knots: Vec<f64>,
     /// Control points.
     pub control: Vec<Point>,

@@ -65,7 +65,7 @@ impl Path {
         self.curves.last().map(Curve::end_point)
     }
 
-    /// The same path from its other end.
+    /// Path from its other end.
     #[must_use]
     pub fn reversed(&self) -> Self {
         Self {

@@ -61,7 +61,7 @@ impl Spline {
         Self::new(3, knots, control, Vec::new())
     }
 
-    /// The same curve from its other end.
+    /// Curve from its other end.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let mut turned = self.clone();

@@ -56,7 +56,7 @@ const ENDS: u64 = 1 << 45;
 /// A record of a section with entities.
 #[derive(Clone, Debug)]
 pub(super) struct Record {
-    /// Its groups.
+    /// Groups of the record.
     pub(super) tags: Range<usize>,
     /// Whether it is one of those that are read whole.
     pub(super) is_read: bool,

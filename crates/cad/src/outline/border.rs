@@ -22,7 +22,7 @@ impl<'a> Border<'a> {
         self.path.start_point().unwrap_or([f64::NAN; 2])
     }
 
-    /// As [`Path::winding`], passing over stretches whose box does not contain the point: those may
+    /// Winding number as of [`Path::winding`], passing over stretches whose box does not contain the point: those may
     /// be replaced by their chords.
     pub(super) fn contains(&self, point: Point) -> bool {
         if !self.bounds.contains(point) {

@@ -26,7 +26,7 @@ pub struct Snap {
 }
 
 impl Snap {
-    /// As a warning without locations: the drawing has a gap that was bridged.
+    /// Warning without locations: the drawing has a gap that was bridged.
     pub fn diagnostic(&self) -> Diagnostic {
         Diagnostic::warning(codes::SNAPPED, format!("{} was closed", self.words()))
     }
@@ -41,7 +41,7 @@ impl Snap {
 /// Strokes joined to one path.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Chain {
-    /// Its curves, with a line over every gap that was snapped.
+    /// Curves of the chain, with a line over every gap that was snapped.
     pub path: Path,
     /// The entities it is made of, in the order of the path.
     pub entities: Vec<usize>,

@@ -26,7 +26,7 @@ pub enum OutlineError {
     Curve {
         /// The fault of the numbers.
         reason: GeometryError,
-        /// Its entity.
+        /// Index of the entity.
         entity: usize,
     },
     /// Ends that meet no other.
@@ -64,13 +64,13 @@ pub enum OutlineError {
     NoArea {
         /// A point of it.
         at: Point,
-        /// Its entities.
+        /// Indices of the entities.
         entities: Vec<usize>,
     },
 }
 
 impl OutlineError {
-    /// Its code.
+    /// Code of the fault.
     pub fn code(&self) -> Code {
         match self {
             Self::Open { .. } => codes::OPEN_OUTLINE,
@@ -97,7 +97,7 @@ impl OutlineError {
         entities
     }
 
-    /// As a diagnostic without locations: they are those of [`OutlineError::entities`].
+    /// Diagnostic without locations: they are those of [`OutlineError::entities`].
     pub fn diagnostic(&self) -> Diagnostic {
         let fault = Diagnostic::error(self.code(), self.to_string());
         match self {

@@ -27,7 +27,7 @@ pub enum Edit {
         entity: Handle,
         /// The kind, as in [`crate::kind::Kind::name`].
         kind: String,
-        /// Its entries, in order.
+        /// Entries of the dictionary, in order.
         entries: Vec<Entry>,
     },
     /// Changes entries of a record; those that it lacks are added at its end.
@@ -57,7 +57,7 @@ pub enum Edit {
         insert: Handle,
         /// The tag of the attribute, in any case.
         tag: String,
-        /// Its value; empty for none.
+        /// Value of the entry; empty for none.
         value: String,
     },
     /// Removes an insert with its attributes.

@@ -99,7 +99,7 @@ fn anchor(kind: &Kind) -> Point {
 pub(super) enum Words {
     /// Where the block has them.
     Usual,
-    /// So far above, in sizes.
+    /// Words this far above, in sizes.
     Raised(f64),
     /// At another point.
     At(Point),

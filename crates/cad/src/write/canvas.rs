@@ -119,7 +119,7 @@ impl Mark {
         Self::Text(Label { at, height, text: text.into(), is_centred: true })
     }
 
-    /// The same, `size` times as large about the origin.
+    /// Mark `size` times as large about the origin.
     pub(crate) fn scaled(self, size: f64) -> Self {
         let scale = |[x, y]: Point| [size * x, size * y];
         match self {

@@ -6,7 +6,7 @@ use crate::geometry::Point;
 /// A curve through points.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Outline {
-    /// Its layer.
+    /// Layer of the outline.
     pub layer: String,
     /// Corners, m, each with the angle by which the curve turns on the way to the next one, rad.
     pub corners: Vec<(Point, f64)>,
@@ -46,7 +46,7 @@ pub fn dxf(outlines: &[Outline], circles: &[f64]) -> Result<Vec<u8>, WriteError>
     canvas.bytes()
 }
 
-/// The same as SVG.
+/// Outlines as SVG.
 pub fn svg(outlines: &[Outline], circles: &[f64]) -> String {
     let [low, high] = extent(outlines, circles);
     let [width, height] = [0, 1].map(|i| high[i] - low[i] + 2.0 * MARGIN);

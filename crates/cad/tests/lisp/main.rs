@@ -53,7 +53,7 @@ fn xdata(groups: &V) -> Vec<XValue> {
     ours[1..].iter().map(value).collect()
 }
 
-/// What is attached to the drawing of an editor.
+/// Attachments to the drawing of an editor.
 fn attached(lisp: &Lisp) -> Vec<Attachment> {
     let (kind, layer) = ("LINE".to_owned(), "0".to_owned());
     let location = Location { kind, handle: None, layer, at: [0.0; 2], lines: None };

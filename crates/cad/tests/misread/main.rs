@@ -1,4 +1,4 @@
-//! What people draw wrongly is named with its place, and nothing of it is solved as something else.
+//! Faults that people draw are named with their places, and nothing of them is solved as something else.
 
 #[path = "../../../studio/tests/diagnostics/drawing.rs"]
 mod drawing;

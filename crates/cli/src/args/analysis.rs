@@ -225,7 +225,7 @@ pub struct Modes {
     /// The mode that a film or picture shows: 1 is the first one, which it is unless given.
     #[arg(long, value_name = "N")]
     pub(crate) mode: Option<usize>,
-    /// Its largest change of a body's angle, `10 deg`, or, where no body turns, of a position, `5 mm`.
+    /// Largest change of a body's angle, `10 deg`, or, where no body turns, of a position, `5 mm`.
     #[arg(long, value_name = "SIZE")]
     pub(crate) amplitude: Option<String>,
     #[command(flatten)]
@@ -318,15 +318,15 @@ pub(crate) struct Gradient {
 /// One number of a quantity over time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Take {
-    /// Its value at the end.
+    /// Value at the end.
     Last,
-    /// Its mean over time.
+    /// Mean over time.
     Mean,
     /// The root of the mean of its square over time.
     Rms,
-    /// Its largest sample.
+    /// Largest sample.
     Max,
-    /// Its smallest sample.
+    /// Smallest sample.
     Min,
 }
 

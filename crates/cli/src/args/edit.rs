@@ -25,7 +25,7 @@ pub(crate) struct Named {
     /// Handle of an entity, as the command LIST of CAD programs shows it; may be repeated.
     #[arg(long = "entity", value_name = "HANDLE", value_parser = handle)]
     pub(crate) entities: Vec<u64>,
-    /// Its kind: `prismatic`, `spring`, …; needed for new loads, a revolute for new joints.
+    /// Kind of the element: `prismatic`, `spring`, …; needed for new loads, a revolute for new joints.
     #[arg(long, value_name = "KIND")]
     pub(crate) kind: Option<String>,
     /// The drawing that is written, in place of the one that was read.
@@ -45,13 +45,13 @@ pub(crate) struct Statement {
     /// Keys as in a model file: `mass="1.2 kg"`; `KEY=` alone removes a key.
     #[arg(value_name = "KEY=VALUE", value_parser = key_and_value)]
     pub(crate) values: Vec<(String, String)>,
-    /// Its point, drawing units.
+    /// Point of the statement, drawing units.
     #[arg(long, value_name = "X,Y", value_parser = point, allow_hyphen_values = true)]
     pub(crate) at: Option<[f64; 2]>,
-    /// Its second point: the other end of a spring.
+    /// Second point of the statement: the other end of a spring.
     #[arg(long, value_name = "X,Y", value_parser = point, allow_hyphen_values = true)]
     pub(crate) to: Option<[f64; 2]>,
-    /// Its direction: an angle in degrees, or a vector.
+    /// Direction of the statement: an angle in degrees, or a vector.
     #[arg(long, value_name = "DEG|X,Y", value_parser = direction, allow_hyphen_values = true)]
     pub(crate) axis: Option<[f64; 2]>,
 }

@@ -28,7 +28,7 @@ pub type OpenLog = LogReader<BufReader<File>>;
 /// A format of tables.
 #[derive(Clone, Copy, Debug)]
 pub struct TableFormat {
-    /// Its ending, lower case.
+    /// Ending of the format, lower case.
     pub name: &'static str,
     /// Writes the selected channels of a log.
     pub write: fn(OpenLog, &Asked, &mut BufWriter<Written>) -> Result<Exported, LogError>,

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 /// A model file as the editor has it.
 #[derive(Clone, Debug)]
 pub(super) struct Document {
-    /// Its file.
+    /// File of the document.
     pub(super) path: PathBuf,
     pub(super) text: String,
 }

@@ -35,7 +35,7 @@ pub(super) const COORDINATES: &str = "coordinates";
 /// A name that the author gave, with the place where he did.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Defined {
-    /// Its section, `joints` or `parameters`, or [`COORDINATES`].
+    /// Section of the definition, `joints` or `parameters`, or [`COORDINATES`].
     pub(super) section: String,
     pub(super) name: String,
     pub(super) span: Range<usize>,

@@ -51,7 +51,7 @@ pub struct AdjointStep {
 }
 
 impl Costates {
-    /// Those of a goal that does not change with n unknowns.
+    /// Costates of a goal that does not change with n unknowns.
     pub fn zeros(n: usize) -> Self {
         Self { by_position: vec![0.0; n], by_velocity: vec![0.0; n] }
     }
@@ -97,7 +97,7 @@ impl AdjointCollocation {
         &self.of.a[(s - 1) * s..]
     }
 
-    /// As [`LinearCollocation::longest_step`].
+    /// Longest step; see [`LinearCollocation::longest_step`].
     pub fn longest_step(&self, h: f64, error: f64) -> f64 {
         self.of.longest_step(h, error)
     }

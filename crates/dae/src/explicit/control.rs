@@ -32,7 +32,7 @@ const OF_NOISE: f64 = 3.0;
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct PiController {
     last_error: f64,
-    /// Its part in the size of the next step, known before the error of the next one is.
+    /// Part in the size of the next step, known before the error of the next one is.
     memory: f64,
     /// The step is tried again.
     pub(super) is_retry: bool,

@@ -20,7 +20,7 @@ pub(super) struct Pair {
     pub(super) decay: f64,
 }
 
-/// So many steps beyond the stable range are stiffness,
+/// Number of steps beyond the stable range that are stiffness,
 const STIFF_AFTER: usize = 15;
 /// so many in sequence within it forget them.
 const FORGET_AFTER: usize = 6;

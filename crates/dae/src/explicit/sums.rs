@@ -35,7 +35,7 @@ impl Columns {
         &self.blocks[j * self.n_blocks..].as_flattened()[..self.n]
     }
 
-    /// The same, to be overwritten.
+    /// Column to be overwritten.
     pub(super) fn column_mut(&mut self, j: usize) -> &mut [f64] {
         &mut self.blocks[j * self.n_blocks..].as_flattened_mut()[..self.n]
     }
@@ -45,7 +45,7 @@ impl Columns {
         self.column(0)
     }
 
-    /// The same, to be overwritten.
+    /// Values to be overwritten.
     pub(super) fn values_mut(&mut self) -> &mut [f64] {
         self.column_mut(0)
     }

@@ -14,7 +14,7 @@ use crate::lanes::{Chunk, ComplexChunk, LANES, subtract, subtract_complex};
 
 /// The chunks of a column, and arithmetic on them.
 pub(crate) trait Column: 'static + Copy {
-    /// As many numbers as fill the widest register.
+    /// Numbers that fill the widest register.
     type Chunk: Copy;
     /// A chunk of zeros.
     const ZEROS: Self::Chunk;

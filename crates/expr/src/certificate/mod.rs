@@ -41,9 +41,9 @@ impl Certificate {
 /// Rounding to be expected of values that lose six digits to cancellation, and four to the length
 /// of the computation.
 const DOUBLE_TOLERANCE: f64 = 1e-6;
-/// The same with 31 digits to start from.
+/// Tolerance with 31 digits to start from.
 const EXTENDED_TOLERANCE: f64 = 1e-20;
-/// The same where constants were rounded to 16 digits when they were folded.
+/// Tolerance where constants were rounded to 16 digits when they were folded.
 const ROUNDED_TOLERANCE: f64 = 1e-12;
 /// Values below this part of the largest term of any sum count as cancelled: differences are taken
 /// relative to it.

@@ -213,7 +213,7 @@ impl Program<'_> {
         format!("1e{}", TOLERANCE + beyond)
     }
 
-    /// The same program with lines about the function as a whole in its header.
+    /// Program with lines about the function as a whole in its header.
     #[must_use]
     pub fn with_note(mut self, note: &str) -> Self {
         self.note = note.lines().map(names::line).collect();

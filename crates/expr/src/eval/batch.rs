@@ -92,7 +92,7 @@ const POINTS_PER_COMPILATION: usize = 4096;
 /// Source of the values of an output.
 #[derive(Clone, Copy, Debug)]
 enum Output {
-    /// The same at all points.
+    /// Value that is equal at all points.
     Known(f64),
     /// A register.
     Varying(u32),
@@ -152,7 +152,7 @@ impl<const N: usize> Groups<N> {
         Self { runner, parameters: parameters.to_vec(), buffers: None }
     }
 
-    /// As [`Batch::evaluate`], if there is machine code, or it pays to make it.
+    /// Evaluation ([`Batch::evaluate`]) if there is machine code, or it pays to make it.
     fn evaluate(&mut self, pays: bool, n_points: usize, inputs: &[f64], out: &mut [f64]) -> bool {
         let Self { runner, parameters, buffers } = self;
         if !(runner.is_compiled() || pays && runner.has_code()) {

@@ -10,7 +10,7 @@ use crate::tape::{Action, Instruction, Tape};
 pub struct Workspace {
     /// Some that machine code needs, those of the tape, then as many as code has asked for.
     pub(super) memory: LaneValues<1>,
-    /// Those of the tape.
+    /// Number of registers of the tape.
     n_registers: usize,
 }
 

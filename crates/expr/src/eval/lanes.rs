@@ -78,7 +78,7 @@ impl<const N: usize> DerefMut for LaneValues<N> {
 pub struct LaneWorkspace<const N: usize> {
     /// Some that code needs, those of the tape before its body, then as many as the interpreter or code has asked for.
     registers: LaneValues<N>,
-    /// Those before the body.
+    /// Number of values before the body.
     n_known: usize,
 }
 

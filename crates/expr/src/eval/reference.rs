@@ -14,7 +14,7 @@ pub enum EvalError {
     Unbound {
         /// The symbol.
         symbol: SymbolId,
-        /// Its name.
+        /// Name of the symbol.
         name: String,
     },
 }

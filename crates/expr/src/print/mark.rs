@@ -64,9 +64,9 @@ pub(super) enum Mark {
 /// How parentheses are set.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Height {
-    /// As high as a line.
+    /// Height of a line.
     Line,
-    /// As high as their content.
+    /// Height of the content.
     Tall,
     /// The partner is in another line.
     Split,

@@ -38,7 +38,7 @@ use walk::Sum;
 pub enum Notation {
     /// Infix with plain identifiers, which [`Pool::parse`] reads back: `m*x_ddot + c*x_dot`.
     Text,
-    /// The same with Greek letters, dots, subscripts and superscripts: `m·ẍ + c·ẋ`.
+    /// Plain notation with Greek letters, dots, subscripts and superscripts: `m·ẍ + c·ẋ`.
     Unicode,
     /// LaTeX, for mathematics mode; needs no package but amsmath.
     Latex,
@@ -143,7 +143,7 @@ impl<'a> Printer<'a> {
         self.broken_lines(terms, Sum::Begins, width)
     }
 
-    /// As [`Printer::lines`], for terms that go on with a sum: the first line too begins with its
+    /// Lines ([`Printer::lines`]) for terms that go on with a sum: the first line too begins with its
     /// sign.
     pub fn further_lines(&self, terms: &[Expr], width: f64) -> Vec<String> {
         self.broken_lines(terms, Sum::GoesOn, width)

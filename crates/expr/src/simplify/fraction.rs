@@ -118,7 +118,7 @@ impl Fraction {
         self.denominator.iter().all(|term| term.monomial.is_empty())
     }
 
-    /// The same without the greatest common divisor of both, and that; `None` where it is not found.
+    /// Fraction without the greatest common divisor of both, and that; `None` where it is not found.
     pub(super) fn in_lowest_terms(&self, pool: &Pool) -> Option<(Self, Poly)> {
         if self.denominator.is_empty() {
             return None;

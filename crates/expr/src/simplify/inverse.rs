@@ -41,7 +41,7 @@ impl Pool {
         })
     }
 
-    /// As [`Pool::folded_call`], for folds that hold under a condition only.
+    /// Fold ([`Pool::folded_call`]) that holds under a condition only.
     pub(super) fn fold_under_condition(&self, e: Expr) -> Option<(Expr, Condition)> {
         use Function::{Acos, Asin, Atan2, Cos, Exp, Ln, Sin, Sqrt, Tan};
         let node = self.node(e);

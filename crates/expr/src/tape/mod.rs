@@ -33,7 +33,7 @@ pub enum TapeError {
     Unbound {
         /// The symbol.
         symbol: SymbolId,
-        /// Its name.
+        /// Name of the symbol.
         name: String,
     },
 }

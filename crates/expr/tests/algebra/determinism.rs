@@ -1,4 +1,4 @@
-//! The same expression comes out the same, whatever the order of building and whatever else the
+//! Equal expressions come out equal, whatever the order of building and whatever else the
 //! pool holds.
 
 use crate::common::{Random, Recipe, every_function, recipes, symbols, value_at};

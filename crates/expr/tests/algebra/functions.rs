@@ -72,7 +72,7 @@ fn functions_fold_to_the_ideal_cost() {
     assert!(worse.is_empty(), "{} of {}: {worse:#?}", worse.len(), FOLDS.len());
 }
 
-/// What has another value, or one where there was none, somewhere.
+/// Rules that would give another value, or one where there was none, somewhere.
 #[test]
 fn what_holds_somewhere_only_stays() {
     for (text, at) in [

@@ -37,7 +37,7 @@ pub(super) struct Frame {
     pub(super) name: String,
     /// In the frame that it is relative to.
     pub(super) pose: Pose,
-    /// As written, with its place; `None` for what is usual.
+    /// Frame as written, with its place; `None` for what is usual.
     relative_to: Option<(String, Place)>,
     /// The frame or link that it moves with, as written.
     attached_to: Option<(String, Place)>,

@@ -160,7 +160,7 @@ pub struct Contents {
     pub profile: String,
     /// The program that wrote it; may be empty.
     pub library: String,
-    /// Its topics, by their names.
+    /// Topics of the log, by their names.
     pub topics: Vec<ForeignTopic>,
     /// Whether the file ends as it should.
     pub is_complete: bool,
@@ -169,7 +169,7 @@ pub struct Contents {
 /// A topic of such a file.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub struct ForeignTopic {
-    /// Its name.
+    /// Name of the topic.
     pub name: String,
     /// Name of its schema; may be empty.
     pub schema: String,

@@ -37,7 +37,7 @@ pub(super) fn update(entities: &[Entity], now: Option<Timestamp>) -> SceneUpdate
     SceneUpdate { deletions: Vec::new(), entities }
 }
 
-/// As few messages as their size allows.
+/// Updates in the fewest messages that their size allows.
 pub(super) fn updates(entities: &[Entity], now: Timestamp) -> Result<Vec<SceneUpdate>, LogError> {
     let (mut all, mut size) = (vec![SceneUpdate::default()], 0);
     for entity in entities {

@@ -21,9 +21,9 @@ use bksim_model::Model;
 /// A named part of the equations.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Group {
-    /// Its name.
+    /// Name of the group.
     pub symbol: SymbolId,
-    /// Its definition: the terms of a sum in the order of the links, or one product.
+    /// Definition of the group: the terms of a sum in the order of the links, or one product.
     pub terms: Vec<Expr>,
     /// SI unit as text (`"kg m^2"`); empty when it is a number or not known.
     pub unit: String,
@@ -32,7 +32,7 @@ pub struct Group {
 }
 
 impl Group {
-    /// Its definition.
+    /// Definition of the group.
     pub fn definition(&self, pool: &Pool) -> Expr {
         pool.sum(self.terms.iter().copied())
     }

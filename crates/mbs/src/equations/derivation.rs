@@ -127,7 +127,7 @@ fn power(model: &Model, system: &SymbolicSystem, wrench: &Wrench, i: usize) -> E
     pool.add(spatial::dot(pool, &wrench.force, &at), spatial::dot(pool, &wrench.moment, &turn))
 }
 
-/// As [`power`], of a wrench at a place that is no point of the body.
+/// Power ([`power`]) of a wrench at a place that is no point of the body.
 fn moving_power(model: &Model, system: &SymbolicSystem, wrench: &Wrench, i: usize) -> Expr {
     let pool = &model.pool;
     let coordinate = &system.coordinates()[i];

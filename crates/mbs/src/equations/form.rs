@@ -108,7 +108,7 @@ impl ReadingForm {
         all
     }
 
-    /// The same form with `change` done to every expression.
+    /// Form with `change` done to every expression.
     pub(super) fn map(&self, change: &dyn Fn(&[Expr]) -> Vec<Expr>) -> Self {
         let part = |part: &Part| Part {
             kind: part.kind,
@@ -126,7 +126,7 @@ impl ReadingForm {
         }
     }
 
-    /// The same form with other names for some symbols.
+    /// Form with other names for some symbols.
     pub(super) fn renamed(&self, pool: &Pool, names: &[(SymbolId, Expr)]) -> Self {
         let change = |exprs: &[Expr]| pool.substitute_all(exprs, names);
         let new = |symbol: &SymbolId| {

@@ -26,11 +26,11 @@ pub struct Proof {
 /// Operations of the Lagrange equations and constraints in three forms.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Work {
-    /// As derived, unsimplified.
+    /// Operations as derived, unsimplified.
     pub derived: Counts,
     /// Simplified.
     pub simplified: Counts,
-    /// As shown, definitions of constants aside.
+    /// Operations as shown, definitions of constants aside.
     pub shown: Counts,
 }
 

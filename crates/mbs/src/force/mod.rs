@@ -61,7 +61,7 @@ impl Wrench {
         ]
     }
 
-    /// The same, each at the joint point of its own body, as generalised forces of loads need it.
+    /// Wrenches of both bodies, each at the joint point of its own body, as generalised forces of loads need it.
     pub(crate) fn within_joint(
         model: &Model,
         kinematics: &Kinematics,

@@ -16,7 +16,7 @@ pub(super) fn fixed_turn(_: &Pool, _: &Joint) -> Rotation {
     Rotation::default()
 }
 
-/// None.
+/// No rows: a cylinder joint is not cut.
 pub(super) fn constraint_rows(_: &Pool, _: &Joint, _: &Sides) -> Vec<Row> {
     Vec::new()
 }

@@ -136,7 +136,7 @@ pub struct Sides {
 pub struct OnCurve {
     /// From the point, m; that of the centre of a roller.
     pub offset: Vector,
-    /// Its derivative by the parameter, m.
+    /// Derivative of the position by the parameter, m.
     pub tangent: Vector,
     /// The length that has come by, m, of curves that roll on each other.
     pub arc: Option<Expr>,
@@ -148,7 +148,7 @@ struct Mechanics {
     motions: fn(&Pool, &Joint) -> Vec<Motion>,
     /// The fixed turn of the successor against the predecessor, before any motion.
     fixed_turn: fn(&Pool, &Joint) -> Rotation,
-    /// Its constraint rows when it is cut, those that fold to 0 = 0 among them.
+    /// Constraint rows of the joint when it is cut, those that fold to 0 = 0 among them.
     constraint_rows: fn(&Pool, &Joint, &Sides) -> Vec<Row>,
 }
 

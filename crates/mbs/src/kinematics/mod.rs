@@ -65,7 +65,7 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// As [`Kinematics::along`], without the states, which have no part in positions.
+    /// Kinematics ([`Kinematics::along`]) without the states, which have no part in positions.
     pub fn of_positions(model: &Model, tree: &Tree) -> Self {
         Self::chained(model, tree, Form::Positions)
     }

@@ -42,7 +42,7 @@ impl Composite {
         }
     }
 
-    /// The same body about the origin of the link before, in its axes.
+    /// Composite body about the origin of the link before, in its axes.
     fn to_parent(&self, pool: &Pool, link: &Link) -> Self {
         let origin = link.origin(pool);
         let turned = link.to_parent(pool, &self.first_moment);
@@ -159,7 +159,7 @@ fn entries_by_handing_on(pool: &Pool, links: &Links, composites: &[Composite]) -
     entries
 }
 
-/// The same with all wrenches and motions in the axes of the ground.
+/// Entries of the mass matrix with all wrenches and motions in the axes of the ground.
 fn entries_in_ground_axes(pool: &Pool, links: &Links, composites: &[Composite]) -> Entries {
     let frames = GroundFrame::all(pool, links);
     let screws: Vec<Vec<Screw>> = links.links.iter().map(|link| link.motion.screws(pool)).collect();

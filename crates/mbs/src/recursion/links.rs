@@ -216,7 +216,7 @@ impl Links {
         self.links.iter().map(label).collect()
     }
 
-    /// The same links, with names for the matrices of quaternions: `A_arm_xy`, and `s_arm` for 2 / e·e.
+    /// Links with names for the matrices of quaternions: `A_arm_xy`, and `s_arm` for 2 / e·e.
     pub(super) fn named(mut self, pool: &Pool, naming: &Naming<'_>) -> Self {
         for (link_idx, link) in self.links.iter_mut().enumerate() {
             if let LinkMotion::Quaternion { turn, quaternion, s, .. } = &mut link.motion {
@@ -232,7 +232,7 @@ impl Links {
 /// The frame of a body.
 #[derive(Clone, Debug)]
 struct Frame {
-    /// Its link; `None` is the ground.
+    /// Link that carries the frame; `None` is the ground.
     link: Option<LinkId>,
     /// The point of the body at the origin of the link's frame, body frame, m.
     anchor: Vector,

@@ -99,7 +99,7 @@ impl Speed {
         Some(Self { tape, workspace })
     }
 
-    /// Its value at a parameter; `None` where it has none.
+    /// Value at a parameter; `None` where it has none.
     fn at(&mut self, parameter: f64) -> Option<f64> {
         let mut speed = [0.0];
         self.tape.evaluate(&mut self.workspace, &[parameter], &mut speed);

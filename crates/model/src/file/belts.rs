@@ -215,7 +215,7 @@ impl Reader<'_> {
         Some(radii.into_iter().map(|radius| radius.expr).collect())
     }
 
-    /// As many sizes above zero as the belt has wheels.
+    /// Sizes above zero, as many as the belt has wheels.
     fn sizes(
         &mut self,
         node: &Node,

@@ -73,7 +73,7 @@ pub(super) struct Position {
 }
 
 impl Position {
-    /// Its numbers, for messages and warnings.
+    /// Numbers of the position, for messages and warnings.
     pub(super) fn numbers(&self) -> [f64; 3] {
         self.value.map(Constant::look)
     }
@@ -83,7 +83,7 @@ impl Position {
 #[derive(Clone, Debug)]
 pub(super) struct VectorValue {
     pub(super) components: Vector,
-    /// Its value when it does not change with the motion.
+    /// Value of the position when it does not change with the motion.
     pub(super) position: Option<Position>,
     pub(super) span: Span,
 }

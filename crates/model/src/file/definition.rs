@@ -9,7 +9,7 @@ use crate::diagnostic::Span;
 #[derive(Debug)]
 pub(super) struct ParameterState {
     pub(super) name: String,
-    /// Its symbol.
+    /// Symbol of the parameter.
     pub(super) symbol: Expr,
     /// Position of its value in the text.
     pub(super) span: Span,

@@ -26,11 +26,11 @@ pub(super) const FRAME_KEYS: [&str; 6] = ["at", "rpy", "quaternion", "x", "y", "
 /// The frame of a point as it is written.
 #[derive(Default)]
 pub(super) struct WrittenFrame<'n> {
-    /// Its position.
+    /// Position of the frame.
     pub(super) at: Option<&'n Node>,
     /// The point of the same body that position and turns are seen from, in place of the body.
     pub(super) from: Option<&'n Node>,
-    /// Its turns.
+    /// Turns of the frame.
     pub(super) turns: Vec<FixedTurn>,
 }
 

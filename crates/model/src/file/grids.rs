@@ -16,7 +16,7 @@ use crate::table::FunctionPiece;
 #[derive(Clone, Debug)]
 pub(super) struct MeasuredTable {
     pub(super) name: String,
-    /// Its numbers; `None` until it is read, and for ever when it is faulty.
+    /// Numbers of the table; `None` until it is read, and for ever when it is faulty.
     pub(super) form: Option<TableForm>,
 }
 

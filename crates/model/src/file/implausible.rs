@@ -35,11 +35,11 @@ struct Numbers {
     mass: f64,
     com: [f64; 3],
     com_span: Option<Span>,
-    /// Its points and corners.
+    /// Points and corners.
     points: Vec<[f64; 3]>,
 }
 
-/// What a body and the planes of a model are in numbers.
+/// Numbers of a body and of the planes of a model.
 struct Values<'m> {
     model: &'m Model,
 }

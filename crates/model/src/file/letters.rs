@@ -24,7 +24,7 @@ const ALIKE: [(&str, &str); 2] = [
 pub(super) struct Foreign {
     /// Bytes before it.
     pub(super) at: usize,
-    /// Its number among the characters, from one.
+    /// Number among the characters, from one.
     pub(super) character: usize,
     /// The letter.
     pub(super) letter: char,

@@ -114,7 +114,7 @@ impl Reader<'_> {
         Some(self.scalar(node, quantity, &fields.what(key), Scope::Load)?.expr)
     }
 
-    /// As [`Self::load_scalar`], with a default of zero.
+    /// Load ([`Self::load_scalar`]) with a default of zero.
     pub(super) fn load_or_zero(
         &mut self,
         fields: &Fields<'_>,

@@ -227,9 +227,9 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
 /// A formula of time and parameters that is read with a model but is no part of its text.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Formula<'a> {
-    /// What it gives, as in messages.
+    /// Name of the result, as in messages.
     pub what: &'a str,
-    /// As written: `100 mm*t/(1 s)`, or a call of one of the tables and laws of the model.
+    /// Formula as written: `100 mm*t/(1 s)`, or a call of one of the tables and laws of the model.
     pub text: &'a str,
     /// `rad` or `m`, the unit of its values; empty of plain numbers.
     pub unit: &'a str,

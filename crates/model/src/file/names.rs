@@ -75,7 +75,7 @@ pub(super) struct BodyName {
 #[derive(Debug)]
 pub(super) struct JointName {
     pub(super) name: String,
-    /// Its type.
+    /// Type of the joint.
     pub(super) kind: Option<&'static str>,
     pub(super) freedoms: Option<&'static [MotionKind]>,
     /// A roller or a sleeve of a `radius` stands for its point.
@@ -85,11 +85,11 @@ pub(super) struct JointName {
 /// A signal with a clock, as expressions know it.
 #[derive(Clone, Debug)]
 pub(super) struct SampledName {
-    /// Its place among the values of the reader.
+    /// Place among the values of the reader.
     pub(super) value_idx: usize,
     pub(super) name: String,
     pub(super) clock: ClockId,
-    /// Its value before the first tick, where one is stated.
+    /// Value before the first tick, where one is stated.
     pub(super) start: Option<Lowered>,
     /// The value that is held, and the one before the last tick.
     pub(super) symbols: [Expr; 2],

@@ -163,7 +163,7 @@ impl Reader<'_> {
         }
     }
 
-    /// As [`twice_area`], following what varies.
+    /// Area ([`twice_area`]) following what varies.
     fn twice_area(&mut self, corners: &[[Constant; 3]]) -> Constant {
         let constants = &mut self.constants;
         let mut doubled = Constant::written(0.0);

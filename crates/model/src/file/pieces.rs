@@ -38,7 +38,7 @@ pub(super) enum Interpolation {
 /// The values of a table outside of its rows.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Beyond {
-    /// None: the run ends there.
+    /// No value beyond the ends: the run ends there.
     Refused,
     /// The last value.
     Constant,
@@ -57,7 +57,7 @@ impl Columns {
         Self { kinds, are_angles, x, pieces, beyond: Beyond::Refused }
     }
 
-    /// As [`Columns::new`]; the end pieces go on straight beyond them.
+    /// Columns ([`Columns::new`]) whose end pieces go on straight beyond the ends.
     pub(super) fn endless(
         kinds: [Kind; 2],
         are_angles: [bool; 2],

@@ -284,7 +284,7 @@ fn end_of_numbers(syntax: &Syntax) -> Option<usize> {
 /// The names in an expression, of functions too, by their bytes; none where it is no expression. `is_own` tells
 /// names of the model from units.
 pub fn names_in(expression: &str, is_own: &dyn Fn(&str) -> bool) -> Vec<std::ops::Range<usize>> {
-    /// As deep as an editor looks.
+    /// Depth to which an editor looks.
     const DEPTH: usize = 64;
     let Ok(syntax) = syntax_of(expression, DEPTH, is_own) else { return Vec::new() };
     let span = |node: &SyntaxNode| match &node.kind {

@@ -15,9 +15,9 @@ use super::value::{Kind, Lowered, Scope};
 
 /// A state whose dimension is open.
 pub(super) struct OpenState<'t> {
-    /// Its place among the values of the reader.
+    /// Place among the values of the reader.
     pub(super) value_idx: usize,
-    /// Its rate.
+    /// Rate of the state.
     rate: &'t Node,
 }
 

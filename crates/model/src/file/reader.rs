@@ -58,7 +58,7 @@ pub(super) struct Reader<'a> {
     pub(super) table_calls: Vec<TableCall>,
     /// Measured tables, in file order.
     pub(super) tables: Vec<MeasuredTable>,
-    /// Those of one argument, as they are told.
+    /// Measured curves of one argument, in the order in which they are stated.
     pub(super) measured: Vec<MeasuredCurve>,
     /// The paths of `[curves]` by name, `None` where one could not be read.
     pub(super) curves: Vec<(String, Option<Curve>)>,

@@ -79,7 +79,7 @@ impl Constant {
         Self { value, slot: None }
     }
 
-    /// Its number, for messages and warnings; nothing else may depend on it.
+    /// Number of the constant, for messages and warnings; nothing else may depend on it.
     pub(super) fn look(self) -> f64 {
         self.value
     }
@@ -90,7 +90,7 @@ impl Constant {
 }
 
 impl Step {
-    /// The same arithmetic for a reading and for its recording.
+    /// Arithmetic of a step, for a reading and for its recording.
     fn value(self, of: impl Fn(Constant) -> f64, varied: &[f64]) -> f64 {
         match self {
             Self::Varied(idx) => varied[idx],
@@ -203,7 +203,7 @@ impl Constants {
         self.guard(Guard::Differ(a, b), &[a, b])
     }
 
-    /// Its sign is in the model: another one needs a reading of its own.
+    /// Sign of a constant that is in the model: another one needs a reading of its own.
     pub(super) fn pinned_sign(&mut self, a: Constant) {
         let zero = Constant::written(0.0);
         let sides = if a.value < 0.0 { [zero, a] } else { [a, zero] };
@@ -214,7 +214,7 @@ impl Constants {
         }
     }
 
-    /// Its number: another one needs a reading of its own.
+    /// Number of a constant that is in the model: another one needs a reading of its own.
     pub(super) fn pinned(&mut self, a: Constant) -> f64 {
         self.guard(Guard::Pinned(a), &[a]);
         a.value

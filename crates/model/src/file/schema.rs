@@ -18,9 +18,9 @@ use crate::joint::JOINT_TYPES;
 /// A section of a model file.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct SectionForm {
-    /// Its name: `joints`.
+    /// Name of the section: `joints`.
     pub name: &'static str,
-    /// Its contents.
+    /// Contents of the section.
     pub holds: Holds,
 }
 

@@ -29,7 +29,7 @@ pub struct ShownUnits {
 /// A unit for results, and the SI unit of the same quantity in it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ShownUnit {
-    /// As written; empty of a pure number.
+    /// Unit as written; empty of a pure number.
     pub unit: String,
     /// Size and dimension; of a pure number none.
     written: Option<(WrittenUnit, i32)>,
@@ -100,7 +100,7 @@ impl ShownUnit {
 }
 
 impl ShownUnits {
-    /// Those of a list with commas; `si` is the empty one.
+    /// Units in a list with commas; `si` is the empty one.
     ///
     /// # Errors
     /// A sentence about the first that is no unit, with the one that was probably meant.
@@ -124,7 +124,7 @@ impl ShownUnits {
         Ok(Self { units })
     }
 
-    /// Those of the `[units]` of a model's text; of a text that states none, none.
+    /// Units of the `[units]` of a model's text; of a text that states none, none.
     pub fn of_model(text: &str) -> Self {
         let table = text.parse::<toml::Table>().ok();
         let stated = table.as_ref().and_then(|table| table.get("units")?.as_table());

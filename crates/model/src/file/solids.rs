@@ -55,7 +55,7 @@ type Matrix = [[Expr; 3]; 3];
 struct Volume {
     /// V, m³.
     size: Expr,
-    /// Its middle in the body frame, m.
+    /// Middle in the body frame, m.
     middle: Vector,
     /// The inertia tensor about the middle in body axes, m⁵.
     inertia: Matrix,

@@ -32,7 +32,7 @@ pub(super) struct Controllers {
 
 /// A table of one of the sections.
 struct ControllerEntry<'t> {
-    /// Its place among the values of the reader.
+    /// Place among the values of the reader.
     value_idx: usize,
     name: &'t str,
     span: Span,

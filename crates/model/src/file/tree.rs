@@ -103,7 +103,7 @@ impl Value {
         Self::Number { value, digits: if is_decimal { digits.to_owned() } else { String::new() } }
     }
 
-    /// Its description for messages: `an array of 2`.
+    /// Description for messages: `an array of 2`.
     pub(super) fn describe(&self) -> String {
         match self {
             Self::Text(text) if text.is_empty() => "an empty text".to_owned(),

@@ -13,7 +13,7 @@ use super::dimension::{
 pub(super) struct Scale {
     /// A whole number below 2⁵³, as long as units are combined sensibly.
     pub(super) up: f64,
-    /// As `up`.
+    /// Divisor, read like `up`.
     pub(super) down: f64,
     pub(super) pi: i32,
 }
@@ -225,7 +225,7 @@ impl Quantity {
     pub(super) const ANGULAR_MOMENTUM: Self =
         quantity("angular momentum", [2, 1, -1, 0, 0], "0.3 kg m^2/s");
 
-    /// Its dimension.
+    /// Dimension of the quantity.
     pub(super) fn dimension(self) -> Dimension {
         let [length, mass, time, _, force] = self.exponents;
         Dimension::new(length + force, mass + force, time - 2 * force)

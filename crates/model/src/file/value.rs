@@ -29,7 +29,7 @@ pub(super) enum Scope {
 #[derive(Clone, Debug)]
 pub(super) struct Scalar {
     pub(super) expr: Expr,
-    /// Its value, when it depends on parameters only.
+    /// Value of the scalar, when it depends on parameters only.
     pub(super) value: Option<Constant>,
     /// Whether the author wrote no unit.
     pub(super) is_bare: bool,
@@ -54,7 +54,7 @@ pub(super) const PURE: Kind = Kind::Known(Dimension::NONE);
 pub(super) struct Lowered {
     pub(super) expr: Expr,
     pub(super) kind: Kind,
-    /// Its value at the parameters of the file, unless it depends on time or motion.
+    /// Value at the parameters of the file, unless it depends on time or motion.
     pub(super) value: Option<Constant>,
     /// Whether it is an angle rather than a pure number, for wording.
     pub(super) is_angle: bool,

@@ -8,7 +8,7 @@ use super::events::events;
 use super::uniqueness::uniqueness;
 use bksim_sim::Mechanism;
 
-/// Its end, methods, events, work, residuals and energy balance.
+/// End, methods, events, work, residuals and energy balance.
 pub fn summary(mechanism: &Mechanism, summary: &Summary) -> Value {
     let Summary { t, n_samples, stats, position_residual, velocity_residual, energy, .. } = summary;
     let relative = if energy.scale > 0.0 { energy.worst_error / energy.scale } else { 0.0 };

@@ -18,7 +18,7 @@ pub fn uniqueness(mechanism: &Mechanism, changes: &[UniquenessChange]) -> Vec<Va
     logged_uniqueness(&changes.iter().map(change).collect::<Vec<_>>())
 }
 
-/// As [`uniqueness`], of what a log holds, also one that was cut.
+/// Uniqueness ([`uniqueness`]) of what a log holds, also one that was cut.
 pub fn logged_uniqueness(changes: &[NotUnique]) -> Vec<Value> {
     let change = |NotUnique { t, n_self_stresses, channels }: &NotUnique| json!({ "t": t, "self_stresses": n_self_stresses, "not_unique": channels });
     changes.iter().map(change).collect()

@@ -55,7 +55,7 @@ impl<W: Write> Recorder<W> {
         Self::create_with(out, simulation, model_text, start, &contents)
     }
 
-    /// As [`Recorder::create`], with further contents.
+    /// Recorder ([`Recorder::create`]) with further contents.
     ///
     /// # Errors
     /// [`LogError`] when the start of the log cannot be written.

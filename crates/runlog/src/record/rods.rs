@@ -10,7 +10,7 @@ use super::stage;
 /// A link that keeps its length.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Rod {
-    /// Its place among the spans of the scene.
+    /// Place among the spans of the scene.
     pub(super) span_idx: usize,
     /// m.
     length: f64,

@@ -30,7 +30,7 @@ impl<'a> Numbers<'a> {
         value.filter(|value| value.is_finite()).unwrap_or(0.0)
     }
 
-    /// As [`Numbers::value`], with a value for one more symbol.
+    /// Value ([`Numbers::value`]) with a value for one more symbol.
     pub(super) fn value_at(&self, e: Expr, (symbol, at): (SymbolId, f64)) -> f64 {
         let known = |s| if s == symbol { Some(at) } else { self.values.get(&s).copied() };
         self.model.pool.evaluate(e, &known).unwrap_or(f64::NAN)

@@ -22,9 +22,9 @@ pub(super) struct Cutter {
 /// The part of an area that is kept.
 #[derive(Debug, Default)]
 pub(super) struct Area {
-    /// Its rings, by corners.
+    /// Rings of the area, by corners.
     pub(super) rings: Vec<Vec<usize>>,
-    /// Its edges on the plane, each with the index of its ring.
+    /// Edges on the plane, each with the index of its ring.
     pub(super) cuts: Vec<([usize; 2], usize)>,
 }
 

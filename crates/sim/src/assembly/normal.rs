@@ -27,7 +27,7 @@ pub(super) struct Normal {
 
 /// Product of two entries of a row.
 struct Product {
-    /// Its place in the matrix.
+    /// Place in the matrix.
     place: usize,
     of: [usize; 2],
 }

@@ -5,7 +5,7 @@ use crate::linear::rows::SparseRows;
 /// Coordinates that share rows with each other and with no others.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Part {
-    /// Its coordinates.
+    /// Coordinates of the part.
     pub(super) columns: Vec<usize>,
     /// Rows that must hold: of constraints and of stated values.
     pub(super) rows: Vec<usize>,

@@ -113,7 +113,7 @@ fn squared_lengths(model: &Model) -> Vec<Expr> {
     squares
 }
 
-/// The same angle in (−π, π].
+/// Angle in (−π, π].
 pub(super) fn wrapped(angle: f64) -> f64 {
     // Most are so small: no turn is to be found.
     const SMALL: f64 = 3.0;

@@ -29,7 +29,7 @@ const MAX_WORK: usize = 1_000_000_000;
 /// Assembly of a part.
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
-    /// Its coordinates, in the order of the part.
+    /// Coordinates of the candidate, in the order of the part.
     pub(super) q: Vec<f64>,
     /// How far the guesses are, in units of the mechanism and radians.
     pub(super) distance: f64,
@@ -72,9 +72,9 @@ pub(super) struct Found {
 /// A part on its way from a shape.
 struct Going<'a> {
     part: &'a Part,
-    /// Its place in what is found.
+    /// Place in what is found.
     i: usize,
-    /// Its rows hold, and its guesses: it stays where it is.
+    /// Whether rows hold the part, and its guesses: it stays where it is.
     is_held: bool,
     /// Where it has come to so far.
     ends: Vec<End>,

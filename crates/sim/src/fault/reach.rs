@@ -16,7 +16,7 @@ use crate::mobility::loop_through;
 /// Part of a loop between two joints that turn.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Span {
-    /// Its bodies, or the link that it is.
+    /// Bodies of the span, or the link that it is.
     pub(super) names: Vec<String>,
     /// Joints that are held within it.
     pub(super) held: Vec<JointId>,

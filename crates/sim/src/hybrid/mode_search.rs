@@ -56,7 +56,7 @@ pub(crate) fn consistent_modes(instant: Instant<'_>) -> Result<ConsistentModes, 
     search.choose(&undecided)
 }
 
-/// As [`consistent_modes`], but bodies that run into a stop are left to do so.
+/// Modes of [`consistent_modes`], but bodies that run into a stop are left to do so.
 ///
 /// # Errors
 /// [`NoConsistentModes`] says why there are none.

@@ -202,7 +202,7 @@ impl Events for SignedIndicators<'_> {
         Crossing::Falling
     }
 
-    /// What an indicator lacked to zero when the phase began is no band: it has been below all along.
+    /// Band of an indicator: none where it lacked this to zero when the phase began, as it has been below all along.
     fn band(&self, i: usize) -> f64 {
         self.bands[i]
     }

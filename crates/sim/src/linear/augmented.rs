@@ -95,17 +95,17 @@ impl Augmented {
         self.elimination.factor(&self.mass, jacobian)
     }
 
-    /// As [`Elimination::rank_margin`].
+    /// Rank margin; see [`Elimination::rank_margin`].
     pub(crate) fn rank_margin(&self) -> f64 {
         self.elimination.rank_margin()
     }
 
-    /// As [`Elimination::best_pivots`].
+    /// Best pivots; see [`Elimination::best_pivots`].
     pub(crate) fn best_pivots(&self) -> &[f64] {
         self.elimination.best_pivots()
     }
 
-    /// As [`Elimination::best_pivots_mut`].
+    /// Best pivots to be overwritten; see [`Elimination::best_pivots_mut`].
     pub(crate) fn best_pivots_mut(&mut self) -> &mut [f64] {
         self.elimination.best_pivots_mut()
     }

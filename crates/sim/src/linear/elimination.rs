@@ -227,7 +227,7 @@ impl Elimination {
         &self.best[..self.x.len()]
     }
 
-    /// As [`Elimination::best_pivots`], to be overwritten.
+    /// Best pivots ([`Elimination::best_pivots`]) to be overwritten.
     pub(crate) fn best_pivots_mut(&mut self) -> &mut [f64] {
         &mut self.best[..self.x.len()]
     }

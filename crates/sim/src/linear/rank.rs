@@ -39,7 +39,7 @@ pub(crate) fn dependent_rows(jacobian: &SparseRows) -> Dependence {
 /// Remainders of dependent rows in a pose that is closed to rounding.
 const ROUNDING: Smallness = Smallness { rest: DEPENDENT, part: 1e-6 };
 
-/// As [`dependent_rows`], by sparse elimination, with its own notion of nothing.
+/// Dependent rows ([`dependent_rows`]) by sparse elimination, with its own notion of nothing.
 pub(crate) fn sparse_dependent_rows(jacobian: &SparseRows, smallness: Smallness) -> Dependence {
     let norms = jacobian.norms();
     let longest = norms.iter().copied().fold(0.0, f64::max);

@@ -109,7 +109,7 @@ impl SparseRows {
         (0..self.n_rows()).flat_map(with_row)
     }
 
-    /// The same matrix with some rows emptied.
+    /// Matrix with some rows emptied.
     pub(crate) fn without(&self, rows: &[usize]) -> Self {
         let mut is_emptied = vec![false; self.n_rows()];
         for &row in rows {

@@ -24,7 +24,7 @@ pub(crate) fn solved_with_factors(shape: &Shape, terms: &Tape) -> Option<Tape> {
     Some(recorder.finish(&[solution, factors].concat()))
 }
 
-/// The same without the factors.
+/// Solution without the factors.
 pub(crate) fn solved(shape: &Shape, terms: &Tape) -> Option<Tape> {
     let (recorder, solution, _) = record(shape, terms)?;
     Some(recorder.finish(&solution))

@@ -37,7 +37,7 @@ pub(crate) struct EventIndicators {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct CompiledContact {
     pub(crate) load: LoadId,
-    /// Its constraint row.
+    /// Constraint row of the contact.
     pub(crate) row: usize,
     pub(crate) law: ContactLaw,
 }

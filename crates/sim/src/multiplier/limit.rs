@@ -16,12 +16,12 @@ const ASIDE: f64 = 1e-3;
 pub(crate) enum Solution {
     /// The solution at the state.
     Regular,
-    /// Its limit in a singular pose; multipliers have none.
+    /// Limit of the accelerations in a singular pose; multipliers have none.
     Limit,
 }
 
 impl MultiplierSystem {
-    /// As [`MultiplierSystem::accelerations_into`], in a singular pose too: accelerations have a
+    /// Accelerations ([`MultiplierSystem::accelerations_into`]) in a singular pose too: they have a
     /// limit there, which is read off the motion a little before and after.
     ///
     /// ```text

@@ -36,7 +36,7 @@ const EVEN: [[f64; N_SIDE]; N_SIDE] = [
 ];
 
 impl MultiplierSystem {
-    /// As [`MultiplierSystem::accelerations_into`], of the state on the constraints that is next to this one.
+    /// Accelerations ([`MultiplierSystem::accelerations_into`]) of the state on the constraints that is next to this one.
     ///
     /// # Errors
     /// [`NotFinite`] when an entry, or the solution, is not finite.
@@ -56,7 +56,7 @@ impl MultiplierSystem {
         self.continued_into(evaluator, t, (q, v), vdot)
     }
 
-    /// As [`MultiplierSystem::accelerations_into`], by straight-line code where that serves.
+    /// Accelerations ([`MultiplierSystem::accelerations_into`]) by straight-line code where that serves.
     fn factored_into(
         &mut self,
         evaluator: &mut Evaluator,

@@ -55,7 +55,7 @@ impl MultiplierSystem {
         Drift { position: [position; 2], velocity: [velocity; 2] }
     }
 
-    /// As [`MultiplierSystem::project`], near a singular pose too.
+    /// Projection ([`MultiplierSystem::project`]) near a singular pose too.
     pub(super) fn close(
         &mut self,
         evaluator: &mut Evaluator,

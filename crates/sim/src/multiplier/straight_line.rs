@@ -32,7 +32,7 @@ impl MultiplierSystem {
             && solution.iter().fold(true, |all, value| all & value.is_finite())
     }
 
-    /// As [`MultiplierSystem::line_into`], with the factors taken from the evaluator.
+    /// Straight-line evaluation ([`MultiplierSystem::line_into`]) with the factors taken from the evaluator.
     pub(crate) fn factored_line_into(
         &mut self,
         evaluator: &mut Evaluator,
@@ -112,7 +112,7 @@ impl MultiplierSystem {
         are_regular
     }
 
-    /// As [`MultiplierSystem::rank_margin_at`], by straight-line code where that serves.
+    /// Rank margin ([`MultiplierSystem::rank_margin_at`]) by straight-line code where that serves.
     pub(crate) fn rank_margin_of(
         &mut self,
         evaluator: &mut Evaluator,

@@ -40,7 +40,7 @@ pub(super) struct JointPart {
     pub(super) bodies: [Option<usize>; 2],
     /// The motions that the joint allows; `None` of a link or a contact.
     pub(super) motions: Option<Vec<MotionKind>>,
-    /// Its first number among the results of the function: the joint point, the axes of its frame, then an axis for
+    /// First number of the part among the results of the function: the joint point, the axes of its frame, then an axis for
     /// each motion and a pitch for each, or the force and the moment of a link or a contact.
     pub(super) first: usize,
 }

@@ -7,7 +7,7 @@ use bksim_model::{CouplingId, JointId, JointKind, Model};
 pub struct RepeatedCondition {
     /// The condition.
     pub condition: Condition,
-    /// Those before it in the file that it follows from.
+    /// Conditions before it in the file that it follows from.
     pub by: Vec<Condition>,
 }
 
@@ -16,7 +16,7 @@ pub struct RepeatedCondition {
 pub struct Condition {
     /// The part that keeps it.
     pub of: Keeper,
-    /// Its direction.
+    /// Direction of the condition.
     pub direction: Direction,
 }
 
@@ -103,7 +103,7 @@ impl Condition {
         }
     }
 
-    /// Its direction: `x`, `y` or `z` of what is along an axis of the joint, `oblique` of what is along none; `length`
+    /// Direction in words: `x`, `y` or `z` of what is along an axis of the joint, `oblique` of what is along none; `length`
     /// of a link, `normal` of a contact, `motion` of a coupling.
     pub fn direction_word(&self, model: &Model) -> &'static str {
         self.direction.word().unwrap_or(match self.of {

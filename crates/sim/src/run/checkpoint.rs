@@ -28,17 +28,17 @@ pub enum Unfit {
     /// An option is another one.
     #[error("the checkpoint was saved with `{option}` = {saved}, not {given}")]
     Option {
-        /// Its key in `[solve]`.
+        /// Key of the option in `[solve]`.
         option: &'static str,
-        /// Its value then; NaN where it was not stated.
+        /// Value of the option when it was saved; NaN where it was not stated.
         saved: f64,
-        /// Its value now.
+        /// Value of the option now.
         given: f64,
     },
     /// A choice among words is another one.
     #[error("the checkpoint was saved with another `{option}`")]
     Choice {
-        /// Its key in `[solve]`.
+        /// Key of the option in `[solve]`.
         option: &'static str,
     },
     /// It is damaged.
@@ -65,7 +65,7 @@ impl RunCheckpoint {
         self.numbers.counts.first().copied().unwrap_or_default()
     }
 
-    /// As little-endian bytes, the last four of them the CRC-32 (ISO 3309) of those before.
+    /// Checkpoint as little-endian bytes, the last four of them the CRC-32 (ISO 3309) of those before.
     pub fn to_bytes(&self) -> Vec<u8> {
         let words = self.fingerprint.0.iter().flat_map(|word| word.to_le_bytes());
         let bytes = MAGIC.into_iter().chain(words).chain(self.numbers.to_bytes());

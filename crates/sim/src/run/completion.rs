@@ -29,7 +29,7 @@ pub(super) fn complete_state(
     projected
 }
 
-/// The same by the one function; false where it does not serve.
+/// Completes a sample by the one function; false where it does not serve.
 fn complete_whole(
     evaluator: &mut Evaluator<'_>,
     multipliers: &mut MultiplierSystem,

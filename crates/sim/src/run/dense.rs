@@ -25,7 +25,7 @@ pub(crate) struct DenseOutput<'a> {
 #[derive(Clone, Copy, Debug)]
 enum Unknowns<'a> {
     Step(Step<'a>),
-    /// Those at the end, of which alone is asked.
+    /// Unknowns at the end, of which alone is asked.
     End(&'a [f64]),
     Instant(StateRef<'a>),
 }

@@ -12,7 +12,7 @@ pub(super) enum PhaseEnd {
     Stiff,
     /// Explicit steps would be far too many.
     Slow,
-    /// So would those of Radau IIA.
+    /// Radau IIA would need far too many steps as well.
     NoGain,
     /// Explicit steps could be nearly as large as Radau's.
     Relaxed,

@@ -53,7 +53,7 @@ impl<'a> Run<'a> {
         Self::try_at_mark(problem, mark).expect("a mark fits the problem that it was made in")
     }
 
-    /// As [`Run::at_mark`], of a mark that may be another problem's.
+    /// Run ([`Run::at_mark`]) from a mark that may be another problem's.
     ///
     /// # Errors
     /// [`SolveError`] when it is.

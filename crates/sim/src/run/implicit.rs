@@ -153,7 +153,7 @@ impl Stepper for RadauStepper<'_> {
         self.solver.correct_state(&y, &ydot)
     }
 
-    /// None: implicit steps are never the wrong ones, only dearer than need be.
+    /// No succession: implicit steps are never the wrong ones, only slower than need be.
     fn succession(&mut self) -> Option<PhaseEnd> {
         None
     }

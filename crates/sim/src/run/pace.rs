@@ -89,7 +89,7 @@ pub(super) enum Verdict {
     Fine,
     /// The rest would take so many steps.
     Slow(f64),
-    /// So many that there is no point in going on.
+    /// Cost so high that there is no point in going on.
     Hopeless(f64),
 }
 
@@ -106,7 +106,7 @@ impl Pace {
         }
     }
 
-    /// The same in another phase.
+    /// Starts in another phase.
     pub(super) fn restart(&mut self, t: f64, n_step: usize) {
         if !self.is_racing {
             self.begin_window(t, n_step);

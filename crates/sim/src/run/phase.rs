@@ -14,7 +14,7 @@ pub(super) struct Phase<'a> {
 }
 
 impl Phase<'_> {
-    /// As numbers, for a run that goes on from here.
+    /// Phase as numbers, for a run that goes on from here.
     pub(super) fn save(&mut self) -> Checkpoint {
         let mut saver = Saver::default();
         self.stepper.save(&mut saver);
@@ -29,8 +29,8 @@ impl Phase<'_> {
 pub(super) enum Attempt {
     /// A step, nothing of which has been handed out; it ends at the event, if it met one.
     Step(Option<Crossed>),
-    /// None, but another is to be tried.
+    /// No step, but another is to be tried.
     Rejected,
-    /// None: the phase ends where the step before it did.
+    /// No step: the phase ends where the step before it did.
     End(PhaseEnd),
 }

@@ -11,7 +11,7 @@ use bksim_model::{Outputs, SolveOptions};
 pub struct Problem<'a> {
     /// The mechanism as functions of numbers.
     pub compiled: &'a CompiledSystem,
-    /// Its equations of motion in the formulation that `options` ask for.
+    /// Equations of motion of the problem in the formulation that `options` ask for.
     pub equations: &'a LazyMotionEquations,
     /// The consistent start.
     pub start: &'a Start,

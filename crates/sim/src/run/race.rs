@@ -69,7 +69,7 @@ impl Race {
         Self { t, n_step, way: 0.0, h_rho: 0.0, n: 0, wait: FIRST_WAIT, look: FIRST_LOOK }
     }
 
-    /// The same in another phase.
+    /// Starts in another phase.
     pub(super) fn restart(&mut self, t: f64, n_step: usize) {
         *self = Self { wait: self.wait, look: self.look, ..Self::begin(t, n_step) };
     }

@@ -33,7 +33,7 @@ pub struct Replay<'a> {
 /// Why a segment has no sample at some instant.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum Unreplayed {
-    /// Its sizes are not those of the mechanism.
+    /// Motion whose sizes are not those of the mechanism.
     #[error("the motion is that of another mechanism")]
     OtherMechanism,
 }

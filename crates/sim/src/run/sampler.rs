@@ -146,7 +146,7 @@ impl Sampler {
         control
     }
 
-    /// As [`Sampler::pass`], but only up to `t` within the step.
+    /// Passes ([`Sampler::pass`]) only up to `t` within the step.
     pub(super) fn pass_until(
         &mut self,
         t: f64,

@@ -102,7 +102,7 @@ pub struct NearPole {
     pub t: f64,
     /// The coordinate of the second angle.
     pub coordinate_idx: usize,
-    /// Its cosine.
+    /// Cosine of the angle.
     pub cosine: f64,
 }
 

@@ -17,7 +17,7 @@ use bksim_model::{Model, Space};
 /// A channel of a run that has a formula of the state.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Channel {
-    /// As in a log: `reactions.A.fx`, `energy.total`, `rod.B.x`.
+    /// Name as in a log: `reactions.A.fx`, `energy.total`, `rod.B.x`.
     pub name: String,
     /// SI unit, empty of a pure number.
     pub unit: String,

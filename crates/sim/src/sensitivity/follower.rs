@@ -261,7 +261,7 @@ impl<'a, 'o> Follower<'a, 'o> {
         Some((collocation.step((t0, h), (dq, dv), coefficients)?, None))
     }
 
-    /// The same by the independent coordinates alone, where the coefficients at the nodes are known.
+    /// Step of the independent coordinates alone, where the coefficients at the nodes are known.
     fn reduced_step(&mut self, t0: f64, h: f64) -> Option<(LinearStep, Changes)> {
         let Self { collocation, coefficients, reduction, reduced, phase, following, .. } = self;
         if phase.tangents.has_sticking() {

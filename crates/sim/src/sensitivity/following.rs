@@ -53,7 +53,7 @@ impl Following {
         Self::of(Arc::new(equations), direction, directions)
     }
 
-    /// The same equations along other directions.
+    /// Equations along other directions.
     ///
     /// # Errors
     /// As [`Following::new`].

@@ -100,7 +100,7 @@ impl Sensitive {
         }
     }
 
-    /// Its unit, empty for a bare number.
+    /// Unit of the quantity, empty for a bare number.
     pub fn unit(self, model: &Model) -> String {
         match self {
             Self::Parameter(k) => model.parameters[k].unit.clone(),

@@ -62,7 +62,7 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// As of a method of order eight.
+    /// Longest step of a method of order eight.
     fn longest(h: f64, error: f64) -> f64 {
         h * (0.9 * error.powf(-1.0 / 8.0)).clamp(0.2, 5.0)
     }

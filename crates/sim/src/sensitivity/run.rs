@@ -332,7 +332,7 @@ impl SensitivitySystem for SensitiveMotion<'_> {
         self.n_parameters
     }
 
-    /// Not finite values are found by the solver.
+    /// Jacobian by parameters; values that are not finite are found by the solver.
     fn parameter_jacobian(
         &mut self,
         t: f64,

@@ -31,7 +31,7 @@ pub fn start(
     start_by_each(equations, model, compiled, start, parameters).collect()
 }
 
-/// As [`start`], quantity by quantity.
+/// Start ([`start`]), quantity by quantity.
 pub(super) fn start_by_each<'a>(
     equations: &'a SensitivityEquations,
     model: &'a Model,

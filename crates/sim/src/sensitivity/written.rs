@@ -87,7 +87,7 @@ impl<'a> Instants<'a> {
 }
 
 impl WrittenCoefficients {
-    /// Not made yet.
+    /// Coefficients that are not made yet.
     pub(super) fn new(jit: Jit) -> Self {
         Self { jit, n_steps: AtomicUsize::new(0), made: OnceLock::new() }
     }

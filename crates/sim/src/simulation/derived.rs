@@ -32,7 +32,7 @@ impl Derived {
         })
     }
 
-    /// The same when they are used first, with the values of inputs from where `compiled` takes them.
+    /// Equations that are compiled when they are used first, with the values of inputs from where `compiled` takes them.
     pub(super) fn equations_on_demand(
         self: &Arc<Self>,
         formulation: Formulation,

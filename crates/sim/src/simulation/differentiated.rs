@@ -13,7 +13,7 @@ use crate::sensitivity::{
 use crate::start::Start;
 
 impl Simulation {
-    /// As [`Simulation::run`], every sample with its sensitivities.
+    /// Run ([`Simulation::run`]) whose samples have their sensitivities.
     ///
     /// # Errors
     /// [`Failure`] when the integrator cannot go on; see [`Simulation::diagnose`].
@@ -62,7 +62,7 @@ impl Simulation {
         plan.map_err(|error| insensitive(model, &error))
     }
 
-    /// As [`Simulation::run`], and back along the motion for the gradient of `goal` by all quantities of the plan; `None`
+    /// Run ([`Simulation::run`]) and the way back along the motion for the gradient of `goal` by all quantities of the plan; `None`
     /// where `stop` wished to stop.
     ///
     /// # Errors

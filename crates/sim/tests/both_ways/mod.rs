@@ -25,7 +25,7 @@ impl Numbers {
 pub(crate) enum Of {
     /// All that has derivatives.
     Everything,
-    /// Not multipliers, and what is made of them.
+    /// Motion alone, without multipliers and what is made of them.
     Motion,
 }
 

@@ -16,7 +16,7 @@ pub(crate) struct Page {
 pub(crate) struct Example {
     /// The files with the fault.
     pub(crate) fault: Vec<Block>,
-    /// What is run, and what it prints.
+    /// Commands that are run, and what they print.
     pub(crate) output: Vec<Shown>,
     /// The files without it: whole, or changes (`diff`) of those with it.
     pub(crate) cure: Vec<Block>,
@@ -30,7 +30,7 @@ pub(crate) struct Block {
     pub(crate) language: String,
     /// The second one; empty in a block of commands.
     pub(crate) file: String,
-    /// What stands in it.
+    /// Text of the block.
     pub(crate) text: String,
 }
 

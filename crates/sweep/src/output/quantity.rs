@@ -48,7 +48,7 @@ impl Names {
 #[derive(Clone, Debug)]
 pub(super) struct Quantities {
     origins: Vec<Origin>,
-    /// None where no quantity has one.
+    /// Observables; `None` where no quantity has one.
     observables: Option<Observables>,
     observed: Vec<f64>,
     tape: Tape,

@@ -31,7 +31,7 @@ impl Unit {
         }
     }
 
-    /// As those of channels are written.
+    /// Unit as those of channels are written.
     pub(super) fn text(self) -> String {
         match self {
             Self::Known(unit) => unit.si().replace(' ', "*"),

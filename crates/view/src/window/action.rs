@@ -63,7 +63,7 @@ pub(super) struct Binding {
     pub(super) key: Key,
     /// Keys held down with it.
     pub(super) modifiers: Modifiers,
-    /// Its action.
+    /// Action of the binding.
     pub(super) action: Action,
     /// Name of the key and its action in words; none if another row has them.
     pub(super) help: Option<(&'static str, &'static str)>,

@@ -24,7 +24,7 @@ const FIRST: usize = 3;
 /// A channel over the motion.
 #[derive(Clone, Debug)]
 pub(super) struct Curve {
-    /// Its name, such as `state.A_angle`.
+    /// Name of the curve, such as `state.A_angle`.
     pub(super) name: String,
     /// The unit that it is shown in.
     pub(super) unit: String,
@@ -38,7 +38,7 @@ pub(super) struct Curve {
 }
 
 impl Curve {
-    /// Its points in pieces that meet, each with whether it is one of many solutions of the equilibrium.
+    /// Points in pieces that meet, each with whether it is one of many solutions of the equilibrium.
     pub(super) fn pieces(&self) -> impl Iterator<Item = (bool, &[PlotPoint])> {
         let mut next = 0;
         self.shared.chunk_by(|a, b| a == b).map(move |alike| {
@@ -53,7 +53,7 @@ impl Curve {
         is_shared(self.signal, playback, playback.sample().t)
     }
 
-    /// Its value at the instant shown.
+    /// Value at the instant shown.
     pub(super) fn value(&self, playback: &Playback) -> f64 {
         self.shown.of_si(playback.value(self.signal))
     }

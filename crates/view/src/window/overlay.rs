@@ -27,7 +27,7 @@ fn frame(ui: &Ui) -> egui::Frame {
 /// The motion in the picture below a fault.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Beneath {
-    /// None.
+    /// Nothing.
     Nothing,
     /// That of an earlier state of the files.
     Earlier,

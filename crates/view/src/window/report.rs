@@ -18,7 +18,7 @@ pub enum Report<'a> {
 /// The result of a window that was closed.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Outcome {
-    /// Its speed.
+    /// Speed of the run.
     pub figures: Figures,
     /// Whether each reading of the files was without a fault.
     pub loads: Vec<bool>,

@@ -1,4 +1,4 @@
-//! What is called by its name and says the keys of a model file as they are: couplings, tables, curves,
+//! Elements that are called by their names and hold the keys of a model file as they are: couplings, tables, curves,
 //! states, clocks, signals and parts.
 
 use toml_edit::Value;
@@ -77,7 +77,7 @@ fn further_rows(mechanism: &Mechanism<'_>, first: &Attachment) -> Vec<Value> {
     further.flat_map(rows).collect()
 }
 
-/// Its `type` in a model file, if it has one there.
+/// Word of `type` in a model file, if the attachment has one there.
 fn word(attachment: &Attachment) -> Option<&'static str> {
     match (attachment.kind.section, attachment.kind.name) {
         (Section::Curves, "curve") if attachment.value("points").is_some() => Some("points"),

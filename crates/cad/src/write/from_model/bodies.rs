@@ -68,7 +68,7 @@ impl Sketch<'_> {
         Ok(())
     }
 
-    /// Its outlines, or a bar about its points.
+    /// Outlines of the sketch, or a bar about its points.
     fn shape(&mut self, body: BodyId, layer: &str) -> Result<(), Unwritten> {
         let outlines = &self.model.bodies[body.0].outline;
         for outline in outlines {

@@ -27,7 +27,7 @@ impl Sketch<'_> {
         Ok(())
     }
 
-    /// Its kind, where it is drawn, and the bodies and points it acts on.
+    /// Kind of a load, where it is drawn, and the bodies and points it acts on.
     fn load(
         &self,
         name: &str,

@@ -52,16 +52,16 @@ const MOST_POSITIONS: usize = 240;
 pub struct BodyShape {
     /// Number of the body in the run, the ground 0.
     pub body_idx: usize,
-    /// Its curves in world axes, drawing units.
+    /// Curves in world axes, drawing units.
     pub paths: Vec<Path>,
-    /// Its frame as drawn.
+    /// Frame as drawn.
     pub frame: Frame,
 }
 
 /// A point whose motion is drawn.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Traced {
-    /// As written: `rod.B`.
+    /// Name as written: `rod.B`.
     pub name: String,
     /// Number of its body in the run.
     pub body_idx: usize,
@@ -72,7 +72,7 @@ pub struct Traced {
 /// A joint's forces over the run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Reaction {
-    /// Its name.
+    /// Name of the reaction.
     pub name: String,
     /// Number of its second body, and its point there, m.
     pub body_idx: usize,
@@ -85,13 +85,13 @@ pub struct Reaction {
 /// A curve of the whole motion.
 #[derive(Clone, PartialEq, Debug)]
 pub struct MotionCurve {
-    /// Its name, written beside it.
+    /// Name of the motion curve, written beside it.
     pub name: String,
-    /// Its kind, which chooses the layer.
+    /// Kind of the motion curve, which chooses the layer.
     pub kind: CurveKind,
     /// Number of the body in whose frame it stands, the ground 0.
     pub body_idx: usize,
-    /// Its pieces in that frame, m.
+    /// Pieces in that frame, m.
     pub pieces: Vec<Vec<Point>>,
     /// Whether each piece comes back to where it began.
     pub is_closed: bool,

@@ -52,7 +52,7 @@ impl AnswerFile {
         Self { file, force, label: label_of(&loaded.source.path), unknown }
     }
 
-    /// Its path.
+    /// Path of the file.
     pub(super) fn path(&self) -> &Path {
         self.file.path()
     }
@@ -108,7 +108,7 @@ pub(super) fn refuse_input(file: &TableArgs, input: &Path) -> Result<(), Failure
     path.map_or(Ok(()), |path| Err(Failure::file(path, what(), help())))
 }
 
-/// As [`asked`], for an answer that may be drawn in the file.
+/// Answer of [`asked`] that may be drawn in the file.
 pub(super) fn asked_drawn(
     model: &ModelArgs,
     file: &TableArgs,
@@ -121,7 +121,7 @@ pub(super) fn asked_drawn(
     asked_of(model, file, load)
 }
 
-/// As [`asked`], for a question about positions, which masses have no part in.
+/// Answer of [`asked`] to a question about positions, which masses have no part in.
 pub(super) fn asked_geometry(
     model: &ModelArgs,
     file: &TableArgs,
@@ -161,7 +161,7 @@ impl Asked {
         Self::drawn(source, warnings, (file, None), answer, as_json)
     }
 
-    /// As [`Asked::answer`], with a picture in place of the table where there is one.
+    /// Answer of [`Asked::answer`], with a picture in place of the table where there is one.
     pub(super) fn drawn(
         source: &Text,
         warnings: &[bksim::model::diagnostic::Diagnostic],

@@ -20,7 +20,7 @@ pub(super) struct Callees {
     pub(super) turn: u64,
     /// `f(a, b, function)`: a number becomes the function of it and another.
     pub(super) elementary: u64,
-    /// The same for the general power.
+    /// Address of the general power.
     pub(super) power: u64,
 }
 

@@ -118,7 +118,7 @@ const LOAD: u8 = 0x10;
 const STORE: u8 = 0x11;
 const COMPARE: u8 = 0xc2;
 const BLEND: u8 = 0x4b;
-/// The same by a mask register.
+/// Opcode of a blend by a mask register.
 const BLEND_BY_MASK: u8 = 0x65;
 /// Bits of 64, moved by an immediate operand; to the left, by the extension of the opcode.
 const SHIFT: u8 = 0x73;

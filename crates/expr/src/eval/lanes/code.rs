@@ -25,7 +25,7 @@ pub(super) fn has_eight_lanes() -> bool {
 pub(in crate::eval) struct AnyAngleCode<const N: usize> {
     layout: Layout,
     code: LaneCode<N>,
-    /// The same for angles that it does not turn by itself, made when there is one; `None` where that cannot be.
+    /// Code for angles that the lanes do not turn by themselves, made when there is one; `None` where that cannot be.
     for_large_angles: OnceLock<Option<Box<LaneCode<N>>>>,
 }
 
@@ -154,7 +154,7 @@ unsafe extern "sysv64" fn turn_one(angles: *mut f64, n: usize) {
     }
 }
 
-/// The same at four points.
+/// Sines and cosines at four points.
 ///
 /// # Safety
 /// `angles` leads to `2 n` times four numbers, and the processor has AVX2.
@@ -165,7 +165,7 @@ unsafe extern "sysv64" fn turn_four(angles: *mut f64, n: usize) {
     turn_lanes(numbers);
 }
 
-/// The same at eight points.
+/// Sines and cosines at eight points.
 ///
 /// # Safety
 /// `angles` leads to `2 n` times eight numbers, and the processor has the F and DQ instructions of AVX-512.
@@ -196,7 +196,7 @@ unsafe extern "sysv64" fn elementary_one(a: *mut f64, b: *const f64, function: u
     *a = function_at(function).value(*a, b);
 }
 
-/// The same at four points.
+/// Elementary functions at four points.
 ///
 /// # Safety
 /// Both pointers lead to four numbers, and the processor has AVX2.
@@ -207,7 +207,7 @@ unsafe extern "sysv64" fn elementary_four(a: *mut f64, b: *const f64, function: 
     *a = function_at(function).lanes(*a, b);
 }
 
-/// The same at eight points.
+/// Elementary functions at eight points.
 ///
 /// # Safety
 /// Both pointers lead to eight numbers, and the processor has the F and DQ instructions of AVX-512.

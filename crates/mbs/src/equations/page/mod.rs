@@ -25,7 +25,7 @@ use bksim_model::Model;
 pub struct Subject<'a> {
     /// The model.
     pub model: &'a Model,
-    /// Its equations.
+    /// Equations of the subject.
     pub system: &'a SymbolicSystem,
     /// Coordinates with unit, in order.
     pub coordinates: &'a [Quantity],
@@ -201,7 +201,7 @@ impl Page {
 /// A section of a page as HTML without its document.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Excerpt {
-    /// Its heading.
+    /// Heading of the excerpt.
     pub title: String,
     /// A table, paragraphs, or a `<math>` element in a `div`.
     pub html: String,

@@ -12,7 +12,7 @@ pub(super) fn formulas(page: &Page) -> String {
     written(page, formula)
 }
 
-/// The same with signs and terms in columns.
+/// Formulas with signs and terms in columns.
 pub(super) fn aligned_formulas(page: &Page) -> String {
     written(page, aligned)
 }

@@ -75,9 +75,9 @@ pub struct Expansion {
 /// A file that a model came from.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct SourceFile {
-    /// Its name as the model gives it, against the model's folder.
+    /// Name of the file as the model gives it, against the model's folder.
     pub name: String,
-    /// Its text.
+    /// Text of the source file.
     pub text: String,
     /// Bytes of the files before it.
     start: usize,
@@ -233,7 +233,7 @@ impl Expansion {
         (file_idx, span.start - start..span.end.max(span.start) - start)
     }
 
-    /// The same of a span of [`Expansion::text`]; `None` for what stands in no file.
+    /// Origin of a span of [`Expansion::text`]; `None` for what is in no file.
     pub fn origin(&self, span: &Span) -> Option<(usize, Span)> {
         let until = |end: usize| self.pieces.partition_point(|piece| piece.at.start < end);
         let first = self.pieces[..until(span.start + 1)].last()?;

@@ -74,7 +74,7 @@ impl Elimination {
         self.accept_lanes(pivots.iter().map(|&pivot| [pivot]))
     }
 
-    /// The same for the pivots of several states at once.
+    /// Accepts the pivots of several states at once.
     pub(crate) fn accept_lanes<const N: usize>(
         &mut self,
         pivots: impl Iterator<Item = [f64; N]>,
@@ -99,7 +99,7 @@ impl Elimination {
         are_regular
     }
 
-    /// The same for the pivots of states one after the other, each [`padded`].
+    /// Accepts the pivots of states one after the other, each [`padded`].
     pub(crate) fn accept_states(&mut self, pivots: &[f64]) -> bool {
         let Self { order, best, .. } = self;
         let (are_regular, margin) =

@@ -90,7 +90,7 @@ impl Elimination {
         self.record_solution(recorder, factors, &right_side)
     }
 
-    /// The same for any right side, coordinates first; nothing stands for zero.
+    /// Records the solution for any right side, coordinates first; nothing stands for zero.
     pub(crate) fn record_solution(
         &self,
         recorder: &mut Composition,

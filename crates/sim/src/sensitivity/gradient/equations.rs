@@ -51,7 +51,7 @@ pub fn plan_gradient(
     left_out.into_iter().next().map_or(Ok(plan), |(_, error)| Err(error))
 }
 
-/// As [`plan_gradient`], by those of `sensitive` that there are derivatives by, in their order; and why there are none by
+/// Plan ([`plan_gradient`]) by those of `sensitive` that there are derivatives by, in their order; and why there are none by
 /// each of the others.
 ///
 /// # Errors

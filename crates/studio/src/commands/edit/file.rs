@@ -64,7 +64,7 @@ impl ModelFile {
         })
     }
 
-    /// As [`ModelFile::write`], with the reason as data.
+    /// Writes the file ([`ModelFile::write`]), with the reason as data.
     pub(crate) fn replace(&self, before: &str, text: &str) -> Result<(), NotWritten> {
         let refused = |error: std::io::Error| NotWritten::Refused(error.to_string());
         let found = fs::read_to_string(&self.path).map_err(refused)?;

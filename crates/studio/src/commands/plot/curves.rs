@@ -27,9 +27,9 @@ use super::table::Rows;
 
 /// Instants at which the motion is computed: a few more than a picture has pixels.
 const N_OVER_TIME: usize = 1200;
-/// The same where one zooms in: a fifth of the time still has a value per pixel.
+/// Number of samples where one zooms in: a fifth of the time still has a value per pixel.
 const N_ZOOMED: usize = 6_000;
-/// The same for a curve in the plane, which may go round often.
+/// Number of samples of a curve in the plane, which may go round often.
 const N_IN_PLANE: usize = 6000;
 
 /// A log or a table to draw.

@@ -15,7 +15,7 @@ use bksim_cli::output_file::{OutputFile, check_ending};
 
 /// Width and height of a window, points.
 const SIZE: (f64, f64) = (1200.0, 800.0);
-/// Its smallest and largest side.
+/// Smallest and largest side of a picture.
 const SIDES: std::ops::RangeInclusive<f64> = 200.0..=10_000.0;
 
 /// Refuses windows and pictures of them that cannot be made.

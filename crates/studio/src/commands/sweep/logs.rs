@@ -14,7 +14,7 @@ use bksim_cli::progress::StopWish;
 /// A chosen case, and what became of it.
 pub(super) struct CaseLog {
     case: u64,
-    /// Its log; none of a case that could not start.
+    /// Log of the run; none of a case that could not start.
     output: Option<PathBuf>,
 }
 

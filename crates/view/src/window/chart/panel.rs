@@ -31,7 +31,7 @@ pub(super) struct View {
 
 /// The effect of the pointer on a panel.
 pub(super) struct PointerInput {
-    /// Its position on the common axis of all panels.
+    /// Position on the common axis of all panels.
     pub(super) cursor: Option<f64>,
     /// Whether it has changed the view.
     pub(super) is_moved: bool,
