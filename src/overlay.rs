@@ -37,7 +37,7 @@ pub enum OverlayKind {
     Barrier,
 }
 
-/// The curves of a model, which `read` reads anew for each, that texts ask for: `coupler.P` the way of a point, `centrode:coupler` and
+/// The curves of a model, which `read` reads again for each, that texts ask for: `coupler.P` the way of a point, `centrode:coupler` and
 /// `centrode:coupler/crank`, `swept:rocker`, `workspace:arm.P`.
 ///
 /// # Errors

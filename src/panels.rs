@@ -1,4 +1,4 @@
-//! [`Sheet`]: small pictures of one mechanism beside each other, such as all its assemblies.
+//! [`Sheet`]: small pictures of one mechanism next to each other, such as all its assemblies.
 //!
 //! As SVG, motions move: their frames lie on each other, and a style sheet shows one after the other. Elsewhere both ends of a
 //! motion are drawn as ghosts.
@@ -17,7 +17,7 @@ const AREA: [f32; 2] = [300.0, 230.0];
 const TITLE: f32 = 40.0;
 const LETTERS: usize = 44;
 const TEXT: f32 = 12.0;
-/// Panels beside each other.
+/// Panels next to each other.
 const COLUMNS: usize = 3;
 /// Space around a mechanism, part of its panel.
 const MARGIN: f64 = 0.12;

@@ -14,7 +14,7 @@ pub enum Language {
     /// English, the language of all messages.
     #[default]
     English,
-    /// Vietnamese, beside the English.
+    /// Vietnamese, next to the English.
     Vietnamese,
 }
 

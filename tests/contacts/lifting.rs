@@ -123,7 +123,7 @@ fn a_slow_cam_keeps_its_follower_and_gives_it_the_law() {
 }
 
 /// A valve leaves its cam where m s″ ω² + k (s₀ + s) = 0, however loose the tolerances: the instant is found on a
-/// state beside the rows, on which the cam may still push.
+/// state next to the rows, on which the cam may still push.
 #[test]
 fn a_valve_lifts_off_at_any_tolerance() {
     let (m, k, s0, lift) = (0.25, 30e3, 0.01, 7e-3);

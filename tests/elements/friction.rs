@@ -257,7 +257,7 @@ fn a_bead_on_a_slope_of_a_wire_stays_or_slides() {
     }
 }
 
-/// A collar of 2 kg on a level rod, whose centre of mass is `arm` beside its middle, and a bead on a sloping line.
+/// A collar of 2 kg on a level rod, whose centre of mass is `arm` next to its middle, and a bead on a sloping line.
 fn on_a_rod(kind: &str, axis: &str, keys: &str, start: &str) -> String {
     format!(
         "space = \"spatial\"\n[bodies.collar]\nmass = 2\ncom = [0.05, 0, 0]\ninertia = [0.01, 0.02, 0.02]\n\

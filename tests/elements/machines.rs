@@ -339,7 +339,7 @@ fn two_threads_of_opposite_hands() {
     }
 }
 
-/// A rack of 8 mm pinion radius steers a knuckle 0.6 m beside it by a tie rod.
+/// A rack of 8 mm pinion radius steers a knuckle 0.6 m next to it by a tie rod.
 const STEERING: &str = r#"
 [parameters]
 rod = "sqrt((0.25 m)^2 + (0.02 m)^2)"

@@ -1,4 +1,4 @@
-//! Sensitivities of motions: a closed form, differences of tight runs, and what cannot be had.
+//! Sensitivities of motions: a closed form, differences of tight runs, and what does not exist.
 
 use crate::support::{
     Within, all_close, brief, coordinate, derive, example_text, fitted_order, model, weighted_error,

@@ -112,7 +112,7 @@ fn alike(what: &str, one: &[[Vec<f64>; 2]], other: &[[Vec<f64>; 2]]) {
     }
 }
 
-/// The joint in the tree, cut beside a hinge in the tree, and in the coordinates of all bodies.
+/// The joint in the tree, cut next to a hinge in the tree, and in the coordinates of all bodies.
 #[track_caller]
 fn in_all_coordinates(kind: &str, keys: &str) -> Vec<[Vec<f64>; 2]> {
     let tree = motion(kind, &own("j", kind, &format!("{keys}\ncut = false")), &["j"]);
@@ -269,7 +269,7 @@ fn link() {
     alike("link, composed", &one, &motion("link", &parts, &["q"]));
 }
 
-/// A ball joint beside one leg of a Clemens coupling: two arms of one shape, hinged across either shaft, mirror
+/// A ball joint next to one leg of a Clemens coupling: two arms of one shape, hinged across either shaft, mirror
 /// images of each other in the plane that halves the bend.
 #[test]
 fn constant_velocity() {
@@ -278,7 +278,7 @@ fn constant_velocity() {
     let all_cut = absolute("cv", &own("j", "constant-velocity", keys), &["j"]);
     alike("constant-velocity, absolute", &one, &all_cut);
 
-    // The leg bears on the shaft beside the joint's own point, so that its force has a moment about it.
+    // The leg bears on the shaft next to the joint's own point, so that its force has a moment about it.
     let leg = "[bodies.m1]\nmass = 0\npoints = { E = [0.3, 0, 0.1] }\n\
                [bodies.m2]\nmass = 0\npoints = { E = [0.3, 0, -0.1] }\n"
         .to_owned()

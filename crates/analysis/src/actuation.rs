@@ -73,7 +73,7 @@ pub(crate) struct Efforts {
 
 /// Parts below this, relative to the largest, are rounding.
 const ROUNDING: f64 = 1e-9;
-/// Weight of a motion that is not met beside the size of the efforts.
+/// Weight of a motion that is not met next to the size of the efforts.
 const MET: f64 = 1e4;
 
 impl Actuation {

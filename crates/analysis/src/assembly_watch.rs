@@ -1,4 +1,4 @@
-//! [`AssemblyWatch`]: positions along a curve beside the assembly that the model holds.
+//! [`AssemblyWatch`]: positions along a curve next to the assembly that the model holds.
 
 use bksim_sim::evaluator::Evaluator;
 use bksim_sim::held_assembly::{AssemblyChange, AssemblyMonitor};

@@ -1,4 +1,4 @@
-//! [`Duty`]: the efforts of an actuator over its speed, beside the curve of a motor.
+//! [`Duty`]: the efforts of an actuator over its speed, next to the curve of a motor.
 
 use bksim_model::{FunctionPiece, Model};
 
@@ -20,7 +20,7 @@ pub struct MotorCurve {
     pieces: Vec<FunctionPiece>,
 }
 
-/// Operating points of an actuator beside a motor's curve.
+/// Operating points of an actuator next to a motor's curve.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Duty {
     /// The curve.

@@ -1,4 +1,4 @@
-//! [`Inverse`]: efforts over a motion as a table, with peaks and means, beside limits and curves of motors.
+//! [`Inverse`]: efforts over a motion as a table, with peaks and means, next to limits and curves of motors.
 
 use nalgebra::DMatrix;
 
@@ -29,7 +29,7 @@ pub struct Load {
     pub rms: f64,
 }
 
-/// An effort beside its limit.
+/// An effort next to its limit.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LimitUse {
     /// Name of the actuator.
@@ -61,7 +61,7 @@ pub struct Inverse {
     pub impossible: Vec<f64>,
     /// Efforts with a limit.
     pub limits: Vec<LimitUse>,
-    /// Operating points beside curves of motors.
+    /// Operating points next to curves of motors.
     pub duties: Vec<Duty>,
     /// States and sampled signals of controllers, which follow the motion and act besides the efforts.
     pub controllers: Vec<String>,
@@ -299,7 +299,7 @@ fn limit_use(table: &Table, name: &str, limit: f64) -> LimitUse {
     }
 }
 
-/// The operating points of an actuator beside a curve; `None` where there is no such actuator.
+/// The operating points of an actuator next to a curve; `None` where there is no such actuator.
 fn duty(table: &Table, curve: &MotorCurve) -> Option<Duty> {
     let name = &curve.name;
     let place = |word: &str| table.columns.iter().position(|c| c.name == format!("{name}.{word}"));

@@ -50,7 +50,7 @@ pub(crate) fn growth(
     let delta = OWN * rtol;
     let Some((direction, units, speed)) = free_direction(own, motion)? else { return Ok(None) };
 
-    // The same motion more exactly, and one beside it.
+    // The same motion more exactly, and one next to it.
     let mut model = own.model.snapshot().to_model();
     model.solve.step = None;
     (model.solve.rtol, model.solve.atol) = (0.01 * rtol, (0.01 * options.atol).max(1e-14));

@@ -79,7 +79,7 @@ impl Loaded {
         Ok(found)
     }
 
-    /// Finds the start anew with other values of the model's parameters; without one all stays as it was.
+    /// Finds the start again with other values of the model's parameters; without one all stays as it was.
     pub(crate) fn restart(&mut self, parameters: &[f64]) -> Result<(), AnalysisError> {
         let own = std::mem::replace(&mut self.mechanism.parameters, parameters.to_vec());
         let found = self.find_start();

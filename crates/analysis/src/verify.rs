@@ -30,7 +30,7 @@ use crate::scalar::Rates;
 use crate::table::{Column, Table};
 use crate::watch::Watch;
 
-/// A run beside its independent twin.
+/// A run next to its independent twin.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Verified {
     /// How the run and its twin were made.

@@ -1,4 +1,4 @@
-//! Chains of rods on spherical joints, in both kinds of coordinates, beside Pinocchio, MuJoCo and Exudyn.
+//! Chains of rods on spherical joints, in both kinds of coordinates, next to Pinocchio, MuJoCo and Exudyn.
 //!
 //! A chain of the length and mass one, straight and level at first, turns about the vertical and falls. Measured is the
 //! place of its free end.

@@ -1,4 +1,4 @@
-//! An arm and a six-legged platform beside Pinocchio, MuJoCo and Exudyn.
+//! An arm and a six-legged platform next to Pinocchio, MuJoCo and Exudyn.
 //!
 //! The arm is the PUMA 560, which falls freely from a pose in which its last three axes are not in line; measured are its
 //! six angles. The platform stands on six legs, each a cross, a tube, a piston on a spring with a damper, and a ball; it

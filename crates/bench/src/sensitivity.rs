@@ -93,7 +93,7 @@ fn gradients(context: &Context, report: &mut Report) -> Result<(), BenchError> {
     Ok(())
 }
 
-/// A row of a table: what was asked, a run, and what was timed beside it.
+/// A row of a table: what was asked, a run, and what was timed next to it.
 fn row((tolerance, n_outputs, n): (f64, u32, usize), pair: &Paired) -> [String; 6] {
     [
         format!("{tolerance:.0e}"),
@@ -133,7 +133,7 @@ impl Subject {
             .map_err(|rejected| refused(&rejected))
     }
 
-    /// Times of something beside those of a run.
+    /// Times of something next to those of a run.
     fn paired(&self, context: &Context, timed: impl Fn()) -> Paired {
         let mut pair = Paired::default();
         for _ in 0..context.effort.rounds {

@@ -51,7 +51,7 @@ bksim_model::codes! {
     NOT_THERE = "D060", "nothing there to edit";
     DOES_NOT_FIT = "D061", "a value the drawing cannot hold";
     BY_LAYER = "D062", "attached by its layer";
-    WRITTEN_ANEW = "D063", "a drawing written anew";
+    WRITTEN_ANEW = "D063", "a drawing written again";
     NO_SUCH_KEY = "D064", "a key that the kind does not have";
     NAME_TAKEN = "D065", "a name that is taken";
     SPATIAL = "D070", "a spatial model cannot be drawn";

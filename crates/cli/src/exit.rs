@@ -92,7 +92,7 @@ pub enum Failure {
         /// A way out.
         help: String,
     },
-    /// Standard output was closed by whoever reads it: nothing is wrong.
+    /// Standard output was closed by its reader: nothing is wrong.
     OutputClosed,
 }
 

@@ -45,7 +45,7 @@ fn with_translation(fault: &Diagnostic, words: &Translation) -> Diagnostic {
     notes.into_iter().fold(fault.clone(), Diagnostic::note)
 }
 
-/// A text in lines that fit beside the mark of a note.
+/// A text in lines that fit next to the mark of a note.
 fn wrapped(text: &str) -> String {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {

@@ -149,6 +149,6 @@ fn other_files_are_overwritten_only_by_force() {
     assert!(
         refused(&scratch, "cad joint set press.dxf B body1=disk -o out.dxf").contains("--force")
     );
-    // Nothing is left beside them.
+    // Nothing is left next to them.
     assert_eq!(fs::read_dir(scratch.path()).expect("the directory").count(), 2);
 }

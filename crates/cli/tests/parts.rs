@@ -397,7 +397,7 @@ fn drawn_disc(records: &[&[&str]]) -> String {
     lines.collect::<Vec<_>>().join("\n") + "\n"
 }
 
-/// A motor of the library and a drum of a file beside the drawing turn drawn bodies as they turn written ones.
+/// A motor of the library and a drum of a file next to the drawing turn drawn bodies as they turn written ones.
 #[test]
 fn a_drawing_with_parts_moves_as_its_twin() {
     let place = crane();

@@ -81,7 +81,7 @@ impl Pool {
         self.simplify(self.substitute(e, &[(x, about)]))
     }
 
-    /// The sign of `switch`, which is zero at the point, beside it.
+    /// The sign of `switch`, which is zero at the point, next to it.
     fn sign_beside(&self, switch: Expr, x: SymbolId, about: Expr, side: Side) -> Option<Sign> {
         let mut derivative = switch;
         for order in 1..=MAX_ORDER {

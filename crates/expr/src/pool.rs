@@ -89,7 +89,7 @@ impl Pool {
     /// The expressions of this pool as they are now; what is added later is not among them.
     pub fn snapshot(&self) -> PoolSnapshot {
         let arena = &*self.arena.borrow();
-        // The table of handles, the simplified and the scratch space of sweeps are made anew where they are needed.
+        // The table of handles, the simplified and the scratch space of sweeps are made again where they are needed.
         PoolSnapshot {
             arena: Arena {
                 nodes: arena.nodes.clone(),

@@ -67,7 +67,7 @@ impl Pool {
         let value = self.substitute(e, &[(x, about)]);
         let common = (0..left.len().max(right.len())).map(|k| {
             let (a, b) = (at(&left, k), at(&right, k));
-            // The value itself may be another one than those beside it.
+            // The value itself may be another one than those next to it.
             if is_same(a, b) && (k > 0 || is_same(a, value)) { a } else { none }
         });
         common.collect()

@@ -55,7 +55,7 @@ pub fn is_stdin(path: &Path) -> bool {
     path == Path::new("-")
 }
 
-/// Standard input to its end. It can be read once only, and is kept for whoever asks again.
+/// Standard input to its end. It can be read once only, and is kept for later calls.
 fn standard_input() -> Result<Vec<u8>, InputError> {
     static READ: OnceLock<Result<Vec<u8>, String>> = OnceLock::new();
     let path = Path::new(STDIN);

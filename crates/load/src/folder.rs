@@ -1,4 +1,4 @@
-//! Names in a folder, for whoever named a file that is not there.
+//! Names in a folder, for messages about a file that is not there.
 
 use std::fs;
 use std::path::Path;

@@ -37,7 +37,7 @@ pub struct Stage {
     pub entities: Vec<Entity>,
     /// Entities fixed to frames that are among the outlines alone, since spans show them elsewhere.
     pub rods: Vec<Entity>,
-    /// Whether something is drawn anew for every sample.
+    /// Whether something is drawn again for every sample.
     pub has_spans: bool,
     /// The joints.
     pub joints: Vec<Joint>,

@@ -23,7 +23,7 @@ use crate::sparse::SparseMatrix;
 use crate::spatial;
 use bksim_model::{BodyId, Model, Vector};
 
-/// Number of terms up to which a sum that was pulled back is collected anew.
+/// Number of terms up to which a sum that was pulled back is collected again.
 const MAX_COLLECTED_TERMS: usize = 64;
 
 /// The left side of Lagrange's equations without loads and constraints.

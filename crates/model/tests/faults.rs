@@ -1,4 +1,4 @@
-//! Every file of `tests/faults` is read; what is said of it stands in the file beside it that ends
+//! Every file of `tests/faults` is read; what is said of it stands in the file next to it that ends
 //! in `.expected`. To add a case, write the model and run with `BKSIM_UPDATE=1`; then review what
 //! was written. A line `# --set name=value` overrides a parameter.
 

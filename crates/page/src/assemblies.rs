@@ -5,7 +5,7 @@ use bksim::analysis::{AnalysisError, Assemblies, assembly_panels};
 use bksim::panels::Sheet;
 use bksim_scene::Theme;
 
-/// A sentence and the pictures beside each other, in the colours of both themes; the style shows one of them.
+/// A sentence and the pictures next to each other, in the colours of both themes; the style shows one of them.
 ///
 /// # Errors
 /// As [`assembly_panels`].

@@ -68,7 +68,7 @@ pub(crate) fn take(
             channel.values.push(playback.value(signal));
         }
     }
-    // What is rounding beside the other channels of a unit is none of its own.
+    // What is rounding next to the other channels of a unit is none of its own.
     let mut largest: BTreeMap<&str, f64> = BTreeMap::from([("N", load)]);
     for (channel, (si, _)) in channels.iter().zip(&shown) {
         let size = |value: &f64| if value.is_finite() { value.abs() } else { 0.0 };

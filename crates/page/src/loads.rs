@@ -1,4 +1,4 @@
-//! The largest applied force of a run, beside which smaller ones are rounding.
+//! The largest applied force of a run, next to which smaller ones are rounding.
 
 use bksim::playback::Playback;
 use bksim::sim::load_forces::LoadForces;

@@ -170,7 +170,7 @@ impl Engine {
         &self.derived.channels
     }
 
-    /// The mechanism with the values of this model, its expressions made anew.
+    /// The mechanism with the values of this model, its expressions made again.
     pub(crate) fn mechanism(&self) -> Mechanism {
         self.simulation.mechanism()
     }

@@ -1,5 +1,5 @@
 //! Work under Python that goes on for long: now and then Python is asked whether it may, so that Ctrl-C
-//! ends it, and whoever waits is told how far it is.
+//! ends it, and the person who waits sees how far it is.
 
 use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};

@@ -1,7 +1,7 @@
 //! Inputs whose laws are functions of Python.
 //!
 //! An exception of such a function cannot leave through the integrator. It is kept for the thread, the law has
-//! no value from then on, and whoever asked for the work raises it in the end.
+//! no value from then on, and the caller raises it in the end.
 
 use std::cell::{Cell, RefCell};
 use std::sync::Arc;

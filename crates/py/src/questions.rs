@@ -315,7 +315,7 @@ pub(crate) fn rate_names(name: &str) -> [String; 2] {
     questions::inverse::rate_names(name)
 }
 
-/// The run beside one in another way, each of which takes at most so many seconds.
+/// The run next to one in another way, each of which takes at most so many seconds.
 #[pyfunction]
 pub(crate) fn verify_of(
     py: Python<'_>,

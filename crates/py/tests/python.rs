@@ -1,5 +1,5 @@
 //! The tests of the Python package, by its own interpreter: types, docstrings, pytest. What they test
-//! is the library that was built for this test, beside the package's Python files.
+//! is the library that was built for this test, next to the package's Python files.
 
 use std::env;
 use std::fs;

@@ -2,7 +2,7 @@
 //! reached, time ratios, largest velocities and accelerations, efforts of drives, reactions, energies.
 //!
 //! They are of the motion itself, not of its samples: a grid within every step brackets the extremes, a golden
-//! section search between the instants beside each finds it, and integrals are Gauss sums over the steps.
+//! section search between the instants next to each finds it, and integrals are Gauss sums over the steps.
 
 mod json;
 mod number;

@@ -187,7 +187,7 @@ mod tests {
         // Where nothing has a mass, reactions are zero but for rounding.
         let scale = ArrowScale::of(&[3e-31, 1e-30], 1e-30, 4.0);
         assert!(scale.samples().is_empty() && scale.length(1e-30) == 0.0);
-        // So are reactions that balance nothing beside weights of kilonewtons.
+        // So are reactions that balance nothing next to weights of kilonewtons.
         let scale = ArrowScale::of(&[5e-13], 4e3, 4.0);
         assert!(scale.samples().is_empty() && scale.length(5e-13) == 0.0);
     }

@@ -178,7 +178,7 @@ impl<'a> Evaluator<'a> {
         Some(function.evaluate(buffers, &[&[t], q, v, inputs.at(t, q, v)]))
     }
 
-    /// Everything about the state near this one that lies on the constraints; `None` where it must be had by its parts.
+    /// Everything about the state near this one that lies on the constraints; `None` where it is computed by parts.
     pub(crate) fn whole_sample(
         &mut self,
         t: f64,

@@ -30,7 +30,7 @@ use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Formulation, Model};
 
 /// [`MotionEquations`] that are derived when they are used first: only Radau needs them, and their
-/// Jacobian is the dearest derivation of all.
+/// Jacobian is the costliest derivation of all.
 pub type LazyMotionEquations =
     LazyLock<Arc<MotionEquations>, Box<dyn FnOnce() -> Arc<MotionEquations> + Send>>;
 

@@ -77,7 +77,7 @@ impl<'a> Functions<'a> {
         }
     }
 
-    /// The functions until they are used again: nothing is made anew.
+    /// The functions until they are used again: nothing is made again.
     pub fn pause(self) -> IdleFunctions {
         let Self { evaluator, multipliers, parameters, modes, rest, .. } = self;
         IdleFunctions { buffers: evaluator.into_buffers(), multipliers, parameters, modes, rest }

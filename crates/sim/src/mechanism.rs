@@ -25,7 +25,7 @@ pub struct Mechanism {
     pub model: Model,
     /// The equations of motion.
     pub system: SymbolicSystem,
-    /// The equations as functions of numbers; shared by whoever evaluates them.
+    /// The equations as functions of numbers; shared by all who evaluate them.
     pub compiled: Arc<CompiledSystem>,
     /// Parameter values in the order of the model's parameters.
     pub parameters: Vec<f64>,
@@ -138,7 +138,7 @@ impl Mechanism {
             .map_err(|error| Rejected(vec![diagnose_start(model, system, compiled, &error)]))
     }
 
-    /// The sampled signals of the model, for whoever follows them along a motion of their own.
+    /// The sampled signals of the model, for callers who follow them along a motion of their own.
     ///
     /// # Errors
     /// [`Rejected`] names a clock that ticks too often in the time of the model's solution.

@@ -208,7 +208,7 @@ impl Simulation {
         InputValues::new(&self.compiled.inputs).at(t, q, v).to_vec()
     }
 
-    /// The mechanism with the values and options of this simulation, its expressions made anew.
+    /// The mechanism with the values and options of this simulation, its expressions made again.
     pub fn mechanism(&self) -> Mechanism {
         let mut model = self.derivation.model.to_model();
         for (parameter, &value) in model.parameters.iter_mut().zip(&self.parameters) {

@@ -70,7 +70,7 @@ impl WholeSample {
         Self { parts, samples: Uses::new(jit), made: OnceLock::new() }
     }
 
-    /// The sample at a state of an integrator; `None` where it must be had by its parts.
+    /// The sample at a state of an integrator; `None` where it is computed by parts.
     pub(crate) fn evaluate<'b>(
         &self,
         buffers: &'b mut Buffers,

@@ -230,7 +230,7 @@ impl WholeStep {
     }
 
     /// The terms of the dense output of a step with these results, see [`record_extension`], and the pivots of its stages;
-    /// `None` where these must be had one by one.
+    /// `None` where these are computed one by one.
     pub(crate) fn extend<'b>(
         &self,
         buffers: &'b mut Buffers,

@@ -50,7 +50,7 @@ fn deeds(page: &str) -> Vec<Deed> {
             let line = line
                 .strip_prefix("cargo run -- ")
                 .map_or(line.to_owned(), |rest| format!("bksim {rest}"));
-            // Some have a remark beside them.
+            // Some have a remark next to them.
             let command = line.split("   ").next().unwrap_or_default();
             command.starts_with("bksim ").then(|| command.to_owned())
         });

@@ -2,8 +2,8 @@
 //!
 //! The pages are written by the command, then `crates/page/web/test` looks at them with Chromium, and
 //! compares the poses that it finds there with those of the facade's playback. Screenshots of every
-//! page are left in `target/page-screenshots`; some are compared with the reference pictures beside the
-//! test, which `BKSIM_BLESS=1` writes anew.
+//! page are left in `target/page-screenshots`; some are compared with the reference pictures next to the
+//! test, which `BKSIM_BLESS=1` writes again.
 
 #[path = "../../cli/tests/common/mod.rs"]
 mod common;
@@ -45,7 +45,7 @@ const MAX_BYTES: u64 = 2_000_000;
 const BROWSERS: [&str; 3] =
     ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
 
-/// Parts of a run, beside its ends, whose poses are compared; none is an even time.
+/// Parts of a run, next to its ends, whose poses are compared; none is an even time.
 const PARTS: [f64; 5] = [0.0, 0.123_456_7, std::f64::consts::FRAC_1_PI, 0.777_777, 1.0];
 
 /// Comments that a hostile author writes.

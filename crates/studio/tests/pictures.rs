@@ -1,7 +1,7 @@
 //! The pictures of `docs/pictures` are what the commands draw: every example moving, and its curves, on
 //! light and on dark.
 //!
-//! They are drawn anew and compared: the same elements in the same order, every number within half a
+//! They are drawn again and compared: the same elements in the same order, every number within half a
 //! pixel, since rounding differs from machine to machine. With `BKSIM_BLESS=1` they are written.
 #![cfg(unix)]
 

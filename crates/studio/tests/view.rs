@@ -233,7 +233,7 @@ fn it_follows_its_size_and_its_file_and_survives_a_broken_model() {
     // Broken: the fault is told with its place, and the window stays.
     place.write("four-bar.toml", model().replace("mass = \"0.8 kg\"", "mas = \"0.8 kg\""));
     window.tells("four-bar.toml:21:1");
-    // Put right by an editor that writes beside and renames.
+    // Put right by an editor that writes a second file and renames it.
     place.write("four-bar.toml.new", model());
     let (from, to) = (place.path().join("four-bar.toml.new"), place.path().join("four-bar.toml"));
     std::fs::rename(from, to).expect("renamed");

@@ -12,7 +12,7 @@ use crate::axis::{Axis, Values};
 use crate::codes;
 
 /// The axes of a table's columns, to be taken in [pairs](crate::Design::Pairs): its header names them, with units
-/// in brackets. Columns are divided by commas, semicolons or tabs; beside semicolons and tabs a comma may be the
+/// in brackets. Columns are divided by commas, semicolons or tabs; next to semicolons and tabs a comma may be the
 /// decimal one.
 ///
 /// # Errors

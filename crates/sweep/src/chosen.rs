@@ -36,7 +36,7 @@ pub enum Chosen {
     },
 }
 
-/// A column beside a number.
+/// A column next to a number.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Comparison {
     column: String,

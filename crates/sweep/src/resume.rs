@@ -29,7 +29,7 @@ pub enum Existing {
     Refuse,
     /// Go on with what is missing; refuse when they are of another sweep.
     Resume,
-    /// Begin anew.
+    /// Begin again.
     Replace,
 }
 

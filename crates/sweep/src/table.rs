@@ -81,7 +81,7 @@ fn number(row: &Row, idx: usize) -> f64 {
 }
 
 /// The place of the column that a name means: its own, or the only one whose names begin with more than is written,
-/// as those of `max(outputs.pin)` do beside `max(pin)`. Spaces do not count.
+/// as those of `max(outputs.pin)` do next to `max(pin)`. Spaces do not count.
 ///
 /// # Errors
 /// The help, where there is none or more than one.

@@ -3,7 +3,7 @@
 //! ```text
 //! RRR   circles of radii a, b at the distance d     c = (a² + d² − b²)/(2 a d)
 //! RRP   a circle of radius a and a line h away      c = h/a
-//! RPR   a guide k beside pins at the distance d     c = k/d
+//! RPR   a guide k next to pins at the distance d     c = k/d
 //! |c| < 1: two closures     |c| > 1: none
 //! PRP   two lines                                   one closure, unless they are parallel
 //! RPP   a line at a given angle and a line          the same

@@ -208,7 +208,7 @@ fn moving_bodies(placed: &Placed, along: &DVector<f64>) -> Result<Vec<String>, A
     Ok(moving.map(|idx| model.bodies[idx].name.clone()).collect())
 }
 
-/// True where the mechanism, moved a little, closes again beside the pose.
+/// True where the mechanism, moved a little, closes again next to the pose.
 fn is_finite(placed: &Placed, along: &DVector<f64>) -> bool {
     const ASIDE: f64 = 1e-3;
     let length = along.norm();

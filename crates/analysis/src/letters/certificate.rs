@@ -1,4 +1,4 @@
-//! [`Certificate`]: matrices in letters beside numbers that come another way.
+//! [`Certificate`]: matrices in letters next to numbers that come another way.
 
 use bksim_expr::{Expr, SymbolId, Tape};
 use bksim_model::ParameterId;

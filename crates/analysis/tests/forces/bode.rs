@@ -19,7 +19,7 @@ fn assert_close(found: f64, expected: f64, tolerance: f64) {
     assert!(off <= tolerance * expected.abs().max(1e-3), "{found} for {expected}: off by {off:e}");
 }
 
-/// Two masses in a row: springs k1 to the ground and k2 between, dampers c1 and c2 beside them.
+/// Two masses in a row: springs k1 to the ground and k2 between, dampers c1 and c2 next to them.
 const TWO_MASSES: &str = "[parameters]\nF = 0\n[ground.points]\nP = [-1, 0]\n\
     [bodies]\na = { mass = 2 }\nb = { mass = 0.5 }\n\
     [joints]\nA = { type = \"prismatic\", between = [\"ground\", \"a\"], axis = [1, 0] }\n\

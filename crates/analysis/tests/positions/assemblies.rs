@@ -70,7 +70,7 @@ fn an_inverted_slider_crank_is_proved() {
     let proof = found.proof.expect("a proof");
     assert_eq!([found.assemblies.len(), proof.n], [2, 2]);
     assert_eq!(proof.dyads[0].kind, "RPR");
-    // The guide passes at 0.05 m beside D, pin B at the distance d.
+    // The guide passes at 0.05 m next to D, pin B at the distance d.
     let (x, y) = (0.1 * 0.8f64.cos() - 0.3, 0.1 * 0.8f64.sin());
     assert!((proof.margin - (1.0 - 0.05 / x.hypot(y))).abs() < 1e-12);
 }

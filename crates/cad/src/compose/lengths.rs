@@ -23,7 +23,7 @@ use crate::excerpt::short;
 use crate::geometry::Point;
 use crate::geometry::vector::distance;
 
-/// Words of drafting that stand beside a length and name none.
+/// Words of drafting that stand next to a length and name none.
 const NO_NAMES: [&str; 12] =
     ["TYP", "REF", "MAX", "MIN", "NOM", "THRU", "EQ", "BSC", "CRS", "SQ", "MM", "IN"];
 

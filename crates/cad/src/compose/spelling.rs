@@ -299,7 +299,7 @@ fn is_usable(name: &str) -> bool {
     has_letters && !name.is_empty() && !name.starts_with(|c: char| c.is_ascii_digit())
 }
 
-/// The name of a body as a model file beside the drawing may spell it, too.
+/// The name of a body as a model file next to the drawing may spell it, too.
 pub(super) fn spelled_body(name: &str) -> String {
     if is_usable(name) { name.to_owned() } else { spelled(name, 'b') }
 }

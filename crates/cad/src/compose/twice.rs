@@ -89,7 +89,7 @@ fn gravities(source: Source<'_>, sidecar: &Sidecar, faults: &mut Faults<'_>) {
         }
     }
 
-    // One of the model file beside takes the place of the drawn one where it has its name.
+    // One of the model file next to the drawing takes the place of the drawn one where it has its name.
     let named = names(source, Section::Loads, |it| it.kind.name, &mut faults.unheard());
     let own = named.iter().find(|(it, _)| std::ptr::eq(*it, *first)).map(|(_, name)| name.as_str());
     for beside in sidecar.gravities().iter().filter(|name| Some(name.as_str()) != own) {

@@ -7,7 +7,7 @@ use crate::write::graft::Addition;
 /// The size of a mark over the diagonal of the drawing.
 const SIZE: f64 = 1.0 / 60.0;
 
-/// A circle around each place, with the number of the finding, its code and its words beside the first.
+/// A circle around each place, with the number of the finding, its code and its words next to the first.
 pub fn marks(report: &Report) -> Addition {
     const RED: u8 = 1;
     let [low, high] = report.extent;

@@ -135,7 +135,7 @@ pub(super) fn kept(tags: &Tags, record: &Record) -> Vec<usize> {
             _ => (),
         }
         let is_wanted = match code {
-            // The preview of an entity, what belongs to other programs; the handle is written anew.
+            // The preview of an entity, what belongs to other programs; the handle is written again.
             5 | 102 | 105 | 160 | 310..=319 => false,
             92 => record.is_read && !in_head,
             1000.. => in_ours,

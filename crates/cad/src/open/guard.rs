@@ -138,7 +138,7 @@ fn value_fault(tags: &Tags, idx: usize) -> Option<Diagnostic> {
 /// Records that promise more than they hold.
 ///
 /// Each counted thing takes a group at least, so that the sum of the counts is at most the number
-/// of groups; whoever believes a larger count allocates for it, or waits for what never comes.
+/// of groups; a reader that believes a larger count allocates for it, or waits for what never comes.
 pub(super) fn counts(tags: &Tags, records: &[Record]) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
     for record in records {

@@ -171,7 +171,7 @@ mod tests {
         Stroke { path: Path::of(Curve::Segment { from, to }), entity: 0 }
     }
 
-    /// A square by four lines, with more strokes beside.
+    /// A square by four lines, with more strokes next to them.
     fn square(more: Vec<Stroke>) -> Vec<Stroke> {
         let corners = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0], [0.0, 0.0]];
         let mut strokes: Vec<Stroke> =

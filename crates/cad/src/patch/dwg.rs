@@ -1,4 +1,4 @@
-//! Edits of a DWG file: on what the library read of it, written anew.
+//! Edits of a DWG file: on what the library read of it, written again.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

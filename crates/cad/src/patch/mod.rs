@@ -1,7 +1,7 @@
 //! Edits of an existing drawing that leave everything else as it is.
 //!
 //! A DXF file is spliced: the groups of an edit are replaced, every other byte stays, comments and
-//! line ends included. A DWG file has no such groups; it is written anew from what was read of it.
+//! line ends included. A DWG file has no such groups; it is written again from what was read of it.
 
 mod application;
 mod dwg;
@@ -124,7 +124,7 @@ pub fn apply(bytes: Vec<u8>, edits: &[Edit]) -> Result<Patched, Vec<Diagnostic>>
     let options = OpenOptions::default();
     if let Ok(Container::Dwg(release)) = recognise(&bytes) {
         let bytes = dwg::apply(bytes, release, edits).map_err(fail)?;
-        let message = format!("the DWG drawing of {release} was written anew");
+        let message = format!("the DWG drawing of {release} was written again");
         let warning = Diagnostic::warning(codes::WRITTEN_ANEW, message)
             .note("what is not understood of it may be lost; in DXF every other byte is kept")
             .help("keep a copy, or work on a DXF of the drawing");

@@ -120,7 +120,7 @@ fn two_gravities_solves_or_models_are_a_fault_that_names_both() {
         assert!(fault.is_error());
         assert!(words.contains("handle A1") && words.contains("handle A2"), "{words}");
     }
-    // Gravities of other names add up just the same; so does one of the model file beside.
+    // Gravities of other names add up just the same; so does one of the model file next to the drawing.
     let named = |name: &str, at: &str| {
         format!("INSERT block=BK_GRAVITY at={at} NAME={name} ACCELERATION=\"9.81 m/s^2\"\n")
     };
@@ -131,7 +131,7 @@ fn two_gravities_solves_or_models_are_a_fault_that_names_both() {
         composed_with(&format!("{ARM}{}", named("g", "0,9")), options).expect("a drawing")
     };
     assert!(words(&only(&beside("weight"), "D046")).contains("`weight`"));
-    // Of the same name, the model file beside comes first: that is one gravity.
+    // Of the same name, the model file next to the drawing comes first: that is one gravity.
     assert_eq!(model(&beside("g")).loads.len(), 1);
 }
 

@@ -26,7 +26,7 @@ pub struct Page {
     /// Lay the path of this point, `coupler.P`, over the mechanism: the same as --curve; may be repeated.
     #[arg(long, value_name = "POINT")]
     pub path: Vec<String>,
-    /// Show all ways in which the start closes as small pictures beside each other.
+    /// Show all ways in which the start closes as small pictures next to each other.
     #[arg(long)]
     pub assemblies: bool,
     /// Write a live page: the mechanism can be dragged, drawn, changed and solved in it, and its text downloaded.

@@ -15,7 +15,7 @@ use super::view::seconds;
 pub struct Plot {
     /// Logs or models, which are solved first, and channels of them: `state.A_angle`, a whole topic `energy`, a
     /// pattern `reactions.*.fx`, or what the model can name, as `rod.B.x`; with a unit as `A.angle:deg`. An overview if
-    /// there are no channels. Tables of measured values (CSV) are drawn as points beside them. Or the table of a sweep and outputs of it: curves, contours or points by what varies.
+    /// there are no channels. Tables of measured values (CSV) are drawn as points next to them. Or the table of a sweep and outputs of it: curves, contours or points by what varies.
     #[arg(required = true, value_name = "LOG|MODEL|CHANNEL")]
     pub what: Vec<String>,
     /// How models are read, and in which units curves are drawn.

@@ -11,7 +11,7 @@ const ID: &str = "speech";
 enum Lang {
     /// English.
     En,
-    /// Vietnamese, beside English.
+    /// Vietnamese, next to English.
     Vi,
 }
 

@@ -35,7 +35,7 @@ pub struct Sweep {
     #[arg(short, long, value_name = "FILE", alias = "output")]
     pub out: Option<PathBuf>,
     /// Log the runs of these cases, as `solve` does: `3,7,10-12`, `all`, `failed`, `largest COLUMN`, `smallest
-    /// COLUMN`, or comparisons, "max(reactions.B.fx) > 2 kN and l1 < 0.9 m". The logs stand beside the table:
+    /// COLUMN`, or comparisons, "max(reactions.B.fx) > 2 kN and l1 < 0.9 m". The logs stand next to the table:
     /// TABLE-3.mcap.
     #[arg(long, value_name = "WHICH")]
     pub log_cases: Option<String>,
@@ -60,7 +60,7 @@ pub struct Sweep {
     /// Go on with a sweep that was interrupted.
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
-    /// Overwrite an existing table, and begin anew where a sweep was interrupted.
+    /// Overwrite an existing table, and begin again where a sweep was interrupted.
     #[arg(long)]
     pub force: bool,
     /// Joints that yield in every solution.

@@ -4,7 +4,7 @@ use bksim::analysis::quantity;
 
 /// A time: `2` in seconds, or with a unit as in a model, `2 s`, `500ms`.
 pub(super) fn time(text: &str) -> Result<f64, String> {
-    // A bare number is taken as it is; whoever uses it knows its range.
+    // A bare number is taken as it is; its user knows the range.
     let bare = text.trim().parse::<f64>().ok();
     bare.or_else(|| quantity(text, "s").ok()).ok_or_else(|| {
         let point = if text.contains(',') { "; decimals have a point" } else { "" };

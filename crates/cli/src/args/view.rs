@@ -13,7 +13,7 @@ use super::time::time;
 #[derive(Args, Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "each is an option that is given or not")]
 pub struct View {
-    /// A log, a model file, or a drawing (DXF, DWG); it is watched, and shown anew when it changes.
+    /// A log, a model file, or a drawing (DXF, DWG); it is watched, and shown again when it changes.
     #[arg(value_name = "MODEL|LOG")]
     pub input: PathBuf,
     /// How a model is read, and in which units values are told.

@@ -12,7 +12,7 @@ use super::names::defined;
 use crate::commands::schema::meaning;
 use crate::output::number;
 
-/// More equations than these do not fit beside a text.
+/// More equations than these do not fit next to a text.
 const MOST_EQUATIONS: usize = 8;
 /// Longer equations are cut.
 const MOST_LETTERS: usize = 600;

@@ -7,7 +7,7 @@
 //!
 //! They share pattern and sizes of their entries, so one order of pivots serves all. It is kept from
 //! step to step, as the elimination is then straight-line code without searches and exchanges, and
-//! chosen anew where it has become bad for a matrix.
+//! chosen again where it has become bad for a matrix.
 
 #![expect(clippy::inline_always, reason = "kernels are compiled with the registers of `run`")]
 

@@ -1,5 +1,5 @@
 //! Folds of inverse, exponential and hyperbolic functions and of half angles: each input simplifies
-//! to a form that costs no more than the one beside it, and keeps its value.
+//! to a form that costs no more than the one next to it, and keeps its value.
 
 use crate::common::cost;
 use bksim_expr::{Expr, Pool};

@@ -16,7 +16,7 @@ proptest! {
         let e = recipe.build(&pool);
         let listing = pool.listing(&[e]);
         let copy = other.read_listing(&listing).expect("a listing")[0];
-        // Built anew, a part may fold further than it did in the order of its author; but it does so in every pool.
+        // Built again, a part may fold further than it did in the order of its author; but it does so in every pool.
         let again = pool.read_listing(&listing).expect("a listing")[0];
         prop_assert_eq!(other.to_text(copy), pool.to_text(again));
         prop_assert_eq!(other.listing(&[copy]), pool.listing(&[again]));

@@ -1,4 +1,4 @@
-//! Topics that a reader makes from samples of a log, beside those that the log has.
+//! Topics that a reader makes from samples of a log, next to those that the log has.
 
 use super::Record;
 use crate::{Header, Topic, TopicId};

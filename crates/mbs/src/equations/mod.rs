@@ -4,7 +4,7 @@
 //! SymbolicSystem ─ ReadingForm ─┬─ Equations   every formula as a string, in one notation
 //!      │             │          └─ page        a document that typesets without editing
 //!      │             ├─ named constants put back ──┐
-//!      └─────────────┴─ derived anew from T and V ─┴─ Proof   equality at random points
+//!      └─────────────┴─ derived again from T and V ─┴─ Proof   equality at random points
 //! ```
 //!
 //! `reading` groups the terms by acceleration, velocity, potential, load and constraint force;

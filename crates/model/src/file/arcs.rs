@@ -282,7 +282,7 @@ fn integral(speed: &mut Speed, [from, to]: [f64; 2]) -> Option<Piece> {
         scale /= width;
     }
     let piece = Piece::polynomial(integrated);
-    // Between its points, and beside the ends.
+    // Between its points, and next to the ends.
     for j in 0..2 * N_POINTS {
         let s = 0.5 * width * (1.0 + (angle(j) * 0.5).cos());
         if (piece.slope(s) - speed.at(from + s)?).abs() > HOLDS * largest {

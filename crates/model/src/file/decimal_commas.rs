@@ -1,6 +1,6 @@
 //! Commas that divide entries or arguments where they look like those of decimals: `[0,5, 0]` is a list of three.
 //!
-//! A comma right between two digits is doubtful only beside commas that a space follows: who writes lists
+//! A comma right between two digits is doubtful only next to commas that a space follows: who writes lists
 //! without spaces, `[1,0,0]`, or with one after each comma, means lists.
 
 use bksim_expr::{COMPOSED, Function, Syntax, SyntaxKind};

@@ -183,7 +183,7 @@ impl Reader<'_> {
                 (Some("radius"), ["length"].as_slice())
             }
             ("point-on-line", 0) => (None, ["length", "radius"].as_slice()),
-            // A roller rolls, or rubs beside its centre.
+            // A roller rolls, or rubs next to its centre.
             ("point-on-curve", 0) if !self.names.joints[joint.0].has_radius => {
                 (None, ["length", "radius"].as_slice())
             }

@@ -258,7 +258,7 @@ fn end_of_numbers(syntax: &Syntax) -> Option<usize> {
     };
     let mut end = None;
     let mut idx = syntax.nodes.len() - 1;
-    // From the last factor to the first; what is not a number starts anew.
+    // From the last factor to the first; what is not a number starts again.
     loop {
         let (first, last) = match &syntax.nodes[idx].kind {
             SyntaxKind::Binary { operator: BinaryOperator::Multiply, left, right, .. } => {

@@ -165,7 +165,7 @@ fn entity(scene: &Scene, root: &str, span: &Span, at: &[Pose]) -> Entity {
         .into_iter()
         .filter_map(|(role, points)| stage::line(role, points, false))
         .collect();
-    // Written anew for every sample: numbers of few digits take less room, and nobody sees it.
+    // Written again for every sample: numbers of few digits take less room, and nobody sees it.
     let grid = (scene.pin / PARTS_OF_A_PIN).log2().floor().exp2();
     if grid > 0.0 {
         let numbers = lines.iter_mut().flat_map(|line| line.points.as_flattened_mut());

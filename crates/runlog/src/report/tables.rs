@@ -27,7 +27,7 @@ const ROUNDING: f64 = 1e-11;
 /// The size that rounding leaves of a quantity that is zero throughout, such as a force where nothing has a mass; SI.
 const NOTHING: f64 = 1e-18;
 
-/// A value, or zero where it is rounding beside a scale.
+/// A value, or zero where it is rounding next to a scale.
 fn above(value: f64, scale: f64) -> f64 {
     if value.abs() < (ROUNDING * scale).max(NOTHING) { 0.0 } else { value }
 }

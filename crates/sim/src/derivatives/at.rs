@@ -66,7 +66,7 @@ impl IdleDerivatives {
 }
 
 impl DerivativesAt<'_> {
-    /// The derivatives until they are used again: nothing is made anew.
+    /// The derivatives until they are used again: nothing is made again.
     pub fn pause(self) -> IdleDerivatives {
         IdleDerivatives { functions: self.functions.pause(), own: self.own }
     }

@@ -13,7 +13,7 @@
 //! ```
 //!
 //! Event indicators, functions that decide a mode, are monitored; where one changes its sign the run
-//! is interrupted, consistent modes are found anew, and the run goes on from there as from a start.
+//! is interrupted, consistent modes are found again, and the run goes on from there as from a start.
 //! So no step ever contains a kink. Rows of open contacts are rows of zeros.
 //!
 //! Where the mathematics lies, from the bottom up:

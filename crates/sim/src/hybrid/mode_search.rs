@@ -120,7 +120,7 @@ impl<'a> ModeSearch<'a> {
     }
 
     /// Decides every mode that the state decides. A kink inside another is decided first, and the
-    /// indicators are taken anew: the outer function has a mode of the inner one in it.
+    /// indicators are taken again: the outer function has a mode of the inner one in it.
     fn decide(&mut self) {
         for _ in 0..=self.modes.signs.len() {
             let values = self.indicators(&self.modes);

@@ -28,7 +28,7 @@ impl Iterator for ModeSets {
     fn next(&mut self) -> Option<Vec<usize>> {
         self.n_left = self.n_left.checked_sub(1)?;
         let set = self.next.take()?;
-        // The first digit that can rise does, those before it start anew.
+        // The first digit that can rise does, those before it start again.
         let rising = set.iter().zip(&self.n_choices).position(|(choice, n)| choice + 1 < *n);
         self.next = rising.map(|k| {
             let mut next = set.clone();

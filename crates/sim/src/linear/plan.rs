@@ -10,7 +10,7 @@ use super::shape::Shape;
 pub(crate) struct EliminationPlan(Arc<OnceLock<(Vec<usize>, Elimination)>>);
 
 impl EliminationPlan {
-    /// The elimination with these rows, planned anew where they are others than the first ones.
+    /// The elimination with these rows, planned again where they are others than the first ones.
     pub(crate) fn of(&self, shape: &Shape, active: &[usize]) -> Elimination {
         let plan = || (active.to_vec(), Elimination::new(shape, active));
         match self.0.get_or_init(plan) {

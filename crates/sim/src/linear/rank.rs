@@ -11,7 +11,7 @@
 use crate::linear::dense::{self, DEPENDENT, Dependence, RANK_TOLERANCE};
 use crate::linear::rows::{LARGEST_DENSE, SparseRows};
 
-/// Squared part of a row below which its rest is found anew: the products hold it to half the
+/// Squared part of a row below which its rest is found again: the products hold it to half the
 /// digits only.
 const DOUBTFUL: f64 = 1e-4;
 

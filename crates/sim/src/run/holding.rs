@@ -2,7 +2,7 @@
 //!
 //! Away from the constraints, accelerations have no limit in a singular pose, and steps that come near one may be
 //! rejected for it over and over. They are tried again with their stages on the constraints
-//! ([`MultiplierSystem::nearby_into`](crate::multiplier::MultiplierSystem::nearby_into)), which is dearer, and
+//! ([`MultiplierSystem::nearby_into`](crate::multiplier::MultiplierSystem::nearby_into)), which costs more, and
 //! adds rounding of its own: where the error of a step does not fall for it, all is left as it is until the pose
 //! is passed.
 

@@ -34,7 +34,7 @@ pub(super) const TINY: f64 = 1e-3;
 /// Attempts at a step after which Radau IIA must have gained on explicit steps,
 const TRIAL: usize = 500;
 
-/// by this factor: its steps are dearer.
+/// by this factor: its steps cost more.
 const GAIN: f64 = 5.0;
 
 /// Where the present window began.

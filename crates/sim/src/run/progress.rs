@@ -78,7 +78,7 @@ struct Mark {
     n_done: usize,
 }
 
-/// Steps and samples after which a run is marked anew: a mark takes about as long as a step.
+/// Steps and samples after which a run is marked again: a mark takes about as long as a step.
 const MARK_PERIOD: usize = 100;
 
 /// Where a run stands with its phase.

@@ -105,7 +105,7 @@ impl Race {
         })
     }
 
-    /// Explicit steps go on; should they turn out dearer again, the next look is later.
+    /// Explicit steps go on; should they turn out slower again, the next look is later.
     pub(super) fn go_back(&mut self) {
         self.look *= 2;
     }

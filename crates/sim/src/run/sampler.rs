@@ -16,7 +16,7 @@ use crate::sampled::Tick;
 use crate::start::Start;
 use bksim_model::LoadId;
 
-/// Samples that are kept of a step in which a run was stopped: few, as whoever stops a run waits for them.
+/// Samples that are kept of a step in which a run was stopped: few, as a person who stops a run waits for them.
 const MAX_PENDING: usize = 100;
 
 /// Turns the dense output of steps into samples.

@@ -1,4 +1,4 @@
-//! The loop over the steps of a phase. A step is taken first, and passed to its end afterwards: whoever holds
+//! The loop over the steps of a phase. A step is taken first, and passed to its end afterwards: a caller who holds
 //! the run samples it in between.
 
 use bksim_dae::{Advance, Control, SolveError};

@@ -35,7 +35,7 @@ impl From<TapeError> for SensitivityError {
     }
 }
 
-/// The diagnostic of sensitivities that cannot be had.
+/// The diagnostic of sensitivities that do not exist.
 pub fn diagnose_sensitivity(model: &Model, error: &SensitivityError) -> Diagnostic {
     let fault = |message: String| Diagnostic::error(codes::NO_SENSITIVITY, message);
     match error {

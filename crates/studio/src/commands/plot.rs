@@ -202,7 +202,7 @@ fn coordinates(point: &str) -> [String; 2] {
     ["x", "y"].map(|axis| format!("{point}.{axis}"))
 }
 
-/// How a file is read: options of models do not concern logs beside them.
+/// How a file is read: options of models do not concern logs next to them.
 fn reading_of(args: &Plot, path: &Path) -> ReadingArgs {
     let has_models = args.files().iter().any(|file| !is_log(file));
     if has_models && is_log(path) {

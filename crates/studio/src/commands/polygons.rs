@@ -1,4 +1,4 @@
-//! `bksim polygons` with a picture: both polygons beside each other, the vectors listed below.
+//! `bksim polygons` with a picture: both polygons next to each other, the vectors listed below.
 
 mod labels;
 

@@ -138,7 +138,7 @@ impl Drawing {
     }
 
     /// Adds the part of the mechanism in a half of space, all of it if none is given. What is cut changes with the
-    /// motion: all its primitives are made anew.
+    /// motion: all its primitives are made again.
     fn cut_mechanism(
         &mut self,
         scene: &Scene,

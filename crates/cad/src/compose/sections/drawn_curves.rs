@@ -19,7 +19,7 @@ use crate::kind::CURVE_LAYER;
 /// Points of one piece of a curve that has no formula.
 const N_POINTS: u8 = 48;
 
-/// Puts the curves that joints follow and that are drawn beside those that are stated.
+/// Puts the curves that joints follow and that are drawn next to those that are stated.
 pub(in crate::compose) fn put_drawn_curves(
     mechanism: &Mechanism<'_>,
     draft: &mut Draft,

@@ -85,7 +85,7 @@ pub struct Reaction {
 /// A curve of the whole motion.
 #[derive(Clone, PartialEq, Debug)]
 pub struct MotionCurve {
-    /// Name of the motion curve, written beside it.
+    /// Name of the motion curve, written next to it.
     pub name: String,
     /// Kind of the motion curve, which chooses the layer.
     pub kind: CurveKind,

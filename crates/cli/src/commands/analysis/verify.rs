@@ -1,4 +1,4 @@
-//! `bksim verify`: a run beside the same motion by an independent formulation.
+//! `bksim verify`: a run next to the same motion by an independent formulation.
 
 use std::cell::{Cell, RefCell};
 use std::time::Instant;

@@ -4,7 +4,7 @@
 //! files -> trees -> repeated -> renamed -> merged -> one text, with the place that each piece came from
 //! ```
 //!
-//! The text is what everything else reads: a log keeps it, a sweep varies it. Files are opened by whoever asks.
+//! The text is what everything else reads: a log keeps it, a sweep varies it. Files are opened by the caller.
 //!
 //! ```
 //! use bksim_model::file::{Limits, expand};
@@ -34,7 +34,7 @@ pub use meshes::triangles;
 /// Opens a file that a model names: its bytes, or why there are none, worded to follow the file's name.
 pub type Open<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, String>;
 
-/// The end of the words for a link that leads to no file, as whoever opens files says them.
+/// The end of the words for a link that leads to no file, in the words of the caller who opens files.
 pub const LOOP_OF_LINKS: &str = "it is a link that leads back to itself";
 
 /// Why a file cannot be used.

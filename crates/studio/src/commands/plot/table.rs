@@ -1,4 +1,4 @@
-//! [`Table`]: columns of numbers from a file of CSV, such as measured values, to be drawn beside runs.
+//! [`Table`]: columns of numbers from a file of CSV, such as measured values, to be drawn next to runs.
 //!
 //! The first line names the columns, with their units in brackets where they are not those of the SI:
 //! `t, A.angle [deg]`. Columns are divided by commas, semicolons or tabs; with semicolons and tabs a comma may be the

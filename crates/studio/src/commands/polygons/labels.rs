@@ -28,7 +28,7 @@ impl Labels {
         self.taken.push([x - half, y - half, x + half, y + half]);
     }
 
-    /// The place of a name beside a point: the begin of its base line.
+    /// The place of a name next to a point: the begin of its base line.
     pub(super) fn beside(&mut self, [x, y]: [f32; 2], text: &str) -> Option<[f32; 2]> {
         let [width, height] = self.extent(text);
         let around = |gap: f32| {
@@ -44,7 +44,7 @@ impl Labels {
         self.first_free(gaps.into_iter().flat_map(around).collect(), [width, height])
     }
 
-    /// The place of a name beside a line.
+    /// The place of a name next to a line.
     pub(super) fn along(&mut self, [a, b]: [[f32; 2]; 2], text: &str) -> Option<[f32; 2]> {
         let [width, height] = self.extent(text);
         let long = (b[0] - a[0]).hypot(b[1] - a[1]);
