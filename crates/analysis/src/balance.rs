@@ -14,6 +14,7 @@ use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 
 use crate::around::Way;
+use crate::drive::unknown_measure;
 use crate::equilibrium::Equilibrium;
 use crate::error::AnalysisError;
 use crate::forces::{At, Forces, ForcesAt};
@@ -375,12 +376,13 @@ impl<'a> Balance<'a> {
 /// A measure as a quantity.
 pub(crate) fn named_quantity(loaded: &Loaded, name: &str) -> Result<PoseQuantity, AnalysisError> {
     let model = loaded.model();
-    let unknown = || AnalysisError::UnknownMeasure { name: name.to_owned() };
-    let measure = Measure::named(model, name).filter(|measure| !measure.is_acceleration());
-    let measure = measure.ok_or_else(unknown)?;
+    let fits =
+        |m: Measure| !(m.is_acceleration() || m.is_reaction() || matches!(m, Measure::State(_)));
+    let measure = Measure::named(model, name).filter(|&measure| fits(measure));
+    let measure = measure.ok_or_else(|| unknown_measure(model, name, fits))?;
     let value = loaded.system().kinematics.measure(model, measure);
     let names = [name.to_owned(), format!("{name}'"), format!("{name}''")];
-    Ok(PoseQuantity { names, unit: measure.unit(model), value })
+    Ok(PoseQuantity { names, unit: measure.fixed_unit(model), value })
 }
 
 /// Values of all quantities at a position.

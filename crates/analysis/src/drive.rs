@@ -126,12 +126,22 @@ impl Drive {
 /// The measure of this name, which is a position or an angle.
 ///
 /// # Errors
-/// [`AnalysisError::UnknownMeasure`], or [`AnalysisError::NotAPosition`] for a rate.
+/// [`AnalysisError::UnknownMeasure`], or [`AnalysisError::NotAPosition`] for anything else.
 pub fn position(model: &Model, name: &str) -> Result<Measure, AnalysisError> {
-    let unknown = || AnalysisError::UnknownMeasure { name: name.to_owned() };
+    let unknown = || unknown_measure(model, name, Measure::is_position);
     let measure = Measure::named(model, name).ok_or_else(unknown)?;
-    if measure.is_velocity() {
-        return Err(AnalysisError::NotAPosition { name: name.to_owned() });
+    if measure.is_position() {
+        Ok(measure)
+    } else {
+        Err(AnalysisError::NotAPosition { name: name.to_owned() })
     }
-    Ok(measure)
+}
+
+/// The error of a name that nothing has, with the nearest name of a measure that fits.
+pub(crate) fn unknown_measure(
+    model: &Model,
+    name: &str,
+    fits: impl Fn(Measure) -> bool,
+) -> AnalysisError {
+    AnalysisError::UnknownMeasure { name: name.to_owned(), near: model.did_you_mean(name, fits) }
 }

@@ -3,6 +3,7 @@
 use bksim_model::{Drive as ModelDrive, Measure, Model};
 
 use crate::PoseQuantity;
+use crate::drive::unknown_measure;
 use crate::error::AnalysisError;
 use crate::loaded::Loaded;
 use crate::motion::{Motion, driven};
@@ -55,17 +56,18 @@ pub(crate) fn channels(
             channel.drive_idx = Some(0);
             continue;
         }
-        let measure = [format!("{name}.angle"), format!("{name}.position"), name.clone()];
+        let name = name.strip_prefix("drives.").unwrap_or(name);
+        let measure = [format!("{name}.angle"), format!("{name}.position"), name.to_owned()];
         let measure = measure.iter().find_map(|name| driven(model, name).ok());
-        let unknown = || AnalysisError::UnknownMeasure { name: name.clone() };
+        let unknown = || unknown_measure(model, name, Measure::is_position);
         if measure.is_none() && is_given(model, name) {
-            return Err(AnalysisError::GivenEffort { name: name.clone() });
+            return Err(AnalysisError::GivenEffort { name: name.to_owned() });
         }
         let measure = measure.filter(|&m| is_joint(m)).ok_or_else(unknown)?;
         match channels.iter_mut().find(|c| c.measure == measure) {
             Some(channel) => channel.drive_idx = Some(0),
             None => channels.push(Channel {
-                name: name.clone(),
+                name: name.to_owned(),
                 measure,
                 is_prescribed: false,
                 drive_idx: Some(0),
@@ -101,7 +103,7 @@ pub(crate) fn quantities(loaded: &Loaded, channels: &[Channel]) -> Vec<PoseQuant
     let model = loaded.model();
     let quantity = |channel: &Channel| PoseQuantity {
         names: [channel.name.clone(), String::new(), String::new()],
-        unit: channel.measure.unit(model),
+        unit: channel.measure.fixed_unit(model),
         value: loaded.system().kinematics.measure(model, channel.measure),
     };
     channels.iter().map(quantity).collect()

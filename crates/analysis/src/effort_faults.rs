@@ -163,7 +163,7 @@ fn suggested(
     }
     let quantity = |(name, measure): &(String, Measure)| PoseQuantity {
         names: [name.clone(), String::new(), String::new()],
-        unit: measure.unit(model),
+        unit: measure.fixed_unit(model),
         value: loaded.system().kinematics.measure(model, *measure),
     };
     let quantities: Vec<PoseQuantity> = candidates.iter().map(quantity).collect();

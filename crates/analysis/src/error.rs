@@ -36,10 +36,12 @@ pub enum AnalysisError {
         text: String,
     },
     /// Nothing of this name can be measured.
-    #[error("no joint, body or point has the measure `{name}`")]
+    #[error("the model has nothing called `{name}`")]
     UnknownMeasure {
         /// Name as written.
         name: String,
+        /// The help by the nearest name, if one is near.
+        near: Option<String>,
     },
     /// Nothing with a derivative has this name among what a run shows.
     #[error("no quantity of the run with a derivative is called `{name}`")]

@@ -8,10 +8,11 @@
 //!
 //! w are the weights of the trapezoidal rule in time, over the whole time. Times of samples are held.
 
+use bksim_mbs::constraint::Source;
 use bksim_mbs::quantity::Quantity;
-use bksim_model::Model;
+use bksim_model::{CouplingId, Measure, Model};
 use bksim_sim::Mechanism;
-use bksim_sim::observable::{Observable, Observables};
+use bksim_sim::observable::Observables;
 use bksim_sim::run::Sample;
 use bksim_sim::sensitivity::{SampleWeights, channels};
 
@@ -139,28 +140,40 @@ const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 pub(crate) struct Goal {
     place: Place,
     reading: Reading,
+    more: Vec<String>,
 }
 
 impl Goal {
-    /// The quantity of a name: a column of the derivatives of a run without the parameter that these are by,
-    /// `theta1_dot`, `reactions.B.fx`, or a column of the run itself, `state.theta1_dot`.
+    /// The quantity of a name: what derivatives in a log are called, `theta1_dot`, `reactions.B.fx`, columns of a run,
+    /// `state.theta1_dot`, `drives.motor`, and whatever [`Measure::named`] finds.
     ///
     /// # Errors
     /// [`AnalysisError::UnknownGoal`] when nothing with a derivative has this name.
     pub(crate) fn named(mechanism: &Mechanism, name: &str) -> Result<Self, AnalysisError> {
-        let all = places(mechanism);
+        let (model, all) = (&mechanism.model, places(mechanism));
         let find = |name: &str| all.iter().find(|place| place.column.name == name).cloned();
-        let found = find(name).or_else(|| find(&without_topic(name)?));
-        let unknown = || AnalysisError::UnknownGoal {
-            name: name.to_owned(),
-            known: all.iter().map(|place| place.column.name.clone()).collect(),
-        };
-        let place = found.ok_or_else(unknown)?;
-        let reading = match place.part {
-            Part::Channel => reading(mechanism, &place.column.name)?.ok_or_else(unknown)?,
-            _ => Reading::Own,
-        };
-        Ok(Self { place, reading })
+        let signal = || find(&format!("signals.{}", model.signal_named(name)?.name));
+        let found = find(name).or_else(|| find(&without_topic(name)?)).or_else(signal);
+        let found = found.or_else(|| effort(mechanism, &all, name));
+        if let Some(place) = found {
+            let reading = match place.part {
+                Part::Channel => of_sample(model, &place.column.name),
+                _ => Some(Reading::Own),
+            };
+            let observed = || observed(mechanism, &place.column.name).map(|(reading, _)| reading);
+            let reading = reading.map_or_else(observed, Ok)?;
+            return Ok(Self { place, reading, more: Vec::new() });
+        }
+        let (reading, unit) = observed(mechanism, name)?;
+        let idx = all.iter().filter(|place| place.part == Part::Channel).count();
+        let column = Column::new(name, unit);
+        let place = Place { column, part: Part::Channel, idx, len: idx + 1 };
+        Ok(Self { place, reading, more: vec![name.to_owned()] })
+    }
+
+    /// Its name, if it is none of the channels that a run has derivatives of.
+    pub(crate) fn more(&self) -> &[String] {
+        &self.more
     }
 
     /// Name and unit.
@@ -244,19 +257,37 @@ fn without_topic(name: &str) -> Option<String> {
     }
 }
 
-/// Where the values of a channel come from.
-fn reading(mechanism: &Mechanism, name: &str) -> Result<Option<Reading>, AnalysisError> {
+/// The effort of a drive or the force of a coupling: the multiplier of its row.
+fn effort(mechanism: &Mechanism, all: &[Place], name: &str) -> Option<Place> {
     let model = &mechanism.model;
-    if let Some(found) = of_sample(model, name) {
-        return Ok(Some(found));
-    }
-    let Some(observable) = Observable::named(model, name) else { return Ok(None) };
-    let (system, parameters) = (&mechanism.system, &mechanism.parameters);
-    let observables = Observables::compile(model, system, &[observable], parameters)?;
-    Ok(Some(Reading::Observed(Box::new(observables))))
+    let source = match Measure::named(model, name) {
+        Some(Measure::Effort(drive)) => Source::Drive(drive),
+        _ => {
+            let own = name.strip_prefix("couplings.")?;
+            let coupling = model.couplings.iter().position(|coupling| coupling.name == own)?;
+            Source::Coupling(CouplingId(coupling))
+        }
+    };
+    let row = mechanism.system.constraints.iter().position(|row| row.source == source)?;
+    let mut multipliers = all.iter().filter(|place| place.part == Part::Multiplier);
+    let place = multipliers.nth(row)?.clone();
+    Some(Place { column: Column { name: name.to_owned(), ..place.column }, ..place })
 }
 
-/// Reading of a quantity that a sample has as it is; see [`reading`].
+/// Values of a measure along a run, with its unit.
+fn observed(mechanism: &Mechanism, name: &str) -> Result<(Reading, String), AnalysisError> {
+    let Mechanism { model, system, parameters, .. } = mechanism;
+    let known = || {
+        let all = places(mechanism).into_iter().map(|place| place.column.name);
+        all.chain(Measure::names(model)).collect()
+    };
+    let unknown = || AnalysisError::UnknownGoal { name: name.to_owned(), known: known() };
+    let measure = Observables::named(model, name).ok_or_else(unknown)?;
+    let observables = Observables::compile(model, system, &[measure], parameters)?;
+    Ok((Reading::Observed(Box::new(observables)), measure.unit(model).to_owned()))
+}
+
+/// Values of a channel that a sample has as it is.
 fn of_sample(model: &Model, name: &str) -> Option<Reading> {
     let (topic, own) = name.split_once('.')?;
     match topic {

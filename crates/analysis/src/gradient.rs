@@ -23,7 +23,7 @@ use crate::watch::Watch;
 /// The number that is differentiated, and by what.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct GradientRequest {
-    /// A quantity of the run: `theta1`, `theta1_dot`, `energy.total`, `reactions.B.fx`, `rod.B.x`.
+    /// A quantity of the run by any of its names: `theta1`, `A.angle`, `energy.total`, `reactions.B.force`, `rod.B.ax`.
     pub of: String,
     /// How it becomes one number.
     pub take: GoalTake,
@@ -128,10 +128,11 @@ pub fn gradient(
     let simulation = mechanism.simulation()?;
     let start = simulation.start()?;
     let Planned { plan, by, left_out } = if request.by.is_empty() {
-        plan_by_all(&mechanism, &start)?
+        plan_by_all(&mechanism, &start, goal.more())?
     } else {
         let by = mechanism.all_sensitive(&request.by)?;
-        let plan = plan(&mechanism, &start, &by).map_err(|error| refused(&mechanism, &error))?;
+        let plan = plan(&mechanism, &start, (&by, goal.more()))
+            .map_err(|error| refused(&mechanism, &error))?;
         Planned { plan, by, left_out: Vec::new() }
     };
 
@@ -187,7 +188,7 @@ struct Planned {
 fn plan(
     mechanism: &Mechanism,
     start: &Start,
-    by: &[Sensitive],
+    by: (&[Sensitive], &[String]),
 ) -> Result<GradientPlan, SensitivityError> {
     let Mechanism { model, system, compiled, parameters, .. } = mechanism;
     plan_gradient(model, system, compiled, (start, parameters), by)
@@ -197,14 +198,19 @@ fn plan(
 ///
 /// # Errors
 /// Those of the model as a whole, and where no quantity is left.
-fn plan_by_all(mechanism: &Mechanism, start: &Start) -> Result<Planned, AnalysisError> {
+fn plan_by_all(
+    mechanism: &Mechanism,
+    start: &Start,
+    more: &[String],
+) -> Result<Planned, AnalysisError> {
     let model = &mechanism.model;
     let stated = (0..model.initial.len()).filter(|&k| !model.initial[k].is_guess);
     let parameters = (0..model.parameters.len()).map(Sensitive::Parameter);
     let all: Vec<Sensitive> = parameters.chain(stated.map(Sensitive::Initial)).collect();
     let Mechanism { system, compiled, parameters, .. } = mechanism;
-    let (plan, why) = plan_gradient_by_some(model, system, compiled, (start, parameters), &all)
-        .map_err(|error| refused(mechanism, &error))?;
+    let (plan, why) =
+        plan_gradient_by_some(model, system, compiled, (start, parameters), (&all, more))
+            .map_err(|error| refused(mechanism, &error))?;
     if let (true, Some((_, error))) = (plan.sensitive().is_empty(), why.first()) {
         return Err(refused(mechanism, error));
     }

@@ -56,7 +56,7 @@ impl Loaded {
         self.parameters.extend(&segment.modes);
         self.keep_active(&segment.dependent);
         if let Some(change) = summary.uniqueness.last() {
-            self.unique.clone_from(&change.uniqueness.reactions);
+            self.unique.clone_from(&change.uniqueness);
         }
         Ok(())
     }

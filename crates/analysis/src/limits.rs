@@ -240,7 +240,7 @@ impl Outputs {
             rows: positions.rows(&[measure], released, Clock::Held)?,
             rates: positions.rates(&all)?,
             drive: quantity,
-            units: outputs.iter().map(|(_, measure)| measure.unit(model)).collect(),
+            units: outputs.iter().map(|(_, measure)| measure.fixed_unit(model)).collect(),
             names: outputs.into_iter().map(|(name, _)| name).collect(),
             t: positions.t(),
             turn: None,

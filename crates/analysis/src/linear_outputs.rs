@@ -1,4 +1,4 @@
-//! Outputs of linear equations: measures, components of reactions, states and signals.
+//! Outputs of linear equations: all that has a formula of the state.
 //!
 //! ```text
 //! z = z(t, q, v, a, λ, p)      δz = z_q δq + z_v δv + z_a δa + z_λ δλ + z_p δp
@@ -7,17 +7,17 @@
 use std::collections::HashSet;
 
 use bksim_expr::{Expr, SymbolId, Tape};
-use bksim_mbs::reaction::reactions;
-use bksim_mbs::signal::signal_values;
-use bksim_mbs::spatial;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{Measure, Model, ParameterId, ReactionComponent, StateId};
+use bksim_model::{Frame, JointId, Measure, Model, ParameterId};
+use bksim_sim::quantities::Quantities;
+use bksim_sim::redundancy::Uniqueness;
 use nalgebra::{DMatrix, RowDVector};
 
 use crate::channels::{Channels, Input};
+use crate::drive::unknown_measure;
 use crate::error::AnalysisError;
 use crate::forces::{At, vacated, with_definitions};
-use crate::loaded::{Loaded, of_forces};
+use crate::loaded::Loaded;
 use crate::table::Column;
 
 /// Changes of the state by states and inputs of the linear equations, a column for each.
@@ -48,39 +48,18 @@ impl<'a> Outputs<'a> {
     ) -> Result<Self, AnalysisError> {
         let (model, system) = (loaded.model(), loaded.system());
         let pool = &model.pool;
-        let components: Vec<Option<ReactionComponent>> =
-            channels.outputs.iter().map(|name| ReactionComponent::named(model, name)).collect();
-        let known = if components.iter().any(Option::is_some) {
-            reactions(model, system)
-        } else {
-            Vec::new()
-        };
+        let quantities = Quantities::new(model, system);
         let (mut columns, mut expressions) = (Vec::new(), Vec::new());
-        for (name, component) in channels.outputs.iter().zip(components) {
-            let (e, unit) = if let Some(of) = component {
-                allowed(loaded, (name, of), channels, inputs)?;
-                let reaction = &known[of.joint.0];
-                let vector = if of.component < 3 { &reaction.force } else { &reaction.moment };
-                let k = of.component % 3;
-                let e = if of.is_in_joint {
-                    let sides = system.kinematics.sides(model, &model.joints[of.joint.0]);
-                    let axis = sides.predecessor.rotation.apply(pool, &spatial::axes(pool)[k]);
-                    spatial::dot(pool, vector, &axis)
-                } else {
-                    vector[k]
-                };
-                (with_definitions(model, free, e), of.unit())
-            } else if let Some((e, unit)) = of_controller(loaded, name)? {
-                columns.push(Column::new(name.clone(), unit));
-                expressions.push(with_definitions(model, free, e));
-                continue;
-            } else {
-                let unknown = || AnalysisError::UnknownMeasure { name: name.clone() };
-                let measure = Measure::named(model, name).ok_or_else(unknown)?;
-                (system.kinematics.measure(model, measure), measure.unit(model))
-            };
+        for name in &channels.outputs {
+            let unknown = || unknown_measure(model, name, |_| true);
+            // A multiplier by itself is no force of a part.
+            let found = quantities.named(name).filter(|_| !name.starts_with("multipliers."));
+            let (e, unit) = found.ok_or_else(unknown)?;
+            for force in forces_of(model, name) {
+                allowed(loaded, (name, force), channels, inputs)?;
+            }
             columns.push(Column::new(name.clone(), unit));
-            expressions.push(e);
+            expressions.push(with_definitions(model, free, e));
         }
         let used = expressions.iter().flat_map(|&e| pool.symbols_of(e)).collect();
         Ok(Self { columns, expressions, used, free })
@@ -188,49 +167,71 @@ pub(crate) fn beside(parts: [&DMatrix<f64>; 3]) -> DMatrix<f64> {
     }
 }
 
-/// A state, `i` or `states.i`, or a named signal, `u` or `signals.u`, as an expression with its unit.
-///
-/// # Errors
-/// Those that follow from reactions or efforts of drives are refused.
-fn of_controller(loaded: &Loaded, name: &str) -> Result<Option<(Expr, String)>, AnalysisError> {
-    let (model, system) = (loaded.model(), loaded.system());
-    let own = name.strip_prefix("states.").unwrap_or(name);
-    if let Some(k) = model.states.iter().position(|state| state.name == own) {
-        let value = system.kinematics.measure(model, Measure::State(StateId(k)));
-        return Ok(Some((value, model.states[k].units[1].replace(' ', "*"))));
-    }
-    let own = name.strip_prefix("signals.").unwrap_or(name);
-    let Some(signal) = model.named_signals.iter().find(|signal| signal.name == own) else {
-        return Ok(None);
-    };
-    let is_force = |of: Measure| of.is_reaction() || matches!(of, Measure::Effort(_));
-    let mut forces = model.signals.iter().filter(|known| is_force(known.measure));
-    if forces.any(|force| model.pool.depends_on(signal.value, force.symbol)) {
-        return Err(of_forces(name, &signal.span));
-    }
-    let value = model.pool.substitute(signal.value, &signal_values(model, &system.kinematics));
-    Ok(Some((value, signal.unit.replace(' ', "*"))))
+/// A force that an output follows.
+#[derive(Clone, Copy)]
+enum Force {
+    /// Components of the reaction of a joint.
+    Reaction(JointId, [bool; 6]),
+    Coupling(usize),
+    Drive(usize),
 }
 
-/// Refuses components that are not unique, and those that an effort changes directly: torques change no forces, all
-/// else depends on where the effort's counterpart is.
+/// The forces that the output of a name follows: its own, or those that a named expression measures.
+fn forces_of(model: &Model, name: &str) -> Vec<Force> {
+    let of_measure = |measure: Measure| {
+        let within = |range: std::ops::Range<usize>| std::array::from_fn(|k| range.contains(&k));
+        match measure {
+            Measure::Reaction(joint, Frame::World, k) => {
+                Some(Force::Reaction(joint, within(k..k + 1)))
+            }
+            // Along the joint's axes a component has parts of all three.
+            Measure::Reaction(joint, Frame::Body, k) => {
+                Some(Force::Reaction(joint, within(k / 3 * 3..k / 3 * 3 + 3)))
+            }
+            Measure::Resultant(joint, whole) => {
+                Some(Force::Reaction(joint, within(whole.components())))
+            }
+            Measure::Effort(drive) => Some(Force::Drive(drive.0)),
+            _ => None,
+        }
+    };
+    if let Some(measure) = Measure::named(model, name) {
+        return of_measure(measure).into_iter().collect();
+    }
+    if let Some(own) = name.strip_prefix("couplings.") {
+        let known = model.couplings.iter().position(|coupling| coupling.name == own);
+        return known.map(Force::Coupling).into_iter().collect();
+    }
+    let Some(signal) = model.signal_named(name) else { return Vec::new() };
+    let used = model.signals.iter();
+    let used = used.filter(|used| model.pool.depends_on(signal.value, used.symbol));
+    used.filter_map(|used| of_measure(used.measure)).collect()
+}
+
+/// Refuses forces that are not unique, and those that an effort changes directly: torques change no forces, all
+/// else of a reaction depends on where the effort's counterpart is.
 fn allowed(
     loaded: &Loaded,
-    (name, of): (&str, ReactionComponent),
+    (name, force): (&str, Force),
     channels: &Channels,
     inputs: &[Input],
 ) -> Result<(), AnalysisError> {
-    let six = loaded.unique.get(of.joint.0).copied().unwrap_or([true; 6]);
-    // Along the joint's axes a component has parts of all three.
-    let own = if of.component < 3 { &six[..3] } else { &six[3..] };
-    let is_unique =
-        if of.is_in_joint { own.iter().all(|unique| *unique) } else { six[of.component] };
+    let Uniqueness { reactions, couplings, drives, .. } = &loaded.unique;
+    let is_unique = match force {
+        Force::Reaction(joint, parts) => reactions.get(joint.0).is_none_or(|six| {
+            six.iter().zip(parts).all(|(unique, takes_part)| *unique || !takes_part)
+        }),
+        Force::Coupling(k) => couplings.get(k).copied().unwrap_or(true),
+        Force::Drive(k) => drives.get(k).copied().unwrap_or(true),
+    };
     if !is_unique {
         return Err(AnalysisError::NotUnique { name: name.to_owned() });
     }
+    let Force::Reaction(_, [.., mx, my, mz]) = force else { return Ok(()) };
+    let has_moment = mx || my || mz;
     let is_open = |input: &Input| match input {
         Input::Parameter(_) => false,
-        Input::Effort(quantity) => of.component >= 3 || !quantity.is_angle(),
+        Input::Effort(quantity) => has_moment || !quantity.is_angle(),
     };
     match inputs.iter().zip(&channels.inputs).find(|(input, _)| is_open(input)) {
         Some((_, input)) => {

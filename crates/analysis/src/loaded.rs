@@ -8,7 +8,7 @@ use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
 use bksim_model::{HeldChange, HeldSignal, JointId, Measure, Model, ParameterId};
 use bksim_sim::Mechanism;
-use bksim_sim::redundancy::Effort;
+use bksim_sim::redundancy::{Effort, Uniqueness};
 
 use crate::codes;
 use crate::drive::Range;
@@ -37,8 +37,8 @@ pub struct Loaded {
     pub(crate) kept: Vec<usize>,
     /// The longest link, m.
     pub(crate) size: f64,
-    /// Of each joint the components of its reaction that are unique, where the start tells it.
-    pub(crate) unique: Vec<[bool; 6]>,
+    /// Forces that are unique; empty where the start does not say.
+    pub(crate) unique: Uniqueness,
     pub(crate) quantities: Vec<PoseQuantity>,
     /// True where the efforts of drives are known: what joints share leaves them as they are.
     is_driven: bool,
@@ -69,7 +69,7 @@ impl Loaded {
             parameters: mechanism.parameters.clone(),
             kept: (0..n_rows).collect(),
             size: 1.0,
-            unique: Vec::new(),
+            unique: Uniqueness::default(),
             quantities,
             is_driven: false,
             mechanism,
@@ -103,7 +103,7 @@ impl Loaded {
             };
             self.kept = (0..n_rows).filter(holds).collect();
             self.parameters = start.parameters_with_modes(&mechanism.parameters);
-            self.unique.clone_from(&start.uniqueness.reactions);
+            self.unique.clone_from(&start.uniqueness);
             (self.q, self.v, self.a, self.lambda) = (start.q, start.v, start.a, start.lambda);
             start.longest_link
         } else {
@@ -141,7 +141,7 @@ impl Loaded {
             parameters,
             kept,
             size: positions.size,
-            unique: Vec::new(),
+            unique: Uniqueness::default(),
             quantities: Vec::new(),
             is_driven: true,
             mechanism,
@@ -343,13 +343,6 @@ fn without_reactions(model: &Model) -> Result<(), AnalysisError> {
     let note = "equilibria, small motions and efforts are those of bodies, joints and loads alone";
     let what = format!("the reaction of joint `{}` in expressions", joint.name);
     Err(refused((what, &joint.span, "found together with the accelerations"), note, help))
-}
-
-/// The fault of a named expression that follows from reactions or efforts of drives.
-pub(crate) fn of_forces(name: &str, span: &Span) -> AnalysisError {
-    let help = "ask for the reaction itself, such as `reactions.A.fx`";
-    let note = "only single components of reactions are outputs of linear equations";
-    refused((format!("`{name}`"), span, "follows from reactions or efforts of drives"), note, help)
 }
 
 fn refused((what, span, label): (String, &Span, &str), note: &str, help: &str) -> AnalysisError {

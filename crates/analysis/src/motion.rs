@@ -8,6 +8,7 @@ use bksim_model::file::{Formula, Source, read_formulas};
 use bksim_model::{JointId, Measure, Model};
 use nalgebra::{DMatrix, DVector};
 
+use crate::drive::position;
 use crate::error::AnalysisError;
 
 /// Value, rate and acceleration as a function of time, SI.
@@ -146,14 +147,7 @@ fn law_of(model: &Model, value: Expr, parameters: Vec<f64>) -> Result<TimeLaw, A
 
 /// A measure that can be prescribed; the angle of a body that a pin holds to the ground is that of the pin.
 pub(crate) fn driven(model: &Model, name: &str) -> Result<Measure, AnalysisError> {
-    let unknown = || AnalysisError::UnknownMeasure { name: name.to_owned() };
-    let measure = Measure::named(model, name).ok_or_else(unknown)?;
-    if matches!(measure, Measure::State(_)) {
-        return Err(unknown());
-    }
-    if measure.is_velocity() || measure.is_acceleration() || measure.is_reaction() {
-        return Err(AnalysisError::NotAPosition { name: name.to_owned() });
-    }
+    let measure = position(model, name)?;
     let Measure::BodyAngle(body) = measure else { return Ok(measure) };
     let holds = |joint: &bksim_model::Joint| {
         joint.predecessor.body == bksim_model::GROUND

@@ -114,7 +114,7 @@ impl Positions {
         }
         let names = [name.to_owned(), format!("{name}_dot"), format!("{name}_ddot")];
         let value = self.system().kinematics.measure(self.model(), measure);
-        PoseQuantity { names, unit: measure.unit(self.model()), value }
+        PoseQuantity { names, unit: measure.fixed_unit(self.model()), value }
     }
 
     /// Drives of the model that the prescribed measures take the place of: those without which the measures

@@ -5,9 +5,7 @@ use bksim_expr::Expr;
 use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::quantity::rate_unit;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{
-    Axis, BodyId, JointId, Measure, Model, MotionKind, PointId, Space, motion_words,
-};
+use bksim_model::{Axis, BodyId, Joint, JointId, Measure, Model, PointId, Space};
 
 /// One number of a pose with its derivatives by time.
 #[derive(Clone, Debug)]
@@ -34,25 +32,17 @@ impl PoseQuantity {
 
 /// All quantities: joints, then bodies with their centres of mass and points, then coordinates.
 pub(crate) fn pose_quantities(model: &Model, system: &SymbolicSystem) -> Vec<PoseQuantity> {
-    let kinematics = &system.kinematics;
-    let mut all = Vec::new();
-    for (joint_idx, joint) in model.joints.iter().enumerate() {
-        let motions = joint.kind.motions();
-        for (motion_idx, motion) in motions.iter().enumerate() {
-            let unit = match motion {
-                MotionKind::Rotation => "rad",
-                MotionKind::Translation => "m",
-            };
-            let words = motion_words(motions, motion_idx);
-            let names = words.map(|word| format!("{}.{word}", joint.name));
-            let value =
-                kinematics.measure(model, Measure::JointPosition(JointId(joint_idx), motion_idx));
-            all.push(PoseQuantity { names, unit, value });
-        }
-    }
-    for body_idx in 1..model.bodies.len() {
-        all.extend(of_body(model, system, BodyId(body_idx)));
-    }
+    let of_measure = |measure: Measure| {
+        let names = measure.motion_names(model)?;
+        let value = system.kinematics.measure(model, measure);
+        Some(PoseQuantity { names, unit: measure.fixed_unit(model), value })
+    };
+    let of_joint = |(k, joint): (usize, &Joint)| {
+        (0..joint.kind.motions().len()).map(move |idx| Measure::JointPosition(JointId(k), idx))
+    };
+    let of_joints = model.joints.iter().enumerate().flat_map(of_joint);
+    let of_bodies = (1..model.bodies.len()).flat_map(|body| of_body(model, BodyId(body)));
+    let mut all: Vec<PoseQuantity> = of_joints.chain(of_bodies).filter_map(of_measure).collect();
     // The integral of a state is nothing of a pose.
     let coordinates = system.coordinates().iter();
     for coordinate in coordinates.filter(|c| c.kind != CoordinateKind::Integral) {
@@ -70,30 +60,14 @@ pub(crate) fn pose_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Pos
 }
 
 /// Angle, centre of mass and points of a body.
-fn of_body(model: &Model, system: &SymbolicSystem, id: BodyId) -> Vec<PoseQuantity> {
-    let kinematics = &system.kinematics;
-    let body = &model.bodies[id.0];
-    let mut all = Vec::new();
-    if model.space == Space::Planar {
-        let names = ["angle", "rate", "acceleration"].map(|word| format!("{}.{word}", body.name));
-        let value = kinematics.measure(model, Measure::BodyAngle(id));
-        all.push(PoseQuantity { names, unit: "rad", value });
-    }
-    let axes: &[(Axis, &str)] = match model.space {
-        Space::Planar => &[(Axis::X, "x"), (Axis::Y, "y")],
-        Space::Spatial => &[(Axis::X, "x"), (Axis::Y, "y"), (Axis::Z, "z")],
+fn of_body(model: &Model, id: BodyId) -> Vec<Measure> {
+    let (angle, axes) = match model.space {
+        Space::Planar => (Some(Measure::BodyAngle(id)), &[Axis::X, Axis::Y][..]),
+        Space::Spatial => (None, &[Axis::X, Axis::Y, Axis::Z][..]),
     };
-    let points = (0..body.points.len()).map(|point| Some(PointId(point)));
-    for point in std::iter::once(None).chain(points) {
-        let owner = match point {
-            None => body.name.clone(),
-            Some(PointId(idx)) => format!("{}.{}", body.name, body.points[idx].name),
-        };
-        for &(axis, word) in axes {
-            let names = ["", "v", "a"].map(|level| format!("{owner}.{level}{word}"));
-            let value = kinematics.measure(model, Measure::PointPosition(id, point, axis));
-            all.push(PoseQuantity { names, unit: "m", value });
-        }
-    }
-    all
+    let points = (0..model.bodies[id.0].points.len()).map(|point| Some(PointId(point)));
+    let points = std::iter::once(None).chain(points);
+    let places = points
+        .flat_map(|point| axes.iter().map(move |&axis| Measure::PointPosition(id, point, axis)));
+    angle.into_iter().chain(places).collect()
 }

@@ -8,7 +8,7 @@
 use bksim::Mechanism;
 use bksim::dae::Control;
 use bksim::model::{CoordinatePolicy, Measure};
-use bksim::sim::observable::{Observable, Observables};
+use bksim::sim::observable::Observables;
 use bksim::sim::run::Sample;
 use serde_json::{Value, json};
 
@@ -181,11 +181,8 @@ fn ours(case: &Case, policy: CoordinatePolicy, tolerance: f64) -> Result<Ours, B
 
     // What is measured at its end.
     let model = &mechanism.model;
-    let measures: Option<Vec<Observable>> = case
-        .measured
-        .iter()
-        .map(|name| Measure::named(model, name).map(Observable::Measure))
-        .collect();
+    let measures: Option<Vec<Measure>> =
+        case.measured.iter().map(|name| Measure::named(model, name)).collect();
     let measures = measures.ok_or_else(|| refused("a measure has no name".to_owned()))?;
     let mut observables =
         Observables::compile(model, &mechanism.system, &measures, &mechanism.parameters)

@@ -20,6 +20,7 @@ pub(crate) mod shell;
 mod size;
 pub(crate) mod speech;
 pub mod sweep;
+pub(crate) mod text;
 mod time;
 pub mod view;
 
@@ -27,6 +28,7 @@ use std::path::{Path, PathBuf};
 
 use self::run::RunArgs;
 use self::size::log_size;
+use self::text::{Equations, Expand, Explain, ModelText, Parts, TextFile};
 use self::time::time;
 use bksim::model;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -57,7 +59,7 @@ pub(crate) enum Command {
     /// Write a small commented model that solves, or one of the examples.
     New(New),
     /// Report every fault of a model, and count its freedoms.
-    Check(ModelArgs),
+    Check(ModelText),
     /// Write a model of several files and repeated parts as one text.
     Expand(Expand),
     /// List the parts that come with bksim, or print one.
@@ -65,7 +67,7 @@ pub(crate) enum Command {
     /// Print energies, Lagrange equations and constraints.
     Equations(Equations),
     /// Find the consistent start.
-    Assemble(ModelArgs),
+    Assemble(ModelText),
     /// Compute positions and rates over a range, limits and assemblies.
     Kinematics(analysis::Kinematics),
     /// Trace coupler curves, centrodes, swept regions and workspaces.
@@ -124,7 +126,7 @@ pub(crate) enum Command {
     /// Serve an editor: the language server of model files.
     Lsp,
     /// Print the JSON Schema of model files.
-    Schema,
+    Schema(TextFile),
     /// Print the completions for a shell.
     Completions(shell::Completions),
     /// Print a page of the manual, or write all of them.
@@ -154,18 +156,6 @@ pub(crate) struct New {
     pub(crate) force: bool,
 }
 
-#[derive(Args, Debug)]
-pub(crate) struct Parts {
-    /// Name of a part, to print its model.
-    pub(crate) name: Option<String>,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct Expand {
-    /// The model file, or a drawing (DXF, DWG) with one next to it.
-    pub(crate) model: PathBuf,
-}
-
 /// A model, and how it is read.
 #[derive(Args, Debug)]
 pub struct ModelArgs {
@@ -179,6 +169,14 @@ pub struct ModelArgs {
     pub drawing: DrawingArgs,
 }
 
+impl DrawingArgs {
+    /// The units that results of this file are asked for in.
+    pub fn shown(&self, path: &Path) -> Option<&str> {
+        let units = || self.units.as_deref().filter(|_| !bksim_load::is_drawn(path));
+        self.shown.as_deref().or_else(units)
+    }
+}
+
 impl ModelArgs {
     /// A file with nothing else said.
     pub fn of(model: &Path) -> Self {
@@ -186,53 +184,20 @@ impl ModelArgs {
     }
 }
 
-/// How a drawing is read.
+/// How a drawing is read, and the units of results.
 #[derive(Args, Clone, Debug, Default)]
 pub struct DrawingArgs {
-    /// Length of one unit of a drawing, such as mm or inch, unless the drawing says so.
-    #[arg(long, value_name = "UNIT")]
+    /// Units of what is shown, such as "mm, deg, rpm, kN"; `si` for SI, `model` for those of the model's `[units]`. Of a
+    /// drawing, the length of its unit, such as mm or inch: use --in there.
+    #[arg(long, value_name = "UNITS")]
     pub units: Option<String>,
+    /// Units of what is shown, of drawings, too.
+    #[arg(long = "in", value_name = "UNITS")]
+    pub shown: Option<String>,
     /// Points of a drawing nearer than this, in its units, are one; a ten-thousandth of its size
     /// unless given.
     #[arg(long, value_name = "LENGTH", value_parser = tolerance)]
     pub tolerance: Option<f64>,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct Equations {
-    #[command(flatten)]
-    pub(crate) model: ModelArgs,
-    /// How formulas are written.
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    pub(crate) format: Format,
-    /// Write a complete document that typesets as it is: an article, a Typst file, an HTML page.
-    #[arg(long)]
-    pub(crate) document: bool,
-    /// Whether constants that take more than one operation get names of their own.
-    #[arg(long, value_enum, default_value_t = Switch::On, value_name = "SWITCH")]
-    pub(crate) groups: Switch,
-    /// With `--format aligned`: Greek letters, dots and indices instead of identifiers.
-    #[arg(long)]
-    pub(crate) unicode: bool,
-    /// With `--format aligned`: characters of a line; the terminal's unless given, or 100.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(20..))]
-    pub(crate) width: Option<u16>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub(crate) enum Format {
-    /// Infix text, one line for each formula; reads back.
-    Text,
-    /// Text in columns, in lines that fit the terminal.
-    Aligned,
-    /// LaTeX, one aligned block per group.
-    Latex,
-    /// Typst, one aligned block per group.
-    Typst,
-    /// MathML, one element per group; the document is an HTML page.
-    Mathml,
-    /// Short form of --format json.
-    Json,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
@@ -419,6 +384,8 @@ pub(crate) struct Expression {
     /// Compare values before and after --expand and --simplify, at random points in two precisions.
     #[arg(long)]
     pub(crate) certificate: bool,
+    #[command(flatten)]
+    pub(crate) file: TextFile,
 }
 
 const EXPRESSION_EXAMPLES: &str = "\
@@ -442,12 +409,6 @@ pub(crate) enum FormulaNotation {
     Typst,
     /// Presentation MathML, inside of `<math>`.
     Mathml,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct Explain {
-    /// The code, such as M012; without one, all codes are listed.
-    pub(crate) code: Option<String>,
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {

@@ -164,8 +164,15 @@ fn wrong_command_line(error: &clap::Error) -> Failure {
     Failure::usage(what.join(" "), "`bksim --help` shows what can be written")
 }
 
-/// Does the command; gives its name and the exit status.
+/// Does the command, its text into a file where one is named; gives its name and the exit status.
 fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>) {
+    let Some((name, path, force)) = cli.command.text_file() else { return done(cli, studio) };
+    let run = || done(cli, studio).1;
+    (name, output::into_file((path, force), &cli.command.inputs(), run))
+}
+
+/// Does the command; gives its name and the exit status.
+fn done(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>) {
     let common @ Common { json, nesting } = Common { json: cli.json, nesting: cli.max_nesting };
     let own = |name, done: Result<Status, Failure>| (name, done.map(Status::code));
     let studio = |command: StudioCommand<'_>| (command.name(), studio(command, common));
@@ -173,9 +180,11 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
         Command::New(args) => own("new", commands::new::run(args, json)),
         Command::Expand(args) => own("expand", commands::expand::run(&args.model, json, nesting)),
         Command::Parts(args) => own("parts", commands::parts::run(args.name.as_deref(), json)),
-        Command::Check(args) => own("check", commands::check::run(args, json, nesting)),
+        Command::Check(args) => own("check", commands::check::run(&args.model, json, nesting)),
         Command::Equations(args) => own("equations", commands::equations::run(args, json, nesting)),
-        Command::Assemble(args) => own("assemble", commands::assemble::run(args, json, nesting)),
+        Command::Assemble(args) => {
+            own("assemble", commands::assemble::run(&args.model, json, nesting))
+        }
         Command::Kinematics(args) => match args.picture() {
             Some(path) => studio(StudioCommand::Assemblies(args, path)),
             None => {
@@ -238,7 +247,7 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
         }
         Command::Import(args) => own("import", commands::import::run(args, json)),
         Command::Lsp => own("lsp", lsp::run(nesting)),
-        Command::Schema => own("schema", commands::schema::run(json)),
+        Command::Schema(_) => own("schema", commands::schema::run(json)),
         Command::Completions(args) => own("completions", commands::shell::completions(args, json)),
         Command::Man(args) => own("man", commands::shell::man(args, json)),
         Command::Explain(args) => own("explain", commands::explain::run(args, json)),

@@ -1,12 +1,17 @@
 //! The output of commands: text to stdout, or one JSON object.
 
 use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
+use anstream::adapter::strip_str;
 pub use bksim::model::message::counted;
 pub use bksim::report::number;
 use serde_json::{Map, Value};
 
 use crate::exit::Failure;
+use crate::output_file::OutputFile;
 use crate::quiet::is_quiet;
 use crate::visible::{Styles, visible, visible_json};
 
@@ -39,7 +44,42 @@ pub fn styled(text: &str) -> Result<(), Failure> {
     put(&visible(text, Styles::Kept))
 }
 
+/// What is printed while a command writes into a file in place of standard output.
+static INTO_FILE: Mutex<Option<String>> = Mutex::new(None);
+/// Whether the file is this process's own, to be replaced when the command is done again.
+static IS_OWN: AtomicBool = AtomicBool::new(false);
+
+/// Runs a command whose text goes into a file; `inputs` are the files that it reads.
+///
+/// # Errors
+/// Those of the command, and a file that cannot be written.
+pub(crate) fn into_file(
+    (path, force): (&Path, bool),
+    inputs: &[PathBuf],
+    run: impl FnOnce() -> Result<u8, Failure>,
+) -> Result<u8, Failure> {
+    let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
+    let may_be_replaced = force || IS_OWN.load(Ordering::Relaxed);
+    let file = OutputFile::plan(path, ("input", &inputs), may_be_replaced, "nothing was written")?;
+    let captured = || INTO_FILE.lock().unwrap_or_else(PoisonError::into_inner);
+    *captured() = Some(String::new());
+    let status = run();
+    let content = captured().take().unwrap_or_default();
+    let status = status?;
+    let mut out = file.create()?;
+    out.write_all(content.as_bytes()).map_err(|e| Failure::writing(path, &e))?;
+    out.finish()?;
+    IS_OWN.store(true, Ordering::Relaxed);
+    report(&format!("wrote {}", path.display()))?;
+    Ok(status)
+}
+
 fn put(text: &str) -> Result<(), Failure> {
+    if let Some(content) = INTO_FILE.lock().unwrap_or_else(PoisonError::into_inner).as_mut() {
+        content.push_str(&strip_str(text).to_string());
+        content.push('\n');
+        return Ok(());
+    }
     let mut stdout = anstream::stdout().lock();
     writeln!(stdout, "{text}").and_then(|()| stdout.flush()).map_err(|e| Failure::stdout(&e))
 }

@@ -87,10 +87,12 @@ fn what_the_model_can_name_is_exported() {
         "rod.px",
         "rod.tip.z",
         "rod.az",
+        "reactions.A.fx",
         "reactions.A.fy",
         "reactions.A.fz",
         "reactions.A.fy_joint",
         "reactions.A.mz_joint",
+        "reactions.A.force",
     ];
     let table = run(&format!("export run.mcap {}", names.join(" ")));
     let mut lines = table.lines();
@@ -99,7 +101,8 @@ fn what_the_model_can_name_is_exported() {
     for line in lines {
         let numbers: Vec<f64> =
             line.split(',').map(|cell| cell.parse().expect("a number")).collect();
-        let [_, angle, vx, px, tip_z, az, fy, fz, fy_joint, mz_joint] = numbers[..] else {
+        let [_, angle, vx, px, tip_z, az, fx, fy, fz, fy_joint, mz_joint, force] = numbers[..]
+        else {
             panic!("{line}")
         };
         let near =
@@ -111,6 +114,7 @@ fn what_the_model_can_name_is_exported() {
         near(fz, 2.0 * az);
         near(fy_joint, cos * fy + sin * fz);
         near(mz_joint, 0.0);
+        near(force, fx.hypot(fy.hypot(fz)));
         n_rows += 1;
     }
     assert_eq!(n_rows, 5);
@@ -120,4 +124,9 @@ fn what_the_model_can_name_is_exported() {
     assert_eq!(output.status.code(), Some(2));
     let said = text(&output.stderr);
     assert!(said.contains("no channel matches `rod.tpi.x`"), "{said}");
+    assert!(said.contains("did you mean `rod.tip.x`?"), "{said}");
+    // A pattern stands for what the model can name, too.
+    let table = run("export run.mcap reactions.*.force rod.tip.v?");
+    let first = table.lines().next();
+    assert_eq!(first, Some("t,reactions.A.force,rod.tip.vx,rod.tip.vy,rod.tip.vz"));
 }

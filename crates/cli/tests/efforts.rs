@@ -159,3 +159,38 @@ fn a_linear_form_is_written_for_numpy_and_matlab_and_in_letters() {
         assert!(bytes.starts_with(begin), "{file}");
     }
 }
+
+/// The table of `bksim kinematics` is a motion for `bksim inverse`, its columns found by name.
+#[test]
+fn a_table_of_kinematics_is_a_motion() {
+    let place = Scratch::new();
+    place.write(
+        "rod.toml",
+        "[bodies.rod]\nmass = 2\ninertia = 0.5\n[joints.A]\ntype = \"revolute\"\n\
+         between = [\"ground\", \"rod\"]\n[drives.motor]\njoint = \"A\"\nmotion = \"0.4*t^3\"\n[solve]\nt_end = 1\n",
+    );
+    let wrote =
+        run(&place, &["kinematics", "rod.toml", "--drive", "t=0:1 s:11", "-o", "motion.csv"]);
+    assert!(wrote.status.success(), "{}", text(&wrote.stderr));
+    for name in ["rod.angle", "A.angle"] {
+        let motion = format!("{name}=@motion.csv");
+        let found =
+            json(&place, &["inverse", "rod.toml", "--motion", &motion, "--times", "0:1 s:6"]);
+        let columns = found["table"]["columns"].as_array().expect("columns");
+        let effort =
+            columns.iter().position(|c| c["name"].as_str().is_some_and(|n| n.ends_with(".effort")));
+        let effort = effort.expect("an effort");
+        for row in found["table"]["rows"].as_array().expect("rows") {
+            let cell = |k: usize| row[k].as_f64().expect("a number");
+            // I φ̈ = 0.5 · 2.4 t, between samples by quintics.
+            assert!((cell(effort) - 1.2 * cell(0)).abs() < 1e-9, "{row}");
+        }
+    }
+    place.write("other.csv", "t,rod.angel,z\n0,0,1\n1,1,1\n");
+    let refused = run(&place, &["inverse", "rod.toml", "--motion", "rod.angle=@other.csv"]);
+    let said = text(&refused.stderr);
+    assert!(
+        said.contains("has no column `rod.angle`") && said.contains("did you mean `rod.angel`?"),
+        "{said}"
+    );
+}

@@ -490,3 +490,63 @@ fn a_range_from_a_branch_point_needs_a_branch() {
     let answer = json(&place, &[&drive[..], &["--branch", "1"]].concat());
     assert_eq!(answer["table"]["rows"].as_array().map(Vec::len), Some(36));
 }
+
+#[test]
+fn answers_are_in_the_units_that_are_asked_for() {
+    let place = Scratch::new();
+    place.write("crank.toml", SLIDER_CRANK);
+    let run = |arguments: &[&str]| {
+        let output = place.bksim().args(arguments).output().expect("bksim starts");
+        assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let drive = ["kinematics", "crank.toml", "--drive", "A.angle=0:90 deg:2", "-o"];
+    run(&[&drive[..], &["si.csv"]].concat());
+    run(&[&drive[..], &["mm.csv", "--units", "mm,deg"]].concat());
+    let read = |name: &str| std::fs::read_to_string(place.path().join(name)).expect("a table");
+    let [si, shown] = ["si.csv", "mm.csv"].map(read);
+    let cells = |table: &str, line: usize| {
+        let line = table.lines().nth(line).expect("a line");
+        line.split(',').map(str::to_owned).collect::<Vec<String>>()
+    };
+    let heads = cells(&shown, 0);
+    for (k, name) in cells(&si, 0).iter().enumerate() {
+        let factor = match name.as_str() {
+            "A.angle" => 180.0 / std::f64::consts::PI,
+            "slider.x" => 1000.0,
+            _ => continue,
+        };
+        let unit = if name == "A.angle" { "deg" } else { "mm" };
+        assert_eq!(heads[k], format!("{name} [{unit}]"));
+        let [own, other] =
+            [&si, &shown].map(|table| cells(table, 2)[k].parse::<f64>().expect("a number"));
+        assert!((own * factor - other).abs() < 1e-9 * other.abs(), "{name}: {own}, {other}");
+    }
+    // Text follows them, and the model's own.
+    let limits = ["kinematics", "crank.toml", "--limits"];
+    assert!(run(&[&limits[..], &["--units", "mm,rad"]].concat()).contains(" mm"));
+    place.write(
+        "crank.toml",
+        format!("[units]\nlength = \"mm\"\n{}", SLIDER_CRANK.replace("\"-20 mm\"", "-20")),
+    );
+    assert!(run(&limits).contains(" mm"));
+}
+
+#[test]
+fn a_text_goes_into_a_file_and_replaces_none() {
+    let place = Scratch::new();
+    place.write("four.toml", FOUR_BAR);
+    let run = |arguments: &str| place.run(arguments);
+    let printed = text(&run("check four.toml").stdout);
+    assert!(run("check four.toml -o check.txt").status.success());
+    let read = |name: &str| std::fs::read_to_string(place.path().join(name)).expect("a file");
+    assert_eq!(read("check.txt"), printed);
+    let refused = run("check four.toml -o check.txt");
+    assert_eq!(refused.status.code(), Some(4), "{}", text(&refused.stderr));
+    assert!(run("check four.toml -o check.txt --force --json").status.success());
+    let object: Value = serde_json::from_str(&read("check.txt")).expect("an object");
+    assert_eq!(object["command"], "check");
+    // The model itself is never replaced.
+    assert!(!run("expand four.toml -o four.toml --force").status.success());
+    assert_eq!(read("four.toml"), FOUR_BAR);
+}

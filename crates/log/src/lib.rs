@@ -71,7 +71,7 @@ pub use read::{
     Contents, ForeignTopic, Log, LogReader, Make, Making, Record, Request, Series, Survey,
     TopicCount,
 };
-pub use select::{Column, SHORT, Selection};
+pub use select::{Column, SHORT, Selection, glob};
 pub use topics::{LOG_TOPIC, MOTION_TOPIC};
 pub use viewer::{Area, Entity, Joint, JointState, Line, Moment, Placement, Stage, Viewers};
 pub use write::LogWriter;

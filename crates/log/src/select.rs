@@ -96,11 +96,14 @@ fn columns(header: &Header) -> Vec<Column> {
 /// Whether the pattern matches the name, or the name up to one of its dots.
 fn matches(pattern: &str, name: &str) -> bool {
     let ends = name.match_indices('.').map(|(end, _)| end).chain([name.len()]);
-    ends.into_iter().any(|end| glob(pattern.as_bytes(), &name.as_bytes()[..end]))
+    ends.into_iter().any(|end| glob(pattern, &name[..end]))
 }
 
+/// Whether a pattern matches a whole name: `*` stands for any text, `?` for any letter.
+///
 /// Greedy matching that goes back to the last star only, so that it never recurses.
-fn glob(pattern: &[u8], name: &[u8]) -> bool {
+pub fn glob(pattern: &str, name: &str) -> bool {
+    let (pattern, name) = (pattern.as_bytes(), name.as_bytes());
     let (mut p, mut n) = (0, 0);
     // Positions after the last star, in the pattern and in the name it has swallowed so far.
     let mut star = None;

@@ -2,11 +2,7 @@
 
 use bksim_expr::SymbolId;
 
-use crate::joint::Motion;
-use bksim_model::{
-    BodyId, Joint, JointId, Load, LoadKind, Measure, Model, MotionKind, Signal, Space, StateId,
-    motion_words,
-};
+use bksim_model::{BodyId, JointId, Load, LoadKind, Measure, Model, MotionKind, Signal, StateId};
 
 /// The part of the model whose motion a coordinate is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -99,21 +95,4 @@ pub fn turns_by_quaternion(model: &Model, joint: JointId) -> bool {
         && !model.drives.iter().any(|drive| is_angle(drive.joint, drive.motion_idx))
         && !model.loads.iter().any(is_loaded)
         && !model.signals.iter().any(is_read)
-}
-
-/// Names of a free body's coordinates, after the body's own name.
-pub fn free_motion_names(space: Space) -> &'static [&'static str] {
-    match space {
-        Space::Planar => &["x", "y", "angle"],
-        Space::Spatial => &["x", "y", "z", "angle1", "angle2", "angle3"],
-    }
-}
-
-/// The identifier of a joint coordinate: the author's, else the joint's name and `angle` or `position`.
-pub fn joint_coordinate_name(joint: &Joint, motions: &[Motion], motion_idx: usize) -> String {
-    joint.coordinate_names.get(motion_idx).cloned().unwrap_or_else(|| {
-        let kinds: Vec<MotionKind> = motions.iter().map(|motion| motion.kind).collect();
-        let [word, ..] = motion_words(&kinds, motion_idx);
-        format!("{}_{word}", joint.name)
-    })
 }

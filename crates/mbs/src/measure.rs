@@ -89,7 +89,7 @@ impl Kinematics {
                 self.second_rate(model, velocity)
             }
             // Known once there are multipliers: see `SymbolicSystem::reaction_values` and `reaction::reported`.
-            Measure::Reaction(..) | Measure::Effort(_) => {
+            Measure::Reaction(..) | Measure::Resultant(..) | Measure::Effort(_) => {
                 let own = model.signals.iter().find(|signal| signal.measure == measure);
                 own.map_or(pool.zero(), |signal| pool.symbol_expr(signal.symbol))
             }

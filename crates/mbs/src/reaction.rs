@@ -18,13 +18,14 @@ use crate::contact::slip_wrenches;
 use crate::force::{self, Wrench};
 use crate::inertia::angular_momentum;
 use crate::joint::JointWrench;
+use crate::kinematics::Kinematics;
 use crate::recursion::{self, BodyAcceleration};
 use crate::rubbing::component_axis;
 use crate::signal::signal_values;
 use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::tree::Branch;
-use bksim_model::{BodyId, JointId, JointKind, LoadKind, Measure, Model, Signal, Vector};
+use bksim_model::{BodyId, Frame, JointId, JointKind, LoadKind, Measure, Model, Signal, Vector};
 
 /// Reaction on the successor of a joint at its joint point, world axes.
 #[derive(Clone, Debug)]
@@ -41,6 +42,19 @@ impl Reaction {
     fn add(&mut self, pool: &Pool, wrench: &Wrench) {
         self.force = spatial::add(pool, &self.force, &wrench.force);
         self.moment = spatial::add(pool, &self.moment, &wrench.moment);
+    }
+
+    /// One of fx, fy, fz, mx, my, mz, along the axes of a frame.
+    pub fn component(
+        &self,
+        model: &Model,
+        kinematics: &Kinematics,
+        frame: Frame,
+        k: usize,
+    ) -> Expr {
+        let vector = if k < 3 { &self.force } else { &self.moment };
+        let axis = component_axis(model, kinematics, (self.joint, frame), k % 3);
+        spatial::dot(&model.pool, vector, &axis)
     }
 }
 
@@ -121,12 +135,9 @@ pub fn reported(
 ) -> Vec<(SymbolId, Expr)> {
     let pool = &model.pool;
     let value = |signal: &Signal| match signal.measure {
-        Measure::Reaction(joint, frame, component) => {
-            let Reaction { force, moment, .. } = &reactions[joint.0];
-            let vector = if component < 3 { force } else { moment };
-            let at = (joint, frame);
-            let axis = component_axis(model, &system.kinematics, at, component % 3);
-            Some(pool.simplify(spatial::dot(pool, vector, &axis)))
+        Measure::Reaction(joint, frame, k) => {
+            let component = reactions[joint.0].component(model, &system.kinematics, frame, k);
+            Some(pool.simplify(component))
         }
         Measure::Effort(drive) => {
             let row = system.constraints.iter().find(|row| row.source == Source::Drive(drive));

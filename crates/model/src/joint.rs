@@ -36,6 +36,19 @@ pub struct Joint {
     pub span: Span,
 }
 
+impl Joint {
+    /// The identifier of one of its coordinates: the author's, else the joint's name and `angle` or `position`.
+    ///
+    /// # Panics
+    /// If the joint has no such motion.
+    pub fn coordinate_name(&self, motion_idx: usize) -> String {
+        let stated = self.coordinate_names.get(motion_idx).cloned();
+        stated.unwrap_or_else(|| {
+            format!("{}_{}", self.name, motion_words(self.kind.motions(), motion_idx)[0])
+        })
+    }
+}
+
 /// The kinds of joint.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum JointKind {

@@ -34,14 +34,13 @@ mod measure_names;
 mod mesh;
 pub mod message;
 mod model;
-mod reaction_component;
 mod solve;
 mod state;
 mod table;
 
 pub use assembly::{AssemblyChoice, ChosenAssembly, FoundAssembly};
 pub use belt::{Belt, BeltWheel};
-pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm};
+pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm, free_motion_names};
 pub use compliance::Compliance;
 pub use coupling::{Coupling, CouplingKind, Rack, Wheels};
 pub use curve::{Cam, CamLaw, Curve, FollowerKind, LawSegment};
@@ -54,10 +53,10 @@ pub use ids::{
 pub use io::Io;
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{FrictionLaw, Load, LoadKind, Surface};
-pub use measure::{Axis, Frame, Initial, Measure, Orientation, Signal};
+pub use measure::{Axis, Frame, Initial, Measure, Orientation, Resultant, Signal};
+pub use measure_names::reaction_words;
 pub use mesh::{Mesh, MeshFault, MeshMoments};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};
-pub use reaction_component::ReactionComponent;
 pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};
 pub use state::{Clock, HeldChange, HeldSignal, LatchRow, NamedSignal, State};
 pub use table::{FunctionPiece, MeasuredCurve, NamedFunction, TableCall};

@@ -26,6 +26,25 @@ pub enum Frame {
     Body,
 }
 
+/// Force or moment of a reaction as a whole.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Resultant {
+    /// √(fx² + fy² + fz²), N.
+    Force,
+    /// √(mx² + my² + mz²), N m.
+    Moment,
+}
+
+impl Resultant {
+    /// Places of its components in fx, fy, fz, mx, my, mz.
+    pub fn components(self) -> std::ops::Range<usize> {
+        match self {
+            Self::Force => 0..3,
+            Self::Moment => 3..6,
+        }
+    }
+}
+
 /// Something of the motion that has a value at every instant.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Measure {
@@ -74,6 +93,8 @@ pub enum Measure {
     /// A component of the reaction of a joint on its successor, fx, fy, fz, mx, my, mz, N and N m: along the axes
     /// of the ground, or of the frame of its first point.
     Reaction(JointId, Frame, usize),
+    /// The size of the reaction of a joint, which expressions of a model have by its components.
+    Resultant(JointId, Resultant),
     /// The effort of a drive, N or N m, in results.
     Effort(DriveId),
 }
@@ -91,9 +112,14 @@ impl Measure {
         )
     }
 
+    /// Whether it follows from positions alone.
+    pub fn is_position(self) -> bool {
+        !self.is_velocity() && !self.is_acceleration()
+    }
+
     /// Whether it is a force or moment, which is found together with the accelerations.
     pub fn is_reaction(self) -> bool {
-        matches!(self, Self::Reaction(..))
+        matches!(self, Self::Reaction(..) | Self::Resultant(..))
     }
 
     /// Whether it depends on velocities.
@@ -119,6 +145,7 @@ impl Measure {
             | Self::AngularMomentum(..)
             | Self::State(_)
             | Self::Reaction(..)
+            | Self::Resultant(..)
             | Self::Effort(_) => true,
         }
     }

@@ -1,9 +1,12 @@
 //! Measures by the names that expressions of a model file use, and their units.
 
+use crate::body::free_motion_names;
+use crate::file::did_you_mean;
 use crate::ids::{BodyId, DriveId, JointId, PointId, StateId};
 use crate::joint::{MotionKind, motion_words};
-use crate::measure::{Axis, Frame, Initial, Measure};
-use crate::model::Model;
+use crate::measure::{Axis, Frame, Initial, Measure, Resultant};
+use crate::model::{Model, Space};
+use crate::state::NamedSignal;
 
 /// A word of the model file, and what it measures of a body or its point.
 pub(crate) type BodyWord = (&'static str, fn(BodyId, Option<PointId>) -> Measure);
@@ -63,12 +66,13 @@ pub(crate) const N_POINT_ACCELERATIONS: usize = 3;
 
 /// Accelerations of a body, which results have but no load; a point has the first three.
 #[rustfmt::skip]
-pub(crate) const ACCELERATION_WORDS: [BodyWord; 9] = {
+pub(crate) const ACCELERATION_WORDS: [BodyWord; 10] = {
     use Axis::{X, Y, Z};
     [
         ("ax", |b, p| Measure::PointAcceleration(b, p, X)),
         ("ay", |b, p| Measure::PointAcceleration(b, p, Y)),
         ("az", |b, p| Measure::PointAcceleration(b, p, Z)),
+        ("acceleration", |b, _| Measure::AngularAcceleration(b, Frame::World, Z)),
         ("alx", |b, _| Measure::AngularAcceleration(b, Frame::World, X)),
         ("aly", |b, _| Measure::AngularAcceleration(b, Frame::World, Y)),
         ("alz", |b, _| Measure::AngularAcceleration(b, Frame::World, Z)),
@@ -87,27 +91,91 @@ pub(crate) const DRIVES: &str = "drives";
 /// The components of a reaction; with `_joint` behind them in the axes of its joint.
 const REACTION_WORDS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
-/// The words of the components of reactions, in the axes of the ground and of joints.
-pub(crate) fn reaction_words() -> impl Iterator<Item = String> {
-    ["", "_joint"].into_iter().flat_map(|end| REACTION_WORDS.map(|word| format!("{word}{end}")))
+/// The words of reactions as a whole.
+const RESULTANT_WORDS: [(&str, Resultant); 2] =
+    [("force", Resultant::Force), ("moment", Resultant::Moment)];
+
+/// The words of reactions: components in the axes of the ground and of joints, then resultants.
+pub fn reaction_words() -> impl Iterator<Item = String> {
+    let ends = ["", "_joint"].into_iter();
+    let components = ends.flat_map(|end| REACTION_WORDS.map(|word| format!("{word}{end}")));
+    components.chain(RESULTANT_WORDS.map(|(word, _)| word.to_owned()))
 }
 
 /// The owner of the measures of all bodies together, where no body or joint has this name.
 const ALL: &str = "mechanism";
 
 impl Measure {
-    /// The measure of `A.angle`, `rod.vx` or `rod.B.y`, as in the expressions of a model file, or of an
-    /// acceleration such as `rod.ax`; `None` when the model has nothing of this name.
+    /// The measure of a name, by which files, commands and Python call it: `A.angle`, `rod.vx`, `rod.B.y`, `rod.ax`,
+    /// `mechanism.px`, a coordinate or its rate (`theta`, `state.theta_dot`), a state, `reactions.A.fx`,
+    /// `reactions.A.fx_joint`, `reactions.A.force`, `drives.crank`. `None` when the model has nothing of this name.
     pub fn named(model: &Model, name: &str) -> Option<Self> {
         let parts: Vec<&str> = name.split('.').collect();
         let (&word, owner) = parts.split_last()?;
         match *owner {
+            // A parameter keeps its name from the coordinates of a joint.
+            [] if model.parameters.iter().any(|parameter| parameter.name == word) => None,
+            [] => of_coordinate(model, word).or_else(|| of_state(model, word)),
             [owner] => of_joint(model, owner, word)
                 .or_else(|| of_body(model, owner, None, word))
-                .or_else(|| Self::of_all(owner, word)),
-            [owner, point] => of_body(model, owner, Some(point), word),
+                .or_else(|| Self::of_all(owner, word))
+                .or_else(|| match owner {
+                    DRIVES => {
+                        let drive = model.drives.iter().position(|drive| drive.name == word)?;
+                        Some(Self::Effort(DriveId(drive)))
+                    }
+                    "state" | "acceleration" | "states" => Self::named(model, word),
+                    _ => None,
+                }),
+            [owner, point] => of_body(model, owner, Some(point), word).or_else(|| {
+                let is_it = |joint: &crate::Joint| owner == REACTIONS && joint.name == point;
+                let joint = model.joints.iter().position(is_it)?;
+                Self::of_reaction(JointId(joint), word)
+            }),
             _ => None,
         }
+    }
+
+    /// Names by which [`Measure::named`] finds measures, as a message suggests them: joints, bodies, points,
+    /// coordinates, states, reactions, drives.
+    pub fn names(model: &Model) -> Vec<String> {
+        let is_planar = model.space == Space::Planar;
+        let fits = |word: &str| !is_planar || !word.contains('z');
+        let words = |n: usize, n_planar: usize| {
+            let own = &BODY_WORDS[..if is_planar { n_planar } else { n }];
+            let accelerations = &ACCELERATION_WORDS[..N_POINT_ACCELERATIONS];
+            let all = own.iter().chain(accelerations).map(|(word, _)| *word);
+            all.filter(|word| fits(word)).collect::<Vec<_>>()
+        };
+        let mut names = Vec::new();
+        let mut add = |owner: &str, words: &[&str]| {
+            names.extend(words.iter().map(|word| format!("{owner}.{word}")));
+        };
+        for joint in &model.joints {
+            let motions = joint.kind.motions();
+            (0..motions.len()).for_each(|idx| add(&joint.name, &motion_words(motions, idx)));
+        }
+        for body in model.bodies.iter().skip(1) {
+            add(&body.name, &words(BODY_WORDS.len(), N_POINT_WORDS + 2));
+            for point in &body.points {
+                add(&format!("{}.{}", body.name, point.name), &words(N_POINT_WORDS, N_POINT_WORDS));
+            }
+        }
+        let reactions: Vec<String> = reaction_words().collect();
+        let reactions: Vec<&str> = reactions.iter().map(String::as_str).collect();
+        for joint in &model.joints {
+            add(&format!("{REACTIONS}.{}", joint.name), &reactions);
+        }
+        for drive in &model.drives {
+            add(DRIVES, &[&drive.name]);
+        }
+        let of_joints = model.joints.iter().flat_map(|joint| &joint.coordinate_names);
+        let of_bodies = model.bodies.iter().flat_map(|body| &body.coordinate_names);
+        let rates = of_joints
+            .chain(of_bodies)
+            .flat_map(|name| ["", "_dot"].map(|end| format!("{name}{end}")));
+        names.extend(rates.chain(model.states.iter().map(|state| state.name.clone())));
+        names
     }
 
     /// The measure of all bodies together by its words: `mechanism.px`, `mechanism.lz`.
@@ -121,16 +189,55 @@ impl Measure {
         }
     }
 
-    /// The measure of `fx` or `mz_joint` of the reaction of a joint.
+    /// The measure of `fx`, `mz_joint` or `force` of the reaction of a joint.
     pub(crate) fn of_reaction(joint: JointId, word: &str) -> Option<Self> {
+        if let Some((_, whole)) = RESULTANT_WORDS.iter().find(|(known, _)| *known == word) {
+            return Some(Self::Resultant(joint, *whole));
+        }
         let n = REACTION_WORDS.len();
         let place = reaction_words().position(|known| known == word)?;
         let frame = if place < n { Frame::World } else { Frame::Body };
         Some(Self::Reaction(joint, frame, place % n))
     }
 
-    /// SI unit of the measure; empty of a pure number.
-    pub fn unit(self, model: &Model) -> &'static str {
+    /// Names of a position of a joint, body or point, of its rate and of its second rate: `A.angle`, `A.rate`,
+    /// `A.acceleration`; none of anything else.
+    pub fn motion_names(self, model: &Model) -> Option<[String; 3]> {
+        match self {
+            Self::JointPosition(JointId(joint), idx) => {
+                let joint = &model.joints[joint];
+                let words = motion_words(joint.kind.motions(), idx);
+                Some(words.map(|word| format!("{}.{word}", joint.name)))
+            }
+            Self::BodyAngle(BodyId(body)) => {
+                let own = &model.bodies[body].name;
+                Some(["angle", "rate", "acceleration"].map(|word| format!("{own}.{word}")))
+            }
+            Self::PointPosition(BodyId(body), point, axis) => {
+                let body = &model.bodies[body];
+                let of_point = |PointId(k): PointId| format!(".{}", body.points[k].name);
+                let owner = format!("{}{}", body.name, point.map_or_else(String::new, of_point));
+                let axis = match axis {
+                    Axis::X => "x",
+                    Axis::Y => "y",
+                    Axis::Z => "z",
+                };
+                Some(["", "v", "a"].map(|order| format!("{owner}.{order}{axis}")))
+            }
+            _ => None,
+        }
+    }
+
+    /// Its SI unit; empty of a pure number.
+    pub fn unit(self, model: &Model) -> &str {
+        match self {
+            Self::State(StateId(state)) => &model.states[state].units[1],
+            _ => self.fixed_unit(model),
+        }
+    }
+
+    /// Its SI unit; empty of a pure number, and of a state, whose unit is its author's.
+    pub fn fixed_unit(self, model: &Model) -> &'static str {
         let turns = |joint: JointId, motion_idx: usize| {
             let motions = model.joints[joint.0].kind.motions();
             motions.get(motion_idx) == Some(&MotionKind::Rotation)
@@ -149,39 +256,107 @@ impl Measure {
             | Self::CardanAngle(..)
             | Self::RollPitchYaw(..) => "rad",
             Self::BodyRate(_) | Self::CardanRate(..) | Self::AngularVelocity(..) => "rad/s",
-            // The unit of a state is that of its start: see `Initial::unit`.
             Self::Quaternion(..) | Self::DirectionCosine(..) | Self::State(_) => "",
             Self::AngularAcceleration(..) => "rad/s^2",
             Self::JointAcceleration(..) | Self::PointAcceleration(..) => "m/s^2",
             Self::Effort(drive) if turned_by(drive) => "N m",
-            Self::Reaction(_, _, ..3) | Self::Effort(_) => "N",
-            Self::Reaction(..) => "N m",
+            Self::Reaction(_, _, ..3) | Self::Resultant(_, Resultant::Force) | Self::Effort(_) => {
+                "N"
+            }
+            Self::Reaction(..) | Self::Resultant(..) => "N m",
             Self::Momentum(..) => "kg m/s",
             Self::AngularMomentum(..) => "kg m^2/s",
         }
     }
 }
 
+impl Model {
+    /// The named expression of `u`, `signals.u` or `outputs.mu`.
+    pub fn signal_named(&self, name: &str) -> Option<&NamedSignal> {
+        let own = ["signals.", "outputs."].iter().find_map(|topic| name.strip_prefix(topic));
+        self.named_signals.iter().find(|signal| signal.name == own.unwrap_or(name))
+    }
+
+    /// The help for a name that nothing has: the nearest name of a measure that fits, or of a signal, if one is near.
+    pub fn did_you_mean(&self, name: &str, fits: impl Fn(Measure) -> bool) -> Option<String> {
+        let mut known = Measure::names(self);
+        known.retain(|name| Measure::named(self, name).is_some_and(&fits));
+        known.extend(self.named_signals.iter().map(|signal| signal.name.clone()));
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
+        did_you_mean(name, &known)
+    }
+}
+
 impl Initial {
     /// The SI unit of its value; empty of a pure number and of a state without unit.
     pub fn unit<'m>(&self, model: &'m Model) -> &'m str {
-        match self.measure {
-            Measure::State(StateId(state)) => &model.states[state].units[1],
-            measure => measure.unit(model),
+        self.measure.unit(model)
+    }
+}
+
+/// The measure of a coordinate by its name, `theta` or `A_angle`, or of its rate, `theta_dot`, or second rate.
+fn of_coordinate(model: &Model, name: &str) -> Option<Measure> {
+    let rate = |end: &str, order| Some((name.strip_suffix(end)?, order));
+    let tries = [Some((name, 0)), rate("_dot", 1), rate("_ddot", 2)];
+    tries.into_iter().flatten().find_map(|(stem, order)| {
+        let of_joint = model.joints.iter().enumerate().find_map(|(k, joint)| {
+            let n = joint.kind.motions().len();
+            let idx = (0..n).find(|&idx| joint.coordinate_name(idx) == stem)?;
+            Some(joint_measures(JointId(k), idx)[order])
+        });
+        of_joint.or_else(|| {
+            model.bodies.iter().enumerate().skip(1).find_map(|(k, body)| {
+                let n = free_motion_names(model.space).len();
+                let idx = (0..n).find(|&idx| body.coordinate_name(model.space, idx) == stem)?;
+                free_measures(model.space, BodyId(k), idx)[order]
+            })
+        })
+    })
+}
+
+/// Position, velocity and acceleration of a motion of a joint.
+fn joint_measures(joint: JointId, idx: usize) -> [Measure; 3] {
+    [
+        Measure::JointPosition(joint, idx),
+        Measure::JointVelocity(joint, idx),
+        Measure::JointAcceleration(joint, idx),
+    ]
+}
+
+/// Position, velocity and acceleration of a motion of a free body; Cardan angles have no measure of the last.
+fn free_measures(space: Space, body: BodyId, idx: usize) -> [Option<Measure>; 3] {
+    let n_translations = if space == Space::Planar { 2 } else { 3 };
+    match (space, idx.checked_sub(n_translations)) {
+        (_, None) => {
+            let axis = [Axis::X, Axis::Y, Axis::Z][idx];
+            [
+                Some(Measure::PointPosition(body, None, axis)),
+                Some(Measure::PointVelocity(body, None, axis)),
+                Some(Measure::PointAcceleration(body, None, axis)),
+            ]
+        }
+        (Space::Planar, Some(_)) => [
+            Some(Measure::BodyAngle(body)),
+            Some(Measure::BodyRate(body)),
+            Some(Measure::AngularAcceleration(body, Frame::World, Axis::Z)),
+        ],
+        (Space::Spatial, Some(turn)) => {
+            [Some(Measure::CardanAngle(body, turn)), Some(Measure::CardanRate(body, turn)), None]
         }
     }
+}
+
+fn of_state(model: &Model, name: &str) -> Option<Measure> {
+    let state = model.states.iter().position(|state| state.name == name)?;
+    Some(Measure::State(StateId(state)))
 }
 
 fn of_joint(model: &Model, owner: &str, word: &str) -> Option<Measure> {
     let joint = model.joints.iter().position(|joint| joint.name == owner)?;
     let motions = model.joints[joint].kind.motions();
     (0..motions.len()).find_map(|idx| {
-        let joint = JointId(joint);
-        match motion_words(motions, idx).iter().position(|known| *known == word)? {
-            0 => Some(Measure::JointPosition(joint, idx)),
-            1 => Some(Measure::JointVelocity(joint, idx)),
-            _ => Some(Measure::JointAcceleration(joint, idx)),
-        }
+        let order = motion_words(motions, idx).iter().position(|known| *known == word)?;
+        Some(joint_measures(JointId(joint), idx)[order])
     })
 }
 

@@ -404,3 +404,45 @@ fn outputs_are_an_interval_or_every_step_or_given_times() {
         assert_eq!(read_with(line), (expected, codes), "{line}");
     }
 }
+
+/// Every name that a message may suggest is found again, and coordinates, states, reactions and drives have theirs.
+#[test]
+fn a_name_finds_its_measure() {
+    let text = "[bodies.rod]\nmass = 1\npoints = { tip = [1, 0] }\n[joints.A]\ntype = \"revolute\"\n\
+        between = [\"ground\", \"rod\"]\ncoordinate = \"phi\"\n[bodies.ball]\nmass = 1\nfree = true\n\
+        [states.i]\nrate = \"phi\"\nstart = 0\n[drives.motor]\njoint = \"A\"\nmotion = \"t\"\n\
+        [outputs]\npin = \"reactions.A.force\"\n";
+    let model = model(text);
+    let names = Measure::names(&model);
+    for name in &names {
+        assert!(Measure::named(&model, name).is_some(), "{name}");
+    }
+    let unit =
+        |name: &str| Measure::named(&model, name).map(|measure| measure.unit(&model).to_owned());
+    let same = [
+        ("phi", "A.angle", "rad"),
+        ("state.phi", "A.angle", "rad"),
+        ("phi_dot", "A.rate", "rad/s"),
+        ("acceleration.phi_ddot", "A.acceleration", "rad/s^2"),
+        ("ball_x", "ball.x", "m"),
+        ("ball_angle_dot", "ball.rate", "rad/s"),
+        ("states.i", "i", "rad s"),
+    ];
+    for (name, other, si) in same {
+        assert_eq!(Measure::named(&model, name), Measure::named(&model, other), "{name}");
+        assert_eq!(unit(name).as_deref(), Some(si), "{name}");
+    }
+    for (name, si) in
+        [("reactions.A.force", "N"), ("reactions.A.moment", "N m"), ("drives.motor", "N m")]
+    {
+        assert_eq!(unit(name).as_deref(), Some(si), "{name}");
+        assert!(names.iter().any(|known| known == name), "{name}");
+    }
+    for name in ["psi", "A.angl", "reactions.B.force", "drives.A", "states.phi2"] {
+        assert_eq!(Measure::named(&model, name), None, "{name}");
+    }
+    // An expression has a resultant by the signals of its components.
+    let components: Vec<bool> =
+        model.signals.iter().map(|signal| signal.measure.is_reaction()).collect();
+    assert_eq!(components.iter().filter(|is_one| **is_one).count(), 3);
+}

@@ -10,6 +10,7 @@ use bksim::mbs::equations::page::{Page, Style, Subject};
 use bksim::mbs::equations::{Equations, Notation, ReadingForm, proof};
 use bksim::mbs::quantity::Quantity;
 use bksim::model::JointId;
+use bksim::model::Measure;
 use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{Limits, Recording};
 use bksim::options::{JITS, choice};
@@ -17,7 +18,7 @@ use bksim::record::Channels;
 use bksim::sim::compiled::CompiledSystem;
 use bksim::sim::input::find_inputs;
 use bksim::sim::mobility::mobility;
-use bksim::sim::observable::{Observable, Observables};
+use bksim::sim::observable::Observables;
 use bksim::sim::start::Start;
 use bksim::{Mechanism, Rejected, Simulation};
 use bksim_load::{Loaded, Request, Text, load, parse, parse_recorded};
@@ -403,9 +404,21 @@ impl Engine {
     }
 
     /// The unit of a measure such as `rod.B.x`; none when nothing has this name.
-    fn measure_unit(&self, name: &str) -> Option<&'static str> {
+    fn measure_unit(&self, name: &str) -> Option<String> {
         let mechanism = self.mechanism();
-        Observable::named(&mechanism.model, name).map(|named| named.unit(&mechanism.model))
+        let model = &mechanism.model;
+        Measure::named(model, name).map(|measure| measure.unit(model).to_owned())
+    }
+
+    /// Names of a position, its rate and its acceleration; none of anything else.
+    fn motion_names(&self, name: &str) -> Option<[String; 3]> {
+        let mechanism = self.mechanism();
+        Measure::named(&mechanism.model, name)?.motion_names(&mechanism.model)
+    }
+
+    /// Names of measures, as a message suggests them.
+    fn measure_names(&self) -> Vec<String> {
+        Measure::names(&self.mechanism().model)
     }
 
     /// Quantities along states: `q`, `v` and `a` have a row per coordinate, `reactions` six per joint, the result one
@@ -425,7 +438,7 @@ impl Engine {
             let mechanism = self.mechanism();
             let Mechanism { model, system, parameters, .. } = &mechanism;
             let found = |name: &String| {
-                Observable::named(model, name)
+                Observables::named(model, name)
                     .ok_or_else(|| Fault::Name(format!("nothing is called `{name}`")))
             };
             let named = names.iter().map(found).collect::<Result<Vec<_>, _>>()?;

@@ -171,7 +171,8 @@ fn planned(
     if all.is_empty() {
         return Ok(None);
     }
-    let (plan, _) = plan_gradient_by_some(model, system, compiled, (start, parameters), &all)
-        .map_err(|error| refused(Rejected(vec![diagnose_sensitivity(model, &error)])))?;
+    let (plan, _) =
+        plan_gradient_by_some(model, system, compiled, (start, parameters), (&all, &[]))
+            .map_err(|error| refused(Rejected(vec![diagnose_sensitivity(model, &error)])))?;
     Ok((!plan.sensitive().is_empty()).then_some(plan))
 }

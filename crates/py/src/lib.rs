@@ -95,7 +95,6 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(questions::bode_of, m)?)?;
     m.add_function(wrap_pyfunction!(questions::inverse_of, m)?)?;
     m.add_function(wrap_pyfunction!(questions::doctor_of, m)?)?;
-    m.add_function(wrap_pyfunction!(questions::rate_names, m)?)?;
     m.add_function(wrap_pyfunction!(questions::verify_of, m)?)?;
     m.add_function(wrap_pyfunction!(logged::open_log, m)?)?;
     m.add_function(wrap_pyfunction!(logged::save_log, m)?)?;

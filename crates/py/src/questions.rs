@@ -309,13 +309,7 @@ pub(crate) fn doctor_of(
     })
 }
 
-/// Names of the rate and of the acceleration of a position.
-#[pyfunction]
-pub(crate) fn rate_names(name: &str) -> [String; 2] {
-    questions::inverse::rate_names(name)
-}
-
-/// The run next to one in another way, each of which takes at most so many seconds.
+/// The run beside one in another way, each of which takes at most so many seconds.
 #[pyfunction]
 pub(crate) fn verify_of(
     py: Python<'_>,

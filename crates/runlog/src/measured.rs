@@ -3,9 +3,9 @@
 
 use bksim_expr::TapeError;
 use bksim_log::{Field, Header, Making, Topic, TopicId};
-use bksim_model::JointId;
+use bksim_model::{JointId, Measure};
 use bksim_sim::Mechanism;
-use bksim_sim::observable::{Observable, Observables};
+use bksim_sim::observable::Observables;
 use bksim_sim::run::Sample;
 
 /// Quantities by name, as topics to be made from a log.
@@ -48,11 +48,11 @@ impl Measured {
         let model = &mechanism.model;
         let mut topics: Vec<Topic> = Vec::new();
         let mut joints: Vec<JointId> = Vec::new();
-        let mut of_topic: Vec<Vec<Observable>> = Vec::new();
+        let mut of_topic: Vec<Vec<Measure>> = Vec::new();
         for name in names {
             let unknown = || Unmeasured::Unknown(name.clone());
-            let observable = Observable::named(model, name).ok_or_else(unknown)?;
-            if let Observable::ReactionInJoint(joint, _) = observable
+            let measure = Observables::named(model, name).ok_or_else(unknown)?;
+            if let Measure::Reaction(joint, ..) | Measure::Resultant(joint, _) = measure
                 && !joints.contains(&joint)
             {
                 joints.push(joint);
@@ -66,12 +66,8 @@ impl Measured {
                 of_topic.push(Vec::new());
                 topics.len() - 1
             });
-            topics[place].fields.push(Field::new(
-                word,
-                &observable.unit(model).replace(' ', "*"),
-                "",
-            ));
-            of_topic[place].push(observable);
+            topics[place].fields.push(Field::new(word, &measure.unit(model).replace(' ', "*"), ""));
+            of_topic[place].push(measure);
         }
 
         // The samples that they are made from, in the order of the log.

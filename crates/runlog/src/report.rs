@@ -6,6 +6,7 @@
 
 mod json;
 mod number;
+mod pins;
 mod ratio;
 mod survey;
 mod tables;
@@ -15,6 +16,7 @@ use bksim_sim::run::Unreplayed;
 
 pub use json::json_of;
 pub use number::number;
+pub use pins::{PinForce, pin_sheet};
 pub use ratio::TimeRatio;
 pub use survey::report;
 pub use tables::{Row, tables};
@@ -108,6 +110,8 @@ pub struct ReactionReport {
     pub name: String,
     /// Largest size of the force, N.
     pub force: Extreme,
+    /// The whole reaction and the pose there.
+    pub largest: PinForce,
     /// Root of the mean square of that size, N.
     pub force_rms: f64,
     /// Largest size of the moment, N m.

@@ -259,7 +259,8 @@ fn rows(
         Subject::Quantities(names) => {
             let quantities = Quantities::new(model, written);
             let named = |name: &String| {
-                quantities.named(name).ok_or_else(|| DerivativeError::Unknown(name.clone()))
+                let found = quantities.named(name).map(|(value, _)| value);
+                found.ok_or_else(|| DerivativeError::Unknown(name.clone()))
             };
             names.iter().map(named).collect::<Result<_, _>>()?
         }

@@ -26,7 +26,7 @@ pub mod observable;
 pub mod pose;
 pub mod powers;
 mod pressing;
-mod quantities;
+pub mod quantities;
 pub mod redundancy;
 pub mod run;
 pub mod sampled;

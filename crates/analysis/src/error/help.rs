@@ -29,10 +29,12 @@ impl AnalysisError {
             Self::Counts { .. } => {
                 (codes::BAD_RANGE, "write ranges such as `0:360 deg:361`".to_owned())
             }
-            Self::UnknownMeasure { .. } => (
+            Self::UnknownMeasure { near, .. } => (
                 codes::UNKNOWN_NAME,
-                "write `JOINT.angle`, `JOINT.position`, `BODY.angle`, `BODY.x` or `BODY.POINT.x`"
-                    .to_owned(),
+                near.clone().unwrap_or_else(|| {
+                    "write `JOINT.angle`, `JOINT.position`, `BODY.angle`, `BODY.x` or `BODY.POINT.x`"
+                        .to_owned()
+                }),
             ),
             Self::UnknownGoal { name, known } => {
                 let known: Vec<&str> = known.iter().map(String::as_str).collect();

@@ -109,6 +109,18 @@ fn energies_reactions_and_points_have_the_slopes_of_neighbouring_runs() {
         sample.reactions[joint.expect("the joint")][1]
     };
     agree("reactions.A.fy", reaction, &[GoalTake::Rms]);
+    // What derivatives in a log have no column of.
+    let force = |mechanism: &Mechanism, sample: &Sample| {
+        let joint = mechanism.compiled.joints.iter().position(|name| name == "A");
+        let [fx, fy, ..] = sample.reactions[joint.expect("the joint")];
+        fx.hypot(fy)
+    };
+    agree("reactions.A.force", force, &[GoalTake::Mean]);
+    let rate = |m: &Mechanism, sample: &Sample| {
+        let of = m.compiled.coordinates.iter().position(|c| c.name == "theta1");
+        sample.v[of.expect("a coordinate")]
+    };
+    agree("A.rate", rate, &[GoalTake::Last]);
     let point = |m: &Mechanism, sample: &Sample| {
         coordinate(m, sample, "y2") - 1.5 * coordinate(m, sample, "theta2").sin()
     };

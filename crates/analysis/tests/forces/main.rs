@@ -8,6 +8,7 @@ mod families;
 mod gradient;
 mod inverse;
 mod letters;
+mod levels;
 mod linear;
 mod matrices;
 mod rubbing;

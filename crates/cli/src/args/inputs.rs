@@ -8,7 +8,7 @@ impl Command {
     /// The files whose changes concern the command: models, and logs that are read in place of one.
     pub(crate) fn inputs(&self) -> Vec<PathBuf> {
         let model = match self {
-            Self::Check(args) | Self::Assemble(args) => &args.model,
+            Self::Check(args) | Self::Assemble(args) => &args.model.model,
             Self::Expand(args) => &args.model,
             Self::Equations(args) => &args.model.model,
             Self::Kinematics(args) => &args.model.model,
@@ -41,7 +41,7 @@ impl Command {
             | Self::Import(_)
             | Self::Explain(_)
             | Self::Lsp
-            | Self::Schema
+            | Self::Schema(_)
             | Self::Completions(_)
             | Self::Man(_) => return Vec::new(),
         };

@@ -15,7 +15,8 @@ pub(crate) struct Report {
     /// How the report is written; text unless the name of the file says otherwise.
     #[arg(long, value_enum)]
     pub(crate) format: Option<ReportFormat>,
-    /// The report; its ending chooses the format (.txt, .md, .json). Standard output if none.
+    /// The report; its ending chooses the format (.txt, .md, .json), or, as .csv, the sheet of the largest pin forces. Standard output
+    /// if none.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Overwrite an existing file.
@@ -35,4 +36,5 @@ const EXAMPLES: &str = "\
 Examples:
   bksim report quick_return.mcap
   bksim report quick_return.toml --units mm,deg,rpm
-  bksim report run.mcap -o report.md";
+  bksim report run.mcap -o report.md
+  bksim report quick_return.toml --units mm,deg,kN -o pins.csv";

@@ -23,16 +23,9 @@ pub struct ReadingArgs {
     /// Give a parameter of a model another value: a number, a quantity such as "25 mm", or an expression.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
     pub set: Vec<(String, String)>,
-    /// Units of what is shown, such as "mm, deg, rpm, kN"; `si` for SI, `model` for those of the model's `[units]`. Of a
-    /// drawing, the length of its unit: use --in there.
-    #[arg(long, value_name = "UNITS")]
-    pub units: Option<String>,
-    /// Units of what is shown, of drawings, too.
-    #[arg(long = "in", value_name = "UNITS")]
-    pub shown: Option<String>,
-    /// Points of a drawing nearer than this, in its units, are one; a ten-thousandth of its size unless given.
-    #[arg(long, value_name = "LENGTH", value_parser = super::tolerance)]
-    pub tolerance: Option<f64>,
+    /// How a drawing is read, and the units of what is shown.
+    #[command(flatten)]
+    pub drawing: DrawingArgs,
 }
 
 impl RunArgs {
@@ -50,14 +43,13 @@ impl RunArgs {
 impl ReadingArgs {
     /// A model that is read so. `--units` is about what is shown, unless a drawing is read.
     pub fn model(&self, path: &Path) -> ModelArgs {
-        let units = self.units.clone().filter(|_| bksim_load::is_drawn(path));
-        let drawing = DrawingArgs { units, tolerance: self.tolerance };
+        let units = self.drawing.units.clone().filter(|_| bksim_load::is_drawn(path));
+        let drawing = DrawingArgs { units, ..self.drawing.clone() };
         ModelArgs { model: path.to_owned(), set: self.set.clone(), drawing }
     }
 
     /// The units that results of this file are asked for in.
     pub fn shown(&self, path: &Path) -> Option<&str> {
-        let units = || self.units.as_deref().filter(|_| !bksim_load::is_drawn(path));
-        self.shown.as_deref().or_else(units)
+        self.drawing.shown(path)
     }
 }

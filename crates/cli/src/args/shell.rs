@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use clap_complete::Shell;
 
+use super::text::TextFile;
+
 /// Completions of commands, options and files for a shell.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -12,6 +14,8 @@ pub(crate) struct Completions {
     /// The shell.
     #[arg(value_enum)]
     pub(crate) shell: Shell,
+    #[command(flatten)]
+    pub(crate) file: TextFile,
 }
 
 const EXAMPLES: &str = "\

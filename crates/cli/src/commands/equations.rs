@@ -1,12 +1,16 @@
 //! `bksim equations`: T, V, the Lagrange equations with multipliers, the constraints; how much they
 //! compute, and a certificate that they are right.
 
-use bksim::Mechanism;
-use bksim::describe;
-use bksim::mbs::equations::page::{Page, Style, Subject};
-use bksim::mbs::equations::{ReadingForm, proof};
+use std::collections::HashMap;
 
-use crate::args::{Equations, Format, Switch};
+use bksim::describe;
+use bksim::expr::SymbolId;
+use bksim::mbs::equations::page::{Page, Style, Subject};
+use bksim::mbs::equations::{Level, ReadingForm, free_bodies, levels, levels_at, proof};
+use bksim::{Mechanism, Rejected};
+
+use crate::args::Switch;
+use crate::args::text::{Equations, Format};
 use crate::exit::{Failure, Status};
 use crate::output;
 use crate::render;
@@ -16,7 +20,8 @@ use crate::source::{derive, load};
 const WIDTH: usize = 100;
 
 pub(crate) fn run(args: &Equations, as_json: bool, nesting: usize) -> Result<Status, Failure> {
-    let as_json = as_json || args.format == Format::Json;
+    let (format, is_document) = format(args);
+    let as_json = as_json || format == Format::Json;
     if as_json && args.document {
         let help = "`--format` is one of text, aligned, latex, typst and mathml";
         return Err(Failure::usage("a document has a format to be written in", help));
@@ -38,13 +43,48 @@ pub(crate) fn run(args: &Equations, as_json: bool, nesting: usize) -> Result<Sta
     render::print_all(&loaded.source, &loaded.warnings);
     let (coordinates, multipliers) = (&compiled.coordinates, &compiled.multipliers);
     let subject = Subject { model, system, coordinates, multipliers, form: &form, proof: &proof };
-    let page = Page::new(&subject, style(args));
-    output::text(&if args.document { page.document() } else { page.formulas() })?;
+    let levels = further(args, &mechanism).map_err(|error| loaded.source.rejected(error.0))?;
+    let page = Page::with_levels(&subject, style(args, format), &levels);
+    output::text(&if is_document { page.document() } else { page.formulas() })?;
     Ok(Status::Done)
 }
 
-fn style(args: &Equations) -> Style {
-    match args.format {
+/// The equations that are asked for besides those of motion.
+fn further(args: &Equations, mechanism: &Mechanism) -> Result<Vec<Level>, Rejected> {
+    let Mechanism { model, system, parameters, .. } = mechanism;
+    let mut all = Vec::new();
+    if args.levels {
+        let start = mechanism.start()?;
+        let own = model.parameters.iter().map(|parameter| parameter.symbol);
+        let mut values: HashMap<SymbolId, f64> = own.zip(parameters.iter().copied()).collect();
+        values.insert(model.time, model.solve.t_start);
+        for ((coordinate, &q), &v) in system.coordinates().iter().zip(&start.q).zip(&start.v) {
+            values.extend([(coordinate.q, q), (coordinate.v, v)]);
+        }
+        all.extend(levels(model, system));
+        all.extend(levels_at(model, system, &|symbol| values.get(&symbol).copied()));
+    }
+    if args.free_bodies {
+        all.push(free_bodies(model, system));
+    }
+    Ok(all)
+}
+
+/// The format, and whether it is that of a document: as asked for, else by the ending of the file.
+fn format(args: &Equations) -> (Format, bool) {
+    let ending = args.file.output.as_deref().and_then(|path| path.extension());
+    let of_file = match ending.and_then(|ending| ending.to_str()) {
+        Some("tex") => (Format::Latex, true),
+        Some("typ") => (Format::Typst, true),
+        Some("html") => (Format::Mathml, true),
+        Some("json") => (Format::Json, false),
+        _ => (Format::Text, args.document),
+    };
+    args.format.map_or(of_file, |format| (format, args.document))
+}
+
+fn style(args: &Equations, format: Format) -> Style {
+    match format {
         Format::Text | Format::Json => Style::Text,
         Format::Aligned => {
             let width = args.width.map_or_else(terminal_width, usize::from);

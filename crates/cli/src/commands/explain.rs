@@ -5,7 +5,7 @@ use bksim::translation::{page, translation};
 use bksim::{explain, explained_codes};
 use serde_json::json;
 
-use crate::args::Explain;
+use crate::args::text::Explain;
 use crate::exit::{Failure, Status};
 use crate::output::{self, table};
 use crate::render;

@@ -9,7 +9,7 @@ use bksim::log::export::{Exported, to_csv_as};
 use bksim::log::{LogError, LogReader, Record, Selection};
 use bksim::model::file::{ShownUnit, ShownUnits};
 use bksim::model::message::counted;
-use bksim::sim::observable::Observable;
+use bksim::sim::observable::Observables;
 use serde_json::json;
 
 use crate::args::Export;
@@ -215,7 +215,7 @@ fn is_own_table(path: &Path, format: &TableFormat, log: &OpenLog, run: &RunFile)
     let mechanism = OnceCell::new();
     let is_measured = |name: &str| {
         let mechanism = mechanism.get_or_init(|| mechanism_of(&run.log(), "exported").ok());
-        mechanism.as_ref().is_some_and(|of| Observable::named(&of.model, name).is_some())
+        mechanism.as_ref().is_some_and(|of| Observables::named(&of.model, name).is_some())
     };
     has_headings(path, &|name| name == "t" || is_logged(name) || is_measured(name))
 }

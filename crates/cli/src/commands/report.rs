@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use bksim::model::file::ShownUnits;
-use bksim::report::{Report, json_of, report, tables};
+use bksim::report::{Report, json_of, pin_sheet, report, tables};
 
 use crate::args::report::{Report as Arguments, ReportFormat};
 use crate::exit::{Failure, Status};
@@ -39,11 +39,14 @@ pub(crate) fn run(args: &Arguments, as_json: bool, nesting: usize) -> Result<Sta
     body["complete"] = is_complete.into();
     let text = match format {
         Format::Json => format!("{body:#}"),
-        Format::Words(format) => {
+        Format::Words(_) | Format::Pins => {
             let model_text = &playback.log().header.model_text;
             let stated = ShownUnits::of_model(model_text);
             let units = shown_units(args.run.reading.shown(path), model_text, stated)?;
-            in_words(format, model, &found, is_complete, &units)
+            match format {
+                Format::Words(format) => in_words(format, model, &found, is_complete, &units),
+                _ => pin_sheet(&found, &units).trim_end().to_owned(),
+            }
         }
     };
 
@@ -77,6 +80,8 @@ const UNDONE: &str = "no report was written";
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Format {
     Words(ReportFormat),
+    /// The sheet of the largest pin forces, as CSV.
+    Pins,
     Json,
 }
 
@@ -88,6 +93,7 @@ fn format(args: &Arguments) -> Result<Format, Failure> {
         Some("md") => Some(Format::Words(ReportFormat::Markdown)),
         Some("txt") => Some(Format::Words(ReportFormat::Text)),
         Some("json") => Some(Format::Json),
+        Some("csv") => Some(Format::Pins),
         _ => None,
     };
     let asked = args.format.map(Format::Words);

@@ -24,9 +24,6 @@ const MEASURES: [&str; 28] = [
     "x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az", "wx", "wy", "wz", "px", "py", "pz", "lx", "ly", "lz",
 ];
 
-/// The words after the name of a joint in `reactions`.
-const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
-
 /// Owners of quantities that are no bodies and no joints.
 const OWNERS: [(&str, &str); 3] = [
     ("reactions", "reactions of joints"),
@@ -122,8 +119,7 @@ fn names(
         None if owner == "reactions" => return of_section("joints"),
         None if owner == "drives" => return of_section("drives"),
         Some(("reactions", _)) => {
-            let ends = ["", "_joint"].into_iter();
-            let words = ends.flat_map(|end| COMPONENTS.map(|word| format!("{word}{end}")));
+            let words = bksim::model::reaction_words();
             let unit = |word: &str| if word.starts_with('f') { "N" } else { "N m" };
             return words.map(|word| item(&word, PROPERTY, unit(&word))).collect();
         }

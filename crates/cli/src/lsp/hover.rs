@@ -3,7 +3,7 @@
 use bksim::Mechanism;
 use bksim::mbs::coordinate::Owner;
 use bksim::model::file::WrittenUnit;
-use bksim::model::{Joint, JointId, Measure, Model, ReactionComponent};
+use bksim::model::{Joint, JointId, Measure, Model};
 use serde_json::{Value, json};
 
 use super::document::Document;
@@ -36,9 +36,8 @@ pub(super) fn at(document: &Document, byte: usize, nesting: usize) -> Option<Val
     } else {
         let model = judge(document, nesting).model?;
         let whole = [before.join("."), name.to_owned()].join(".");
-        let measure = Measure::named(&model, &whole).map(|measure| measure.unit(&model));
-        let reaction = || Some(ReactionComponent::named(&model, &whole)?.unit());
-        format!("`{whole}`{}", in_unit(measure.or_else(reaction)?))
+        let measure = Measure::named(&model, &whole)?;
+        format!("`{whole}`{}", in_unit(measure.unit(&model)))
     };
     Some(shown(&words, range(&part)))
 }

@@ -5,11 +5,13 @@ use std::io::BufReader;
 use std::path::Path;
 
 use bksim::Mechanism;
-use bksim::log::{Header, LogReader, Selection};
+use bksim::log::{Header, LogReader, Selection, glob};
 use bksim::measured::Measured;
+use bksim::model::Measure;
+use bksim::model::file::did_you_mean;
 use bksim::playback::{Playback, PlaybackError, RunLog};
 use bksim::record::INPUTS;
-use bksim::sim::observable::Observable;
+use bksim::sim::observable::Observables;
 pub use bksim_load::is_log;
 
 use crate::exit::Failure;
@@ -48,8 +50,27 @@ pub fn measured(
         return Ok(None);
     }
     let mechanism = mechanism(path, cannot)?;
-    // What nothing is called is misspelt, and may be close to a channel.
-    missing.retain(|name| Observable::named(&mechanism.model, name).is_some());
+    let model = &mechanism.model;
+    let is_known = |name: &String| Observables::named(model, name).is_some();
+    let mut known = Measure::names(model);
+    known.retain(is_known);
+    // A pattern stands for all that the model can name so.
+    let of_pattern = |pattern: String| -> Vec<String> {
+        let all = known.iter().filter(|name| glob(&pattern, name)).cloned();
+        if pattern.contains(['*', '?']) { all.collect() } else { vec![pattern] }
+    };
+    missing = missing.into_iter().flat_map(of_pattern).collect();
+    if let Some(unknown) = missing.iter().find(|name| !is_known(name)) {
+        let of_log = Selection::all(header);
+        let of_log = of_log.columns().iter().map(|column| column.name.as_str());
+        let known: Vec<&str> = of_log.chain(known.iter().map(String::as_str)).collect();
+        if let Some(help) = did_you_mean(unknown, &known) {
+            let message =
+                format!("`{}` cannot be {cannot}: no channel matches `{unknown}`", path.display());
+            return Err(Failure::usage(message, &help));
+        }
+        missing.retain(is_known);
+    }
     missing.dedup();
     let measured = || Measured::new(&mechanism, header, &missing);
     let measured = (!missing.is_empty()).then(measured).transpose();

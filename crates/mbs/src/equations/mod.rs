@@ -9,7 +9,8 @@
 //!
 //! `reading` groups the terms by acceleration, velocity, potential, load and constraint force;
 //! `constants` names what depends on parameters alone; `derivation` writes the same equations
-//! down from first principles, unsimplified, for [`proof`] to compare with.
+//! down from first principles, unsimplified, for [`proof`] to compare with. `levels` has what a
+//! homework asks for besides: velocity and acceleration equations, the balances of free bodies.
 
 mod arrange;
 mod constants;
@@ -18,6 +19,7 @@ mod derivation;
 mod dimension;
 mod form;
 mod functions;
+mod levels;
 pub mod page;
 mod proof;
 mod reading;
@@ -28,6 +30,7 @@ pub use constants::Group;
 pub use contact::{ContactText, contact_texts};
 pub use form::ReadingForm;
 pub use functions::{FunctionText, functions};
+pub use levels::{Level, free_bodies, levels, levels_at};
 pub use proof::{Counts, Proof, Work, proof};
 
 use bksim_expr::{Expr, Printer, SymbolId};

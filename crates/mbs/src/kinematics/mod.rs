@@ -9,8 +9,8 @@ use std::collections::{HashMap, HashSet};
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
+use crate::coordinate::turns_by_quaternion;
 use crate::coordinate::{Coordinate, CoordinateKind, Owner};
-use crate::coordinate::{free_motion_names, joint_coordinate_name, turns_by_quaternion};
 use crate::joint::{self, OnCurve, Sides};
 use crate::particle::particles;
 use crate::pose::{Pose, anchor_in_body, orientation, orientations};
@@ -19,7 +19,7 @@ use crate::spatial::{self, Rotation};
 use crate::tree::{Branch, Tree};
 use bksim_model::{
     Anchor, BodyId, CurveId, Joint, JointId, JointKind, Model, MotionKind, PointId, Space, StateId,
-    Vector,
+    Vector, free_motion_names,
 };
 
 /// Four coordinates that are the quaternion of a body's turning against its parent in the tree.
@@ -121,7 +121,7 @@ impl Kinematics {
             if joint.kind.curve().is_some() {
                 let motions = joint::motions(pool, joint);
                 for idx in 0..motions.len() {
-                    let name = joint_coordinate_name(joint, &motions, idx);
+                    let name = joint.coordinate_name(idx);
                     let owner = Owner::Joint(id, idx);
                     kinematics.add_coordinate(model, name, CoordinateKind::Angle, owner);
                 }
@@ -298,17 +298,16 @@ impl Kinematics {
     fn free_pose(&mut self, model: &Model, body: BodyId, form: Form) -> Pose {
         let pool = &model.pool;
         let own = &model.bodies[body.0];
-        let names = free_motion_names(model.space);
+        let n_free = free_motion_names(model.space).len();
         let n_translations = if model.space == Space::Planar { 2 } else { 3 };
         let names_angles = own.coordinate_names.len() > n_translations;
         let has_quaternion = model.space == Space::Spatial && !names_angles;
         let mut anchor_world = spatial::zero(pool);
         let mut rotation = Rotation::default();
         let mut omega = spatial::zero(pool);
-        let n_motions = if self.particles[body.0] { n_translations } else { names.len() };
-        for (motion_idx, name) in names.iter().enumerate().take(n_motions) {
-            let stated = own.coordinate_names.get(motion_idx).cloned();
-            let name = stated.unwrap_or_else(|| format!("{}_{name}", own.name));
+        let n_motions = if self.particles[body.0] { n_translations } else { n_free };
+        for motion_idx in 0..n_motions {
+            let name = own.coordinate_name(model.space, motion_idx);
             let is_translation = motion_idx < n_translations;
             if !is_translation {
                 match form {
@@ -331,7 +330,7 @@ impl Kinematics {
                 continue;
             }
             let mut axis = spatial::zero(pool);
-            let axis_idx = if names.len() == 3 { 2 } else { motion_idx - n_translations };
+            let axis_idx = if n_free == 3 { 2 } else { motion_idx - n_translations };
             axis[axis_idx] = pool.one();
             // The turn is about the axis as the turns before it have turned it.
             let axis_world = rotation.apply(pool, &axis);
@@ -386,7 +385,7 @@ impl Kinematics {
                     _ => {}
                 }
             }
-            let name = joint_coordinate_name(joint, &motions, motion_idx);
+            let name = joint.coordinate_name(motion_idx);
             let owner = Owner::Joint(joint_id, motion_idx);
             let (q, v) = self.add_coordinate(model, name, motion.kind.into(), owner);
             match motion.kind {

@@ -8,7 +8,6 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::io::Io;
 use crate::measure::Measure;
 use crate::model::Model;
-use crate::reaction_component::ReactionComponent;
 
 pub(super) const IO_KEYS: &[&str] = &["input", "output"];
 
@@ -17,14 +16,6 @@ pub(super) const IO_KEYS: &[&str] = &["input", "output"];
 pub(super) struct WrittenIo {
     inputs: Vec<(String, Span)>,
     outputs: Vec<(String, Span)>,
-}
-
-/// True where a state or a signal has this name, written alone or after `states.` or `signals.`.
-fn is_of_controller(model: &Model, name: &str) -> bool {
-    let own = |section: &str| name.strip_prefix(section).unwrap_or(name).to_owned();
-    let (state, signal) = (own("states."), own("signals."));
-    model.states.iter().any(|known| known.name == state)
-        || model.named_signals.iter().any(|known| known.name == signal)
 }
 
 impl Reader<'_> {
@@ -57,18 +48,17 @@ impl Reader<'_> {
         let is_input = |name: &str| {
             model.parameters.iter().any(|parameter| parameter.name == name)
                 || model.joints.iter().any(|joint| joint.name == name)
-                || Measure::named(model, name)
-                    .is_some_and(|m| !m.is_velocity() && !m.is_acceleration())
+                || Measure::named(model, name).is_some_and(Measure::is_position)
         };
         let is_output = |name: &str| {
-            Measure::named(model, name).is_some_and(|m| !m.is_acceleration())
-                || ReactionComponent::named(model, name).is_some()
-                || is_of_controller(model, name)
+            Measure::named(model, name).is_some() || model.signal_named(name).is_some()
         };
         let unknown = |name: &str, span: &Span, what: &str, help: &str| {
+            let is_fitting = |measure: Measure| what == "output" || measure.is_position();
+            let near = model.did_you_mean(name, is_fitting);
             Diagnostic::error(codes::UNKNOWN_NAME, format!("`{name}` is no {what}"))
                 .at(span.clone(), "the model has nothing of this name")
-                .help(help)
+                .help(near.unwrap_or_else(|| help.to_owned()))
         };
         for (name, span) in written.inputs.iter().filter(|(name, _)| !is_input(name)) {
             let help = "write a parameter that loads depend on, a joint, or a position such as `crank.angle`";

@@ -1,5 +1,7 @@
 //! The meaning of a name in an expression, and what to say of a name without one.
 
+use bksim_expr::Expr;
+
 use super::codes;
 use super::lower::Context;
 use super::names::Meaning;
@@ -10,7 +12,9 @@ use super::value::Scope;
 use super::value::{Kind, Lowered, PURE};
 use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};
+use crate::ids::JointId;
 use crate::joint::motion_words;
+use crate::measure::{Frame, Measure, Resultant};
 use crate::measure_names::{BODY_WORDS, DRIVES, N_POINT_WORDS, REACTIONS, reaction_words};
 
 impl Reader<'_> {
@@ -91,9 +95,25 @@ impl Reader<'_> {
             self.not_constant(name, span, context);
             return None;
         }
-        let expr = self.names.signal(&self.pool, name, measure);
+        let expr = match measure {
+            Measure::Resultant(joint, whole) => self.resultant(name, joint, whole),
+            _ => self.names.signal(&self.pool, name, measure),
+        };
         let kind = Kind::Known(quantity.dimension());
         Some(Lowered { is_angle: quantity.is_angle(), ..Lowered::new(expr, kind, None, span) })
+    }
+
+    /// The size of a reaction, of the signals of its components; `name` is `reactions.A.force`.
+    fn resultant(&mut self, name: &str, joint: JointId, whole: Resultant) -> Expr {
+        let owner = name.rsplit_once('.').map_or(name, |(owner, _)| owner);
+        let words: Vec<String> = reaction_words().collect();
+        let squares = whole.components().map(|k| {
+            let component = Measure::Reaction(joint, Frame::World, k);
+            let written = format!("{owner}.{}", words[k]);
+            self.pool.powi(self.names.signal(&self.pool, &written, component), 2)
+        });
+        let squares: Vec<Expr> = squares.collect();
+        self.pool.sqrt(self.pool.sum(squares))
     }
 
     fn not_constant(&mut self, name: &str, span: Span, context: &Context<'_>) {

@@ -109,7 +109,7 @@ pub use replay::Recording;
 pub use schema::{Holds, SectionForm, TableForm, sections};
 pub use shown_units::{ShownUnit, ShownUnits};
 pub use syntax::decode;
-pub use words::suggest;
+pub use words::{did_you_mean, suggest};
 pub use written_unit::WrittenUnit;
 
 use names::Names;

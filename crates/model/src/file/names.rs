@@ -9,7 +9,7 @@ use super::value::Lowered;
 use crate::diagnostic::Span;
 use crate::ids::{BodyId, ClockId, DriveId, JointId, PointId};
 use crate::joint::{MotionKind, motion_words};
-use crate::measure::{Measure, Signal};
+use crate::measure::{Measure, Resultant, Signal};
 use crate::measure_names::{
     ACCELERATION_WORDS, BODY_WORDS, DRIVES, N_POINT_ACCELERATIONS, N_POINT_WORDS, REACTIONS,
 };
@@ -53,8 +53,10 @@ pub(super) fn quantity_of(measure: Measure) -> Quantity {
         Measure::JointAcceleration(..) | Measure::PointAcceleration(..) => Quantity::ACCELERATION,
         Measure::AngularAcceleration(..) => Quantity::ANGULAR_ACCELERATION,
         // Of a translation; that of a rotation is known where the drive is: see `Names::acceleration`.
-        Measure::Reaction(_, _, ..3) | Measure::Effort(_) => Quantity::FORCE,
-        Measure::Reaction(..) => Quantity::TORQUE,
+        Measure::Reaction(_, _, ..3)
+        | Measure::Resultant(_, Resultant::Force)
+        | Measure::Effort(_) => Quantity::FORCE,
+        Measure::Reaction(..) | Measure::Resultant(..) => Quantity::TORQUE,
         Measure::Momentum(..) => Quantity::MOMENTUM,
         Measure::AngularMomentum(..) => Quantity::ANGULAR_MOMENTUM,
         Measure::JointPosition(..) | Measure::PointPosition(..) => Quantity::LENGTH,

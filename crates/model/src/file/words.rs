@@ -30,13 +30,16 @@ pub(super) fn closest<'c>(word: &str, candidates: &[&'c str]) -> Option<&'c str>
         .map(|(_, known)| known)
 }
 
+/// The help for an unknown word by the nearest candidate, if one is near.
+pub fn did_you_mean(word: &str, candidates: &[&str]) -> Option<String> {
+    let near = || Some(format!("did you mean `{}`?", closest(word, candidates)?));
+    suggest_plain(word, candidates).or_else(near)
+}
+
 /// The help for an unknown word: the nearest candidate, or a list of them.
 pub fn suggest(word: &str, candidates: &[&str]) -> String {
-    if let Some(help) = suggest_plain(word, candidates) {
+    if let Some(help) = did_you_mean(word, candidates) {
         return help;
-    }
-    if let Some(known) = closest(word, candidates) {
-        return format!("did you mean `{known}`?");
     }
     match candidates {
         [] => "there are none yet: define one".to_owned(),

@@ -354,7 +354,10 @@ class Questions:
 
 def _samples(name: str, run: Solution) -> tuple[list[float], list[list[float]]]:
     """Times of a run, with value, rate and acceleration at each; an event has two samples at one time."""
-    rows = np.stack([run[known] for known in (name, *_bksim.rate_names(name))], axis=1)
+    names = run._engine.motion_names(name)
+    if names is None:
+        raise ValueError(f"{name!r} is no position of a joint, body or point with a rate of its own")
+    rows = np.stack([run[known] for known in names], axis=1)
     return run.t.tolist(), rows.tolist()
 
 

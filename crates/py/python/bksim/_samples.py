@@ -150,7 +150,8 @@ class Samples:
             return self._at(self._table[row])
         if name not in self._measured:
             if self._engine.measure_unit(name) is None:
-                raise KeyError(unknown(name, [*self._row, *short_names(self._row)]))
+                known = [*self._row, *short_names(self._row), *self._engine.measure_names()]
+                raise KeyError(unknown(name, known))
             names = [known for known, _, _ in self._columns]
             state = [k for k, known in enumerate(names) if known.startswith("state.")]
             second = [k for k, known in enumerate(names) if known.startswith("acceleration.")]
@@ -170,7 +171,7 @@ class Samples:
             return self._columns[row][1]
         unit = self._engine.measure_unit(name)
         if unit is None:
-            raise KeyError(unknown(name, self.names))
+            raise KeyError(unknown(name, [*self.names, *self._engine.measure_names()]))
         return unit
 
     def _title(self) -> str:

@@ -42,6 +42,13 @@ pub fn json_of(report: &Report) -> Value {
         json!({
             "joint": reaction.name,
             "force": at(reaction.force),
+            "largest": {
+                "reaction": reaction.largest.reaction,
+                "direction": reaction.largest.direction(),
+                "pose": reaction.largest.pose.iter().map(|(name, value, unit)| {
+                    json!({ "name": name, "value": value, "unit": unit })
+                }).collect::<Vec<_>>(),
+            },
             "force_rms": reaction.force_rms,
             "moment": at(reaction.moment),
             "moment_rms": reaction.moment_rms,

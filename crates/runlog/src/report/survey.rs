@@ -5,14 +5,14 @@ use bksim_mbs::power::Actor;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{JointId, Measure, Model, MotionKind, motion_words};
 use bksim_sim::Mechanism;
-use bksim_sim::observable::{Observable, Observables};
+use bksim_sim::observable::Observables;
 use bksim_sim::powers::Powers;
 use bksim_sim::run::{Sample, Unreplayed};
 
 use super::ratio::time_ratio;
 use super::{
-    DriveReport, EnergyReport, Extreme, MotionReport, OutputReport, PointReport, ReactionReport,
-    Report, Unreported, WorkReport,
+    DriveReport, EnergyReport, Extreme, MotionReport, OutputReport, PinForce, PointReport,
+    ReactionReport, Report, Unreported, WorkReport,
 };
 use crate::playback::Playback;
 
@@ -77,12 +77,9 @@ impl Quantities {
             names
                 .extend(["vx", "vy", "vz", "ax", "ay", "az"].map(|word| format!("{point}.{word}")));
         }
-        let observables: Vec<Observable> = names
+        let observables: Vec<Measure> = names
             .iter()
-            .map(|name| {
-                let measure = Measure::named(model, name);
-                Observable::Measure(measure.expect("the names of a model's own parts"))
-            })
+            .map(|name| Measure::named(model, name).expect("the names of a model's own parts"))
             .collect();
         let drives = model.drives.iter().map(|drive| {
             let of = motions
@@ -335,6 +332,21 @@ impl Survey<'_> {
         Ok(turns)
     }
 
+    /// The reaction of a joint and the pose at an instant.
+    fn pin_force(&mut self, joint: usize, t: f64) -> Result<PinForce, Unreplayed> {
+        let mut row = vec![0.0; self.quantities.count()];
+        self.at(t, &mut row)?;
+        let reaction = self.playback.sample().reactions[joint];
+        // Driven motions come first.
+        let Quantities { motions, drives, .. } = &self.quantities;
+        let others = (0..motions.len()).filter(|idx| !drives.contains(idx));
+        let pose = drives.iter().copied().chain(others).map(|idx| {
+            let (.., name, kind) = &motions[idx];
+            (name.clone(), row[3 * idx], unit_of(*kind))
+        });
+        Ok(PinForce { reaction, pose: pose.collect() })
+    }
+
     fn motion(&mut self, idx: usize) -> Result<MotionReport, Unreplayed> {
         let place = 3 * idx;
         let limits = [self.largest(place, |x| -x)?, self.largest(place, |x| x)?];
@@ -351,13 +363,17 @@ impl Survey<'_> {
         let (_, _, name, kind) = &self.quantities.motions[idx];
         Ok(MotionReport {
             name: name.clone(),
-            unit: if *kind == MotionKind::Rotation { "rad" } else { "m" },
+            unit: unit_of(*kind),
             limits,
             rate,
             acceleration,
             time_ratio: time_ratio(&turns, [least, largest], period),
         })
     }
+}
+
+fn unit_of(kind: MotionKind) -> &'static str {
+    if kind == MotionKind::Rotation { "rad" } else { "m" }
 }
 
 /// True where velocities can change at once: at stops, and where the prescribed rate of a drive jumps.
@@ -434,9 +450,11 @@ pub fn report(playback: &mut Playback) -> Result<Report, Unreported> {
     let mut reactions = Vec::new();
     for (idx, name) in joints.into_iter().enumerate() {
         let place = of_reactions + 2 * idx;
+        let force = survey.largest(place, |x| x)?;
         reactions.push(ReactionReport {
             name,
-            force: survey.largest(place, |x| x)?,
+            force,
+            largest: survey.pin_force(idx, force.t)?,
             force_rms: rms(place),
             moment: survey.largest(place + 1, |x| x)?,
             moment_rms: rms(place + 1),

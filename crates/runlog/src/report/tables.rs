@@ -3,6 +3,7 @@
 use bksim_model::file::{ShownUnit, ShownUnits};
 
 use super::number::number;
+use super::pins::angle_unit;
 use super::{Extreme, Report};
 
 /// A row of a table under its heading.
@@ -145,6 +146,23 @@ pub fn tables(report: &Report, units: &ShownUnits) -> Vec<(&'static str, Vec<Row
             moment_rms,
         ]
     });
+    let angle = angle_unit(units);
+    let is_spatial = |z: f64| w.floored(z, "N") != 0.0;
+    let is_spatial = report.reactions.iter().any(|one| is_spatial(one.largest.reaction[2]));
+    let n_parts = if is_spatial { 3 } else { 2 };
+    let pins = report.reactions.iter().filter(|one| w.floored(one.force.value, "N") != 0.0);
+    let pins = pins.map(|joint| {
+        let [force, at] = w.extreme(joint.force, "N");
+        let parts = joint.largest.reaction[..n_parts].iter().map(|&part| w.value(part, "N"));
+        let degrees = |x: f64| format!("{} {}", number(angle.of_si(x)), angle.unit);
+        let direction = joint.largest.direction().map_or_else(String::new, degrees);
+        let pose = joint.largest.pose.first().map_or_else(String::new, |(name, value, unit)| {
+            let value = if *unit == "rad" { degrees(*value) } else { w.value(*value, unit) };
+            format!("{name} = {value}")
+        });
+        let first = [joint.name.clone(), force].into_iter().chain(parts);
+        first.chain([direction, at, pose]).collect()
+    });
     let outputs = report.outputs.iter().map(|output| {
         let [least, largest] = output.limits.map(|limit| w.extreme(limit, &output.unit));
         let means = [output.mean, output.rms].map(|value| w.value(value, &output.unit));
@@ -199,6 +217,21 @@ pub fn tables(report: &Report, units: &ShownUnits) -> Vec<(&'static str, Vec<Row
             headed(
                 words(["joint", "force", "at", "RMS", "moment", "at", "RMS"]),
                 reactions.collect(),
+            ),
+        ),
+        (
+            "Largest pin forces",
+            headed(
+                [
+                    &["joint", "force"][..],
+                    &["fx", "fy", "fz"][..n_parts],
+                    &["direction", "at", "pose"],
+                ]
+                .concat()
+                .into_iter()
+                .map(str::to_owned)
+                .collect(),
+                pins.collect(),
             ),
         ),
         (

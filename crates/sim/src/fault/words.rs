@@ -56,7 +56,7 @@ pub(super) fn bodies_of<'a>(model: &'a Model, around: &[JointId]) -> Vec<&'a str
 }
 
 /// The SI unit of a measure.
-pub fn unit_of(model: &Model, measure: Measure) -> &'static str {
+pub fn unit_of(model: &Model, measure: Measure) -> &str {
     measure.unit(model)
 }
 

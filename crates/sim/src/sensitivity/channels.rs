@@ -9,10 +9,10 @@ use bksim_expr::{Expr, TapeError};
 use super::direction::{Change, Direction};
 use super::tangent::TangentPoint;
 use crate::function::{Buffers, Function};
-use crate::quantities::Quantities;
+use crate::quantities::{ENERGIES, Quantities};
 use crate::run::StateSensitivity;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{Model, Space};
+use bksim_model::{Model, Space, reaction_words};
 
 /// A channel of a run that has a formula of the state.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -28,13 +28,6 @@ pub struct Channel {
 pub(super) struct Channels {
     changes: Function,
 }
-
-/// Components of a reaction, their units and where they are found.
-const REACTION: [(&str, &str); 6] =
-    [("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "N m"), ("my", "N m"), ("mz", "N m")];
-/// Parts of the energy with their units.
-const ENERGY: [(&str, &str); 4] =
-    [("kinetic", "J"), ("potential", "J"), ("total", "J"), ("power", "W")];
 
 impl Channels {
     /// Derives and compiles the derivatives of energies, reactions, signals and points.
@@ -77,29 +70,29 @@ pub(super) fn found<'m>(
     system: &'m SymbolicSystem,
 ) -> impl Iterator<Item = (Expr, Channel)> + 'm {
     let quantities = Quantities::new(model, system);
-    named(model).into_iter().filter_map(move |one| Some((quantities.named(&one.name)?, one)))
+    named(model).into_iter().filter_map(move |name| {
+        let (function, unit) = quantities.named(&name)?;
+        Some((function, Channel { name, unit }))
+    })
 }
 
 /// The channels of a model that are looked for.
-fn named(model: &Model) -> Vec<Channel> {
-    let channel = |name: String, unit: &str| Channel { name, unit: unit.to_owned() };
-    let energies = ENERGY.iter().map(|(part, unit)| channel(format!("energy.{part}"), unit));
+fn named(model: &Model) -> Vec<String> {
+    let energies = ENERGIES.iter().map(|(part, _)| format!("energy.{part}"));
     let reactions = model.joints.iter().flat_map(|joint| {
-        REACTION
-            .iter()
-            .map(|(part, unit)| channel(format!("reactions.{}.{part}", joint.name), unit))
+        let of_joint = |part| format!("reactions.{}.{part}", joint.name);
+        reaction_words().take(6).map(of_joint)
     });
-    let signals = model.named_signals.iter();
-    let signals = signals.map(|one| channel(format!("signals.{}", one.name), &one.unit));
+    let signals = model.named_signals.iter().map(|one| format!("signals.{}", one.name));
     let axes: &[&str] = if model.space == Space::Planar { &["x", "y"] } else { &["x", "y", "z"] };
     let points = model.bodies.iter().flat_map(|body| {
         let of_point = |point: &str| format!("{}.{point}", body.name);
         body.points.iter().map(move |point| of_point(&point.name)).collect::<Vec<_>>()
     });
     let points = points.flat_map(|point| {
-        let place = |axis: &&str| channel(format!("{point}.{axis}"), "m");
-        let speed = |axis: &&str| channel(format!("{point}.v{axis}"), "m/s");
-        axes.iter().map(place).chain(axes.iter().map(speed)).collect::<Vec<_>>()
+        let of_order = |order: &'static str| axes.iter().map(move |axis| format!("{order}{axis}"));
+        let words = of_order("").chain(of_order("v"));
+        words.map(|word| format!("{point}.{word}")).collect::<Vec<_>>()
     });
     energies.chain(reactions).chain(signals).chain(points).collect()
 }

@@ -57,8 +57,13 @@ impl Simulation {
         sensitive: &[Sensitive],
     ) -> Result<GradientPlan, Rejected> {
         let Mechanism { model, system, compiled, parameters, .. } = &self.mechanism();
-        let plan =
-            sensitivity::plan_gradient(model, system, compiled, (start, parameters), sensitive);
+        let plan = sensitivity::plan_gradient(
+            model,
+            system,
+            compiled,
+            (start, parameters),
+            (sensitive, &[]),
+        );
         plan.map_err(|error| insensitive(model, &error))
     }
 

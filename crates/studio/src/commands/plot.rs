@@ -17,6 +17,7 @@ use bksim::model::file::ShownUnits;
 use bksim_plot::{Figure, Format, PlotError, Screen, Size, Theme};
 use serde_json::{Value, json};
 
+use bksim_cli::args::DrawingArgs;
 use bksim_cli::args::plot::{Plot, PlotTheme};
 use bksim_cli::args::run::{ReadingArgs, RunArgs};
 use bksim_cli::commands::solve::RunFile;
@@ -206,7 +207,8 @@ fn coordinates(point: &str) -> [String; 2] {
 fn reading_of(args: &Plot, path: &Path) -> ReadingArgs {
     let has_models = args.files().iter().any(|file| !is_log(file));
     if has_models && is_log(path) {
-        return ReadingArgs { set: Vec::new(), tolerance: None, ..args.reading.clone() };
+        let drawing = DrawingArgs { tolerance: None, ..args.reading.drawing.clone() };
+        return ReadingArgs { set: Vec::new(), drawing };
     }
     args.reading.clone()
 }

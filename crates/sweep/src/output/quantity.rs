@@ -2,10 +2,10 @@
 
 use bksim::Mechanism;
 use bksim::expr::{Expr, Pool, SymbolId, Tape, Workspace};
-use bksim::model::JointId;
 use bksim::model::diagnostic::Diagnostic;
+use bksim::model::{JointId, Measure};
 use bksim::record::{Channels, Signal};
-use bksim::sim::observable::{Observable, Observables};
+use bksim::sim::observable::Observables;
 use bksim::sim::run::Sample;
 
 use crate::codes;
@@ -15,7 +15,7 @@ use crate::codes;
 pub(super) enum Origin {
     Time,
     Signal(Signal),
-    Observable(Observable),
+    Measure(Measure),
 }
 
 /// The symbols of quantities, and where their values come from.
@@ -68,7 +68,7 @@ impl Quantities {
         let Names { origins, parameters } = names;
         let symbols: Vec<SymbolId> = origins.iter().map(|&(symbol, _)| symbol).collect();
         let tape = super::compile(pool, quantities, &symbols, &parameters)?;
-        let observed: Vec<Observable> = origins.iter().filter_map(observable).collect();
+        let observed: Vec<Measure> = origins.iter().filter_map(measure).collect();
         let (model, values) = (&mechanism.model, &mechanism.parameters);
         let observables = if observed.is_empty() {
             None
@@ -109,7 +109,7 @@ impl Quantities {
             *argument = match *origin {
                 Origin::Time => sample.t,
                 Origin::Signal(signal) => channels.value(signal, sample),
-                Origin::Observable(_) => *observed.next().expect("one value for each observable"),
+                Origin::Measure(_) => *observed.next().expect("one value for each measure"),
             };
         }
         self.tape.evaluate(&mut self.workspace, &self.arguments, &mut self.values);
@@ -117,6 +117,6 @@ impl Quantities {
     }
 }
 
-fn observable(&(_, origin): &(SymbolId, Origin)) -> Option<Observable> {
-    if let Origin::Observable(observable) = origin { Some(observable) } else { None }
+fn measure(&(_, origin): &(SymbolId, Origin)) -> Option<Measure> {
+    if let Origin::Measure(measure) = origin { Some(measure) } else { None }
 }

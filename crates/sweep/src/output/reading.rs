@@ -5,10 +5,11 @@ use bksim::expr::{
     BinaryOperator, Expr, Function as F, Number, ParseOptions, Pool, SymbolId, Syntax, SyntaxKind,
     parse,
 };
+use bksim::model::Measure;
 use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{WrittenUnit, suggest};
 use bksim::record::Channels;
-use bksim::sim::observable::Observable;
+use bksim::sim::observable::Observables;
 
 use super::quantity::{Names, Origin};
 use super::unit::{Unit, either, product};
@@ -379,9 +380,9 @@ impl<'m> Reader<'m> {
             return Ok(self.over_time_named(name, unit, Origin::Signal(signal)));
         }
         let model = &self.mechanism.model;
-        if let Some(observable) = Observable::named(model, word) {
-            let unit = observable.unit(model).replace(' ', "*");
-            return Ok(self.over_time_named(word.to_owned(), unit, Origin::Observable(observable)));
+        if let Some(measure) = Observables::named(model, word) {
+            let unit = measure.unit(model).replace(' ', "*");
+            return Ok(self.over_time_named(word.to_owned(), unit, Origin::Measure(measure)));
         }
         if let Some(parameter) = model.parameters.iter().find(|p| p.name == word) {
             let expr = self.pool.symbol(word);
@@ -410,6 +411,7 @@ impl<'m> Reader<'m> {
         let same: Vec<String> =
             signals().filter(|(_, _, field)| field.name == word).map(|(_, name, _)| name).collect();
         let all: Vec<String> = signals().map(|(_, name, _)| name).collect();
+        let all = [all, Measure::names(&self.mechanism.model)].concat();
         let (message, names) = match same.as_slice() {
             [] => (format!("a run has no signal `{}`", shorten(word)), all),
             _ => (format!("several signals have a field `{}`", shorten(word)), same),

@@ -1,11 +1,13 @@
 //! Answers: as JSON, as a table in a file, as text.
 
+use std::cell::RefCell;
 use std::io::Write;
 use std::path::Path;
 
 use bksim::analysis::{AnalysisError, Column, Panels, Table};
 use bksim::model::Model;
-use bksim::sim::observable::Observable;
+use bksim::model::file::ShownUnits;
+use bksim::sim::observable::Observables;
 use serde_json::{Value, json};
 
 use crate::args::ModelArgs;
@@ -15,6 +17,7 @@ use crate::origin::{headings, is_of_model, is_table, label_of, may_be_own, stamp
 use crate::output::{self, counted, number, table};
 use crate::output_file::{OutputFile, check_ending, is_same_file};
 use crate::render;
+use crate::source::shown::shown_units;
 use crate::source::{Loaded, Text, load, load_geometry};
 
 /// A question that is ready: the model, and the file for its table.
@@ -33,6 +36,18 @@ pub(super) struct AnswerFile {
     label: String,
     /// Headings of the table that is there which the model has no name for.
     unknown: Vec<String>,
+    /// Units of a table: SI unless others are asked for.
+    units: ShownUnits,
+}
+
+thread_local! {
+    /// Units of the text of the answer that this thread makes: asked for, else the model's `[units]`.
+    static SHOWN: RefCell<ShownUnits> = RefCell::default();
+}
+
+/// Units of the text of an answer.
+pub(super) fn text_units() -> ShownUnits {
+    SHOWN.with_borrow(Clone::clone)
 }
 
 /// The words for a file that was not written.
@@ -46,10 +61,26 @@ impl AnswerFile {
 
     /// A planned file, for an answer about this model.
     pub(super) fn about(loaded: &Loaded, file: OutputFile, force: bool) -> Self {
-        let model = &loaded.model;
-        let is_unknown = |name: &String| Observable::named(model, name).is_none();
+        let (model, units) = (&loaded.model, ShownUnits::default());
+        let is_unknown = |name: &String| Observables::named(model, name).is_none();
         let unknown = headings(file.path()).into_iter().filter(is_unknown).collect();
-        Self { file, force, label: label_of(&loaded.source.path), unknown }
+        Self { file, force, label: label_of(&loaded.source.path), unknown, units }
+    }
+
+    /// A table as the content of the file, in the units that are asked for.
+    pub(super) fn csv(&self, table: &Table) -> Vec<u8> {
+        let units: Vec<_> =
+            table.columns.iter().map(|column| self.units.of(&column.unit)).collect();
+        let columns = table.columns.iter().zip(&units).map(|(column, shown)| {
+            if shown.unit == column.unit {
+                column.clone()
+            } else {
+                Column::new(format!("{} [{}]", column.name, shown.unit), shown.unit.clone())
+            }
+        });
+        let row = |row: &Vec<f64>| row.iter().zip(&units).map(|(x, unit)| unit.of_si(*x)).collect();
+        let rows = table.rows.iter().map(row).collect();
+        Table { columns: columns.collect(), rows }.csv().into_bytes()
     }
 
     /// Path of the file.
@@ -63,7 +94,9 @@ impl AnswerFile {
         // The first line of a table; of anything else, nothing that could be a heading there.
         let first = bytes.split(|&byte| byte == b'\n').next().unwrap_or_default();
         let first = String::from_utf8_lossy(first);
-        let is_own_heading = |name: &String| first.split(',').any(|own| own == name);
+        let is_own_heading = |name: &String| {
+            first.split(',').any(|own| own.split(" [").next() == Some(name.as_str()))
+        };
         let is_earlier = || is_table(path) && self.unknown.iter().all(is_own_heading);
         let may_be_replaced = self.force || is_of_model(path, &self.label) || is_earlier();
         self.file.check_again(may_be_replaced, "nothing was written")?;
@@ -140,7 +173,11 @@ fn asked_of(
     let planned = planned.map(|path| AnswerFile::plan(path, file.force, &[&model.model]));
     let planned = planned.transpose()?;
     let loaded = load()?;
-    let file = planned.map(|planned| AnswerFile::about(&loaded, planned, file.force));
+    let (asked, text) = (model.drawing.shown(&model.model), &loaded.source.text);
+    let units = shown_units(asked, text, ShownUnits::default())?;
+    SHOWN.set(if asked.is_some() { units.clone() } else { ShownUnits::of_model(text) });
+    let about = |planned| AnswerFile::about(&loaded, planned, file.force);
+    let file = planned.map(about).map(|file| AnswerFile { units, ..file });
     Ok(Asked { loaded, file })
 }
 
@@ -170,9 +207,9 @@ impl Asked {
         as_json: bool,
     ) -> Result<Status, Failure> {
         let Answer { command, json, text, table } = answer;
-        let table = || (table.csv().into_bytes(), counted(table.rows.len(), "row", "rows"));
         let content = file.map(|file| {
-            let (bytes, what) = picture.unwrap_or_else(table);
+            let summary = || counted(table.rows.len(), "row", "rows");
+            let (bytes, what) = picture.unwrap_or_else(|| (file.csv(&table), summary()));
             (file, bytes, what)
         });
         Self::told(source, warnings, content, (command, json, text), as_json)
@@ -237,15 +274,19 @@ pub(super) fn lines(heads: &[&str], rows: Vec<Vec<String>>) -> String {
 /// Numbers below this, in SI units and radians, are shown as zero.
 const ROUNDING: f64 = 1e-13;
 
-/// An angle in degrees, else the number with its unit.
+/// The number with its unit, in the [units of the text](text_units).
 pub(super) fn shown(value: f64, unit: &str) -> String {
     // What is left by rounding is no result.
     let value = if value.abs() < ROUNDING { 0.0 } else { value };
-    if unit == "rad" {
-        format!("{} deg", number(value.to_degrees()))
-    } else if unit.is_empty() {
-        number(value)
-    } else {
-        format!("{} {unit}", number(value))
+    let (value, unit) = in_units(value, unit, &text_units());
+    if unit.is_empty() { number(value) } else { format!("{} {unit}", number(value)) }
+}
+
+/// A value in SI in these units; an angle in degrees where there is none for it.
+pub(super) fn in_units(value: f64, unit: &str, units: &ShownUnits) -> (f64, String) {
+    let own = units.of(unit);
+    if own.unit == "rad" {
+        return (value.to_degrees(), "deg".to_owned());
     }
+    (own.of_si(value), own.unit)
 }

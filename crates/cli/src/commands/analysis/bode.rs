@@ -4,7 +4,9 @@ use bksim::analysis::{AnalysisError, Channels, Frequencies, Range, Response, Tra
 use bksim::model::file::ShownUnits;
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Asked, asked_drawn, columns_json, failed, lines, pose_json};
+use super::answer::{
+    Answer, Asked, asked_drawn, columns_json, failed, lines, pose_json, text_units,
+};
 use super::linearize::pole;
 use super::state::{self, besides};
 use super::statics::held;
@@ -43,11 +45,12 @@ pub fn run(
         (Some(file), None) => {
             let table = found.table();
             let summary = counted(table.rows.len(), "row", "rows");
-            Some((file, table.csv().into_bytes(), summary))
+            let bytes = file.csv(&table);
+            Some((file, bytes, summary))
         }
         (None, _) => None,
     };
-    let units = ShownUnits::of_model(&source.text);
+    let units = text_units();
     let Answer { command, json, text, .. } = told(&name, &units, &found);
     Asked::told(&source, &warnings, content, (command, json, text), as_json)
 }

@@ -73,7 +73,8 @@ fn content(
 ) -> Result<(AnswerFile, Vec<u8>, String), Failure> {
     if kind == Kind::Csv {
         let rows = counted(report.table.rows.len(), "row", "rows");
-        return Ok((file, report.table.csv().into_bytes(), rows));
+        let bytes = file.csv(&report.table);
+        return Ok((file, bytes, rows));
     }
     let Some(profile) = &report.profile else {
         let help = "write `-o FILE.csv` for its table, or name a curve of type `cam`";

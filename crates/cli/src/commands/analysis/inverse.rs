@@ -10,11 +10,13 @@ use bksim::analysis::{
 };
 use bksim::log::export::to_csv_as;
 use bksim::log::{LogReader, Selection};
-use bksim::model::file::{Limits, Source, WrittenUnit};
+use bksim::model::file::{Limits, Source, WrittenUnit, suggest};
 use bksim::model::{Measure, Model};
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Asked, asked_drawn, failed, lines, refuse_input, table_json};
+use super::answer::{
+    Answer, Asked, asked_drawn, failed, lines, refuse_input, shown, table_json, text_units,
+};
 use crate::args::analysis::Inverse as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
@@ -72,7 +74,8 @@ pub fn run(
         }
         (Some(file), None) => {
             let summary = counted(found.table.rows.len(), "row", "rows");
-            Some((file, found.table.csv().into_bytes(), summary))
+            let bytes = file.csv(&found.table);
+            Some((file, bytes, summary))
         }
         (None, _) => None,
     };
@@ -99,7 +102,9 @@ fn read_curves(
             return MotorCurve::of_table(model, name, table).map_err(failed(source));
         };
         let units = motor_units(model, name);
-        let (speeds, efforts) = read_pairs(Path::new(path), ["speed", "effort"], units)?;
+        let text = table_text(Path::new(path))?;
+        let table = (Path::new(path), text.as_str());
+        let (speeds, efforts) = read_pairs(table, [0, 1], ["speed", "effort"], units)?;
         let points = speeds.into_iter().zip(efforts).map(|(speed, effort)| [speed, effort]);
         MotorCurve::new(name, points.collect()).map_err(failed(source))
     };
@@ -138,13 +143,15 @@ pub fn keep_within(times: &mut Range, known: &[f64]) {
 
 /// The answer about a model of this name.
 pub fn told(name: &str, found: &Inverse) -> Answer {
+    let units = text_units();
     let row = |load: &Load| {
+        let [peak, rms] = [load.peak, load.rms].map(|value| units.of(&load.unit).of_si(value));
         vec![
             load.name.clone(),
-            number(load.peak),
-            format!("{} s", number(load.at)),
-            number(load.rms),
-            load.unit.clone(),
+            number(peak),
+            shown(load.at, "s"),
+            number(rms),
+            units.of(&load.unit).unit,
         ]
     };
     // What is left by rounding of forces that cancel is no load.
@@ -277,23 +284,113 @@ fn read_motion(
     };
     let path = Path::new(path);
     if is_log(path) {
-        let (times, values) = logged_motion(path, name)?;
+        let names = position(model, name).map_err(failed(source))?.motion_names(model);
+        let (times, values) = logged_motion(path, name, names)?;
         let ends = times.first().zip(times.last()).map(|(first, last)| [*first, *last]);
         let motion = Motion::samples(model, name, times, values).map_err(failed(source))?;
         return Ok(Given { motion, times: ends });
     }
-    let unit = position(model, name).map_or("", |measure| measure.unit(model));
-    let (times, values) = read_pairs(path, ["time", "value"], ["s", unit])?;
+    let text = table_text(path)?;
+    let measure = position(model, name).map_err(failed(source))?;
+    if smoothing == 0.0
+        && let Some(rows) = whole_motion(path, &text, model, (name, measure))?
+    {
+        let (times, values): (Vec<f64>, Vec<[f64; 3]>) =
+            rows.into_iter().map(|[t, x, v, a]| (t, [x, v, a])).unzip();
+        let ends = times.first().zip(times.last()).map(|(first, last)| [*first, *last]);
+        let motion = Motion::samples(model, name, times, values).map_err(failed(source))?;
+        return Ok(Given { motion, times: ends });
+    }
+    let names =
+        [name.to_owned()].into_iter().chain(measure.motion_names(model).map(|all| all[0].clone()));
+    let names: Vec<String> = names.collect();
+    let columns = motion_columns(path, &text, &names)?;
+    let (times, values) =
+        read_pairs((path, &text), columns, ["time", "value"], ["s", measure.unit(model)])?;
     Motion::spline(model, name, &times, &values, smoothing).map(given).map_err(failed(source))
 }
 
-/// The first two columns of a table, in SI: each has the unit that the first line writes, `x [mm]`, or that of SI.
-fn read_pairs(
+/// The content of a table.
+fn table_text(path: &Path) -> Result<String, Failure> {
+    Ok(String::from_utf8_lossy(&read_bytes(path)?).trim_start_matches('\u{feff}').to_owned())
+}
+
+/// Names of the columns of a table, without their units; none where its first line has numbers.
+fn column_names(text: &str) -> Vec<String> {
+    let cells = text.lines().next().unwrap_or_default().split(DIVIDERS);
+    let name = |cell: &str| {
+        let cell = cell.trim().trim_matches('"');
+        cell.split(['[', '(']).next().unwrap_or_default().trim().to_owned()
+    };
+    let names: Vec<String> = cells.map(name).collect();
+    if names.iter().any(|name| name.parse::<f64>().is_ok()) { Vec::new() } else { names }
+}
+
+/// Time, value, rate and acceleration of each row of a table that has columns of all, such as that of `bksim kinematics`.
+fn whole_motion(
     path: &Path,
+    text: &str,
+    model: &Model,
+    (name, measure): (&str, Measure),
+) -> Result<Option<Vec<[f64; 4]>>, Failure> {
+    let names = column_names(text);
+    let place = |wanted: &str| names.iter().position(|known| known == wanted);
+    let all = measure.motion_names(model).and_then(|[own, rate, acceleration]| {
+        let value = place(name).or_else(|| place(&own))?;
+        Some((place("t")?, [value, place(&rate)?, place(&acceleration)?]))
+    });
+    let Some((time, places)) = all else { return Ok(None) };
+    let unit = measure.fixed_unit(model);
+    let units = [unit.to_owned(), format!("{unit}/s"), format!("{unit}/s^2")];
+    let what = ["time", "number"];
+    let mut rows: Vec<[f64; 4]> = Vec::new();
+    for (k, (place, unit)) in places.into_iter().zip(&units).enumerate() {
+        let (times, values) = read_pairs((path, text), [time, place], what, ["s", unit])?;
+        rows.resize(times.len(), [0.0; 4]);
+        for (row, (t, value)) in rows.iter_mut().zip(times.into_iter().zip(values)) {
+            (row[0], row[k + 1]) = (t, value);
+        }
+    }
+    Ok(Some(rows))
+}
+
+/// Places of the time and of the motion in a table: by name, or its two columns.
+fn motion_columns(path: &Path, text: &str, names: &[String]) -> Result<[usize; 2], Failure> {
+    let known = column_names(text);
+    let value = known.iter().position(|known| names.contains(known));
+    if value.is_none() && known.len() <= 2 {
+        return Ok([0, 1]);
+    }
+    let time = known.iter().position(|name| ["t", "time"].contains(&name.to_lowercase().as_str()));
+    let refused = |what: String, help: String| Failure::Input {
+        path: path.to_owned(),
+        what,
+        help: Some(help),
+    };
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    match (time, value) {
+        (Some(time), Some(value)) => Ok([time, value]),
+        (None, Some(_)) => Err(refused(
+            "has no column `t`".to_owned(),
+            "a motion is over time: `bksim kinematics --drive t=0:2 s:201` writes such a table"
+                .to_owned(),
+        )),
+        (_, None) => {
+            Err(refused(format!("has no column `{}`", names[0]), suggest(&names[0], &known)))
+        }
+    }
+}
+
+/// What divides the cells of a line.
+const DIVIDERS: [char; 3] = [',', ';', '\t'];
+
+/// Two columns of a table, in SI: each has the unit that the first line writes, `x [mm]`, or that of SI.
+fn read_pairs(
+    (path, text): (&Path, &str),
+    places: [usize; 2],
     what: [&str; 2],
     si: [&str; 2],
 ) -> Result<(Vec<f64>, Vec<f64>), Failure> {
-    let text = String::from_utf8_lossy(&read_bytes(path)?).into_owned();
     let (mut first, mut second) = (Vec::new(), Vec::new());
     let mut units: [Option<WrittenUnit>; 2] = [None, None];
     let bad = |what: String, help: &str| Failure::Input {
@@ -302,18 +399,17 @@ fn read_pairs(
         help: Some(help.to_owned()),
     };
     for (number, line) in text.lines().enumerate() {
-        let line = line.trim_start_matches('\u{feff}');
-        let cells: Vec<&str> = line.split([',', ';', '\t']).map(str::trim).collect();
-        let numbers: Vec<Option<f64>> = cells.iter().map(|cell| cell.parse().ok()).collect();
-        match numbers[..] {
-            [Some(a), Some(b), ..] if a.is_finite() && b.is_finite() => {
+        let cells: Vec<&str> = line.split(DIVIDERS).map(str::trim).collect();
+        let cells = places.map(|place| cells.get(place).copied().unwrap_or_default());
+        match cells.map(|cell| cell.parse::<f64>().ok()) {
+            [Some(a), Some(b)] if a.is_finite() && b.is_finite() => {
                 let in_si = |k: usize, value| units[k].as_ref().map_or(value, |u| u.to_si(value));
                 first.push(in_si(0, a));
                 second.push(in_si(1, b));
             }
             // The first line may hold names, with units.
             _ if number == 0 => {
-                for (k, cell) in cells.iter().take(2).enumerate() {
+                for (k, cell) in cells.iter().enumerate() {
                     units[k] = heading_unit(cell, si[k])
                         .map_err(|fault| bad(format!("line 1: {fault}"), UNIT_HELP))?;
                 }
@@ -354,28 +450,18 @@ fn heading_unit(heading: &str, si: &str) -> Result<Option<WrittenUnit>, String> 
     }
 }
 
-/// Names of the rate and of the acceleration of a position: `A.rate`, `slider.velocity`, `rod.P.vx`.
-pub fn rate_names(name: &str) -> [String; 2] {
-    let (stem, word) = name.rsplit_once('.').unwrap_or(("", name));
-    let words = |a: String, b: String| [format!("{stem}.{a}"), format!("{stem}.{b}")];
-    if let Some(number) = word.strip_prefix("angle") {
-        return words(format!("rate{number}"), format!("acceleration{number}"));
-    }
-    match word.strip_prefix("position") {
-        Some(number) => words(format!("velocity{number}"), format!("acceleration{number}")),
-        None => words(format!("v{word}"), format!("a{word}")),
-    }
-}
-
 /// Times of a log, and value, rate and acceleration there of what has this name; an event has two samples at one time.
-fn logged_motion(path: &Path, name: &str) -> Result<(Vec<f64>, Vec<[f64; 3]>), Failure> {
+fn logged_motion(
+    path: &Path,
+    name: &str,
+    names: Option<[String; 3]>,
+) -> Result<(Vec<f64>, Vec<[f64; 3]>), Failure> {
     let bad = |error: &dyn std::fmt::Display| Failure::Input {
         path: path.to_owned(),
         what: format!("has no motion of `{name}`: {error}"),
         help: Some("name a quantity that `bksim info` lists of the log".to_owned()),
     };
-    let [rate, acceleration] = rate_names(name);
-    let names = [name.to_owned(), rate, acceleration];
+    let names = names.ok_or_else(|| bad(&"its rates have no names"))?;
     let file = File::open(path).map_err(|e| Failure::reading(path, &e))?;
     let mut log = LogReader::open(BufReader::new(file)).map_err(|e| bad(&e))?;
     if let Some(measured) = measured(path, log.header(), &names, "read")? {

@@ -4,7 +4,9 @@ use bksim::analysis::{Channels, Letters, Linear, letters, linearize};
 use bksim::model::file::ShownUnits;
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Asked, asked_drawn, columns_json, failed, lines, pose_json};
+use super::answer::{
+    Answer, Asked, asked_drawn, columns_json, failed, lines, pose_json, text_units,
+};
 use super::state::{self, besides};
 use super::statics::held;
 use crate::args::analysis::Linearize as Args;
@@ -27,7 +29,7 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     };
     let twin = args.letters.then(|| model.snapshot());
     let found = linearize(model, args.at, &channels).map_err(failed(&source))?;
-    let mut answer = told(&name, &ShownUnits::of_model(&source.text), &found);
+    let mut answer = told(&name, &text_units(), &found);
     if let Some(twin) = twin {
         let written = letters(twin.to_model(), &channels).map_err(failed(&source))?;
         add_letters(&mut answer, written.as_ref());
@@ -38,7 +40,7 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
         let (bytes, summary) = match ending {
             Some("npz") => (found.npz(), "A, B, C, D for NumPy".to_owned()),
             Some("mat") => (found.mat(), "A, B, C, D for MATLAB".to_owned()),
-            _ => (table.csv().into_bytes(), counted(table.rows.len(), "row", "rows")),
+            _ => (file.csv(&table), counted(table.rows.len(), "row", "rows")),
         };
         (file, bytes, summary)
     });

@@ -4,7 +4,7 @@ use bksim::analysis::{Mode, Modes, modes};
 use bksim::model::file::ShownUnits;
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Asked, asked, failed, lines};
+use super::answer::{Answer, Asked, asked, failed, lines, text_units};
 use super::linearize::pole;
 use super::state::{self, besides, branches, branches_json};
 use super::statics::{held, word};
@@ -16,7 +16,7 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
     let name = model.name.clone();
     let found = modes(model, args.at).map_err(failed(&source))?;
-    let units = ShownUnits::of_model(&source.text);
+    let units = text_units();
     Asked::answer(&source, &warnings, file, told(&name, &units, &found), as_json)
 }
 

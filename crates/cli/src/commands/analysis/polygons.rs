@@ -47,7 +47,8 @@ pub fn run(
         }
         (Some(file), None) => {
             let rows = counted(table.rows.len(), "row", "rows");
-            Some((file, table.csv().into_bytes(), rows))
+            let bytes = file.csv(&table);
+            Some((file, bytes, rows))
         }
         (None, _) => None,
     };

@@ -4,6 +4,7 @@ use bksim::analysis::{About, OtherState, Place, State, WayRates, in_words};
 use bksim::model::file::ShownUnits;
 use serde_json::{Value, json};
 
+use super::answer::in_units;
 use super::statics::word;
 use crate::output::number;
 
@@ -95,15 +96,6 @@ fn placed(place: &Place, units: &ShownUnits) -> String {
         0 => shown,
         n => format!("{shown} and {n} more"),
     }
-}
-
-/// A value in the unit of the file.
-fn in_units(value: f64, unit: &str, units: &ShownUnits) -> (f64, String) {
-    let own = units.of(unit);
-    if own.unit == "rad" {
-        return (value.to_degrees(), "deg".to_owned());
-    }
-    (own.of_si(value), own.unit)
 }
 
 /// The state as JSON, with values in the units of the file.

@@ -37,7 +37,7 @@ impl RunFile {
     pub fn open(args: &RunArgs, nesting: usize, as_json: bool) -> Result<Self, Failure> {
         let name = args.input.clone();
         if is_log(&name) {
-            if !args.reading.set.is_empty() || args.reading.tolerance.is_some() {
+            if !args.reading.set.is_empty() || args.reading.drawing.tolerance.is_some() {
                 return Err(Failure::usage(
                     "--set and --tolerance are for models, and this is a log",
                     "solve the model with them, or name the model",

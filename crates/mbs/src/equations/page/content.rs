@@ -4,7 +4,9 @@ use bksim_expr::{Certificate, Expr, Operations, SymbolId};
 
 use super::{Body, Cell, Label, Section, Style, Subject, Writer, number, unit};
 use crate::coordinate::{Coordinate, CoordinateKind, Owner};
-use crate::equations::{ContactText, Counts, FunctionText, ReadingForm, contact_texts, functions};
+use crate::equations::{
+    ContactText, Counts, FunctionText, Level, ReadingForm, contact_texts, functions,
+};
 use crate::system::Derivation;
 use bksim_model::{Anchor, BodyId, JointId, JointKind, Model, NamedSignal, Space, StateId};
 
@@ -32,7 +34,7 @@ fn multiplier_names(subject: &Subject<'_>) -> Vec<(SymbolId, Expr)> {
 }
 
 /// All sections of a page; those that would be empty are left out.
-pub(super) fn sections(writer: &Writer<'_>) -> Vec<Section> {
+pub(super) fn sections(writer: &Writer<'_>, levels: &[Level]) -> Vec<Section> {
     // The mechanism, its constants, its equations, then their proof.
     let model = writer.subject.model;
     let mut sections = vec![
@@ -75,6 +77,10 @@ pub(super) fn sections(writer: &Writer<'_>) -> Vec<Section> {
         ),
         Section { title: "certificate", body: Body::Words(certificates(&writer.subject)) },
     ];
+    let after = sections.iter().position(|section| section.title == "constraints");
+    let at = after.map_or(sections.len(), |at| at + 1);
+    let further = levels.iter().map(|level| formulas(level.title, of_level(writer, level)));
+    sections.splice(at..at, further);
     // Sections without content.
     if model.parameters.is_empty() {
         sections.retain(|section| section.title != "parameters");
@@ -259,6 +265,24 @@ fn constraints(writer: &Writer<'_>) -> Vec<super::Formula> {
     let names = multiplier_symbols(writer);
     let rows = form.constraints.iter().zip(names);
     rows.map(|(terms, name)| writer.formula(Label::Zero(name), terms, String::new())).collect()
+}
+
+/// The equations of a level, multipliers by their names in the page.
+fn of_level(writer: &Writer<'_>, level: &Level) -> Vec<super::Formula> {
+    let Subject { model, system, form, .. } = writer.subject;
+    let pool = &model.pool;
+    let names = form.trailing[2 * system.coordinates().len()..].iter();
+    let names = names.map(|&lambda| pool.symbol_expr(lambda));
+    let names: Vec<_> = system.constraints.iter().map(|row| row.lambda).zip(names).collect();
+    let formula = |&(name, left): &(Expr, Expr)| {
+        let [name, left] = [name, left].map(|e| pool.substitute(e, &names));
+        let terms = match pool.sum_terms(left) {
+            terms if terms.is_empty() => vec![left],
+            terms => terms,
+        };
+        writer.formula(Label::Zero(writer.printer.expr(name)), &terms, String::new())
+    };
+    level.rows.iter().map(formula).collect()
 }
 
 /// Each piece of the functions by name, and where it holds.

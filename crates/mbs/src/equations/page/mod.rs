@@ -15,7 +15,7 @@ mod typst;
 use bksim_expr::{Expr, Notation, Printer};
 
 use super::arrange::{Kind, Part};
-use super::{Proof, ReadingForm};
+use super::{Level, Proof, ReadingForm};
 use crate::quantity::Quantity;
 use crate::system::SymbolicSystem;
 use bksim_model::Model;
@@ -154,12 +154,21 @@ pub struct Page {
 impl Page {
     /// Gathers the sections.
     pub fn new(subject: &Subject<'_>, style: Style) -> Self {
+        Self::with_levels(subject, style, &[])
+    }
+
+    /// As [`Page::new`], with further equations after the constraints.
+    pub fn with_levels(subject: &Subject<'_>, style: Style, levels: &[Level]) -> Self {
         let form = content::form_for(subject, style);
         let subject = Subject { form: &form, ..*subject };
         let n_label = subject.coordinates.iter().map(|c| c.name.chars().count()).max().unwrap_or(0);
         let printer = form.printer(subject.model, style.notation());
         let writer = Writer { subject, style, printer, n_label };
-        Self { title: subject.model.name.clone(), style, sections: content::sections(&writer) }
+        Self {
+            title: subject.model.name.clone(),
+            style,
+            sections: content::sections(&writer, levels),
+        }
     }
 
     /// A complete document.

@@ -12,6 +12,7 @@ use crate::compiled::CompiledSystem;
 use crate::formulate::acceleration_level;
 use crate::function::Function;
 use crate::modes::indicators::indicator_functions;
+use crate::quantities::Quantities;
 use crate::run::StateSensitivity;
 use crate::start::Start;
 use bksim_mbs::system::SymbolicSystem;
@@ -35,7 +36,8 @@ pub struct GradientPlan {
     pub(super) events: Option<SensitivityPlan>,
 }
 
-/// Derives and compiles what the gradient by `sensitive` needs, at these parameter values and from this start.
+/// Derives and compiles what the gradient by `sensitive` needs, at these parameter values and from this start. After
+/// the channels that a run shows, weights have a place for each of `more`, names of [quantities](Quantities).
 ///
 /// # Errors
 /// [`SensitivityError`] as [`differentiate`](super::super::differentiate) and [`start`](super::super::start()).
@@ -44,10 +46,10 @@ pub fn plan_gradient(
     system: &SymbolicSystem,
     compiled: &CompiledSystem,
     (at, parameters): (&Start, &[f64]),
-    sensitive: &[Sensitive],
+    (sensitive, more): (&[Sensitive], &[String]),
 ) -> Result<GradientPlan, SensitivityError> {
     let (plan, left_out) =
-        plan_gradient_by_some(model, system, compiled, (at, parameters), sensitive)?;
+        plan_gradient_by_some(model, system, compiled, (at, parameters), (sensitive, more))?;
     left_out.into_iter().next().map_or(Ok(plan), |(_, error)| Err(error))
 }
 
@@ -61,7 +63,7 @@ pub fn plan_gradient_by_some(
     system: &SymbolicSystem,
     compiled: &CompiledSystem,
     (at, parameters): (&Start, &[f64]),
-    sensitive: &[Sensitive],
+    (sensitive, more): (&[Sensitive], &[String]),
 ) -> Result<(GradientPlan, Vec<(Sensitive, SensitivityError)>), SensitivityError> {
     let system = system.integrated();
     let derivation = Direction::new(model, system);
@@ -109,7 +111,7 @@ pub fn plan_gradient_by_some(
     };
     let plan = GradientPlan {
         forces: forces(&derivation, &own)?.in_lanes(model),
-        channels: channels(&derivation, &own)?,
+        channels: channels(&derivation, &own, more)?,
         directions: kept.iter().flat_map(of_quantity).collect(),
         sensitive: kept.iter().map(|&k| free[k]).collect(),
         start,
@@ -137,10 +139,17 @@ fn forces(direction: &Direction<'_>, own: &[SymbolId]) -> Result<Function, Sensi
 }
 
 /// ∂(w·h)/∂(q, v, a, λ, P).
-fn channels(direction: &Direction<'_>, own: &[SymbolId]) -> Result<Function, SensitivityError> {
+fn channels(
+    direction: &Direction<'_>,
+    own: &[SymbolId],
+    more: &[String],
+) -> Result<Function, SensitivityError> {
     let Direction { model, system, q, v, .. } = direction;
     let [a, lambda] = unknowns(system);
-    let shown: Vec<Expr> = found(model, system).map(|(function, _)| function).collect();
+    let quantities = Quantities::new(model, system);
+    let more = more.iter().filter_map(|name| quantities.named(name));
+    let shown = found(model, system).map(|(function, _)| function);
+    let shown: Vec<Expr> = shown.chain(more.map(|(function, _)| function)).collect();
     let mut rows = model.pool.substitute_all(&shown, &system.reaction_values);
     let (indicators, contacts) = indicator_functions(model, system);
     let of_contacts = indicators[indicators.len() - 4 * contacts.len()..].chunks_exact(4);

@@ -1,0 +1,158 @@
+//! Equations besides those of motion: the constraints at velocity and acceleration level, and the free bodies.
+//!
+//! ```text
+//! ġ = G v + ∂g/∂t = 0        g̈ = G v̇ + γ = 0
+//! m r̈_c = Σ F                d/dt L_c = Σ (M + (r − r_c) × F)
+//! ```
+//!
+//! In the equations of a body its neighbours act by the components of reactions, `A_fx` on the second body of the
+//! joint A and −`A_fx` on the first, and loads, drives and contacts by their own formulas.
+
+use bksim_expr::{Expr, Number, SymbolId};
+use bksim_model::{BodyId, JointKind, Model, MotionKind, Space, Vector};
+
+use crate::constraint::Source;
+use crate::force::Wrench;
+use crate::inertia::central_inertia;
+use crate::levels::{constraint_acceleration, constraint_velocity};
+use crate::spatial;
+use crate::system::SymbolicSystem;
+
+/// A section of equations, each of them zero.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Level {
+    /// Heading.
+    pub title: &'static str,
+    /// The name of each equation, a symbol, and its left side.
+    pub rows: Vec<(Expr, Expr)>,
+}
+
+/// The velocity and the acceleration equations of the rows that always hold.
+pub fn levels(model: &Model, system: &SymbolicSystem) -> [Level; 2] {
+    let pool = &model.pool;
+    let rows = |of: &dyn Fn(usize) -> Expr| {
+        let row = |k: usize| (pool.symbol_expr(system.constraints[k].lambda), pool.simplify(of(k)));
+        (0..system.n_bilateral()).map(row).collect()
+    };
+    [
+        Level {
+            title: "velocity equations",
+            rows: rows(&|k| constraint_velocity(pool, system, k)),
+        },
+        Level {
+            title: "acceleration equations",
+            rows: rows(&|k| constraint_acceleration(model, system, k)),
+        },
+    ]
+}
+
+/// The velocity and the acceleration equations with the numbers of a state, six digits each; `value` has the value of
+/// a parameter, the time, a coordinate or a velocity.
+pub fn levels_at(
+    model: &Model,
+    system: &SymbolicSystem,
+    value: &dyn Fn(SymbolId) -> Option<f64>,
+) -> [Level; 2] {
+    let pool = &model.pool;
+    let coordinates = system.coordinates();
+    let unknowns: [Vec<SymbolId>; 2] =
+        [coordinates.iter().map(|c| c.v).collect(), coordinates.iter().map(|c| c.a).collect()];
+    let titles = ["velocity equations, numbers", "acceleration equations, numbers"];
+    let mut found = levels(model, system);
+    for ((level, unknowns), title) in found.iter_mut().zip(&unknowns).zip(titles) {
+        level.title = title;
+        for (_, row) in &mut level.rows {
+            // Linear: its slopes, and its value where all unknowns are zero.
+            let nothing = |symbol: SymbolId| {
+                if unknowns.contains(&symbol) { Some(0.0) } else { value(symbol) }
+            };
+            let number = |e: Expr| pool.evaluate(e, &nothing).map_or(f64::NAN, rounded);
+            let terms = unknowns.iter().filter_map(|&unknown| {
+                let slope = number(pool.diff(*row, unknown));
+                let is_there = slope != 0.0;
+                is_there
+                    .then(|| pool.mul(pool.number(Number::float(slope)), pool.symbol_expr(unknown)))
+            });
+            let constant = pool.number(Number::float(number(*row)));
+            *row = pool.sum(terms.chain([constant]).collect::<Vec<_>>());
+        }
+    }
+    found
+}
+
+/// Six digits of a number; what is far below one is rounding.
+fn rounded(value: f64) -> f64 {
+    if value.abs() < 1e-12 { 0.0 } else { format!("{value:.5e}").parse().unwrap_or(value) }
+}
+
+/// The balance of each body that is cut free: forces, then moments about the centre of mass.
+pub fn free_bodies(model: &Model, system: &SymbolicSystem) -> Level {
+    let pool = &model.pool;
+    let mut wrenches: Vec<Vec<Wrench>> = vec![Vec::new(); model.bodies.len()];
+    let mut add = |wrench: Wrench| wrenches[wrench.body.0].push(wrench);
+    system.wrenches.iter().cloned().for_each(&mut add);
+    // Drives, couplings and contacts by their multipliers, joints by the components of their reactions.
+    for row in &system.constraints {
+        if !matches!(row.source, Source::Joint(_) | Source::Quaternion(_)) {
+            let lambda = pool.symbol_expr(row.lambda);
+            row.wrenches.iter().for_each(|wrench| add(wrench.scaled(pool, lambda)));
+        }
+    }
+    for joint in model.joints.iter().filter(|joint| joint.kind != JointKind::Cylinder) {
+        let is_planar = model.space == Space::Planar;
+        let turns = joint.kind.motions().contains(&MotionKind::Rotation);
+        let component = |word: &str, is_there: bool| {
+            if is_there { pool.symbol(&format!("{}_{word}", joint.name)) } else { pool.zero() }
+        };
+        let force = [("fx", true), ("fy", true), ("fz", !is_planar)];
+        let moment = [("mx", !is_planar), ("my", !is_planar), ("mz", !(is_planar && turns))];
+        let [force, moment] = [force, moment].map(|all| all.map(|(word, is)| component(word, is)));
+        let at = system.kinematics.anchor(model, joint.successor);
+        add(Wrench { body: joint.successor.body, force, at, moment });
+        let [force, moment] = [force, moment].map(|of: Vector| of.map(|e| pool.neg(e)));
+        add(Wrench { body: joint.predecessor.body, force, at, moment });
+    }
+    let bodies = (1..model.bodies.len()).map(BodyId);
+    let rows = bodies.flat_map(|body| balance(model, system, body, &wrenches[body.0]));
+    Level { title: "free bodies", rows: rows.collect() }
+}
+
+/// The balance of forces and moments of one body.
+fn balance(
+    model: &Model,
+    system: &SymbolicSystem,
+    body: BodyId,
+    wrenches: &[Wrench],
+) -> Vec<(Expr, Expr)> {
+    let pool = &model.pool;
+    let own = &model.bodies[body.0];
+    let symbol = |word: &str| pool.symbol(&format!("{}_{word}", own.name));
+    let p_com = system.kinematics.position(model, body, None);
+    let (mut force, mut moment) = (spatial::zero(pool), spatial::zero(pool));
+    for wrench in wrenches {
+        let arm = spatial::sub(pool, &wrench.at, &p_com);
+        force = spatial::add(pool, &force, &wrench.force);
+        moment = spatial::add(pool, &moment, &wrench.moment);
+        moment = spatial::add(pool, &moment, &spatial::cross(pool, &arm, &wrench.force));
+    }
+    let row = |name: &str, inertia: Expr, acting: Expr| {
+        (symbol(name), pool.sub(inertia, pool.simplify(acting)))
+    };
+    let n_axes = if model.space == Space::Planar { 2 } else { 3 };
+    let axes = ["x", "y", "z"];
+    let forces = (0..n_axes).map(|k| {
+        let acceleration = symbol(&format!("a{}", axes[k]));
+        row(axes[k], pool.mul(own.mass, acceleration), force[k])
+    });
+    let mut rows: Vec<(Expr, Expr)> = forces.collect();
+    if model.space == Space::Planar {
+        let inertia = central_inertia(model, body)[2][2];
+        rows.push(row("turn", pool.mul(inertia, symbol("alz")), moment[2]));
+    } else {
+        // The rate of the angular momentum about the centre of mass, along the axes of the ground.
+        rows.extend((0..3).map(|k| {
+            row(&format!("turn_{}", axes[k]), symbol(&format!("l{}_dot", axes[k])), moment[k])
+        }));
+    }
+    rows
+}
