@@ -1,0 +1,105 @@
+"""Runs of a mechanism, and the parts of its bodies where they are at an instant of one."""
+
+import bisect
+import csv
+import os
+
+import FreeCAD
+
+from . import elements, frames, marks, model, program
+from .values import with_unit
+
+POSE = ("x", "y", "z")
+TURN = ("e0", "e1", "e2", "e3")
+runs = {}  # the motion of each document that has been solved, by its name
+
+
+class Motion:
+    """Poses of the bodies over time: metres and unit quaternions, as they were logged."""
+
+    def __init__(self, bodies, columns):
+        self.times = columns["t"]
+        self.poses = {}
+        for body in bodies:
+            places = [columns[f"{body}.{model.ORIGIN}.{axis}"] for axis in POSE]
+            turns = [columns[f"{body}.{part}"] for part in TURN]
+            self.poses[body] = list(zip(*places, *turns))
+
+    def pose(self, body, idx):
+        """The pose of a body at a sample, seen from the ground, mm."""
+        x, y, z, e0, e1, e2, e3 = self.poses[body][idx]
+        # FreeCAD has the scalar part of a quaternion last.
+        return FreeCAD.Placement(FreeCAD.Vector(x, y, z) * 1000, FreeCAD.Rotation(e1, e2, e3, e0))
+
+    def sample(self, t):
+        """The sample at or before a time."""
+        return max(bisect.bisect_right(self.times, t + 1e-12) - 1, 0)
+
+
+def probes(doc):
+    """The points by which a run says where the frames of bodies are."""
+    return {body.ElementName: {model.ORIGIN: "[0, 0]" if frames.is_planar(doc) else "[0, 0, 0]"}
+            for body in elements.all_of(doc, "bodies")}
+
+
+def table(log, channels):
+    """Columns of numbers of a log, by their names, the time first."""
+    rows = csv.reader(program.text_of(["export", log, *channels]).splitlines())
+    names = next(rows)
+    columns = zip(*([float(value or "nan") for value in row] for row in rows))
+    return dict(zip(names, map(list, columns)))
+
+
+def log_of(doc, name="run"):
+    """Where a document's log is written: in its folder, under its name."""
+    return os.path.join(program.folder(doc), f"{doc.Name}-{name}.mcap")
+
+
+def read(doc, log):
+    """The motion in a log of a document's model."""
+    bodies = [body.ElementName for body in elements.all_of(doc, "bodies")]
+    channels = [f"{body}.{model.ORIGIN}.{axis}" for body in bodies for axis in POSE]
+    channels += [f"{body}.{part}" for body in bodies for part in TURN]
+    return Motion(bodies, table(log, channels))
+
+
+def go_home(doc):
+    """Puts every part where it is drawn."""
+    for body in elements.all_of(doc, "bodies"):
+        for part, placement in zip(body.Parts, body.Home):
+            set_global(part, placement)
+        body.Home = []
+    for obj in elements.all_of(doc):
+        marks.redraw(obj)
+
+
+def set_global(part, placement):
+    """Puts an object where it is to be in the world, whatever it is contained in."""
+    local = part.getGlobalPlacement() * part.Placement.inverse()
+    part.Placement = local.inverse() * placement
+
+
+def show(doc, motion, idx):
+    """Puts every part where a motion has it at a sample; the drawn pose is kept."""
+    plane, poses = elements.mechanism(doc).Plane, {}
+    for body in elements.all_of(doc, "bodies"):
+        if body.Parts and not body.Home:
+            body.Home = [part.getGlobalPlacement() for part in body.Parts]
+        if body.ElementName in motion.poses:
+            poses[body.Name] = motion.pose(body.ElementName, idx)
+            for part in body.Parts:
+                set_global(part, plane * poses[body.Name] * frames.x_body_from_part(body, part))
+    for obj in elements.all_of(doc):
+        marks.redraw(obj, lambda body: poses.get(body.Name) if body else FreeCAD.Placement())
+
+
+def short_run(doc, corners=None):
+    """The log of a run that ends at once, for the poses at the start; with more points of bodies by their names."""
+    added = {body: names | (corners or {}).get(body, {}) for body, names in probes(doc).items()}
+    solve = elements.find(doc, "solve")
+    begin = with_unit((elements.text(solve, "t_start") if solve else "") or "0", model.unit(doc, "time"))
+    brief = {"t_end": f'"{begin} + 1e-6 s"', "every": '"1e-6 s"', "times": "", "step": ""}
+    text = model.generate(doc, added, brief)
+    log = log_of(doc, "start")
+    program.answer(["solve", "-", "-o", log, "--force"], text.text, program.folder(doc))
+    return log
