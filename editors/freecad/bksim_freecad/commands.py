@@ -90,8 +90,13 @@ def solve():
         progress.close()
     panel = panels.get()
     panel.solved()
-    shown = [f"{key:20} {value}" for key, value in found.items() if isinstance(value, (int, float, str))]
-    panel.report("\n".join(shown), faults)
+    steps, end = found["steps"], found["end"]
+    panel.report(f"solved up to t = {end['t']:g} s{'' if end['reached'] else ', ended early'}\n"
+                 f"samples   {found['samples']}\n"
+                 f"steps     {steps['n_accept']} accepted, {steps['n_reject']} rejected\n"
+                 f"method    {', '.join(row['method'] for row in found['methods'])}\n"
+                 f"time      {found['time_s']['total']:.3f} s\n"
+                 f"log       {found['output']}", faults)
 
 
 def curves():

@@ -4,7 +4,7 @@ import FreeCAD
 import FreeCADGui
 from PySide import QtGui
 
-from . import elements, kinds, operations
+from . import editing, elements, kinds, operations
 
 PLACES = {"place_one": "Place", "place_two": "Second place", "axis_from": "Axis from"}
 current = None  # the dialog that is open
@@ -125,7 +125,7 @@ class Dialog:
             self.layout.removeRow(self.layout.rowCount() - 1)
         self.rows, self.links = {}, {}
         if self.kind.form in ("table", "row", "point"):
-            name = self.obj.ElementName if self.obj else elements.free_name(self.doc, self.kind)
+            name = self.obj.ElementName if self.obj else editing.free_name(self.doc, self.kind)
             self.rows["name"] = Row(kinds.Key("name", "its name in the model"), typed.get("name", name))
             self.layout.addRow("name", self.rows["name"].widget)
         if self.section in ("bodies", "ground"):
@@ -164,7 +164,7 @@ class Dialog:
         if self.obj:
             with operations.step(self.doc, "Edit"):
                 self.obj.ElementName = name
-                elements.edit(self.obj, self.kind.id, self.values(), **links)
+                editing.edit(self.obj, self.kind.id, self.values(), **links)
         else:
             self.obj = operations.add(self.doc, self.kind.id, name, self.values(), **links)
         return close()

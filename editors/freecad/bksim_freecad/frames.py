@@ -20,7 +20,7 @@ def is_planar(doc):
 
 def home(body, part):
     """Where a part of a body is drawn, in the world."""
-    return body.Home[body.Parts.index(part)] if body.Home else part.getGlobalPlacement()
+    return body.Home[body.Parts.index(part)] if body.Home else geometry.pose(part)
 
 
 def x_ground_from_body(body):
@@ -73,7 +73,7 @@ def place(doc, target):
         x_frame_from_world = elements.mechanism(doc).Plane.inverse()
     else:
         part = next(own for own in geometry.owners(obj) if own in body.Parts)
-        x_frame_from_world = x_body_from_part(body, part) * part.getGlobalPlacement().inverse()
+        x_frame_from_world = x_body_from_part(body, part) * geometry.pose(part).inverse()
     turned = x_frame_from_world.Rotation.multVec(direction) if direction else None
     return Place(body, x_frame_from_world.multVec(at), "", turned, not sub)
 

@@ -13,17 +13,30 @@ SMALL = 1e-9
 Z = FreeCAD.Vector(0, 0, 1)
 
 
-def holder(part):
-    """The placement of the container that an object is in, seen from the world."""
-    return part.getGlobalPlacement() * part.Placement.inverse()
-
-
 def owners(part):
     """An object and the containers that it is in, innermost first."""
     found = [part]
     while found[-1] is not None:
         found.append(found[-1].getParentGeoFeatureGroup())
     return found[:-1]
+
+
+def holder(part):
+    """The placement of the container that an object is in, seen from the world."""
+    seen = FreeCAD.Placement()
+    for container in owners(part)[1:]:
+        seen = container.Placement * seen
+    return seen
+
+
+def pose(part):
+    """Where an object is in the world."""
+    return holder(part) * part.Placement
+
+
+def movable(part):
+    """The object to move for one that is drawn: a feature moves with its body of the Part Design workbench."""
+    return next((own for own in owners(part) if own.TypeId == "PartDesign::Body"), part)
 
 
 def shape_of(part, sub=""):
@@ -47,7 +60,7 @@ def place_of(part, sub):
     area, an object without element the origin of its placement.
     """
     if not sub:
-        return part.getGlobalPlacement().Base
+        return pose(part).Base
     shape = shape_of(part, sub)
     if shape.ShapeType == "Vertex":
         return shape.Point
@@ -145,9 +158,14 @@ def extent(parts, x_world_from_body):
 
 
 def outlines(parts, x_world_from_body):
-    """Polygons of the closed outer wires of what is drawn flat, in the frame of their body."""
+    """Polygons of the outer wires of what is drawn flat, or of solids in their middle, in the frame of their body."""
     dimension, found = pieces(parts)
-    if dimension != 2:
+    if dimension == 3:
+        # Solids are cut through their middle.
+        normal = x_world_from_body.Rotation.multVec(Z)
+        cuts = (Part.makeCompound(solid.slice(normal, normal.dot(solid.CenterOfMass))) for solid in found)
+        found = [face for plate in map(faces_of_wires, cuts) if plate is not None for face in plate.Faces]
+    if dimension == 1:
         return []
     to_body = x_world_from_body.inverse()
     polygons = []

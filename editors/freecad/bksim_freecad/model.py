@@ -1,7 +1,5 @@
 """The model file of a document: what is typed as it is, and what the drawing gives where nothing is typed."""
 
-import tomllib
-
 import FreeCAD
 
 from . import elements, frames, geometry, kinds
@@ -169,7 +167,7 @@ def from_parts(obj, is_planar):
 def displaced(obj, x_world_from_body):
     """Where the frame of a body is now: its parts may have moved from where they are drawn."""
     first = obj.Parts[0]
-    return first.getGlobalPlacement() * frames.home(obj, first).inverse() * x_world_from_body
+    return geometry.pose(first) * frames.home(obj, first).inverse() * x_world_from_body
 
 
 def guess(obj, is_planar):
@@ -276,8 +274,3 @@ def write_rows(text, section, rows):
         text.header(section)
     for name, value, obj, key in rows:
         text.write(f"{key_text(name)} = {value}", obj, key)
-
-
-def parsed(text):
-    """The tables of a model file."""
-    return tomllib.loads(text)

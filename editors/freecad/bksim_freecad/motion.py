@@ -6,19 +6,20 @@ import os
 
 import FreeCAD
 
-from . import elements, frames, marks, model, program
+from . import elements, frames, geometry, marks, model, program
 from .values import with_unit
 
 POSE = ("x", "y", "z")
 TURN = ("e0", "e1", "e2", "e3")
-runs = {}  # the motion of each document that has been solved, by its name
+runs = {}  # the motion of each document that has been solved, by its identifier
 
 
 class Motion:
-    """Poses of the bodies over time: metres and unit quaternions, as they were logged."""
+    """Poses of bodies and places of named points over time: metres and unit quaternions, as they were logged."""
 
-    def __init__(self, bodies, columns):
+    def __init__(self, bodies, points, columns):
         self.times = columns["t"]
+        self.points = {name: list(zip(*(columns[f"{channel}.{axis}"] for axis in POSE))) for name, channel in points.items()}
         self.poses = {}
         for body in bodies:
             places = [columns[f"{body}.{model.ORIGIN}.{axis}"] for axis in POSE]
@@ -30,6 +31,12 @@ class Motion:
         x, y, z, e0, e1, e2, e3 = self.poses[body][idx]
         # FreeCAD has the scalar part of a quaternion last.
         return FreeCAD.Placement(FreeCAD.Vector(x, y, z) * 1000, FreeCAD.Rotation(e1, e2, e3, e0))
+
+    def point(self, name, idx):
+        """Where a named point is at a sample, seen from the ground, mm; `None` of one that is not known."""
+        if name == "ground":
+            return FreeCAD.Vector()
+        return FreeCAD.Vector(*self.points[name][idx]) * 1000 if name in self.points else None
 
     def sample(self, t):
         """The sample at or before a time."""
@@ -60,23 +67,36 @@ def read(doc, log):
     bodies = [body.ElementName for body in elements.all_of(doc, "bodies")]
     channels = [f"{body}.{model.ORIGIN}.{axis}" for body in bodies for axis in POSE]
     channels += [f"{body}.{part}" for body in bodies for part in TURN]
-    return Motion(bodies, table(log, channels))
+    named = {name for obj in elements.all_of(doc) for name in elements.typed_places(obj)} - {"ground"}
+    points = {name: name if "." in name else f"{name}.{model.ORIGIN}" for name in sorted(named)}
+    channels += [f"{channel}.{axis}" for channel in points.values() for axis in POSE]
+    return Motion(bodies, points, table(log, channels))
+
+
+def run_of(doc):
+    """The motion of a document: of the run that has been made, or whose log is still there; or `None`."""
+    group = elements.mechanism(doc)
+    if doc.Uid not in runs and group and os.path.exists(group.Log):
+        runs[doc.Uid] = read(doc, group.Log)
+    return runs.get(doc.Uid)
 
 
 def go_home(doc):
     """Puts every part where it is drawn."""
+    if not any(body.Home for body in elements.all_of(doc, "bodies")):
+        return
     for body in elements.all_of(doc, "bodies"):
         for part, placement in zip(body.Parts, body.Home):
             set_global(part, placement)
         body.Home = []
+    run = run_of(doc)
     for obj in elements.all_of(doc):
-        marks.redraw(obj)
+        marks.redraw(obj, spot=lambda name: run.point(name, 0) if run else None)
 
 
 def set_global(part, placement):
     """Puts an object where it is to be in the world, whatever it is contained in."""
-    local = part.getGlobalPlacement() * part.Placement.inverse()
-    part.Placement = local.inverse() * placement
+    part.Placement = geometry.holder(part).inverse() * placement
 
 
 def show(doc, motion, idx):
@@ -84,13 +104,14 @@ def show(doc, motion, idx):
     plane, poses = elements.mechanism(doc).Plane, {}
     for body in elements.all_of(doc, "bodies"):
         if body.Parts and not body.Home:
-            body.Home = [part.getGlobalPlacement() for part in body.Parts]
+            body.Home = [geometry.pose(part) for part in body.Parts]
         if body.ElementName in motion.poses:
             poses[body.Name] = motion.pose(body.ElementName, idx)
             for part in body.Parts:
                 set_global(part, plane * poses[body.Name] * frames.x_body_from_part(body, part))
     for obj in elements.all_of(doc):
-        marks.redraw(obj, lambda body: poses.get(body.Name) if body else FreeCAD.Placement())
+        marks.redraw(obj, lambda body: poses.get(body.Name) if body else FreeCAD.Placement(),
+                     lambda name: motion.point(name, idx))
 
 
 def short_run(doc, corners=None):

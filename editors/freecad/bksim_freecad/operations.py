@@ -2,7 +2,7 @@
 
 from contextlib import contextmanager
 
-from . import elements, kinds, model, motion, program, reading
+from . import editing, elements, kinds, model, motion, program, reading
 
 # Formats of equations for the panel, the clipboard and a browser.
 EQUATIONS = {"text": ["--format", "aligned", "--unicode", "--width", "100"],
@@ -12,7 +12,8 @@ EQUATIONS = {"text": ["--format", "aligned", "--unicode", "--width", "100"],
 
 @contextmanager
 def step(doc, title):
-    """One step of undo; what fails within leaves the document as it was."""
+    """One step of undo, of the drawn pose; what fails within leaves the document as it was."""
+    motion.go_home(doc)
     doc.openTransaction(title)
     try:
         yield
@@ -24,9 +25,9 @@ def step(doc, title):
 
 
 def add(doc, kind_id, name="", values=None, **links):
-    """Adds a body, joint, load or whatever has a kind; see `elements.add`."""
+    """Adds a body, joint, load or whatever has a kind; see `editing.add`."""
     with step(doc, f"Add {kind_id}"):
-        return elements.add(doc, kind_id, name, values, **links)
+        return editing.add(doc, kind_id, name, values, **links)
 
 
 def delete(doc, objects):
@@ -102,13 +103,13 @@ def solve(doc, meanwhile=None):
 
 def open_log(doc, log):
     """Takes the motion from a log of the model of a document."""
-    motion.runs[doc.Name] = motion.read(doc, log)
+    motion.runs[doc.Uid] = motion.read(doc, log)
     elements.mechanism(doc).Log = log
 
 
 def show(doc, t):
     """Puts the parts where the last run has them at a time."""
-    run = motion.runs[doc.Name]
+    run = motion.run_of(doc)
     motion.show(doc, run, run.sample(t))
 
 

@@ -121,7 +121,7 @@ class Panel(QtGui.QDockWidget):
 
     @property
     def run(self):
-        return motion.runs.get(self.doc.Name) if self.doc else None
+        return motion.run_of(self.doc) if self.doc else None
 
     def report(self, text, faults=()):
         """Shows what a command answers, and faults with the elements that they are about."""

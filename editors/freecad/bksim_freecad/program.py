@@ -12,6 +12,9 @@ PREFERENCES = "User parameter:BaseApp/Preferences/Mod/bksim"
 # Done, ended early, and interrupted: the log is valid.
 WITH_RESULT = (0, 3, 130, 143)
 
+# On Windows, no console comes up for a call.
+NO_CONSOLE = getattr(subprocess, "CREATE_NO_WINDOW", 0)
+
 
 class Failed(Exception):
     """A call that failed, with the diagnostics that `bksim` gives, or a message."""
@@ -46,7 +49,7 @@ def run(arguments, text=None, cwd=None, meanwhile=None):
     `meanwhile` is called some times a second; the run is ended where it returns `False`.
     """
     process = subprocess.Popen([path(), *arguments], cwd=cwd, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                               stderr=subprocess.PIPE, encoding="utf-8")
+                               stderr=subprocess.PIPE, encoding="utf-8", creationflags=NO_CONSOLE)
     given = text
     while True:
         try:

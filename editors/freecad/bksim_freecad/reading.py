@@ -9,12 +9,21 @@ import re
 import FreeCAD
 import Part
 
-from . import elements, kinds, model, motion, program
+from . import editing, elements, kinds, model, motion, program
 from .values import NUMBER, typed, written
 
 CORNER = "corner_of_outline"
 LENGTH = re.compile(r"\s*(" + NUMBER.pattern + r")\s*([a-zµ]+)\s*")
 MILLIMETRES = {"mm": 1, "cm": 10, "dm": 100, "m": 1000, "in": 25.4, "ft": 304.8}
+
+
+def parsed(text):
+    """The tables of a model file."""
+    try:
+        import tomllib
+    except ImportError:
+        raise program.Failed("models are read by FreeCAD with Python 3.11 or later") from None
+    return tomllib.loads(text)
 
 
 def model_text(path):
@@ -25,32 +34,32 @@ def model_text(path):
     if ending != ".toml":
         return program.text_of(["import", path])
     text = program.text_of(["expand", path])
-    return program.text_of(["cad", "to-toml", path]) if "drawing" in model.parsed(text) else text
+    return program.text_of(["cad", "to-toml", path]) if "drawing" in parsed(text) else text
 
 
 def add_tables(doc, text):
     """Elements for the tables of a model."""
-    tables = model.parsed(text)
+    tables = parsed(text)
     starts = tables.pop("initial", {})
     owners = {name for section in kinds.WITH_START for name in tables.get(section, {})}
     top = {key: value for key, value in tables.items() if not isinstance(value, dict)}
-    elements.add(doc, "model", "", {"space": space_of(tables, text)} | top)
+    editing.add(doc, "model", "", {"space": space_of(tables, text)} | top)
     for section, found in tables.items():
         if not isinstance(found, dict):
             continue
         form = kinds.of_section(section)[0].form
         if form == "single":
-            elements.add(doc, section, "", found)
+            editing.add(doc, section, "", found)
         for name, value in found.items() if form != "single" else ():
             values = dict(value) if form == "table" else {"value": value}
             kind_type = values.pop("type", "") if form == "table" else ""
             if section in kinds.WITH_START and name in starts:
                 values["initial"] = starts[name]
             links = {"from_drawing": False} if section == "bodies" else {}
-            elements.add(doc, f"{section}.{kind_type}" if kind_type else section, name, values, **links)
+            editing.add(doc, f"{section}.{kind_type}" if kind_type else section, name, values, **links)
     for name, value in starts.items():
         if name not in owners:
-            elements.add(doc, "initial", name, {"value": value})
+            editing.add(doc, "initial", name, {"value": value})
 
 
 def space_of(tables, text):
@@ -63,7 +72,7 @@ def space_of(tables, text):
 
 def corners_of(obj):
     """The polygons of a body's outlines, each a list of corners that are values of TOML."""
-    value = model.parsed(f"value = {written(elements.text(obj, 'outline') or '[]')}")["value"]
+    value = parsed(f"value = {written(elements.text(obj, 'outline') or '[]')}")["value"]
     is_one = value and not isinstance(value[0][0], list)
     return [value] if is_one else value
 
@@ -117,13 +126,15 @@ def draw(doc):
         part = doc.addObject("Part::Feature", name)
         part.Shape, part.Placement = Part.makeCompound(wires), pose
         body.Parts = [part]
+    motion.show(doc, start, 0)
+    motion.go_home(doc)
 
 
 def read_file(doc, path):
     """Adds what a file describes to a document that has no mechanism yet: bare numbers mean what they mean there."""
-    if elements.mechanism(doc, create=False):
+    if elements.mechanism(doc):
         raise program.Failed("the document has a mechanism already: open a new one for another")
     text = model_text(path)
-    elements.mechanism(doc, begun_with={})
+    editing.begin(doc, {})
     add_tables(doc, text)
     draw(doc)

@@ -78,11 +78,6 @@ def with_unit(text, unit):
     return f"({text} {unit})" if NUMBER.fullmatch(text) else f"({text})"
 
 
-def length(number_mm):
-    """A length of the drawing, with all its digits."""
-    return f'"{number_mm!r} mm"' if number_mm else "0"
-
-
 def vector(numbers, write=repr):
     """An array of numbers."""
     return "[" + ", ".join(write(number) for number in numbers) + "]"

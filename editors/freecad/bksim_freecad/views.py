@@ -32,6 +32,11 @@ class GroupView:
 class ElementView(GroupView):
     """An element in the tree: the icon of its section, or that of an error; a double click edits it."""
 
+    def __init__(self, view):
+        super().__init__(view)
+        view.LineColor = view.PointColor = (0.96, 0.56, 0.1)
+        view.LineWidth, view.PointSize = 2, 5
+
     def attach(self, view):
         self.view = view
 
@@ -44,9 +49,11 @@ class ElementView(GroupView):
             obj.ViewObject.signalChangeIcon()
 
     def doubleClicked(self, view):
-        from . import dialog
+        import FreeCADGui
 
-        dialog.edit(view.Object)
+        FreeCADGui.Selection.clearSelection()
+        FreeCADGui.Selection.addSelection(view.Object)
+        FreeCADGui.runCommand("Bksim_Edit")
         return True
 
     def getDisplayModes(self, view):

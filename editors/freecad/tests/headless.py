@@ -12,7 +12,7 @@ import FreeCAD
 import Part
 
 import slider_crank
-from bksim_freecad import elements, geometry, kinds, model, motion, operations, program, values
+from bksim_freecad import editing, elements, geometry, kinds, model, motion, operations, program, reading, values
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 V = FreeCAD.Vector
@@ -35,7 +35,7 @@ def box(doc, name, size, at=(0, 0, 0), turn=None):
 
 
 def tables(doc):
-    return model.parsed(model.generate(doc).text)
+    return reading.parsed(model.generate(doc).text)
 
 
 def test_values_are_typed_without_quotes_and_read_back():
@@ -46,14 +46,14 @@ def test_values_are_typed_without_quotes_and_read_back():
         assert values.written(typed) == right, (typed, values.written(typed))
     for value in ["a, b", "1", "x = 1", "[0]", "é", 'a "b"', [0.5, "-g"], {"a": {"b": [1, "2"]}}, True, {"a b": 1}]:
         text = values.written(values.typed(value))
-        assert model.parsed(f"value = {text}")["value"] == value, (value, text)
+        assert reading.parsed(f"value = {text}")["value"] == value, (value, text)
 
 
 def test_every_kind_of_the_schema_can_be_added_with_each_of_its_keys():
     doc = fresh()
     for kind in kinds.all_kinds().values():
         given = {key.name: key.choices[0] if key.choices else "{ a = 1 }" for key in kind.keys}
-        obj = elements.add(doc, kind.id, "", given)
+        obj = editing.add(doc, kind.id, "", given)
         for key, value in given.items():
             assert elements.text(obj, key) == value, (kind.id, key)
     written = tables(doc)
@@ -180,7 +180,7 @@ def judge_pendulum(doc, bar, edge, down):
     moment = mass * ((300**2 + 20**2) / 12 + 140**2) - hole * 4**2 / 2
     rate = 9.81 * com * (mass - hole) / moment * 1000  # rad/s²: horizontal at the start
     operations.solve(doc)
-    run, tip = motion.runs[doc.Name], max(bar.Shape.Vertexes, key=lambda corner: (corner.Point - bar.Placement.Base).Length)
+    run, tip = motion.run_of(doc), max(bar.Shape.Vertexes, key=lambda corner: (corner.Point - bar.Placement.Base).Length)
     pin = geometry.place_of(bar, edge)
     name = next(f"Vertex{idx}" for idx, corner in enumerate(bar.Shape.Vertexes, 1) if corner.isSame(tip))
     first = geometry.place_of(bar, name)
@@ -209,7 +209,7 @@ def test_a_mechanism_in_an_upright_plane_moves_there():
     doc = fresh()
     upright = FreeCAD.Rotation(V(1, 0, 0), 90)
     bar, edge = hung(doc, upright)
-    elements.mechanism(doc).Plane = FreeCAD.Placement(V(), upright)
+    editing.begin(doc).Plane = FreeCAD.Placement(V(), upright)
     pendulum(doc, bar, edge, "planar", "[0, -9.81 m/s^2]")
     judge_pendulum(doc, bar, edge, V(0, 0, -1))
 
@@ -242,6 +242,38 @@ def test_parts_that_are_turned_are_joined_in_space_as_they_are_drawn():
     near((after.Rotation.inverted() * before.Rotation).Angle, 0, 1e-7)
 
 
+def test_features_and_links_move_with_what_they_are_in():
+    doc = fresh()
+    design = doc.addObject("PartDesign::Body", "Design")
+    pad = doc.addObject("PartDesign::AdditiveBox", "Pad")
+    design.addObject(pad)
+    pad.Length, pad.Width, pad.Height = 100, 10, 10
+    design.Placement = FreeCAD.Placement(V(0, 0, 30), FreeCAD.Rotation())
+    source = box(doc, "Source", (80, 10, 10), (0, 500, 0))
+    copy = doc.addObject("App::Link", "Copy")
+    copy.LinkedObject, copy.LinkTransform = source, False
+    copy.Placement = FreeCAD.Placement(V(100, 0, 30), FreeCAD.Rotation())
+    doc.recompute()
+    corner = geometry.place_of(pad, "Vertex1")
+    for part, name in ((pad, "arm"), (copy, "hand")):
+        operations.add(doc, "bodies", name, {"density": "2700 kg/m^3"}, parts=[part])
+    assert elements.find(doc, "bodies", "arm").Parts == [design]
+    operations.add(doc, "joints.revolute", "A", {}, place_one=(pad, "Vertex1"))
+    pin = next(f"Vertex{idx}" for idx in range(1, 9) if (geometry.place_of(copy, f"Vertex{idx}") - V(100, 0, 30)).Length < 1e-6)
+    operations.add(doc, "joints.revolute", "B", {}, place_one=(copy, pin), place_two=design)
+    operations.add(doc, "loads.gravity", "gravity", {"acceleration": "[0, -9.81 m/s^2]"})
+    operations.add(doc, "solve", "", {"t_end": "0.3 s"})
+    assert all(len(body["outline"][0]) == 4 for body in tables(doc)["bodies"].values()), tables(doc)
+    joint = doc.copyObject(source)  # a bare part is of the ground
+    assert elements.body_of(doc, joint) is None
+    operations.solve(doc)
+    operations.show(doc, 0.3)
+    assert design.Placement.Rotation.Angle > 0.1 and copy.Placement.Base.y < -10
+    near((geometry.place_of(pad, "Vertex1") - corner).Length, 0, 1e-6, "the pin A")
+    end = design.Placement.multVec(V(100, 0, 0))
+    near((geometry.place_of(copy, pin) - end).Length, 0, 1e-6, "the pin B")
+
+
 def test_springs_and_forces_act_where_the_drawing_says():
     doc = fresh()
     block, wall = box(doc, "Block", (20, 20, 20), (100, 0, 0)), box(doc, "Wall", (10, 20, 20))
@@ -261,8 +293,8 @@ def test_springs_and_forces_act_where_the_drawing_says():
     elements.find(doc, "loads", "push").Vector = "[0, 0]"
     operations.solve(doc)
     operations.show(doc, math.pi / 10 / 2)
-    idx = motion.runs[doc.Name].sample(math.pi / 20)
-    right = 60 + 40 * math.cos(10 * motion.runs[doc.Name].times[idx])
+    idx = motion.run_of(doc).sample(math.pi / 20)
+    right = 60 + 40 * math.cos(10 * motion.run_of(doc).times[idx])
     near(block.Placement.Base.x, right, 1e-5, "a harmonic motion")
 
 
@@ -293,15 +325,15 @@ def test_elements_are_edited_and_removed():
     doc = fresh()
     block = box(doc, "Block", (20, 20, 20))
     joint = operations.add(doc, "joints.revolute", "A", {"coordinate": "phi"}, place_one=(block, "Vertex1"))
-    elements.edit(joint, "joints.prismatic", {"axis": "[0, 1]"})
+    editing.edit(joint, "joints.prismatic", {"axis": "[0, 1]"})
     assert tables(doc)["joints"]["A"] == {"type": "prismatic", "axis": [0, 1], "coordinate": "phi"} | {
         key: value for key, value in tables(doc)["joints"]["A"].items() if key == "between"}
-    elements.edit(joint, "joints.weld", {})
+    editing.edit(joint, "joints.weld", {})
     assert "Coordinate" not in joint.PropertiesList and "axis" not in tables(doc)["joints"]["A"]
     again = operations.add(doc, "joints.weld", "A", {"angle": "10 deg"})
     assert again.Name == joint.Name
     try:
-        elements.edit(joint, "joints.weld", {"lenght": "1"})
+        editing.edit(joint, "joints.weld", {"lenght": "1"})
         raise AssertionError("an unknown key is taken")
     except ValueError as error:
         assert "lenght" in str(error)

@@ -103,7 +103,9 @@ def main():
     picture("equations")
     FreeCADGui.runCommand("Bksim_Start")
     assert "theta1" in panels.get().summary.toPlainText()
+    picture("start")
     FreeCADGui.runCommand("Bksim_Run")
+    picture("solved")
     FreeCADGui.runCommand("Bksim_Plot")
     panel = panels.get()
     assert panel.run is not None and len(panel.run.times) == 501
