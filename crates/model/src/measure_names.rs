@@ -228,7 +228,7 @@ impl Measure {
         }
     }
 
-    /// Its SI unit; empty of a pure number.
+    /// SI unit of the measure; empty of a pure number.
     pub fn unit(self, model: &Model) -> &str {
         match self {
             Self::State(StateId(state)) => &model.states[state].units[1],
