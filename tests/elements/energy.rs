@@ -1,7 +1,7 @@
 //! Energy audits: the work of every load, belt and drive by itself, and what becomes of it.
 
 use crate::support::elements::reference;
-use crate::support::{Measures, Within, close, derive, elements, example_text, model, solve};
+use crate::support::{Measures, Within, at, close, derive, elements, example_text, model, solve};
 use bksim::report::{Report, report};
 use bksim::solved;
 use serde_json::Value;
@@ -243,4 +243,90 @@ fn rotors_of_joints_keep_the_energy() {
     // v = 4 m/s, and half of 5 kg v².
     let within = Within { relative: 1e-9, absolute: 0.0 };
     close("kinetic energy", found.energy.kinetic.value, 40.0, within);
+}
+
+/// A pendulum of 1 kg, 0.5 m from its pin, that a drive turns.
+fn driven_pendulum(motion: &str, end: &str) -> String {
+    format!(
+        "[bodies]\nbob = {{ mass = 1, inertia = 0.02, com = [0.5, 0] }}\n\
+         [joints]\nA = {{ type = \"revolute\", between = [\"ground\", \"bob\"] }}\n\
+         [loads]\ngravity = {{ type = \"gravity\", acceleration = [0, -9.81] }}\n\
+         drag = {{ type = \"torque\", joint = \"A\", value = \"-0.1 N m s/rad*A.rate\" }}\n\
+         [drives]\nmotor = {{ joint = \"A\", motion = \"{motion}\" }}\n[solve]\nt_end = \"{end}\"\n"
+    )
+}
+
+/// Where a drive leaves nothing free, steps grow until the weight turns many times in one of them; the work is that of the
+/// whole way all the same, at every sample: T = I w²/2, V = m g s sin A, and the drag takes ∫ 0.1 w² dt.
+#[test]
+fn the_work_of_a_drive_is_that_of_its_whole_way() {
+    // Angle, rate, and what the drag has taken.
+    type Law = fn(f64) -> [f64; 3];
+    let even: Law = |t| [50.0 * t, 50.0, 0.1 * 2500.0 * t];
+    let swing: Law = |t| {
+        let taken = 0.1 * 32_400.0 * (0.5 * t + (4.0 * t).sin() / 8.0);
+        [90.0 * (2.0 * t).sin(), 180.0 * (2.0 * t).cos(), taken]
+    };
+    for method in ["explicit", "radau"] {
+        for (motion, law) in [("50 rad/s*t", even), ("90 rad*sin(2 rad/s*t)", swing)] {
+            let text = driven_pendulum(motion, "1 s") + &format!("method = \"{method}\"\n");
+            let run = solve(&derive(model(&text)));
+            let energy = |t: f64| {
+                let [angle, rate, _] = law(t);
+                0.5 * 0.27 * rate * rate + 9.81 * 0.5 * angle.sin()
+            };
+            // The drag goes out, and as much comes in.
+            let scale = law(1.0)[2];
+            let found = run.summary.energy.scale;
+            assert!(
+                (scale..10.0 * scale).contains(&found),
+                "{found} J in and out, {scale} J of drag"
+            );
+            for sample in &run.samples {
+                let work = energy(sample.t) - energy(0.0);
+                let within = Within { relative: 0.0, absolute: 2e-6 * scale };
+                close(&format!("{motion}, {method}, t = {}", sample.t), sample.work, work, within);
+            }
+            let error = run.summary.energy.worst_error;
+            assert!(error < 2e-6 * scale, "{motion}, {method}: {error} J of {scale} J");
+        }
+    }
+}
+
+/// A drive that sets off and stops at once does ½ m v² at each corner, and m a v between.
+#[test]
+fn the_work_of_a_drive_goes_past_its_corners() {
+    let text = "[bodies]\nslide = { mass = 2 }\n\
+         [joints]\nS = { type = \"prismatic\", between = [\"ground\", \"slide\"], axis = [1, 0] }\n\
+         [loads]\nbrake = { type = \"force\", joint = \"S\", value = \"-3 N*sign(S.velocity)\" }\n\
+         [drives]\nfeed = { joint = \"S\", motion = \"if(t < 0.3 s, 0 m, if(t < 0.8 s, 2 m/s*(t - 0.3 s), 1 m))\" }\n\
+         [solve]\nt_end = 1\n";
+    let run = solve(&derive(model(text)));
+    let energy = run.summary.energy;
+    let within = Within { relative: 1e-9, absolute: 1e-9 };
+    // Up with 4 J and down again: the drive takes back what it gave, and the brake what lies between.
+    close("work at the end", energy.work, 0.0, within);
+    close("while it moves", at(&run, 0.6).work, 4.0, within);
+    assert!(energy.worst_error < 1e-9, "{energy:?}");
+}
+
+/// A drive against a damper without masses: 10 kJ go in and out, and what rounding leaves of them is no fault.
+#[test]
+fn what_goes_through_a_mechanism_without_masses_is_the_scale_of_its_balance() {
+    let text = "[bodies]\nslide = { mass = 0 }\n\
+         [joints]\nS = { type = \"prismatic\", between = [\"ground\", \"slide\"], axis = [1, 0] }\n\
+         [loads]\ndamper = { type = \"damper\", joint = \"S\", damping = \"1e4 N s/m\" }\n\
+         [drives]\nfeed = { joint = \"S\", motion = \"0.1 m*sin(10 rad/s*t)\" }\n\
+         [solve]\nt_end = 2\n";
+    for method in ["auto", "radau"] {
+        let mechanism = derive(model(&(text.to_owned() + &format!("method = \"{method}\"\n"))));
+        let run = solve(&mechanism);
+        let options = &mechanism.model.solve;
+        let energy = run.summary.energy;
+        // ∫ c x′² dt, by samples.
+        let through = 1e4 * 0.5 * (2.0 + (40.0_f64).sin() / 20.0);
+        close("through", energy.scale, through, Within { relative: 1e-3, absolute: 0.0 });
+        let promised = run.summary.promised_energy_error(options);
+        assert!(energy.worst_error < promised, "{method}: {energy:?}, {promised} J");
+    }
 }

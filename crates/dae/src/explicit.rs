@@ -196,6 +196,16 @@ impl<S: Ode> ExplicitSolver<S> {
         self.controller.noise
     }
 
+    /// The error estimate of an unknown in the last step, whether or not it takes part in the error test.
+    pub fn error_of(&self, unknown_idx: usize) -> f64 {
+        self.stages.error_of(unknown_idx, self.last.h)
+    }
+
+    /// Replaces the value of an unknown that no derivative depends on.
+    pub fn replace(&mut self, unknown_idx: usize, value: f64) {
+        self.y[unknown_idx] = value;
+    }
+
     /// Takes one accepted step with dense output; `None` once `t_end` is reached.
     ///
     /// # Errors

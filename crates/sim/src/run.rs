@@ -33,6 +33,7 @@ mod stepper;
 mod steps;
 mod storage;
 mod summary;
+mod work;
 
 use bksim_dae::SolveError;
 

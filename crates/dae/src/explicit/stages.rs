@@ -1,6 +1,6 @@
 //! One attempt at an explicit step: stages, result, error estimate, extension. No policy.
 
-use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES};
+use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES, Term};
 use super::derivative;
 use super::stiffness::Pair;
 use super::straight_line::StepVectors;
@@ -245,6 +245,17 @@ impl StageWork {
             (0.01 / largest).powf(1.0 / 8.0)
         };
         guess.min(100.0 * trial.abs())
+    }
+
+    /// The error estimate of one unknown in the last step, of size `h`.
+    pub(super) fn error_of(&self, i: usize, h: f64) -> f64 {
+        let [five, three] = if self.is_whole {
+            self.errors().map(|error| error[i])
+        } else {
+            let sum = |row: &[Term]| row.iter().map(|&(j, e)| e * self.k.column(j)[i]).sum::<f64>();
+            [h * sum(E5), h * sum(E3)]
+        };
+        if five == 0.0 { 0.0 } else { five * five / (five * five + 0.01 * three * three).sqrt() }
     }
 
     /// Argument of the stage evaluated last.

@@ -1,12 +1,14 @@
 //! Whether the numbers of a run are worth what its tolerances promise.
 //!
 //! ```text
-//! energy       |T + V − W − T₀ − V₀|  ≤  r (|T| + |V − V₀| + |W|) + 1e-12 |T₀ + V₀| + 1e-15 max(1, |v|)³ max(1, |t − t₀|)
+//! energy       |T + V − W − T₀ − V₀|  ≤  r E + 1e-12 |T₀ + V₀| + 1e-15 max(1, |v|)³ max(1, |t − t₀|)
+//!              E = max(|T| + |V − V₀| + |W|, ∫ Σ |λ ∂g/∂t| dt)
 //!              r = min(1000 rtol, 0.05) + 1000 atol / |v|
 //! constraints  |g| ≤ 1e3 (rtol max(1, |q|) + atol),   |G v + ∂g/∂t| ≤ 1e4 (rtol max(1, |v|) + atol)
 //! ```
 //!
-//! in the largest numbers over the samples; `|q|` and `|v|` are the largest coordinate and velocity, SI.
+//! in the largest numbers over the samples, where the integral is what goes in and out of drives: all there is where nothing has
+//! a mass, or moves slowly against dampers; `|q|` and `|v|` are the largest coordinate and velocity, SI.
 //! The constraints are looked at before samples are projected onto them. Tolerances bound the error of
 //! coordinates, not of energies, whence the factor: in all examples, methods and formulations the
 //! balance of energy closes to 180 `rtol`. A fixed step has no tolerance: it is held to the usual one,

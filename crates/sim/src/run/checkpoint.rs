@@ -47,7 +47,7 @@ pub enum Unfit {
 }
 
 /// First bytes of a stored checkpoint, the last of them the version of its layout.
-const MAGIC: [u8; 8] = *b"bkrun\0\0\x06";
+const MAGIC: [u8; 8] = *b"bkrun\0\0\x07";
 
 impl RunCheckpoint {
     /// Numbers with the fingerprint of the run that they belong to.

@@ -206,6 +206,14 @@ impl Stepper for ExplicitStepper<'_> {
         self.solver.y().last().copied()
     }
 
+    fn work_error(&self) -> f64 {
+        self.solver.error_of(self.solver.y().len() - 1).abs()
+    }
+
+    fn set_work(&mut self, work: f64) {
+        self.solver.replace(self.solver.y().len() - 1, work);
+    }
+
     fn stats(&self) -> &Stats {
         self.solver.stats()
     }

@@ -1,6 +1,7 @@
 //! [`Sampler`]: from dense output to samples, by projection, accelerations, reactions, energies.
 
 use bksim_dae::{Control, Loader, Saver, SolveError};
+use bksim_mbs::constraint::Source;
 
 use super::completion::{complete, complete_state};
 use super::dense::DenseOutput;
@@ -9,7 +10,9 @@ use super::observer::{Observer, Segment};
 use super::problem::Problem;
 use super::sample::Sample;
 use super::schedule::Schedule;
+use super::stepper::Stepper;
 use super::summary::Summary;
+use super::work::{StepWork, WorkTolerance};
 use crate::compiled::CompiledSystem;
 use crate::multiplier::MultiplierSystem;
 use crate::sampled::Tick;
@@ -41,6 +44,17 @@ pub(crate) struct Sampler {
     driving: Option<(f64, LoadId)>,
     /// Up to where the present step has been passed, if it has been begun.
     passed: Option<f64>,
+    /// Work at its start, J, and what its quadrature keeps to.
+    work_start: f64,
+    work_tolerance: WorkTolerance,
+    /// Whether drives do work, and the work in and out of them: time of the last sample, s, its power, W, and their
+    /// sum until then, J.
+    is_driven: bool,
+    driven: [f64; 3],
+    /// Whether the integrator does not know the work over it, or not well enough.
+    pub(super) needs_work: bool,
+    /// Its work, once that was needed.
+    step_work: Option<StepWork>,
     /// From here on samples are those of the next phase, s.
     held_back: f64,
     /// Of the step that has been passed last, s.
@@ -66,6 +80,12 @@ impl Sampler {
             second_angles: compiled.second_angles.clone(),
             driving: None,
             passed: None,
+            work_start: 0.0,
+            work_tolerance: WorkTolerance { rtol: options.rtol, atol: options.atol, turnover: 0.0 },
+            is_driven: compiled.sources.iter().any(|source| matches!(source, Source::Drive(_))),
+            driven: [start.t, 0.0, 0.0],
+            needs_work: false,
+            step_work: None,
             held_back: f64::INFINITY,
             step_size: 0.0,
         }
@@ -89,6 +109,7 @@ impl Sampler {
         sample.velocity_residual = [start.velocity_residual; 2];
         complete(&mut mechanism.evaluator, sample);
         self.share(mechanism);
+        self.note_drives(mechanism);
         self.potential_start = self.sample.energy.potential;
         summary.energy.initial = self.sample.energy.kinetic + self.sample.energy.potential;
         self.is_undefined = !self.sample.is_finite();
@@ -189,8 +210,21 @@ impl Sampler {
     }
 
     /// A step has been taken, and nothing of it passed yet.
-    pub(super) fn begin_step(&mut self) {
-        self.passed = None;
+    pub(super) fn begin_step(&mut self, stepper: &dyn Stepper, summary: &Summary) {
+        let (before, tolerance) = (summary.energy.work, &mut self.work_tolerance);
+        tolerance.turnover = summary.energy.turnover;
+        (self.passed, self.step_work, self.work_start) = (None, None, before);
+        self.needs_work = self.is_powered
+            && stepper
+                .work()
+                .is_none_or(|work| stepper.work_error() > tolerance.allows((work - before).abs()));
+    }
+
+    /// The step has been passed to its end.
+    pub(super) fn end_step(&self, summary: &mut Summary) {
+        let energy = &mut summary.energy;
+        let moved = (energy.work - self.work_start).abs();
+        energy.turnover += self.step_work.as_ref().map_or(moved, |work| work.turnover);
     }
 
     /// Makes `t` the next output time, in place of all others before the end.
@@ -276,8 +310,8 @@ impl Sampler {
         segment.dependent.clone_from(&mechanism.inactive);
     }
 
-    /// Follows the work of loads and drives: ∫ P dt by Gauss quadrature of order 6, unless the
-    /// dense output knows it, whose state at the end is then left in `y`.
+    /// Follows the work of loads and drives to `to`; where the dense output knows it, its state there is then left
+    /// in `y`.
     fn work_until(
         &mut self,
         dense: &DenseOutput<'_>,
@@ -285,35 +319,37 @@ impl Sampler {
         mechanism: &mut PhaseMechanism<'_>,
         summary: &mut Summary,
     ) {
-        const OFFSET: f64 = 0.774_596_669_241_483_4; // √(3/5)
-        const NODES: [(f64, f64); 3] =
-            [(-OFFSET, 5.0 / 18.0), (0.0, 8.0 / 18.0), (OFFSET, 5.0 / 18.0)];
-        let nq = self.sample.q.len();
         if dense.has_work {
             // Otherwise it is there.
             if from != to || to == dense.t0 {
                 dense.at(to, &mut self.y);
             }
-            summary.energy.work = self.y[2 * nq];
-            return;
+            summary.energy.work = self.y[2 * self.sample.q.len()];
+        } else if self.needs_work {
+            let known = self.step_work.take();
+            let work = known.unwrap_or_else(|| self.work_over(dense, mechanism));
+            summary.energy.work = work.at(to);
+            self.step_work = Some(work);
         }
-        if !self.is_powered {
-            return;
-        }
-        let (mut vdot, mut lambda) = (vec![0.0; nq], vec![0.0; self.sample.lambda.len()]);
-        for (node, weight) in NODES {
-            let t = 0.5 * (from + to) + 0.5 * node * (to - from);
-            dense.at(t, &mut self.y);
-            let (q, v) = self.y[..2 * nq].split_at(nq);
-            let (multipliers, evaluator) = (&mut self.multipliers, &mut mechanism.evaluator);
+    }
+
+    /// The work over a step by quadrature.
+    fn work_over(
+        &mut self,
+        dense: &DenseOutput<'_>,
+        mechanism: &mut PhaseMechanism<'_>,
+    ) -> StepWork {
+        let Self { multipliers, sample, y, work_start, work_tolerance, .. } = self;
+        let (nq, evaluator) = (sample.q.len(), &mut mechanism.evaluator);
+        let (mut vdot, mut lambda) = (vec![0.0; nq], vec![0.0; sample.lambda.len()]);
+        StepWork::new([dense.t0, dense.t1], *work_start, *work_tolerance, |t| {
+            dense.at(t, y);
+            let (q, v) = y[..2 * nq].split_at(nq);
             let (a, own) = (&mut vdot[..], &mut lambda[..]);
             let is_solved = multipliers.line_into(evaluator, t, (q, v), a, own)
                 || multipliers.accelerations_into(evaluator, t, (q, v), a, own).is_ok();
-            if is_solved {
-                let power = mechanism.evaluator.power(t, q, v, &lambda);
-                summary.energy.work += weight * (to - from) * power;
-            }
-        }
+            if is_solved { evaluator.power(t, q, v, &lambda) } else { 0.0 }
+        })
     }
 
     /// Samples the state of the dense output at `t`, which is in `y`.
@@ -334,8 +370,23 @@ impl Sampler {
         sample.work = summary.energy.work;
         let completed = complete_state(&mut mechanism.evaluator, multipliers, sample);
         self.share(mechanism);
+        self.note_drives(mechanism);
         // Numbers too large to be held are no result either.
         self.is_undefined = completed.is_err() || !self.sample.is_finite();
+    }
+
+    /// Follows ∫ Σ |λ ∂g/∂t| dt, the work that goes in and out of drives, from sample to sample.
+    fn note_drives(&mut self, mechanism: &mut PhaseMechanism<'_>) {
+        if !self.is_driven {
+            return;
+        }
+        let Sample { t, q, lambda, .. } = &self.sample;
+        let rates = mechanism.evaluator.constraints(*t, q).rate;
+        let power: f64 = rates.iter().zip(lambda).map(|(rate, lambda)| (rate * lambda).abs()).sum();
+        let [before, last, sum] = self.driven;
+        if power.is_finite() {
+            self.driven = [*t, power, sum + 0.5 * (power + last) * (*t - before).abs()];
+        }
     }
 
     /// Brings the multipliers of friction and the reactions of a complete sample to what they are in these modes.
@@ -349,6 +400,7 @@ impl Sampler {
 
     fn hand_out(&mut self, summary: &mut Summary, observer: &mut dyn Observer) -> Control {
         summary.take(&self.sample, self.potential_start, &self.second_angles);
+        summary.energy.scale = summary.energy.scale.max(self.driven[2]);
         summary.driving = summary.driving.or(self.driving);
         observer.sample(&self.sample, &[])
     }
@@ -364,6 +416,7 @@ impl Sampler {
         }
         summary.save(saver);
         saver.real(self.potential_start);
+        saver.slice(&self.driven);
     }
 
     /// Goes on with what was saved by a run of the same mechanism in the modes that it has now;
@@ -383,6 +436,7 @@ impl Sampler {
             (0..n_pending).map(|_| Sample::load(loader, compiled)).collect::<Result<_, _>>()?;
         let summary = Summary::load(loader, compiled)?;
         self.potential_start = loader.real()?;
+        loader.fill(&mut self.driven)?;
         Ok(summary)
     }
 }

@@ -89,6 +89,14 @@ pub(super) trait Stepper: Send + Sync {
     /// the dense output of every step to follow it.
     fn work(&self) -> Option<f64>;
 
+    /// Estimated error of the work over the step just taken, J.
+    fn work_error(&self) -> f64 {
+        0.0
+    }
+
+    /// Replaces the work, where it is one of the unknowns, by a closer value.
+    fn set_work(&mut self, _work: f64) {}
+
     /// Counters of this phase.
     fn stats(&self) -> &Stats;
 

@@ -31,7 +31,7 @@ impl<'a> Run<'a> {
             Advance::Rejected => return Ok(Attempt::Rejected),
             Advance::Ended => return Ok(Attempt::End(PhaseEnd::Reached)),
         }
-        self.sampler.begin_step();
+        self.sampler.begin_step(stepper.as_ref(), &self.summary);
 
         // Keep only the part of it before the first event.
         if let Some(monitor) = monitor
@@ -143,15 +143,16 @@ impl<'a> Run<'a> {
         stepper: &'s mut dyn Stepper,
         crossed: Option<&Crossed>,
     ) -> Result<DenseOutput<'s>, SolveError> {
-        let has_work = stepper.work().is_some();
+        let has_work = stepper.work().is_some() && !self.sampler.needs_work;
         let mut dense = match crossed {
             None => stepper.dense_output()?,
             Some(crossed) => {
                 let mut dense = DenseOutput::from(stepper.last_step()?);
-                (dense.t1, dense.has_work) = (crossed.t, has_work);
+                dense.t1 = crossed.t;
                 dense
             }
         };
+        dense.has_work = has_work;
         dense.stats += self.before;
         Ok(dense)
     }
@@ -164,7 +165,8 @@ impl<'a> Run<'a> {
     ) -> Result<Control, SolveError> {
         let mut control = Control::Continue;
         let (t0, t1) = (self.reached.t, stepper.t());
-        let needs_all = observer.wants_segments() || stepper.work().is_none();
+        let is_unknown = self.sampler.needs_work || stepper.work().is_none();
+        let needs_all = observer.wants_segments() || is_unknown;
         let due = self.sampler.due(t1);
         if needs_all || due.is_some() {
             let is_of_end = !needs_all && due == Some(t1);
@@ -181,9 +183,12 @@ impl<'a> Run<'a> {
         if self.sampler.is_cut {
             return Ok(control);
         }
-        if let Some(work) = stepper.work() {
-            self.summary.energy.work = work;
+        match stepper.work() {
+            Some(_) if self.sampler.needs_work => stepper.set_work(self.summary.energy.work),
+            Some(work) => self.summary.energy.work = work,
+            None => (),
         }
+        self.sampler.end_step(&mut self.summary);
         self.summary.stats = *stepper.stats();
         self.summary.stats += self.before;
         self.summary.noise = self.noise_before;
@@ -212,6 +217,7 @@ impl<'a> Run<'a> {
             // The last of the unknowns.
             self.summary.energy.work = y[n - 1];
         }
+        self.sampler.end_step(&mut self.summary);
         self.summary.stats = dense.stats;
         self.sampler.step_size = dense.h;
         self.reached.take(crossed.t, &y);

@@ -169,12 +169,13 @@ fn residuals(loader: &mut Loader<'_>) -> Result<[[f64; 2]; 2], SolveError> {
 
 impl Summary {
     pub(super) fn save(&self, saver: &mut Saver) {
-        let EnergyBalance { initial, last, work, impacts, worst_error, scale } = self.energy;
+        let EnergyBalance { initial, last, work, turnover, impacts, worst_error, scale } =
+            self.energy;
         saver.real(self.t);
         saver.count(self.n_samples);
         saver.stats(&self.stats);
         saver.slice(&[self.position_residual, self.velocity_residual].concat());
-        saver.slice(&[initial, last, work, impacts, worst_error, scale]);
+        saver.slice(&[initial, last, work, turnover, impacts, worst_error, scale]);
         saver.slice(&self.largest);
         saver.flag(self.pole.is_some());
         if let Some(NearPole { t, coordinate_idx, cosine }) = self.pole {
@@ -221,9 +222,9 @@ impl Summary {
     ) -> Result<Self, SolveError> {
         let (t, n_samples, stats) = (loader.real()?, loader.count()?, loader.stats()?);
         let [position_residual, velocity_residual] = residuals(loader)?;
-        let mut numbers = [0.0; 6];
+        let mut numbers = [0.0; 7];
         loader.fill(&mut numbers)?;
-        let [initial, last, work, impacts, worst_error, scale] = numbers;
+        let [initial, last, work, turnover, impacts, worst_error, scale] = numbers;
         let mut largest = [0.0; 2];
         loader.fill(&mut largest)?;
         let pole = loader.flag()?.then(|| {
@@ -264,7 +265,7 @@ impl Summary {
             stats,
             position_residual,
             velocity_residual,
-            energy: EnergyBalance { initial, last, work, impacts, worst_error, scale },
+            energy: EnergyBalance { initial, last, work, turnover, impacts, worst_error, scale },
             singular_poses,
             assembly_changes,
             pole,

@@ -142,11 +142,14 @@ pub struct EnergyBalance {
     pub last: f64,
     /// Work of loads and drives, that of impacts included, J.
     pub work: f64,
+    /// Work that went in or out, step by step, J: what its error is relative to.
+    pub turnover: f64,
     /// Work of impacts, J: what stops and kinks of drives have done to T at once.
     pub impacts: f64,
     /// Largest |T + V − W − (T₀ + V₀)| over the samples, J.
     pub worst_error: f64,
-    /// Largest |T| + |V − V₀| + |W| over the samples, J: what the error is relative to.
+    /// Largest |T| + |V − V₀| + |W| over the samples, or the work that went in and out of drives, J: what the error is
+    /// relative to.
     pub scale: f64,
 }
 
