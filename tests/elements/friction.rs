@@ -318,3 +318,39 @@ fn a_bead_slides_down_a_line_in_space() {
         }
     }
 }
+
+/// A block on a table that rises under it: the shoe that it leaves behind on the floor bears nothing, and its friction does not
+/// hold against the table that carries the block away, sticking: x = ½ m/s³ (t − 2 s)³ until 0.4 g = 3 m/s³ (t − 2 s).
+#[test]
+fn friction_of_a_joint_that_bears_nothing_holds_nothing() {
+    let text = "[bodies]\ntable = { mass = 1 }\ncart = { mass = 1 }\nshoe1 = { mass = 0 }\nshoe2 = { mass = 0 }\nblock = { mass = 4 }\n\
+         [joints]\n\
+         c = { type = \"prismatic\", between = [\"ground\", \"cart\"], axis = [1, 0] }\n\
+         w = { type = \"prismatic\", between = [\"cart\", \"table\"], axis = [0, 1] }\n\
+         floor = { type = \"prismatic\", between = [\"ground\", \"shoe1\"], axis = [1, 0] }\n\
+         height = { type = \"prismatic\", between = [\"shoe1\", \"block\"], axis = [0, 1] }\n\
+         top = { type = \"prismatic\", between = [\"table\", \"shoe2\"], axis = [1, 0] }\n\
+         over = { type = \"prismatic\", between = [\"shoe2\", \"block\"], axis = [0, 1] }\n\
+         [drives]\n\
+         rise = { joint = \"w\", motion = \"-10 mm + 20 mm/s*t\" }\n\
+         forth = { joint = \"c\", motion = \"if(t > 2 s, 0.5 m/s^3*(t - 2 s)^3, 0 m)\" }\n\
+         [loads]\n\
+         gravity = { type = \"gravity\", acceleration = [0, -9.81] }\n\
+         floor = { type = \"stop\", joint = \"height\", min = 0 }\n\
+         top = { type = \"stop\", joint = \"over\", min = 0 }\n\
+         rub1 = { type = \"friction\", joint = \"floor\", mu = 0.4 }\n\
+         rub2 = { type = \"friction\", joint = \"top\", mu = 0.4 }\n\
+         [initial]\nblock = { x = 0, y = 0, vx = 0, vy = 0 }\n[solve]\nt_end = 3\nevery = 0.01\n";
+    for method in ["auto", "radau"] {
+        let mechanism = derive(model(&(text.to_owned() + &format!("method = \"{method}\"\n"))));
+        let run = solve(&mechanism);
+        assert_eq!(run.summary.t, 3.0, "{method}");
+        let x = Measures::new(&mechanism, &["block.x", "block.y"]);
+        for (t, expected) in [(2.5, [0.0625, 0.04]), (3.0, [0.5, 0.05])] {
+            let found = x.at(at(&run, t));
+            let within = Within { relative: 1e-6, absolute: 1e-8 };
+            close(&format!("{method}, x at {t} s"), found[0], expected[0], within);
+            close(&format!("{method}, y at {t} s"), found[1], expected[1], within);
+        }
+    }
+}

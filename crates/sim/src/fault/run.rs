@@ -80,6 +80,7 @@ pub fn diagnose_run(
             | SolveError::FixedStepFailed { cause: Cause::NotFinite { .. }, .. },
         ) => no_value(model, system, compiled, parameters, failure)
             .or_else(|| no_force(model, system, compiled, parameters, failure))
+            .or_else(|| blocked_drive(model, system, compiled, parameters, failure))
             .or_else(|| switch::jammed(model, last))
             .or_else(|| too_large(model, system, &failure.last)),
         Some(SolveError::StepTooSmall { .. } | SolveError::FixedStepFailed { .. }) | None => {

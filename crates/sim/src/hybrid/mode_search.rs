@@ -26,7 +26,7 @@ use crate::modes::indicators::{CompiledContact, ContactState, Indicator, Indicat
 use crate::modes::{ContactMode, Modes};
 use crate::multiplier::largest;
 
-/// Relative size of rounding in forces and accelerations.
+/// Relative rounding of forces and accelerations.
 const ROUNDING: f64 = 1e-9;
 /// Part of the largest velocity that is rounding of a difference.
 const ROUNDING_OF_RATE: f64 = 2.0 * f64::EPSILON;
@@ -255,8 +255,7 @@ impl<'a> ModeSearch<'a> {
         Ok(true)
     }
 
-    /// Notes the stops that the impact has parted for a flight of rounding: bodies between two stops, of which
-    /// either parts the other, would else hit them by turns without end.
+    /// Notes stops that the impact parts for a flight of rounding: bodies between two would else hit them without end.
     fn note_grazes(&mut self, closed: &[usize]) {
         let values = self.indicators(&self.modes);
         let Some(pressing) = self.pressing(closed) else { return };
@@ -364,9 +363,8 @@ impl<'a> ModeSearch<'a> {
     /// vanish where it slides with the force that it holds with: their rounding is then that of the
     /// largest among the combinations.
     ///
-    /// The event was found on the dense output, which is off the rows by the tolerances; on the rows a contact that
-    /// has let go may still hold by as much. It then goes on holding, and lets go at the next event, which is found
-    /// from a state on the rows.
+    /// The event was found on the dense output, off the rows by the tolerances; on them a contact that has let go may still
+    /// hold by as much. It then goes on holding, and lets go at the next event, found from a state on the rows.
     fn choose(self, undecided: &[Undecided]) -> Result<ConsistentModes, NoConsistentModes> {
         let mut largest_met: f64 = 0.0;
         for (is_first, may_hold) in [(true, false), (false, false), (false, true)] {
@@ -389,7 +387,7 @@ impl<'a> ModeSearch<'a> {
         Err(none_consistent(undecided))
     }
 
-    /// True where a contact that has just let go is held again.
+    /// True where a contact that has let go is held again.
     fn is_held_after_event(&self, undecided: &[Undecided], modes: &Modes) -> bool {
         undecided.iter().any(|undecided| match *undecided {
             Undecided::Contact { contact, .. } => {
@@ -427,7 +425,9 @@ impl<'a> ModeSearch<'a> {
                     (ContactMode::Closed, _) => pushes(force, ROUNDING * lambda),
                     (ContactMode::Open, _) => stays_apart(acceleration, small),
                     (ContactMode::Stick(_), ContactState::Friction { sticking, .. }) => {
+                        let bears = sticking > ROUNDING * lambda;
                         holds(force, sticking, ROUNDING * sticking.max(lambda))
+                            && (bears || !self.is_held_by_others(contact, modes))
                     }
                     (ContactMode::Slip(sign), _) => {
                         slips_against_friction(sign, acceleration, small)
@@ -438,6 +438,14 @@ impl<'a> ModeSearch<'a> {
                 }
             }
         })
+    }
+
+    /// True where other rows hold what a contact does that sticks: bearing nothing, it must slip as they will ask for.
+    fn is_held_by_others(&self, contact: usize, modes: &Modes) -> bool {
+        let mut slipping = modes.clone();
+        slipping.contacts[contact] = ContactMode::Slip(1.0);
+        let n = |modes: &Modes| self.fixed(modes).inactive_rows(self.at.t, &self.at.q).len();
+        n(modes) == n(&slipping)
     }
 
     /// The accelerations in a set of modes; `None` where there are none.

@@ -49,7 +49,10 @@ impl MultiplierSystem {
             last = error;
 
             // The change of the multipliers by the loads, then the step.
-            let slopes = DMatrix::from_row_slice(self.nq, n, evaluator.pressing_slopes(t, q, v));
+            let slopes = evaluator.pressing_slopes(t, q, v).iter();
+            // A joint that bears nothing has no friction; its slope there has no value.
+            let slopes = slopes.map(|slope| if slope.is_finite() { *slope } else { 0.0 });
+            let slopes = DMatrix::from_row_iterator(self.nq, n, slopes);
             let change = (DMatrix::identity(n, n) - self.responses(rows, &slopes)).lu().solve(&gap);
             let Some(change) = change else { break };
             let next = guess + change;
