@@ -5,6 +5,7 @@
 //! every d leads on                a surface of poses: rows follow from others
 //! none does, or not all of them   the pose yields, but goes nowhere: a stretched toggle
 //! two pairs of them do            curves of poses cross: a flat parallelogram
+//! one does, regular next to it    a curve, in a pose where some rows follow from others
 //! ```
 //!
 //! Slopes that follow from others in one pose alone say nothing of its neighbours; rows that are left out for that would
@@ -25,7 +26,8 @@ pub(crate) enum Around {
     Regular(usize),
     /// A singular pose: no poses in some directions in which the slopes yield; these, orthonormal.
     Nowhere(Vec<DVector<f64>>),
-    /// Curves that cross there.
+    /// Curves that cross there; a single one where slopes yield in other directions, too, which lead nowhere, as of three
+    /// equal cranks in line with the bar that they move.
     Crossing(Vec<Way>),
 }
 
@@ -190,23 +192,25 @@ impl<E: Equations> Pose<'_, E> {
         // Directions that no pose leads along.
         let spanned = DMatrix::from_columns(&towards);
         let own = DMatrix::from_columns(free);
+        let mut left: Vec<DVector<f64>> = Vec::new();
         if let Some(svd) = Svd::new(&(own.transpose() * &spanned)) {
             let n = free.len();
             let is_left = |k: &usize| svd.singular_values.get(*k).is_none_or(|s| *s < 0.05);
-            let left: Vec<DVector<f64>> =
-                (0..n.min(svd.u.ncols())).filter(is_left).map(|k| &own * svd.u.column(k)).collect();
-            if !left.is_empty() {
-                return Around::Nowhere(left);
-            }
+            left.extend((0..n.min(svd.u.ncols())).filter(is_left).map(|k| &own * svd.u.column(k)));
             if svd.u.ncols() < n {
-                return Around::Nowhere(across(&own, &svd.u));
+                left = across(&own, &svd.u);
             }
         }
         let n_there =
             |next: &DVector<f64>, equations: &mut E| yielding(&equations.at(next).1).len();
         let dimensions: Vec<usize> =
             halves.iter().map(|next| n_there(next, self.equations)).collect();
-        if dimensions.iter().any(|&n| n != 1) {
+        let are_curves = dimensions.iter().all(|&n| n == 1);
+        // What yields in this pose alone, aside of curves that are regular next to it, bars none of them.
+        if !left.is_empty() && !are_curves {
+            return Around::Nowhere(left);
+        }
+        if !are_curves {
             return Around::Regular(dimensions.into_iter().min().unwrap_or(0));
         }
         let mut ways = Vec::new();

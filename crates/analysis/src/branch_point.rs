@@ -107,7 +107,7 @@ impl Balance<'_> {
             _ => None,
         };
         self.ways = match &found {
-            Around::Crossing(ways) => ways.clone(),
+            Around::Crossing(ways) if ways.len() > 1 => ways.clone(),
             _ => Vec::new(),
         };
         Ok(found)

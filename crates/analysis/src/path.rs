@@ -78,7 +78,8 @@ impl<'r> Path<'r> {
             Around::Regular(1) => path.active = independent_rows(&path.at(&z).1),
             Around::Regular(n_free) => return Err(NoPath::Free(n_free)),
             Around::Crossing(ways) => {
-                let Some(number) = branch else { return Err(NoPath::Crossing(ways)) };
+                let alone = (ways.len() == 1).then_some(1);
+                let Some(number) = branch.or(alone) else { return Err(NoPath::Crossing(ways)) };
                 let way = number.checked_sub(1).and_then(|k| ways.get(k)).cloned();
                 let Some(way) = way else { return Err(NoPath::NoWay(number, ways)) };
                 if path.has_parameter && way.tangent[n - 1].abs() < NO_CHANGE {

@@ -46,8 +46,8 @@ fn found(mechanism: &Mechanism, start: &Start) -> Result<Vec<Diagnostic>, Analys
     let z = path.unknowns(&x);
     let no_path = match around(&mut path, &z) {
         Around::Nowhere(directions) => NoPath::Nowhere(directions),
-        Around::Crossing(ways) => NoPath::Crossing(ways),
-        Around::Regular(_) => return Ok(Vec::new()),
+        Around::Crossing(ways) if ways.len() > 1 => NoPath::Crossing(ways),
+        Around::Crossing(_) | Around::Regular(_) => return Ok(Vec::new()),
     };
     let quantities = pose_quantities(model, system);
     let functions: Vec<_> = quantities.iter().map(|quantity| quantity.value).collect();

@@ -53,8 +53,8 @@ impl Positions {
             let z = path.unknowns(&x);
             let no_path = match around(&mut path, &z) {
                 Around::Nowhere(directions) => NoPath::Nowhere(directions),
-                Around::Crossing(ways) => NoPath::Crossing(ways),
-                Around::Regular(_) => continue,
+                Around::Crossing(ways) if ways.len() > 1 => NoPath::Crossing(ways),
+                Around::Crossing(_) | Around::Regular(_) => continue,
             };
             return Err(
                 self.no_path(no_path, ASIDE, |n_free| AnalysisError::NotOneMotion { n_free })

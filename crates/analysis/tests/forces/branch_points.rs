@@ -202,3 +202,44 @@ fn a_range_follows_the_branch_that_is_named() {
     let fault = inverse(make(), &[motion], &times, &Actuators::default()).expect_err("a choice");
     assert!(matches!(fault, AnalysisError::BranchPoint { .. }), "{fault:?}");
 }
+
+/// Three equal cranks in line with the bar that they move: slopes yield in two directions there, poses in one.
+#[test]
+fn three_cranks_in_line_with_their_bar_move_on() {
+    let bodies = |at: &str| {
+        let crank = "mass = 1, inertia = 0.01, points = { P = [0.2, 0] }";
+        format!(
+            "[ground]\npoints = {{ O2 = [0.5, 0], O3 = [1, 0] }}\n\
+             [bodies]\nc1 = {{ {crank} }}\nc2 = {{ {crank} }}\nc3 = {{ {crank} }}\n\
+             bar = {{ mass = 2, inertia = 0.2, points = {{ A = [0, 0], B = [0.5, 0], C = [1, 0] }} }}\n\
+             [joints]\nA0 = {{ type = \"revolute\", between = [\"ground\", \"c1\"] }}\n\
+             B0 = {{ type = \"revolute\", between = [\"ground.O2\", \"c2\"] }}\n\
+             C0 = {{ type = \"revolute\", between = [\"ground.O3\", \"c3\"] }}\n\
+             A = {{ type = \"revolute\", between = [\"c1.P\", \"bar.A\"] }}\n\
+             B = {{ type = \"revolute\", between = [\"c2.P\", \"bar.B\"] }}\n\
+             C = {{ type = \"revolute\", between = [\"c3.P\", \"bar.C\"] }}\n{GRAVITY}\
+             [initial]\nA0 = {{ angle = {at} }}\nB0 = {{ angle = {at} }}\nC0 = {{ angle = {at} }}\n"
+        )
+    };
+    let text = bodies("0");
+    let found = statics(model(&text), &[], &[]).expect("equilibria").equilibria;
+    let kinds: Vec<Stability> = found.iter().map(|e| e.stability).collect();
+    assert!(
+        kinds.contains(&Stability::Stable) && kinds.contains(&Stability::Unstable),
+        "{kinds:?}"
+    );
+    // The bar of 2 kg at 0.2 m hangs or stands: V = 2 · 9.81 · 0.2 sin A.
+    for one in &found {
+        assert!((one.stiffness[0].abs() - 3.924).abs() < 1e-6, "{one:?}");
+    }
+    let driven = model(&text);
+    let range = bksim_analysis::Drive::parse(&driven, "A0.angle", "0:60 deg:7").expect("a range");
+    let prescribed = Prescribed::Drives { drives: vec![range], through: false };
+    let table = kinematics(driven, &prescribed).expect("a table").table;
+    let angles = table.column("C0.angle").expect("the third crank");
+    for (k, angle) in angles.iter().enumerate() {
+        let turned = 10.0 * f64::from(u32::try_from(k).expect("few"));
+        assert!((angle.to_degrees() - turned).abs() < 1e-9, "{angles:?}");
+    }
+    assert_eq!(angles.len(), 7);
+}
