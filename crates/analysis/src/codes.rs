@@ -22,6 +22,7 @@ bksim_model::codes! {
     GOES_NOWHERE = "Q020", "a start that yields, but goes nowhere";
     BRANCH_POINT = "Q021", "a pose in which branches cross";
     NOT_CLOSED = "Q022", "a start that no value closes";
+    NO_NUMBER = "Q023", "a table with a value that is no number";
     SINGULAR_START = "S026", "a run from a pose that yields, but goes nowhere";
     BRANCHES_AT_START = "S027", "a run from a pose in which branches cross";
 }

@@ -79,6 +79,29 @@ impl StopWatch {
         Ok(rows)
     }
 
+    /// Names of stops, open at the start, without which one of the `n` motions that are left would not be free.
+    pub(crate) fn open_ones(
+        &self,
+        positions: &Positions,
+        (measures, added): (&[Measure], &[usize]),
+        (n_left, n): (&dyn Fn(&mut Rows) -> usize, usize),
+    ) -> Result<Vec<String>, AnalysisError> {
+        let mut names: Vec<String> = Vec::new();
+        for (k, limit) in self.limits.iter().enumerate() {
+            let name = &positions.model().loads[limit.load.0].name;
+            if self.bearing.contains(&k) || names.contains(name) {
+                continue;
+            }
+            let own: Vec<Penetration> =
+                self.bearing().chain(std::iter::once(limit)).cloned().collect();
+            let rows = positions.rows_with_stops((measures, &own), added, Clock::Running);
+            if n_left(&mut rows?) < n {
+                names.push(name.clone());
+            }
+        }
+        Ok(names)
+    }
+
     /// The limits that bear throughout.
     pub(crate) fn bearing(&self) -> impl Iterator<Item = &Penetration> {
         self.bearing.iter().map(|&k| &self.limits[k])

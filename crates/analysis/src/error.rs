@@ -111,6 +111,10 @@ pub enum AnalysisError {
         n_free: usize,
         /// Motions that drives and motions prescribe.
         n_prescribed: usize,
+        /// Joint positions that would prescribe the rest.
+        left: Vec<String>,
+        /// Stops, open at the start, that would hold some of it.
+        open: Vec<String>,
     },
     /// Quantities in whose place as many free motions are to be described.
     #[error("{}, and {} named", are(*n_free, "free"), counted(*n_named, "quantity is", "quantities are"))]
@@ -156,8 +160,8 @@ pub enum AnalysisError {
     },
     /// A pose that cannot be reached from the start without a jump.
     #[error(
-        "`{name}` cannot be brought from {} to {} {unit}: it stops at {} {unit}",
-        short(*from), short(*to), short(*at)
+        "`{name}` cannot be brought from {} to {}: it stops at {}",
+        shown(*from, unit), shown(*to, unit), shown(*at, unit)
     )]
     NotReached {
         /// The measure.
@@ -379,6 +383,16 @@ pub enum AnalysisError {
         /// The parameters.
         names: Vec<String>,
     },
+    /// A number of a table is none.
+    #[error("`{name}` has no value {place}: it is {}", if .value.is_nan() { "no number".to_owned() } else { value.to_string() })]
+    NoNumber {
+        /// The quantity.
+        name: String,
+        /// Where: `at t = 0 s`.
+        place: String,
+        /// Infinity, or no number at all.
+        value: f64,
+    },
     /// A pose in which the forces are not balanced.
     #[error("{what} do not determine {}", counted(*n, "unknown", "unknowns"))]
     Undetermined {
@@ -387,6 +401,14 @@ pub enum AnalysisError {
         /// Number of unknowns.
         n: usize,
     },
+}
+
+/// A value with its unit, angles in degrees.
+fn shown(value: f64, unit: &str) -> String {
+    match unit {
+        "rad" => format!("{} deg", short(value.to_degrees())),
+        unit => format!("{} {unit}", short(value)),
+    }
 }
 
 /// A unit as a message names it.

@@ -16,6 +16,7 @@ use bksim_sim::state::{AccelerationRef, StateRef};
 
 use crate::actuation::EffortLimit;
 use crate::controllers::{ControllerState, controller_states, with_held};
+use crate::curve::independent_rows;
 use crate::drive::Range;
 use crate::duty::MotorCurve;
 use crate::effort_channels::{Channel, act, channels, quantities};
@@ -27,7 +28,8 @@ use crate::error::AnalysisError;
 use crate::loaded::{Loaded, known_along_a_motion};
 use crate::motion::Motion;
 use crate::positions::Positions;
-use crate::rows::Rows;
+use crate::rows::{Clock, Rows};
+use crate::table::Column;
 use crate::walk::Walk;
 
 /// The actuators, and how much each can give.
@@ -115,7 +117,13 @@ pub fn inverse(
     }
     record.check_met(&loaded, &channels)?;
     let bounds = (actuators.limits.as_slice(), actuators.curves.as_slice());
-    Ok(record.told(&loaded, (&channels, &quantities), bounds))
+    let found = record.told(&loaded, (&channels, &quantities), bounds);
+    // Ranges of efforts may have no bound.
+    let is_range = |column: &Column| {
+        column.name.ends_with(".effort_min") || column.name.ends_with(".effort_max")
+    };
+    found.table.check_numbers(is_range)?;
+    Ok(found)
 }
 
 /// Positions, velocities and accelerations of all coordinates: integrals of states are the last ones, and nothing
@@ -164,12 +172,20 @@ impl GivenPath {
         let n_driven = positions.model().drives.len();
         let added: Vec<usize> = (n_own..n_driven).collect();
         let mut stops = StopWatch::of(&positions)?;
-        let n_left =
-            |rows: &mut Rows| Walk { x: rows.scaled(&positions.q), t: from, motions }.n_left(rows);
+        let n_left = |rows: &mut Rows| {
+            let x = rows.scaled(&positions.q);
+            let jacobian = rows.at(from, &x, &[]).jacobian;
+            jacobian.ncols() - independent_rows(&jacobian).len()
+        };
         let mut rows = stops.hold(&positions, (&measures, &added), &n_left)?;
         match n_left(&mut rows) {
             0 => Ok(Self { positions, rows, stops }),
-            n => Err(AnalysisError::NMotions { n_free: n_driven + n, n_prescribed: n_driven }),
+            n => {
+                let open = stops.open_ones(&positions, (&measures, &added), (&n_left, n))?;
+                let left = left_free(&positions, measures, (&stops, &added), (&n_left, n))?;
+                let (n_free, n_prescribed) = (n_driven + n, n_driven);
+                Err(AnalysisError::NMotions { n_free, n_prescribed, left, open })
+            }
         }
     }
 
@@ -213,6 +229,37 @@ impl GivenPath {
         }
         to
     }
+}
+
+/// Positions of joints that, prescribed beside `measures`, leave none of `n` motions free, or as few as they can.
+fn left_free(
+    positions: &Positions,
+    mut measures: Vec<Measure>,
+    (stops, added): (&StopWatch, &[usize]),
+    (n_left, mut n): (&dyn Fn(&mut Rows) -> usize, usize),
+) -> Result<Vec<String>, AnalysisError> {
+    let bearing: Vec<Penetration> = stops.bearing().cloned().collect();
+    let mut names = Vec::new();
+    for quantity in &positions.quantities {
+        let Some(measure @ Measure::JointPosition(..)) =
+            Measure::named(positions.model(), &quantity.names[0])
+        else {
+            continue;
+        };
+        measures.push(measure);
+        let with = positions.rows_with_stops((&measures, &bearing), added, Clock::Running);
+        let left = with.map_or(n, |mut rows| n_left(&mut rows));
+        if left < n {
+            n = left;
+            names.push(quantity.names[0].clone());
+        } else {
+            measures.pop();
+        }
+        if n == 0 {
+            break;
+        }
+    }
+    Ok(names)
 }
 
 /// Refuses limits and curves of what is no actuator, and curves of another kind.

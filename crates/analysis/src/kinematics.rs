@@ -72,7 +72,7 @@ pub fn kinematics_along(
         Prescribed::Times(times) => over_times(&positions, *times, branch)?,
     };
     if !found.table.rows.is_empty() {
-        return Ok(found);
+        return found.table.check_numbers(|_| false).map(|()| found);
     }
     Err(match prescribed {
         Prescribed::Drives { drives, .. } => AnalysisError::Singular {

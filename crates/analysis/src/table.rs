@@ -2,6 +2,10 @@
 
 use std::fmt::Write;
 
+use bksim_model::message::short;
+
+use crate::error::AnalysisError;
+
 /// Named columns of numbers, all of the same length.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Table {
@@ -32,6 +36,27 @@ impl Table {
     pub fn column(&self, name: &str) -> Option<Vec<f64>> {
         let idx = self.columns.iter().position(|column| column.name == name)?;
         Some(self.rows.iter().map(|row| row[idx]).collect())
+    }
+
+    /// Refuses numbers that are none, but in columns that `may_be_open` lets have no bound.
+    ///
+    /// # Errors
+    /// [`AnalysisError::NoNumber`] names the first of them by its column, and its row by the value in the first one.
+    pub(crate) fn check_numbers(
+        &self,
+        may_be_open: impl Fn(&Column) -> bool,
+    ) -> Result<(), AnalysisError> {
+        let cells = self.rows.iter().flat_map(|row| {
+            let numbers = row.iter().zip(&self.columns);
+            numbers.map(move |(value, column)| (*value, column, row))
+        });
+        let is_bad = |(value, column, _): &(f64, &Column, &Vec<f64>)| {
+            !value.is_finite() && !may_be_open(column)
+        };
+        let Some((value, column, row)) = { cells }.find(is_bad) else { return Ok(()) };
+        let by = &self.columns[0];
+        let place = format!("at {} = {} {}", by.name, short(row[0]), by.unit).trim_end().to_owned();
+        Err(AnalysisError::NoNumber { name: column.name.clone(), place, value })
     }
 
     /// The table as comma-separated values: a line of names, a line for each row. Numbers have as many

@@ -17,13 +17,6 @@ impl Walk<'_> {
         std::array::from_fn(|level| values.iter().map(|value| value[level]).collect())
     }
 
-    /// Number of motions that nothing prescribes.
-    pub(crate) fn n_left(&self, rows: &mut Rows) -> usize {
-        let [u, ..] = self.prescribed(self.t);
-        let jacobian = rows.at(self.t, &self.x, &u).jacobian;
-        self.x.len() - crate::curve::independent_rows(&jacobian).len()
-    }
-
     /// Goes to another time; q, v and a there.
     pub(crate) fn to(&mut self, rows: &mut Rows, t: f64) -> Option<[Vec<f64>; 3]> {
         const SHORTEST: f64 = 1e-9;

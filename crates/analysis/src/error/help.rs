@@ -74,13 +74,16 @@ impl AnalysisError {
                 codes::N_DRIVES,
                 format!("prescribe as many motions as are free: write `--drive` {}", times(*n_free)),
             ),
-            Self::NMotions { n_free, n_prescribed } => (
-                codes::N_DRIVES,
-                format!(
-                    "prescribe what is left free, too: add `--motion` {}",
-                    times(n_free.saturating_sub(*n_prescribed))
-                ),
-            ),
+            Self::NMotions { n_free, n_prescribed, left, .. } => {
+                let named = left.iter().map(|name| format!("--motion {name}=0"));
+                let written = match n_free.saturating_sub(*n_prescribed) {
+                    n if n == left.len() => {
+                        format!("`{}`, or its motion", named.collect::<Vec<_>>().join(" "))
+                    }
+                    n => format!("`--motion` {}", times(n)),
+                };
+                (codes::N_DRIVES, format!("prescribe what is left free, too: add {written}"))
+            }
             Self::NQuantities { n_free, .. } => (
                 codes::N_DRIVES,
                 format!("name as many quantities as motions are free: {n_free}"),
@@ -244,6 +247,11 @@ impl AnalysisError {
                 "state one more position in `[initial]` for each that is left free, or name fewer parameters"
                     .to_owned(),
             ),
+            Self::NoNumber { .. } => (
+                codes::NO_NUMBER,
+                "leave that place out, or keep the expression within bounds: `1/max(x, 1e-3)` in place of `1/x`"
+                    .to_owned(),
+            ),
             Self::Undetermined { .. } => (
                 codes::UNDETERMINED,
                 "ask for as many unknowns as there are independent equations".to_owned(),
@@ -254,6 +262,15 @@ impl AnalysisError {
             for (k, way) in ways.iter().enumerate() {
                 fault = fault.note(format!("branch {}: {}", k + 1, in_words(way)));
             }
+        }
+        if let Self::NMotions { open, .. } = self
+            && !open.is_empty()
+        {
+            let (which, bear) = if open.len() == 1 { ("stop", "bears") } else { ("stops", "bear") };
+            fault = fault.note(format!(
+                "{which} {} {bear} nothing at the start: where it is closed then, it holds a motion",
+                quoted(open)
+            ));
         }
         if let Self::NoAssembly { span, known, .. } = self {
             let rows = known.iter().map(|(number, name)| format!("{number}: {name}"));

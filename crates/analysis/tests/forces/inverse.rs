@@ -282,7 +282,7 @@ fn a_motion_that_is_missing_is_asked_for_by_the_option_of_the_question() {
     let refused = inverse(own, &[], &times, &Actuators::default()).expect_err("a free motion");
     assert_eq!(refused.to_string(), "1 motion is free, and 0 motions are prescribed");
     let help = refused.diagnostics()[0].help.clone().unwrap_or_default();
-    assert!(help.contains("add `--motion` 1 time"), "{help}");
+    assert!(help.contains("add `--motion A.angle=0`"), "{help}");
 }
 
 #[test]

@@ -521,3 +521,86 @@ fn examples_need_what_their_runs_take() {
     }
     assert!(compared.len() >= 15, "{compared:?}");
 }
+
+/// A jack that is raised evenly, its saddle held against turning: F r tan(λ + ρ), with the angle of the lead tan λ = p/2πr and of
+/// friction tan ρ = μ (Shigley, §8-2), for the car, the saddle and the screw. Without the saddle's motion it is asked for by name.
+#[test]
+fn a_screw_jack_takes_the_torque_of_its_lead_and_its_friction() {
+    let text = include_str!("../../../../examples/screw-jack/model.toml");
+    let without_hand: String = text
+        .lines()
+        .filter(|line| !line.starts_with("hand"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let asked = |motions: &[(&str, &str)]| {
+        let jack = model(&without_hand);
+        let motions: Vec<Motion> = motions
+            .iter()
+            .map(|(name, law)| Motion::formula(&jack, name, law).expect("a motion"))
+            .collect();
+        let times = Range { from: 0.0, to: 1.0, n: 3 };
+        let actuators = Actuators { named: vec!["thread".to_owned()], ..Actuators::default() };
+        inverse(jack, &motions, &times, &actuators)
+    };
+    let force = 8000.0 + 1.2 * 9.81;
+    let lead = 4.0 / (std::f64::consts::PI * 20.0);
+    for (sense, torque) in [
+        (1.0, force * 0.01 * (lead + 0.12) / (1.0 - 0.12 * lead)),
+        (-1.0, force * 0.01 * (lead - 0.12) / (1.0 + 0.12 * lead)),
+    ] {
+        let (turn, back) = (format!("{}*t", 0.5 * sense), format!("{}*t", -0.5 * sense));
+        let found = asked(&[("thread.angle", &turn), ("swivel.angle", &back)]).expect("efforts");
+        for effort in found.table.column("thread.effort").expect("an effort") {
+            assert!((effort - torque).abs() < 1e-9 * torque.abs(), "{effort} N m for {torque} N m");
+        }
+    }
+    let Err(AnalysisError::NMotions { n_free: 2, n_prescribed: 1, left, open }) =
+        asked(&[("thread.angle", "0.5*t")])
+    else {
+        panic!("one motion for two");
+    };
+    assert_eq!((left, open), (vec!["swivel.angle".to_owned()], vec![]));
+}
+
+/// A follower that a stop lifts where it is closed: apart from its cam at the start, the stop is named.
+#[test]
+fn a_stop_that_is_open_at_the_start_is_named_where_motions_are_free() {
+    let text = |at: &str| {
+        format!(
+            "[bodies]\ncam = {{ mass = 1, inertia = 0.001 }}\nfollower = {{ mass = 0.3 }}\n\
+             [joints]\nO = {{ type = \"revolute\", between = [\"ground\", \"cam\"] }}\n\
+             guide = {{ type = \"prismatic\", between = [\"ground\", \"follower\"], axis = [0, 1] }}\n\
+             [loads]\nspring = {{ type = \"force\", joint = \"guide\", value = \"-30 N\" }}\n\
+             contact = {{ type = \"stop\", joint = \"guide\", min = \"0.01*sin(O.angle)\" }}\n\
+             [drives]\nmotor = {{ joint = \"O\", motion = \"20 rad/s*t\" }}\n\
+             [initial]\nguide = {{ position = {at} }}\n[solve]\nt_end = 0.05\n"
+        )
+    };
+    let times = Range { from: 0.0, to: 0.05, n: 3 };
+    let ask = |at: &str| inverse(model(&text(at)), &[], &times, &Actuators::default());
+    let Err(AnalysisError::NMotions { left, open, .. }) = ask("0.02") else {
+        panic!("a free motion")
+    };
+    assert_eq!((left, open), (vec!["guide.position".to_owned()], vec!["contact".to_owned()]));
+    let closed = text("0").replace("position = 0", "position = 0, velocity = 0.2");
+    assert!(inverse(model(&closed), &[], &times, &Actuators::default()).is_ok());
+}
+
+/// An output without a value somewhere along the motion is an error with its name and place.
+#[test]
+fn a_table_of_efforts_has_numbers_or_an_error() {
+    let text = "[bodies]\ncart = { mass = 1 }\n\
+         [joints]\nS = { type = \"prismatic\", between = [\"ground\", \"cart\"], axis = [1, 0] }\n\
+         [outputs]\nratio = \"1/(S.position/(1 m) - 0.5)\"\n\
+         [drives]\nfeed = { joint = \"S\", motion = \"1 m/s*t\" }\n[solve]\nt_end = 1\n";
+    let times = Range { from: 0.0, to: 1.0, n: 3 };
+    let Err(AnalysisError::NoNumber { name, place, value }) =
+        inverse(model(text), &[], &times, &Actuators::default())
+    else {
+        panic!("a number");
+    };
+    assert_eq!((name.as_str(), place.as_str()), ("outputs.ratio", "at t = 0.5 s"));
+    assert!(value.is_infinite(), "{value}");
+    let before = Range { from: 0.0, to: 0.4, n: 3 };
+    assert!(inverse(model(text), &[], &before, &Actuators::default()).is_ok());
+}
