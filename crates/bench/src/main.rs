@@ -16,6 +16,7 @@
 //! cargo run --release -p bksim-bench -- waits
 //! cargo run --release -p bksim-bench -- balls
 //! cargo run --release -p bksim-bench -- elements
+//! cargo run --release -p bksim-bench -- random [--count COUNT] [--keep FOLDER]
 //! ```
 //!
 //! Every suite prints a table, and below it each goal with the number found. Times are CPU times
@@ -37,6 +38,7 @@ mod precision;
 mod python;
 mod questions;
 mod race;
+mod random;
 mod report;
 mod scale;
 mod sensitivity;
@@ -97,6 +99,8 @@ enum Command {
     Balls(Options),
     /// Time per step and events per second of examples with machine elements.
     Elements(Options),
+    /// Mechanisms at random, planar and spatial, beside another formulation.
+    Random(RandomArgs),
     /// Energy and constraints over long runs, and through singular poses.
     Drift(DriftArgs),
     /// One size of `scale`, in a process of its own.
@@ -131,6 +135,14 @@ struct MechanismsArgs {
     bksim: Option<PathBuf>,
     #[command(flatten)]
     options: Options,
+}
+
+#[derive(clap::Args, Debug)]
+struct RandomArgs {
+    #[command(flatten)]
+    numbers: random::Numbers,
+    #[command(flatten)]
+    program: MechanismsArgs,
 }
 
 #[derive(clap::Args, Debug)]
@@ -244,6 +256,11 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
         }
         Command::Elements(options) => {
             run_all(&["elements"], |_, context| elements::measure(context), options)
+        }
+        Command::Random(RandomArgs { numbers, program }) => {
+            let path = program.bksim.as_deref();
+            let run = |_: &&str, context: &Context| random::measure(context, numbers, path);
+            run_all(&["random"], run, &program.options)
         }
         Command::Drift(args) => {
             let all = <drift::DriftSuite as clap::ValueEnum>::value_variants();

@@ -21,16 +21,16 @@ const N_CALLS: usize = 2000;
 pub(crate) const PUMA: &str = include_str!("../../../tests/fixtures/puma-560.toml");
 
 /// Numbers between −1 and 1, the same in each run: a linear congruence.
-struct Random(u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    fn next(&mut self) -> f64 {
+    pub(crate) fn next(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    fn three(&mut self, size: f64) -> [f64; 3] {
+    pub(crate) fn three(&mut self, size: f64) -> [f64; 3] {
         [0; 3].map(|_| size * self.next())
     }
 }
