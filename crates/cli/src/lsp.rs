@@ -3,25 +3,38 @@
 //! | file, each on those above it alone | holds |
 //! |---|---|
 //! | `transport.rs` | messages within bounds |
-//! | `document.rs` | a text with positions as editors count them, and what stands at one |
-//! | `faults.rs` | the model that a text is, or its faults |
-//! | `names.rs` | where a name is defined and used |
-//! | `hover.rs`, `complete.rs`, `format.rs` | what a name is; what may stand at a place; a text in order |
+//! | `scan.rs` | headers, keys and values of a text that is being written |
+//! | `document.rs` | a text with positions as editors count them, and whether it is a model |
+//! | `faults.rs` | the model that a text is, or its faults, those of its start among them |
+//! | `starts.rs` | starts that are looked for after a pause |
+//! | `actions.rs` | cures of faults |
+//! | `names.rs` | where a name is given and used; the outline |
+//! | `hover.rs`, `inlays.rs`, `complete.rs`, `format.rs` | what a name is; values of expressions; what may stand at a place; a text in order |
 
+mod actions;
 mod complete;
 mod document;
 mod faults;
 mod format;
 mod hover;
+mod inlays;
 mod names;
+mod scan;
+mod starts;
 mod transport;
 
 use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
+use crossbeam_channel::select;
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
 use serde_json::{Value, json};
 
 use self::document::Document;
+use self::faults::{Shown, judge};
+use self::starts::{Number, Started, Starts};
 use crate::exit::{Failure, Status};
 
 /// Serves one client until it says goodbye.
@@ -53,39 +66,62 @@ fn serve(connection: &Connection, nesting: usize) -> Result<(), Failure> {
         "textDocumentSync": 1,
         "hoverProvider": true,
         "definitionProvider": true,
+        "referencesProvider": true,
+        "documentHighlightProvider": true,
+        "documentSymbolProvider": true,
+        "codeActionProvider": { "codeActionKinds": ["quickfix"] },
+        "inlayHintProvider": true,
         "renameProvider": true,
         "documentFormattingProvider": true,
-        "completionProvider": { "triggerCharacters": [".", "\"", "["] },
+        "completionProvider": { "triggerCharacters": [".", "\"", "[", "{", " "] },
     });
-    connection.initialize(abilities).map_err(|e| broken(&e))?;
-    let mut server = Server { documents: BTreeMap::new(), nesting };
-    for message in &connection.receiver {
-        match message {
-            Message::Request(request) => {
-                if connection.handle_shutdown(&request).map_err(|e| broken(&e))? {
-                    break;
+    let options = connection.initialize(abilities).map_err(|e| broken(&e))?;
+    let pages = options["initializationOptions"]["pages"].as_str().map(str::to_owned);
+    let mut server = Server { texts: BTreeMap::new(), starts: Starts::new(), nesting, pages };
+    let send = |message: Message| connection.sender.send(message).map_err(|e| broken(&e));
+    loop {
+        let (timer, found) = (server.starts.timer(), server.starts.found.clone());
+        select! {
+            recv(connection.receiver) -> message => match message {
+                Ok(Message::Request(request)) => {
+                    if connection.handle_shutdown(&request).map_err(|e| broken(&e))? {
+                        return Ok(());
+                    }
+                    send(Message::Response(server.answer(request)))?;
                 }
-                let answer = Message::Response(server.answer(request));
-                connection.sender.send(answer).map_err(|e| broken(&e))?;
-            }
-            Message::Notification(notification) => {
-                if let Some(faults) = server.take(&notification) {
-                    connection
-                        .sender
-                        .send(Message::Notification(faults))
-                        .map_err(|e| broken(&e))?;
+                Ok(Message::Notification(notification)) => {
+                    if let Some(faults) = server.take(&notification) {
+                        send(Message::Notification(faults))?;
+                    }
+                }
+                Ok(Message::Response(_)) => (),
+                Err(_) => return Ok(()),
+            },
+            recv(found) -> started => {
+                if let Some(faults) = started.ok().and_then(|started| server.started(started)) {
+                    send(Message::Notification(faults))?;
                 }
             }
-            Message::Response(_) => (),
+            recv(timer) -> _ => server.begin(),
         }
     }
-    Ok(())
+}
+
+/// A text that is open, with the faults that the editor knows of.
+struct Open {
+    document: Document,
+    /// Number of the text; that of a document that is closed is 0.
+    number: Number,
+    faults: Vec<Shown>,
 }
 
 /// The texts that are open.
 struct Server {
-    documents: BTreeMap<String, Document>,
+    texts: BTreeMap<String, Open>,
+    starts: Starts,
     nesting: usize,
+    /// Address of the page of a code, with `{code}` in it.
+    pages: Option<String>,
 }
 
 impl Server {
@@ -93,36 +129,87 @@ impl Server {
     fn take(&mut self, notification: &Notification) -> Option<Notification> {
         let params = &notification.params;
         let uri = params["textDocument"]["uri"].as_str()?;
-        let text = match notification.method.as_str() {
-            "textDocument/didOpen" => params["textDocument"]["text"].as_str()?,
+        let document = match notification.method.as_str() {
+            "textDocument/didOpen" => {
+                let opened = &params["textDocument"];
+                let language = opened["languageId"].as_str().unwrap_or_default();
+                Document::new(uri, language, opened["text"].as_str()?)
+            }
             // The whole text, as was agreed.
             "textDocument/didChange" => {
-                params["contentChanges"].as_array()?.last()?["text"].as_str()?
+                let text = params["contentChanges"].as_array()?.last()?["text"].as_str()?;
+                self.texts.get(uri)?.document.with(text)
             }
             "textDocument/didClose" => {
-                self.documents.remove(uri);
-                return Some(published(uri, json!([])));
+                if let Some(open) = self.texts.remove(uri) {
+                    open.number.store(0, Ordering::Relaxed);
+                }
+                return Some(published(uri, &[]));
             }
             _ => return None,
         };
-        let document = Document::new(uri, text);
-        let faults = faults::of(&document, self.nesting);
-        self.documents.insert(uri.to_owned(), document);
-        Some(published(uri, faults))
+        let mut faults = Vec::new();
+        if document.is_model() {
+            let judged = judge(&document, self.nesting);
+            faults = judged.shown(&document, self.pages.as_deref());
+            if judged.model.is_some() {
+                self.starts.ask(uri);
+            }
+        }
+        let known = self.texts.remove(uri);
+        let number = known.map_or_else(Number::default, |open| open.number);
+        number.fetch_add(1, Ordering::Relaxed);
+        let message = published(uri, &faults);
+        self.texts.insert(uri.to_owned(), Open { document, number, faults });
+        Some(message)
+    }
+
+    /// Looks for the start that is due.
+    fn begin(&mut self) {
+        let Some(uri) = self.starts.next() else { return };
+        let Some(open) = self.texts.get(&uri) else { return };
+        let (document, number) = (open.document.clone(), Arc::clone(&open.number));
+        self.starts.begin(uri, document, number, self.nesting, self.pages.clone());
+    }
+
+    /// Takes what was found about a start and gives all faults of its text.
+    fn started(&mut self, started: Started) -> Option<Notification> {
+        self.starts.end();
+        let open = self.texts.get_mut(&started.uri)?;
+        if open.number.load(Ordering::Relaxed) != started.number {
+            return None;
+        }
+        open.faults = started.shown?;
+        Some(published(&started.uri, &open.faults))
     }
 
     fn answer(&self, request: Request) -> Response {
         let Request { id, method, params } = request;
         let uri = params["textDocument"]["uri"].as_str().unwrap_or_default();
-        let Some(document) = self.documents.get(uri) else {
+        let Some(open) = self.texts.get(uri).filter(|open| open.document.is_model()) else {
             return Response::new_ok(id, Value::Null);
         };
+        let document = &open.document;
         let byte = document.byte(&params["position"]);
+        let range = || -> Range<usize> {
+            document.byte(&params["range"]["start"])..document.byte(&params["range"]["end"])
+        };
+        let places = || -> Value {
+            let found = names::references(document, byte);
+            found.iter().map(|at| json!({ "uri": uri, "range": document.range(at) })).collect()
+        };
         let result = match method.as_str() {
             "textDocument/hover" => hover::at(document, byte, self.nesting),
             "textDocument/definition" => names::definition(document, byte)
                 .map(|range| json!({ "uri": uri, "range": document.range(&range) })),
-            "textDocument/completion" => Some(complete::at(document, byte, self.nesting)),
+            "textDocument/references" | "textDocument/documentHighlight" => Some(places()),
+            "textDocument/documentSymbol" => Some(names::outline(document)),
+            "textDocument/codeAction" => Some(actions::of(document, uri, &open.faults, &range())),
+            "textDocument/inlayHint" => Some(inlays::of(document, &range(), self.nesting)),
+            "textDocument/completion" => {
+                let is_space = params["context"]["triggerCharacter"] == " ";
+                Some(complete::at(document, byte, self.nesting, is_space))
+            }
             "textDocument/formatting" => Some(format::edits(document)),
             "textDocument/rename" => {
                 let new = params["newName"].as_str().unwrap_or_default();
@@ -143,8 +230,8 @@ impl Server {
     }
 }
 
-#[expect(clippy::needless_pass_by_value, reason = "values of JSON are moved")]
-fn published(uri: &str, faults: Value) -> Notification {
+fn published(uri: &str, faults: &[Shown]) -> Notification {
+    let faults: Vec<&Value> = faults.iter().map(|fault| &fault.json).collect();
     let params = json!({ "uri": uri, "diagnostics": faults });
     Notification::new("textDocument/publishDiagnostics".to_owned(), params)
 }

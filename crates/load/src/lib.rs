@@ -41,7 +41,7 @@ pub use drawing::read_sheet;
 pub use error::{InputError, plain_words, without_number};
 pub use excerpt::{WIDTH, json, json_all, plain, styled, titled};
 pub use file::{is_log, is_stdin, read_bytes};
-pub use load::{Loaded, is_drawn, label_of, load, name_of, parse, parse_recorded};
+pub use load::{Loaded, is_drawn, label_of, load, load_text, name_of, parse, parse_recorded};
 pub use parts::whole;
 pub use request::Request;
 pub use text::{Drawn, Located, Parts, Text, line_and_column};

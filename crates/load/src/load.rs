@@ -33,21 +33,36 @@ pub struct Loaded {
 pub fn load(request: &Request<'_>) -> Result<Loaded, InputError> {
     let bytes = read_bytes(request.path)?;
     let path = if is_stdin(request.path) { Path::new(STDIN) } else { request.path };
-    let name = name_of(path);
-    let (source, warnings) = if is_drawing(&bytes, path) {
-        compose(path, bytes, None, request)?
-    } else {
-        let text = Text::new(path, utf8(path, &bytes)?);
-        match named_drawing(&text.text) {
-            Some(drawing) => compose_named(text, &drawing, request)?,
-            None => (text, Vec::new()),
-        }
+    if is_drawing(&bytes, path) {
+        return completed(compose(path, bytes, None, request)?, path, request);
+    }
+    load_text(Text::new(path, utf8(path, &bytes)?), request)
+}
+
+/// Reads the text of a model file as [`load`] does, whatever the file has; a drawing that it names is opened.
+///
+/// # Errors
+/// [`InputError`].
+pub fn load_text(text: Text, request: &Request<'_>) -> Result<Loaded, InputError> {
+    let path = text.path.clone();
+    let composed = match named_drawing(&text.text) {
+        Some(drawing) => compose_named(text, &drawing, request)?,
+        None => (text, Vec::new()),
     };
+    completed(composed, &path, request)
+}
+
+/// The model of a text, with the parts that it uses.
+fn completed(
+    (source, mut warnings): (Text, Vec<Diagnostic>),
+    path: &Path,
+    request: &Request<'_>,
+) -> Result<Loaded, InputError> {
     let Request { overrides, limits, is_geometry, .. } = *request;
+    let name = name_of(path);
     // Warnings about a drawing have their places in the text without parts.
     let is_drawn = source.drawn.is_some();
     let (source, of_parts) = whole(source, limits)?;
-    let mut warnings = warnings;
     if is_drawn && source.parts.is_some() {
         for fault in &mut warnings {
             fault.labels.clear();

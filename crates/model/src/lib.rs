@@ -20,6 +20,7 @@ mod belt;
 mod body;
 mod compliance;
 mod coupling;
+pub mod cure;
 mod curve;
 pub mod diagnostic;
 mod drive;

@@ -2,10 +2,9 @@
 //! in `.expected`. To add a case, write the model and run with `BKSIM_UPDATE=1`; then review what
 //! was written. A line `# --set name=value` overrides a parameter.
 
-mod helps;
-
 use std::path::{Path, PathBuf};
 
+use bksim_model::cure::{Cure, cures};
 use bksim_model::diagnostic::{Diagnostic, Severity, Span};
 use bksim_model::file::{Limits, Source, decode, read};
 
@@ -103,42 +102,49 @@ fn helps_cure_when_they_are_followed_to_the_letter() {
         };
         for fault in said(text) {
             n_helps += 1;
-            let Some(changed) = helps::followed(text, &fault) else { continue };
-            n_followed += 1;
-            let (before, after) = (said(text), said(&changed));
-            let is_same =
-                |other: &&Diagnostic| (other.code, &other.message) == (fault.code, &fault.message);
-            let counted = |all: &[Diagnostic]| all.iter().filter(is_same).count();
-            // Nor may what is written be a fault of its own.
-            let line = |text: &str, of: &Diagnostic| {
-                of.labels.first().map(|label| text[..label.span.start].matches('\n').count())
-            };
-            let here = line(text, &fault);
-            let is_known =
-                |other: &Diagnostic| before.iter().any(|old| old.message == other.message);
-            let is_example = fault.help.as_ref().is_some_and(|help| help.contains("for example"));
-            let codes: &[&str] = if is_example {
-                &["M002", "M020"]
-            } else {
-                &["M002", "M003", "M005", "M007", "M020", "M022"]
-            };
-            let is_of_writing = |of: &Diagnostic| codes.contains(&of.code.0);
-            let other = after
-                .iter()
-                .find(|of| is_of_writing(of) && line(&changed, of) == here && !is_known(of));
-            if counted(&after) >= counted(&before) || other.is_some() {
-                failures.push(format!(
-                    "{}: {}\n{:?}\n{}\n{:?}",
-                    path.display(),
-                    fault.message,
-                    fault.help,
-                    changed
-                        .lines()
-                        .zip(text.lines())
-                        .find(|(a, b)| a != b)
-                        .map_or("unchanged", |(a, _)| a),
-                    other.map(|other| &other.message)
-                ));
+            let cures = cures(text, &fault);
+            n_followed += usize::from(!cures.is_empty());
+            // Of several words in a list the first one is the nearest, the others fit the place.
+            let is_list = fault.help.as_ref().is_some_and(|help| help.starts_with("one of"));
+            for Cure { span, text: new } in cures.into_iter().take(if is_list { 1 } else { 9 }) {
+                let changed = format!("{}{new}{}", &text[..span.start], &text[span.end..]);
+                let (before, after) = (said(text), said(&changed));
+                let is_same = |other: &&Diagnostic| {
+                    (other.code, &other.message) == (fault.code, &fault.message)
+                };
+                let counted = |all: &[Diagnostic]| all.iter().filter(is_same).count();
+                // Nor may what is written be a fault of its own.
+                let line = |text: &str, of: &Diagnostic| {
+                    of.labels.first().map(|label| text[..label.span.start].matches('\n').count())
+                };
+                let here = line(text, &fault);
+                let is_known =
+                    |other: &Diagnostic| before.iter().any(|old| old.message == other.message);
+                let is_example =
+                    fault.help.as_ref().is_some_and(|help| help.contains("for example"));
+                let codes: &[&str] = if is_example {
+                    &["M002", "M020"]
+                } else {
+                    &["M002", "M003", "M005", "M007", "M020", "M022"]
+                };
+                let is_of_writing = |of: &Diagnostic| codes.contains(&of.code.0);
+                let other = after
+                    .iter()
+                    .find(|of| is_of_writing(of) && line(&changed, of) == here && !is_known(of));
+                if counted(&after) >= counted(&before) || other.is_some() {
+                    failures.push(format!(
+                        "{}: {}\n{:?}\n{}\n{:?}",
+                        path.display(),
+                        fault.message,
+                        fault.help,
+                        changed
+                            .lines()
+                            .zip(text.lines())
+                            .find(|(a, b)| a != b)
+                            .map_or("unchanged", |(a, _)| a),
+                        other.map(|other| &other.message)
+                    ));
+                }
             }
         }
     }

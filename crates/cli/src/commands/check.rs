@@ -1,6 +1,5 @@
 //! `bksim check`: every fault at once, or what the mechanism is made of and how it can move.
 
-use bksim::Mechanism;
 use bksim::analysis::{Positions, diagnose_singular_start};
 use bksim::describe::{self, coordinate_policy, joint_names};
 use bksim::mbs::particle::particles;
@@ -9,6 +8,7 @@ use bksim::model::file::code;
 use bksim::model::{CoordinatePolicy, Model, Space};
 use bksim::sim::codes::POSITIONS_ALONE;
 use bksim::sim::mobility::{Mobility, freedoms_of_body, mobility, taken};
+use bksim::{Mechanism, Rejected};
 
 use crate::args::ModelArgs;
 use crate::exit::{Failure, Status};
@@ -22,10 +22,8 @@ pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Sta
         Err(failure) => return of_positions(args, as_json, nesting, failure),
     };
     let mechanism = derive(&loaded.source, loaded.model)?;
-    let start = mechanism.start().map_err(|rejected| loaded.source.rejected(rejected.0))?;
-    let found = mobility(&mechanism.model, &mechanism.system, &start);
-    let mut warnings = mechanism.warnings_of(&start, &found, loaded.warnings);
-    warnings.extend(diagnose_singular_start(&mechanism, &start));
+    let (found, warnings) = at_start(&mechanism, loaded.warnings)
+        .map_err(|rejected| loaded.source.rejected(rejected.0))?;
 
     if as_json {
         let mut body = describe::parts(&mechanism, &found);
@@ -38,32 +36,43 @@ pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Sta
     Ok(Status::Done)
 }
 
-/// A model that lacks nothing but masses: what can be asked of its positions. The failure as it is for every other
-/// one.
-fn of_positions(
-    args: &ModelArgs,
-    as_json: bool,
-    nesting: usize,
-    failure: Failure,
-) -> Result<Status, Failure> {
-    let Failure::Model { diagnostics, .. } = &failure else { return Err(failure) };
-    let lacks_mass = |of: &Diagnostic| {
-        of.code == code::NO_BODIES
-            || of.code == code::MISSING_KEY && of.message.ends_with("has no `mass`")
-    };
-    let mut errors = diagnostics.iter().filter(|of| of.is_error());
-    let first = diagnostics.iter().find(|of| lacks_mass(of)).cloned();
-    let (true, Some(first)) = (errors.all(lacks_mass), first) else { return Err(failure) };
+/// The freedoms at the start of a mechanism, and all warnings, with those of the reading of its model.
+///
+/// # Errors
+/// [`Rejected`] has the faults of a model without a start.
+pub(crate) fn at_start(
+    mechanism: &Mechanism,
+    read: Vec<Diagnostic>,
+) -> Result<(Mobility, Vec<Diagnostic>), Rejected> {
+    let start = mechanism.start()?;
+    let found = mobility(&mechanism.model, &mechanism.system, &start);
+    let mut warnings = mechanism.warnings_of(&start, &found, read);
+    warnings.extend(diagnose_singular_start(mechanism, &start));
+    Ok((found, warnings))
+}
+
+/// Whether all errors of a model are that bodies have no mass.
+pub(crate) fn lacks_masses_alone(diagnostics: &[Diagnostic]) -> bool {
+    diagnostics.iter().any(lacks_mass)
+        && diagnostics.iter().filter(|of| of.is_error()).all(lacks_mass)
+}
+
+fn lacks_mass(of: &Diagnostic) -> bool {
+    of.code == code::NO_BODIES
+        || of.code == code::MISSING_KEY && of.message.ends_with("has no `mass`")
+}
+
+/// The warning that takes the place of these errors of a model whose positions alone can be asked for; `None` where a
+/// motion in time is meant.
+pub(crate) fn of_positions_alone(model: &Model, diagnostics: &[Diagnostic]) -> Option<Diagnostic> {
+    let first = diagnostics.iter().find(|of| lacks_mass(of))?;
     let n_faults = diagnostics.iter().filter(|of| lacks_mass(of)).count();
-    let Ok(loaded) = load_geometry(args, nesting) else { return Err(failure) };
-    let model = &loaded.model;
     let is_of_laws = model.bodies.len() == 1;
     // Where some bodies have masses, or loads act, a motion in time is meant.
     let are_all = is_of_laws || n_faults == model.bodies.len() - 1;
     if !are_all || !model.loads.is_empty() || model.joints.is_empty() && !is_of_laws {
-        return Err(failure);
+        return None;
     }
-    let names: Vec<&str> = model.bodies.iter().skip(1).map(|body| body.name.as_str()).collect();
     let (what, commands) = if is_of_laws {
         ("there are no bodies", "`bksim cam`")
     } else {
@@ -74,10 +83,30 @@ fn of_positions(
         "ask {commands}; for a motion in time {}",
         first.help.as_deref().unwrap_or("give all bodies their masses")
     ));
-    warning.labels = first.labels;
+    warning.labels.clone_from(&first.labels);
+    Some(warning)
+}
+
+/// A model that lacks nothing but masses: what can be asked of its positions. The failure as it is for every other
+/// one.
+fn of_positions(
+    args: &ModelArgs,
+    as_json: bool,
+    nesting: usize,
+    failure: Failure,
+) -> Result<Status, Failure> {
+    let Failure::Model { diagnostics, .. } = &failure else { return Err(failure) };
+    if !lacks_masses_alone(diagnostics) {
+        return Err(failure);
+    }
+    let Ok(loaded) = load_geometry(args, nesting) else { return Err(failure) };
+    let model = &loaded.model;
+    let Some(warning) = of_positions_alone(model, diagnostics) else { return Err(failure) };
     let mut warnings = loaded.warnings;
     warnings.push(warning);
 
+    let is_of_laws = model.bodies.len() == 1;
+    let names: Vec<&str> = model.bodies.iter().skip(1).map(|body| body.name.as_str()).collect();
     // Joints that cannot meet are a fault for every question.
     let joints: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
     let body = serde_json::json!({ "model": model.name, "bodies": names, "joints": joints });

@@ -233,14 +233,31 @@ fn first_sentence(part: &str) -> Option<String> {
 
 /// The meaning of a key, from the last column of its row in the reference.
 pub(crate) fn meaning(section: &str, key: &str) -> Option<String> {
-    let part = heading(section)?;
-    let word = format!("`{key}`");
-    let row = part.lines().find(|line| {
-        line.starts_with('|')
-            && line.split('|').any(|cell| cell.split(", ").any(|name| name.trim() == word))
-    })?;
-    // Bars within a cell are escaped.
-    let text = row.trim_end_matches(['|', ' ']).replace("\\|", "\u{1}");
-    let cell = text.rsplit('|').next()?.trim().replace('\u{1}', "|");
+    let cell = row(section, None, key)?.pop()?;
     (!cell.is_empty()).then_some(cell)
+}
+
+/// The cells of the row of a key in the reference: that of tables of this type, where there are several.
+pub(crate) fn row(section: &str, of_type: Option<&str>, key: &str) -> Option<Vec<String>> {
+    let word = format!("`{key}`");
+    let mut of = String::new();
+    let mut found = None;
+    for line in heading(section)?.lines().filter(|line| line.starts_with('|')) {
+        // Bars within a cell are escaped.
+        let text = line.trim_matches(['|', ' ']).replace("\\|", "\u{1}");
+        let lead = if line.starts_with("| |") { "" } else { text.split('|').next().unwrap_or("") };
+        let lead = lead.trim().trim_matches('`');
+        if !lead.is_empty() {
+            lead.clone_into(&mut of);
+        }
+        if !text.split('|').any(|cell| cell.split(", ").any(|name| name.trim() == word)) {
+            continue;
+        }
+        let cells = || text.split('|').map(|cell| cell.trim().replace('\u{1}', "|")).collect();
+        if of_type.is_some_and(|own| own == of) {
+            return Some(cells());
+        }
+        found = found.or_else(|| Some(cells()));
+    }
+    found
 }

@@ -2,19 +2,22 @@
 
 use bksim::expr::function_names;
 use bksim::model::Model;
-use bksim::model::file::{Holds, sections};
+use bksim::model::file::{Holds, TableForm, sections};
+use bksim::model::library::LibraryPart;
 use serde_json::{Value, json};
 
 use super::document::Document;
 use super::faults::judge;
-use super::names::{COORDINATES, defined};
-use crate::commands::schema::meaning;
+use super::names::{COORDINATES, Defined, POINTS, defined};
+use super::scan::{Cursor, Piece, cursor, own_text, pieces};
+use crate::commands::schema::row;
 
 /// Kinds of completions, as the protocol numbers them.
 const FUNCTION: u32 = 3;
 const VARIABLE: u32 = 6;
 const MODULE: u32 = 9;
 const PROPERTY: u32 = 10;
+const UNIT: u32 = 11;
 const VALUE: u32 = 12;
 
 /// The words after the name of a body, a point or a joint.
@@ -32,77 +35,328 @@ const OWNERS: [(&str, &str); 3] = [
 ];
 
 /// Keys whose texts name something of one section.
-const REFERENCES: [(&str, &str); 3] =
-    [("clock", "clocks"), ("joint", "joints"), ("carrier", "bodies")];
+const REFERENCES: [(&str, &str); 8] = [
+    ("clock", "clocks"),
+    ("joint", "joints"),
+    ("carrier", "bodies"),
+    ("on", POINTS),
+    ("from", "bodies"),
+    ("curve", "curves"),
+    ("law", "curves"),
+    ("about", POINTS),
+];
+
+/// Keys of tables within tables: the key of the table, its keys.
+#[rustfmt::skip]
+const INNER: [(&str, &[&str]); 9] = [
+    ("inertia", &["value", "about", "as_stated"]),
+    ("points", &["at", "rpy", "quaternion", "x", "y", "z"]),
+    ("between", &["at", "rpy", "quaternion", "x", "y", "z"]),
+    ("axes", &["x", "y", "z"]),
+    ("follower", &["kind", "radius", "direction", "offset", "pivot", "arm", "sense"]),
+    ("segments", &["rise", "return", "over", "dwell", "law"]),
+    ("when", &["condition", "value"]),
+    ("shapes", &[
+        "type", "size", "radius", "length", "outline", "thickness", "corners", "faces", "unit", "at", "rpy", "quaternion",
+        "x", "y", "z",
+    ]),
+    ("guess", &["angle", "position", "x", "y", "z", "rpy", "quaternion", "axes", "w"]),
+];
+
+/// Keys of the start of a body, and of a joint.
+#[rustfmt::skip]
+const BODY_STARTS: [&str; 14] = [
+    "x", "y", "z", "angle", "vx", "vy", "vz", "rate", "rpy", "quaternion", "axes", "w", "frame", "guess",
+];
+const JOINT_STARTS: [&str; 5] = ["angle", "rate", "position", "velocity", "guess"];
+
+/// Units of quantities, by the words of the reference, the usual ones first.
+#[rustfmt::skip]
+const UNITS: [(&str, &[&str]); 20] = [
+    ("mass", &["kg", "g", "t", "lb"]),
+    ("length", &["mm", "m", "cm", "in", "ft"]),
+    ("point", &["mm", "m", "cm", "in", "ft"]),
+    ("length or angle", &["mm", "m", "deg", "rad"]),
+    ("angle", &["deg", "rad", "rev", "mrad"]),
+    ("time", &["s", "ms", "min", "h"]),
+    ("velocity", &["m/s", "mm/s", "km/h"]),
+    ("acceleration", &["m/s^2", "mm/s^2"]),
+    ("mass × length²", &["kg m^2", "kg mm^2", "g cm^2"]),
+    ("mass / length³", &["kg/m^3", "g/cm^3"]),
+    ("force", &["N", "kN", "mN", "lbf", "kgf"]),
+    ("torque", &["N m", "N mm", "kN m"]),
+    ("force, torque", &["N", "N m"]),
+    ("force / length", &["N/m", "N/mm", "kN/m"]),
+    ("force × time / length", &["N s/m", "N s/mm"]),
+    ("torque / angle", &["N m/rad", "N m/deg", "N mm/rad"]),
+    ("torque × time / angle", &["N m s/rad", "N mm s/rad"]),
+    ("rate", &["rad/s", "rpm", "deg/s", "Hz"]),
+    ("angular velocity", &["rad/s", "rpm", "deg/s"]),
+    ("start", &["deg", "rad", "mm", "m"]),
+];
+
+/// Units where nothing says which quantity it is.
+#[rustfmt::skip]
+const COMMON: [&str; 21] = [
+    "mm", "m", "kg", "g", "s", "ms", "deg", "rad", "rpm", "Hz", "N", "kN", "N m", "N/m", "N/mm", "N s/m", "N m/rad", "m/s",
+    "m/s^2", "kg m^2", "kg/m^3",
+];
+
+/// Words of `[initial]` with their units.
+const STARTS: [(&str, &[&str]); 4] = [
+    ("angle", &["deg", "rad", "rev"]),
+    ("rate", &["rad/s", "rpm", "deg/s"]),
+    ("position", &["mm", "m", "in"]),
+    ("velocity", &["m/s", "mm/s"]),
+];
 
 fn item(label: &str, kind: u32, detail: &str) -> Value {
     json!({ "label": label, "kind": kind, "detail": detail })
 }
 
-/// The completions at a byte.
-pub(super) fn at(document: &Document, byte: usize, nesting: usize) -> Value {
-    let place = document.place(byte);
-    let start = document.text[..byte].rfind('\n').map_or(0, |at| at + 1);
-    let line = &document.text[start..byte];
-    let section = place.section.first().map_or("", String::as_str);
-    let forms = sections();
-    let known = forms.iter().find(|form| form.name == section);
-    if line.trim_start().starts_with('[') && !line.contains('=') {
-        return forms.iter().map(|form| item(form.name, MODULE, "section")).collect();
+/// The completions at a byte; `is_space` after a space, where only units and what follows a comma are offered.
+pub(super) fn at(document: &Document, byte: usize, nesting: usize, is_space: bool) -> Value {
+    let text = &document.text;
+    let place = cursor(text, byte);
+    let written = place.text.and_then(|from| text.get(from..byte));
+    if place.is_comment {
+        return json!([]);
     }
-    if !place.is_value {
-        // The keys of this table, without those that it has; of its type where one is written.
-        let keys: Vec<&str> = match known.map(|form| &form.holds) {
-            Some(Holds::Table(keys)) => keys.iter().map(|(key, _)| *key).collect(),
-            Some(Holds::Named(forms)) if place.section.len() > 1 => {
-                let own = own_type(document, byte);
-                let of = forms.iter().filter(|form| own.is_none() || form.word == own.as_deref());
-                let mut keys: Vec<&str> = Vec::new();
-                for key in of.flat_map(|form| &form.keys) {
-                    if !keys.contains(key) {
-                        keys.push(key);
-                    }
-                }
-                keys
-            }
-            _ => Vec::new(),
-        };
-        let detail = |key: &str| meaning(section, key).unwrap_or_default();
-        return keys.iter().map(|key| item(key, PROPERTY, &detail(key))).collect();
-    }
-    let key = place.key.as_ref().map_or("", |(key, _)| key.as_str());
-    if key == "type"
-        && let Some(Holds::Named(forms)) = known.map(|form| &form.holds)
+    if is_space && !written.is_some_and(ends_in_number) && !text[..byte].ends_with(['{', ',', ' '])
     {
-        return forms.iter().filter_map(|form| Some(item(form.word?, VALUE, "type"))).collect();
+        return json!([]);
     }
-    if let Some((_, section)) = REFERENCES.iter().find(|(of, _)| *of == key) {
-        let all = defined(&document.text).into_iter().filter(|known| known.section == *section);
-        return all.map(|known| item(&known.name, VARIABLE, section)).collect();
+    if place.is_header {
+        let is_first = !text[..byte].rsplit('[').next().unwrap_or_default().contains('.');
+        let all = sections().into_iter().filter(|form| is_first && !is_top_key(&form.holds));
+        return all.map(|form| item(form.name, MODULE, "section")).collect();
     }
-    names(document, (&place.word, byte), nesting)
+    let all = pieces(text);
+    if !place.is_value {
+        if is_space && place.path.len() < 3 {
+            return json!([]);
+        }
+        return keys(text, &all, &place.path);
+    }
+    let [section, .., last] = place.path.as_slice() else {
+        let section = place.path.first().map_or("", String::as_str);
+        let form = sections().into_iter().find(|form| form.name == section);
+        let Some(Holds::Word(words)) = form.map(|form| form.holds) else { return json!([]) };
+        return words.iter().map(|word| word_item(word, &place)).collect();
+    };
+    let is_element = last.parse::<usize>().is_ok();
+    let key = place.path.iter().rfind(|part| part.parse::<usize>().is_err());
+    let key = key.map_or("", String::as_str);
+    if let Some(written) = written
+        && ends_in_number(written)
+    {
+        return units(&all, text, &place.path, key);
+    }
+    if is_space {
+        return json!([]);
+    }
+    let own_type = place.path.get(..2).and_then(|table| own_text(&all, table, "type", text));
+    if key == "between" && is_element {
+        return ends(text, section, written.unwrap_or_default());
+    }
+    let words = words_of(section, own_type, key);
+    if !words.is_empty() && !is_element {
+        return words.iter().map(|word| word_item(word, &place)).collect();
+    }
+    if let Some((_, of)) = REFERENCES.iter().find(|(of, _)| *of == key) {
+        return named(text, of, &place.path, written.unwrap_or_default());
+    }
+    // Expressions are texts.
+    if written.is_none() { json!([]) } else { names(document, byte, nesting) }
 }
 
-/// The `type` of the table around a byte.
-fn own_type(document: &Document, byte: usize) -> Option<String> {
-    let text = &document.text;
-    let start = text[..byte].rfind("\n[").map_or(0, |at| at + 1);
-    let end = text[byte..].find("\n[").map_or(text.len(), |at| byte + at);
-    let line = text[start..end].lines().find_map(|line| line.trim().strip_prefix("type"))?;
-    let value = line.trim_start().strip_prefix('=')?.trim();
-    Some(value.split('"').nth(1)?.to_owned())
+/// A word of a choice, with quotes where none are open.
+fn word_item(word: &str, place: &Cursor) -> Value {
+    let mut item = item(word, VALUE, "");
+    if place.text.is_none() {
+        item["insertText"] = format!("\"{word}\"").into();
+    }
+    item
+}
+
+/// Whether a section is a key of the top level.
+fn is_top_key(holds: &Holds) -> bool {
+    matches!(holds, Holds::Text | Holds::Word(_))
+}
+
+/// Whether a unit may follow: `25`, `25 `, `25 m`, `2*3.5 k`.
+fn ends_in_number(written: &str) -> bool {
+    let stem = written.trim_end_matches(|c: char| c.is_alphabetic() || c == '°');
+    let number = stem.trim_end();
+    let digits =
+        number.len() - number.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.').len();
+    let before = number[..number.len() - digits].chars().next_back();
+    digits > 0
+        && number.ends_with(|c: char| c.is_ascii_digit())
+        && before.is_none_or(|c| !c.is_alphanumeric() && !"_^".contains(c))
+}
+
+/// The keys that a table may have, without those that it has.
+fn keys(text: &str, all: &[Piece], path: &[String]) -> Value {
+    let known: Vec<String> = match path {
+        [] => {
+            let top = sections().into_iter().filter(|form| is_top_key(&form.holds));
+            top.map(|form| form.name.to_owned()).collect()
+        }
+        [section] if section == "initial" => {
+            let names = defined(text).into_iter().filter(Defined::is_plain);
+            let sections = ["bodies", "joints", COORDINATES];
+            names
+                .filter(|known| sections.contains(&known.section.as_str()))
+                .map(|k| k.name)
+                .collect()
+        }
+        [section, name] if section == "initial" => {
+            let is_body = defined(text).iter().any(|of| of.section == "bodies" && of.name == *name);
+            let keys = if is_body { &BODY_STARTS[..] } else { &JOINT_STARTS };
+            keys.iter().map(|key| (*key).to_owned()).collect()
+        }
+        [of, .., with] if of == "use" && with == "with" => {
+            let part = own_text(all, &path[..2], "part", text).and_then(LibraryPart::named);
+            let names = part.into_iter().flat_map(|part| defined(part.text));
+            names.filter(Defined::is_plain).map(|known| known.name).collect()
+        }
+        [section, rest @ ..] => {
+            let form = sections().into_iter().find(|form| form.name == *section);
+            let of_section = match (form.map(|form| form.holds), rest.len()) {
+                (Some(Holds::Table(keys)), 0) => keys.into_iter().map(|(key, _)| key).collect(),
+                (Some(Holds::Named(forms)), 1) => {
+                    of_forms(forms, own_text(all, path, "type", text))
+                }
+                _ => {
+                    let inner = rest
+                        .iter()
+                        .rev()
+                        .find_map(|part| INNER.iter().find(|(key, _)| key == part));
+                    inner.map_or(Vec::new(), |(_, keys)| keys.to_vec())
+                }
+            };
+            of_section.into_iter().map(str::to_owned).collect()
+        }
+    };
+    let is_there = |key: &String| {
+        all.iter().any(|piece| {
+            piece.path.len() > path.len()
+                && piece.path.starts_with(path)
+                && piece.path[path.len()] == *key
+        })
+    };
+    let section = path.first().map_or("Top level", String::as_str);
+    let own_type = path.get(..2).and_then(|table| own_text(all, table, "type", text));
+    let detail = |key: &str| {
+        let cells = row(section, own_type, key).unwrap_or_default();
+        cells.into_iter().rfind(|cell| !cell.is_empty()).unwrap_or_default()
+    };
+    let left = known.iter().filter(|key| !is_there(key));
+    left.map(|key| item(key, PROPERTY, &detail(key))).collect()
+}
+
+/// The keys of forms of this type, or of all.
+fn of_forms(forms: Vec<TableForm>, own: Option<&str>) -> Vec<&'static str> {
+    let is_known = forms.iter().any(|form| own.is_some() && form.word == own);
+    let of = forms.into_iter().filter(|form| !is_known || form.word == own);
+    let mut keys: Vec<&str> = Vec::new();
+    for key in of.flat_map(|form| form.keys) {
+        if !keys.contains(&key) {
+            keys.push(key);
+        }
+    }
+    keys
+}
+
+/// The words that a key may have: types, those of its section, those in quotes in the reference.
+fn words_of(section: &str, own_type: Option<&str>, key: &str) -> Vec<String> {
+    let form = sections().into_iter().find(|form| form.name == section);
+    match form.map(|form| form.holds) {
+        Some(Holds::Named(forms)) if key == "type" => {
+            return forms.iter().filter_map(|form| Some(form.word?.to_owned())).collect();
+        }
+        Some(Holds::Table(keys)) => {
+            let words = keys.into_iter().find(|(own, words)| *own == key && !words.is_empty());
+            if let Some((_, words)) = words {
+                return words.into_iter().map(str::to_owned).collect();
+            }
+        }
+        _ => (),
+    }
+    // Expressions may stand where an example does.
+    let cells = row(section, own_type, key).unwrap_or_default();
+    let choice =
+        cells.iter().skip(1).find(|cell| cell.starts_with("`\"") && cell.contains("\"`, `\""));
+    let parts = choice.into_iter().flat_map(|cell| cell.split('`').skip(1).step_by(2));
+    parts.map(|part| part.trim_matches('"').to_owned()).collect()
+}
+
+/// The units of a value that a number begins.
+fn units(all: &[Piece], text: &str, path: &[String], key: &str) -> Value {
+    let offered = |units: &[&str], detail: &str| -> Value {
+        units.iter().map(|unit| item(unit, UNIT, detail)).collect()
+    };
+    if path[0] == "initial"
+        && let Some((word, units)) = STARTS.iter().find(|(word, _)| key == *word)
+    {
+        return offered(units, word);
+    }
+    if path[0] == "initial" && ["x", "y", "z"].contains(&key) {
+        return offered(UNITS[1].1, "length");
+    }
+    // Coordinates of points: their key is that of the table.
+    let own_type = path.get(..2).and_then(|table| own_text(all, table, "type", text));
+    let names = path.iter().skip(1).rev().filter(|part| part.parse::<usize>().is_err());
+    let found = names.filter_map(|name| row(&path[0], own_type, name)).find_map(|cells| {
+        let exact = |cell: &String| UNITS.iter().find(|(word, _)| cell == word);
+        let begins = |cell: &String| {
+            let of = |word: &str| {
+                cell.strip_prefix(word).is_some_and(|rest| rest.starts_with([' ', ',']))
+            };
+            UNITS.iter().find(|(word, _)| of(word))
+        };
+        let cells = &cells[..cells.len().saturating_sub(1)];
+        cells.iter().find_map(exact).or_else(|| cells.iter().find_map(begins))
+    });
+    found.map_or_else(|| offered(&COMMON, "unit"), |(word, units)| offered(units, word))
+}
+
+/// What `between` may name: points of bodies, or joints of couplings.
+fn ends(text: &str, section: &str, written: &str) -> Value {
+    if section == "couplings" {
+        return named(text, "joints", &[], written);
+    }
+    named(text, POINTS, &[], written)
+}
+
+/// The names of a section; of points with their bodies, or those of the body before the dot.
+fn named(text: &str, section: &str, path: &[String], written: &str) -> Value {
+    let all = defined(text);
+    let of = |section: &'static str| all.iter().filter(move |known| known.section == section);
+    if section != POINTS {
+        let own = all.iter().filter(|known| known.section == section);
+        return own.map(|known| item(&known.name, VARIABLE, section)).collect();
+    }
+    // Moments of inertia are about a point of their own body.
+    let own_body = path.get(1).filter(|_| path.last().is_some_and(|key| key == "about"));
+    let body = own_body.map(String::as_str).or_else(|| Some(written.rsplit_once('.')?.0));
+    if let Some(body) = body {
+        let own = of(POINTS).filter_map(|point| point.name.strip_prefix(body)?.strip_prefix('.'));
+        return own.map(|point| item(point, VARIABLE, "point")).collect();
+    }
+    let points = of(POINTS).map(|point| item(&point.name, VARIABLE, "point"));
+    let bodies = of("bodies").map(|body| item(&body.name, MODULE, "body"));
+    points.chain(bodies).chain([item("ground", MODULE, "body")]).collect()
 }
 
 /// Names that an expression may use: those of the model, or what belongs to the one before the dot.
-fn names(
-    document: &Document,
-    (word, byte): (&std::ops::Range<usize>, usize),
-    nesting: usize,
-) -> Value {
-    let written = document.text.get(word.start..byte).unwrap_or_default();
+fn names(document: &Document, byte: usize, nesting: usize) -> Value {
+    let written = document.text.get(document.word(byte).start..byte).unwrap_or_default();
     let all = defined(&document.text);
     let Some((owner, _)) = written.rsplit_once('.') else {
-        let plain = all.iter().map(|known| item(&known.name, VARIABLE, &known.section));
+        let plain = all.iter().filter(|known| known.is_plain());
+        let plain = plain.map(|known| item(&known.name, VARIABLE, &known.section));
         let coordinates = all.iter().filter(|known| known.section == COORDINATES);
         let rates = coordinates.map(|c| item(&format!("{}_dot", c.name), VARIABLE, "rate"));
         let owners = OWNERS.into_iter().map(|(name, detail)| item(name, MODULE, detail));
@@ -110,14 +364,9 @@ fn names(
         let names = plain.chain(rates).chain(owners).chain(functions);
         return names.chain([item("t", VARIABLE, "time")]).collect();
     };
-    // What belongs to all bodies, joints or drives.
-    let of_section = |section: &str| -> Value {
-        let all = all.iter().filter(|known| known.section == section);
-        all.map(|known| item(&known.name, VARIABLE, section)).collect()
-    };
     match owner.split_once('.') {
-        None if owner == "reactions" => return of_section("joints"),
-        None if owner == "drives" => return of_section("drives"),
+        None if owner == "reactions" => return named(&document.text, "joints", &[], ""),
+        None if owner == "drives" => return named(&document.text, "drives", &[], ""),
         Some(("reactions", _)) => {
             let words = bksim::model::reaction_words();
             let unit = |word: &str| if word.starts_with('f') { "N" } else { "N m" };

@@ -3,7 +3,10 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
+use bksim::model::file::sections;
 use serde_json::{Value, json};
+
+use super::scan::pieces;
 
 /// A model file as the editor has it.
 #[derive(Clone, Debug)]
@@ -11,28 +14,51 @@ pub(super) struct Document {
     /// File of the document.
     pub(super) path: PathBuf,
     pub(super) text: String,
+    /// Whether the editor has it as a model, whatever its text is.
+    is_declared: bool,
 }
 
-/// A place of a text: its section, key and word.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) struct Place {
-    /// The parts of the last header before it: `joints`, `A`.
-    pub(super) section: Vec<String>,
-    /// The key of its line, with its bytes.
-    pub(super) key: Option<(String, Range<usize>)>,
-    /// True after the `=` of a line.
-    pub(super) is_value: bool,
-    /// The name around it, with dots: `rod.B.x`.
-    pub(super) word: Range<usize>,
-}
+/// Sections with names that other files have, too.
+const COMMON: [&str; 8] =
+    ["name", "use", "units", "parameters", "tables", "outputs", "io", "solve"];
 
 fn is_letter(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
 impl Document {
-    pub(super) fn new(uri: &str, text: &str) -> Self {
-        Self { path: path_of(uri), text: text.to_owned() }
+    /// A text that the editor has opened in this language.
+    pub(super) fn new(uri: &str, language: &str, text: &str) -> Self {
+        Self { path: path_of(uri), text: text.to_owned(), is_declared: language == "bksim" }
+    }
+
+    /// This document with another text.
+    pub(super) fn with(&self, text: &str) -> Self {
+        Self { path: self.path.clone(), text: text.to_owned(), ..*self }
+    }
+
+    /// Whether the text is a model: TOML files of other programs are left alone.
+    pub(super) fn is_model(&self) -> bool {
+        let first = self.text.lines().next().unwrap_or_default();
+        if self.is_declared || first.starts_with("#:schema") && first.contains("bksim") {
+            return true;
+        }
+        // Names that other programs give their tables, too, decide nothing beside unknown ones.
+        let is_common = |name: &str| COMMON.contains(&name);
+        let forms = sections();
+        let mut names: Vec<String> = pieces(&self.text)
+            .into_iter()
+            .filter_map(|piece| piece.path.into_iter().next())
+            .collect();
+        names.dedup();
+        let (known, unknown): (Vec<_>, Vec<_>) =
+            names.iter().partition(|name| forms.iter().any(|form| form.name == name.as_str()));
+        let n_own = known.iter().filter(|name| !is_common(name)).count();
+        if unknown.is_empty() {
+            !known.is_empty()
+        } else {
+            n_own > 0 && known.len() >= unknown.len()
+        }
     }
 
     /// The byte of a position: a line and the UTF-16 units in it before the place, both from zero.
@@ -64,25 +90,15 @@ impl Document {
         json!({ "start": self.position(span.start), "end": self.position(span.end) })
     }
 
-    /// The place of a byte.
-    pub(super) fn place(&self, byte: usize) -> Place {
-        let before = &self.text[..byte];
-        let start = before.rfind('\n').map_or(0, |at| at + 1);
-        let end = self.text[byte..].find('\n').map_or(self.text.len(), |at| byte + at);
-        let line = &self.text[start..end];
-        let mut headers = self.text[..start].lines().chain([line]).filter_map(header);
-        let section = headers.next_back().unwrap_or_default();
-        let key = line.split_once('=').filter(|_| header(line).is_none()).map(|(key, _)| {
-            let from = start + key.len() - key.trim_start().len();
-            (key.trim().trim_matches('"').to_owned(), from..from + key.trim().len())
-        });
-        let is_value = self.text[start..byte].contains('=');
+    /// The name around a byte, with dots: `rod.B.x`.
+    pub(super) fn word(&self, byte: usize) -> Range<usize> {
         let joins = |c: char| is_letter(c) || c == '.';
+        let before = &self.text[..byte];
         let from = before
             .rfind(|c| !joins(c))
             .map_or(0, |at| at + self.text[at..].chars().next().map_or(1, char::len_utf8));
         let to = self.text[byte..].find(|c| !joins(c)).map_or(self.text.len(), |at| byte + at);
-        Place { section, key, is_value, word: from.max(start)..to.min(end).max(from.max(start)) }
+        from..to
     }
 
     /// The part of a dotted name that a byte lies in, with the parts before it.
@@ -99,18 +115,6 @@ impl Document {
         }
         (before, word.end..word.end)
     }
-}
-
-/// The parts of a header line: `[joints.A]`, `[[rows]]`.
-pub(super) fn header(line: &str) -> Option<Vec<String>> {
-    let inside = line.trim().trim_start_matches('[');
-    let (inside, _) = inside.split_once(']').filter(|_| line.trim().starts_with('['))?;
-    let is_name = |part: &str| {
-        !part.is_empty()
-            && part.trim_matches('"').chars().all(|c| is_letter(c) || "-{}+".contains(c))
-    };
-    let parts: Vec<String> = inside.split('.').map(|part| part.trim().to_owned()).collect();
-    parts.iter().all(|part| is_name(part)).then_some(parts)
 }
 
 /// The path of a `file:` URI, its escapes undone; of another one its text.
@@ -136,7 +140,7 @@ mod tests {
 
     #[test]
     fn positions_count_utf16_units() {
-        let document = Document::new("file:///a%20b/m.toml", "é = \"𝑥 m\"\nb = 2\n");
+        let document = Document::new("file:///a%20b/m.toml", "toml", "é = \"𝑥 m\"\nb = 2\n");
         assert_eq!(document.path, PathBuf::from("/a b/m.toml"));
         for (line, character, byte) in [(0, 0, 0), (0, 1, 2), (0, 7, 10), (1, 0, 14), (9, 9, 20)] {
             let position = json!({ "line": line, "character": character });
@@ -148,17 +152,30 @@ mod tests {
     }
 
     #[test]
-    fn a_place_has_its_section_key_and_name() {
-        let text = "[bodies.rod]\nmass = \"2*m1\"\n[loads.f]\nvector = [\"k*rod.B.x\", 0]\n";
-        let document = Document::new("m.toml", text);
-        let at = |needle: &str| document.place(text.find(needle).expect(needle));
-        let place = at("m1");
-        assert_eq!(place.section, ["bodies", "rod"]);
-        assert_eq!(place.key.expect("a key").0, "mass");
-        let place = at("B.x");
-        assert_eq!((&text[place.word.clone()], place.is_value), ("rod.B.x", true));
-        let (before, part) = document.part(&place.word, text.find("B.x").expect("it"));
+    fn a_dotted_name_has_parts() {
+        let text = "vector = [\"k*rod.B.x\", 0]";
+        let document = Document::new("m.toml", "bksim", text);
+        let byte = text.find("B.x").expect("it");
+        let word = document.word(byte);
+        assert_eq!(&text[word.clone()], "rod.B.x");
+        let (before, part) = document.part(&word, byte);
         assert_eq!((before, &text[part]), (vec!["rod"], "B"));
-        assert!(!at("vector").is_value);
+    }
+
+    #[test]
+    fn a_model_is_told_from_other_toml() {
+        for (language, text, is_model) in [
+            ("toml", "[bodies.rod]\nmass = 1\n", true),
+            ("toml", "[parameters]\nl = 1\n", true),
+            ("toml", "name = \"x\"\n[bodies]\nrod = { mass = 1 }\n[jonts.A]\n", true),
+            ("toml", "[package]\nname = \"x\"\n[dependencies]\n", false),
+            ("toml", "[project]\nname = \"x\"\n[tool.x]\n[parameters]\n", false),
+            ("toml", "[outputs]\nhome = [\"HTML\"]\n[params]\n", false),
+            ("toml", "#:schema ./bksim.schema.json\n[bodis.rod]\n", true),
+            ("toml", "", false),
+            ("bksim", "", true),
+        ] {
+            assert_eq!(Document::new("m.toml", language, text).is_model(), is_model, "{text}");
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::document::{Document, header};
+use super::document::Document;
 
 /// The edits that put a document in order: none where it is.
 pub(super) fn edits(document: &Document) -> Value {
@@ -24,7 +24,7 @@ fn formatted(text: &str) -> String {
         let opening = marks.iter().find(|mark| line.matches(**mark).count() % 2 == 1);
         if is_inside {
             lines.push(if quotes.is_some() { line.to_owned() } else { line.trim_end().to_owned() });
-        } else if header(line).is_some() {
+        } else if is_header(line) {
             // Comments above a header belong to it.
             let n_comments = lines.iter().rev().take_while(|line| line.starts_with('#')).count();
             let at = lines.len() - n_comments;
@@ -44,7 +44,7 @@ fn formatted(text: &str) -> String {
             (None, Some(mark)) => quotes = Some(mark),
             _ => (),
         }
-        if quotes.is_none() && (depth > 0 || header(line).is_none()) {
+        if quotes.is_none() && (depth > 0 || !is_header(line)) {
             depth = (depth + brackets(line)).max(0);
         }
     }
@@ -52,6 +52,15 @@ fn formatted(text: &str) -> String {
         lines.pop();
     }
     lines.iter().flat_map(|line| [line.as_str(), "\n"]).collect()
+}
+
+/// Whether a line is a header: `[joints.A]`, `[[rows]]`.
+fn is_header(line: &str) -> bool {
+    let inside = line.trim().strip_prefix('[').map(|rest| rest.trim_start_matches('['));
+    let Some((inside, _)) = inside.and_then(|rest| rest.split_once(']')) else { return false };
+    let is_part = |c: char| c.is_alphanumeric() || "_-{}+".contains(c);
+    let is_name = |part: &str| !part.is_empty() && part.trim_matches('"').chars().all(is_part);
+    inside.split('.').all(|part| is_name(part.trim()))
 }
 
 /// A line with one space on both sides of its first `=`.

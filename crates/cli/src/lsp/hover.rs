@@ -3,13 +3,14 @@
 use bksim::Mechanism;
 use bksim::mbs::coordinate::Owner;
 use bksim::model::file::WrittenUnit;
-use bksim::model::{Joint, JointId, Measure, Model};
+use bksim::model::{Joint, JointId, Measure, Model, Parameter, ReactionComponent};
 use serde_json::{Value, json};
 
 use super::document::Document;
 use super::faults::{derived, judge};
 use super::names::defined;
-use crate::commands::schema::meaning;
+use super::scan::{Kind, pieces, type_of};
+use crate::commands::schema::row;
 use crate::output::number;
 
 /// More equations than these do not fit next to a text.
@@ -19,19 +20,25 @@ const MOST_LETTERS: usize = 600;
 
 /// The explanation of the word at a byte, as Markdown.
 pub(super) fn at(document: &Document, byte: usize, nesting: usize) -> Option<Value> {
-    let place = document.place(byte);
     let range = |span: &std::ops::Range<usize>| document.range(span);
     // A key, as the reference has it.
-    if let (Some((key, span)), Some(section)) = (&place.key, place.section.first())
-        && span.contains(&byte)
-        && let Some(text) = meaning(section, key)
-    {
-        return Some(shown(&format!("`{key}`: {text}"), range(span)));
+    let all = pieces(&document.text);
+    let key = all.iter().find_map(|piece| {
+        let key = piece.keys.last().filter(|key| key.contains(&byte) && piece.path.len() > 1)?;
+        let of_type = type_of(&all, piece, &document.text);
+        let cells = row(&piece.path[0], of_type, piece.path.last()?)?;
+        let meaning = cells.into_iter().rfind(|cell| !cell.is_empty())?;
+        Some(shown(&format!("`{}`: {meaning}", piece.path.last()?), range(key)))
+    });
+    if key.is_some() {
+        return key;
     }
-    let (before, part) = document.part(&place.word, byte);
+    let word = document.word(byte);
+    let (before, part) = document.part(&word, byte);
     let name = document.text.get(part.clone()).filter(|name| !name.is_empty())?;
-    let is_given = place.section.get(1).is_some_and(|own| own == name);
-    let words = if before.is_empty() || is_given {
+    let is_header =
+        all.iter().any(|piece| piece.kind == Kind::Header && piece.span.contains(&byte));
+    let words = if before.is_empty() || is_header {
         of_name(document, name, nesting)?
     } else {
         let model = judge(document, nesting).model?;
@@ -66,15 +73,10 @@ fn of_name(document: &Document, name: &str, nesting: usize) -> Option<String> {
     if let Some(parameter) =
         model.iter().flat_map(|model| &model.parameters).find(|known| known.name == name)
     {
-        let unit =
-            if parameter.unit.is_empty() { String::new() } else { format!(" {}", parameter.unit) };
-        return Some(format!(
-            "`{name}` = {}{unit}{}",
-            number(parameter.value),
-            in_unit(&parameter.unit)
-        ));
+        let value = value_of(parameter);
+        return Some(format!("`{name}` = {value}{}", in_unit(&parameter.unit)));
     }
-    let known = known?;
+    let known = known.filter(|known| known.is_plain())?;
     let kind = known
         .section
         .strip_suffix("ies")
@@ -86,6 +88,11 @@ fn of_name(document: &Document, name: &str, nesting: usize) -> Option<String> {
         words.push_str(&equations(&mechanism, &known.section, name));
     }
     Some(words)
+}
+
+/// The value of a parameter with its unit: `0.25 m`.
+pub(super) fn value_of(parameter: &Parameter) -> String {
+    format!("{} {}", number(parameter.value), parameter.unit).trim_end().to_owned()
 }
 
 /// A coordinate that a joint names, or its rate.

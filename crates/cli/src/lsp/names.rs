@@ -1,15 +1,19 @@
-//! Names of a model: where they are defined and where they are used.
+//! Names: where they are given and where they are used.
 
 use std::ops::Range;
 
 use bksim::model::file::names_in;
 use serde_json::{Value, json};
 
-use super::document::{Document, header};
+use super::document::Document;
+use super::scan::{Kind, Piece, pieces};
 
 /// Sections whose keys are names.
-const NAMED: [&str; 9] =
-    ["parameters", "bodies", "joints", "loads", "drives", "states", "signals", "outputs", "clocks"];
+#[rustfmt::skip]
+const NAMED: [&str; 12] = [
+    "parameters", "tables", "curves", "bodies", "joints", "couplings", "loads", "drives", "states", "signals", "outputs",
+    "clocks",
+];
 
 /// Keys whose texts are no names of the model.
 const WORDS: [&str; 14] = [
@@ -31,124 +35,98 @@ const WORDS: [&str; 14] = [
 
 /// The section of names that joints give to their coordinates.
 pub(super) const COORDINATES: &str = "coordinates";
+/// The section of points, whose names have those of their bodies before them.
+pub(super) const POINTS: &str = "points";
 
 /// A name that the author gave, with the place where he did.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Defined {
-    /// Section of the definition, `joints` or `parameters`, or [`COORDINATES`].
+    /// Section of the definition, `joints` or `parameters`, or [`COORDINATES`] or [`POINTS`].
     pub(super) section: String,
+    /// Name, of a point with its body: `rod.B`.
     pub(super) name: String,
     pub(super) span: Range<usize>,
 }
 
-/// The lines of a text with their first bytes.
-fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    text.split_inclusive('\n').scan(0, |start, line| {
-        *start += line.len();
-        Some((*start - line.len(), line))
-    })
+impl Defined {
+    /// True of names that stand alone: all but points.
+    pub(super) fn is_plain(&self) -> bool {
+        self.section != POINTS
+    }
 }
 
-/// All names: those of headers, and the keys of sections of values.
+/// All names, each where it is given first.
 pub(super) fn defined(text: &str) -> Vec<Defined> {
-    let mut found = Vec::new();
-    let mut section: Vec<String> = Vec::new();
-    for (start, line) in lines(text) {
-        if let Some(parts) = header(line) {
-            if let [of, name, ..] = parts.as_slice()
-                && !found.iter().any(|known: &Defined| known.section == *of && known.name == *name)
-                && let Some(at) = line.find(&format!(".{name}"))
-            {
-                let span = start + at + 1..start + at + 1 + name.len();
-                found.push(Defined { section: of.clone(), name: name.clone(), span });
+    let mut found: Vec<Defined> = Vec::new();
+    for piece in pieces(text) {
+        let path: Vec<&str> = piece.path.iter().map(String::as_str).collect();
+        let (section, name, span) = match path.as_slice() {
+            ["joints", _, "coordinate"] | ["joints", _, "coordinate", _] => {
+                let Some(inside) = piece.inside(text) else { continue };
+                (COORDINATES, text[inside.clone()].to_owned(), Some(inside))
             }
-            section = parts;
-            continue;
-        }
-        let Some((key, _)) = line.split_once('=') else { continue };
-        if section.first().is_some_and(|of| of == "joints") {
-            let named = coordinates(line).into_iter();
-            found.extend(named.map(|at| Defined {
-                section: COORDINATES.to_owned(),
-                name: line[at.clone()].to_owned(),
-                span: start + at.start..start + at.end,
-            }));
-        }
-        let name = key.trim();
-        let is_name = !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_');
-        // `rod = { … }` below `[bodies]` names a body, too.
-        if let ([of], true) = (section.as_slice(), is_name)
-            && NAMED.contains(&of.as_str())
-        {
-            let from = start + key.len() - key.trim_start().len();
-            let span = from..from + name.len();
-            found.push(Defined { section: of.clone(), name: name.to_owned(), span });
+            ["bodies", body, "points", point] => {
+                (POINTS, format!("{body}.{point}"), piece.key(3).cloned())
+            }
+            ["ground", "points", point] => {
+                (POINTS, format!("ground.{point}"), piece.key(2).cloned())
+            }
+            [section, name, ..] if NAMED.contains(section) => {
+                (*section, (*name).to_owned(), piece.key(1).cloned())
+            }
+            _ => continue,
+        };
+        let is_new = |span: &Range<usize>| {
+            !found.iter().any(|known| {
+                known.section == section && (known.name == name || known.span == *span)
+            })
+        };
+        if let Some(span) = span.filter(is_new) {
+            found.push(Defined { section: section.to_owned(), name, span });
         }
     }
     found
 }
 
-/// The names after `coordinate =` in a line, one or several in brackets.
-fn coordinates(line: &str) -> Vec<Range<usize>> {
-    const KEY: &str = "coordinate";
-    let mut found = Vec::new();
-    let Some(at) = line.find(KEY) else { return found };
-    let rest = &line[at + KEY.len()..];
-    let Some(value) = rest.trim_start().strip_prefix('=') else { return found };
-    let value_at = line.len() - value.len();
-    let is_list = value.trim_start().starts_with('[');
-    let end = if is_list { value.find(']') } else { None };
-    let end = end.map_or(line.len(), |end| value_at + end);
-    let mut from = value_at;
-    while let Some(open) = line.get(from..end).and_then(|rest| rest.find('"')) {
-        let first = from + open + 1;
-        let Some(length) = line[first..].find('"') else { break };
-        found.push(first..first + length);
-        from = first + length + 1;
-        if !is_list {
-            break;
-        }
-    }
-    found
-}
-
-/// The place where a point of a body is named.
-fn point(text: &str, body: &str, point: &str) -> Option<Range<usize>> {
-    let mut is_inside = false;
-    for (start, line) in lines(text) {
-        if let Some(parts) = header(line) {
-            is_inside = parts.get(1).is_some_and(|name| name == body)
-                || parts.first().is_some_and(|section| section == body && body == "ground");
-            continue;
-        }
-        let bytes = line.match_indices(point).find(|(at, _)| {
-            let before = line[..*at].trim_end();
-            let after = line[at + point.len()..].trim_start();
-            let begins = before.is_empty() || before.ends_with(['{', ',']);
-            begins && after.starts_with('=')
-        });
-        if let Some((at, _)) = bytes.filter(|_| is_inside) {
-            return Some(start + at..start + at + point.len());
-        }
-    }
-    None
-}
-
-/// The place where the name at a byte is defined.
-pub(super) fn definition(document: &Document, byte: usize) -> Option<Range<usize>> {
+/// The name of the author's at a byte, and the place where he gave it.
+fn at(document: &Document, byte: usize) -> Option<Defined> {
     let text = &document.text;
-    let place = document.place(byte);
-    let (before, part) = document.part(&place.word, byte);
+    let all = defined(text);
+    if let Some(own) = all.iter().find(|known| known.span.start <= byte && byte <= known.span.end) {
+        return Some(own.clone());
+    }
+    let word = document.word(byte);
+    let (before, part) = document.part(&word, byte);
     let name = text.get(part)?;
+    let named = |name: &str, is_plain: bool| {
+        all.iter().find(|known| known.name == name && known.is_plain() == is_plain).cloned()
+    };
     match before.as_slice() {
-        [body] => point(text, body, name),
-        [] => {
-            let all = defined(text);
-            let name = owner_of_rate(&all, name);
-            all.into_iter().find(|known| known.name == name).map(|known| known.span)
-        }
+        [] => named(owner_of_rate(&all, name), true),
+        [body] => named(&format!("{body}.{name}"), false).or_else(|| {
+            // In a header the section is before the name.
+            let is_section = NAMED.contains(body);
+            named(name, true).filter(|known| is_section && known.section == **body)
+        }),
+        // `reactions.A.fx`.
+        ["reactions" | "drives", ..] => None,
         _ => None,
     }
+}
+
+/// The place where the name at a byte is given.
+pub(super) fn definition(document: &Document, byte: usize) -> Option<Range<usize>> {
+    let word = document.word(byte);
+    let (before, part) = document.part(&word, byte);
+    if let (["reactions" | "drives"], Some(name)) = (before.as_slice(), document.text.get(part)) {
+        let all = defined(&document.text).into_iter();
+        let sections = ["joints", "drives"];
+        return all
+            .filter(|known| sections.contains(&known.section.as_str()))
+            .find(|known| known.name == name)
+            .map(|known| known.span);
+    }
+    at(document, byte).map(|known| known.span)
 }
 
 /// The coordinate whose rate a name is, `phi` of `phi_dot`; other names as they are.
@@ -158,53 +136,27 @@ fn owner_of_rate<'n>(all: &[Defined], name: &'n str) -> &'n str {
     stem.unwrap_or(name)
 }
 
-/// The places where a name stands: its definition, headers, keys of `[initial]`, and texts.
-fn uses(text: &str, name: &str) -> Vec<Range<usize>> {
+/// The places of the name at a byte: where it is given, and all texts, headers and keys of `[initial]` that use it.
+pub(super) fn references(document: &Document, byte: usize) -> Vec<Range<usize>> {
+    at(document, byte).map(|known| uses(&document.text, &known)).unwrap_or_default()
+}
+
+fn uses(text: &str, known: &Defined) -> Vec<Range<usize>> {
     let all = defined(text);
     let is_own = |word: &str| all.iter().any(|known| known.name == word);
-    let mut found: Vec<Range<usize>> = Vec::new();
-    let mut section: Vec<String> = Vec::new();
-    for (start, line) in lines(text) {
-        if let Some(parts) = header(line) {
-            if parts.len() > 1
-                && parts[1] == name
-                && let Some(at) = line.find(&format!(".{name}"))
-            {
-                found.push(start + at + 1..start + at + 1 + name.len());
-            }
-            section = parts;
-            continue;
-        }
-        let (key, mut value_at) = match line.split_once('=') {
-            Some((key, _)) => (key.trim(), key.len() + 1),
-            None => ("", 0),
-        };
-        let of = section.first().map_or("", String::as_str);
-        let is_name_here = section.len() == 1 && !["solve", "units", "io", "ground"].contains(&of);
-        if key == name && is_name_here {
-            let from = start + line.find(name).unwrap_or(0);
-            found.push(from..from + name.len());
-        }
-        // Texts in quotes, up to a comment.
-        let is_word = WORDS.contains(&key);
-        while let Some(open) = line[value_at..].find(['"', '\'', '#']) {
-            let quote = &line[value_at + open..=value_at + open];
-            let inside = value_at + open + 1;
-            if quote == "#" {
-                break;
-            }
-            let Some(length) = line[inside..].find(quote) else { break };
-            let quoted = &line[inside..inside + length];
-            if !is_word {
-                let names = names_in(quoted, &is_own).into_iter();
-                found.extend(names.filter_map(|span| {
-                    let first = quoted.get(span.clone())?.split('.').next()?;
-                    let own = first == name || first.strip_suffix("_dot") == Some(name);
-                    let from = start + inside + span.start;
-                    own.then(|| from..from + name.len())
-                }));
-            }
-            value_at = inside + length + 1;
+    let mut found = vec![known.span.clone()];
+    for piece in pieces(text) {
+        found.extend(of_key(&piece, known));
+        if let Some(inside) = piece.inside(text)
+            && !piece.path.iter().any(|part| WORDS.contains(&part.as_str()))
+        {
+            let quoted = &text[inside.clone()];
+            let names = names_in(quoted, &is_own).into_iter();
+            found.extend(names.filter_map(|span| {
+                let place = within(quoted.get(span.clone())?, known)?;
+                let from = inside.start + span.start;
+                Some(from + place.start..from + place.end)
+            }));
         }
     }
     found.sort_by_key(|span| span.start);
@@ -212,21 +164,46 @@ fn uses(text: &str, name: &str) -> Vec<Range<usize>> {
     found
 }
 
+/// The place of a name in a key: of a header, of a section of names, of `[initial]`.
+fn of_key(piece: &Piece, known: &Defined) -> Option<Range<usize>> {
+    let section = piece.path.first()?.as_str();
+    let is_here = match section {
+        "initial" => true,
+        section => section == known.section,
+    };
+    let key = piece.key(1).filter(|_| is_here && known.is_plain())?;
+    let name = piece.path[1].as_str();
+    let is_rate = name.strip_suffix("_dot") == Some(&known.name) && section == "initial";
+    (name == known.name || is_rate).then(|| key.start..key.start + known.name.len())
+}
+
+/// The place of a name within a dotted one: `rod` or `B` in `rod.B.x`, `A` in `reactions.A.fx`, `phi` in `phi_dot`.
+fn within(dotted: &str, known: &Defined) -> Option<Range<usize>> {
+    let parts: Vec<&str> = dotted.split('.').collect();
+    if let Some((body, point)) = known.name.split_once('.') {
+        let from = body.len() + 1;
+        return (parts.len() > 1 && parts[0] == body && parts[1] == point)
+            .then(|| from..from + point.len());
+    }
+    let first = match (parts[0], known.section.as_str()) {
+        ("reactions", "joints") | ("drives", "drives") if parts.len() > 1 => 1,
+        _ => 0,
+    };
+    let from = parts[..first].iter().map(|part| part.len() + 1).sum::<usize>();
+    let is_own =
+        parts[first] == known.name || parts[first].strip_suffix("_dot") == Some(&known.name);
+    is_own.then(|| from..from + known.name.len())
+}
+
 /// The edits that give the name at a byte a new one.
 ///
 /// # Errors
 /// A sentence about a place without a name of the author's, or about the new name.
 pub(super) fn rename(document: &Document, byte: usize, new: &str) -> Result<Value, String> {
-    let text = &document.text;
-    let place = document.place(byte);
-    let (before, part) = document.part(&place.word, byte);
-    let all = defined(text);
-    let name = owner_of_rate(&all, text.get(part).unwrap_or_default());
-    if !before.is_empty() && !all.iter().any(|known| known.span.contains(&byte))
-        || !all.iter().any(|known| known.name == name)
-    {
-        return Err(format!("`{name}` is no name that this file gives"));
-    }
+    let Some(known) = at(document, byte) else {
+        let word = document.text.get(document.word(byte)).unwrap_or_default();
+        return Err(format!("`{word}` is no name that this file gives"));
+    };
     let is_usable = new.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         && new.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     if !is_usable {
@@ -234,9 +211,83 @@ pub(super) fn rename(document: &Document, byte: usize, new: &str) -> Result<Valu
             "`{new}` is no name: letters a–z, digits and `_`, not starting with a digit"
         ));
     }
-    if all.iter().any(|known| known.name == new) {
+    let whole = known.name.split_once('.').map(|(body, _)| format!("{body}.{new}"));
+    let whole = whole.as_deref().unwrap_or(new);
+    if defined(&document.text).iter().any(|other| other.name == whole) {
         return Err(format!("the name `{new}` is already taken"));
     }
-    let edits = uses(text, name);
+    let edits = uses(&document.text, &known);
     Ok(edits.iter().map(|span| json!({ "range": document.range(span), "newText": new })).collect())
+}
+
+/// The names of a text as an outline: a symbol for each header or value of its own, with its points or parameters.
+pub(super) fn outline(document: &Document) -> Value {
+    let text = &document.text;
+    let all = pieces(text);
+    let headers: Vec<&Piece> = all.iter().filter(|piece| piece.kind == Kind::Header).collect();
+    let symbols = headers.iter().enumerate().map(|(i, header)| {
+        let end = headers.get(i + 1).map_or(text.len(), |next| next.span.start);
+        let end = header.span.start + text[header.span.start..end].trim_end().len();
+        let is_inside = |piece: &&Piece| (header.span.start..end).contains(&piece.span.start);
+        let own = all.iter().filter(is_inside);
+        let children = own.clone().filter_map(|piece| {
+            let name = match piece.path.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
+                [_, name] if header.path.len() == 1 && piece.kind != Kind::Header => {
+                    (*name).to_owned()
+                }
+                ["bodies", _, "points", point] | ["ground", "points", point] => (*point).to_owned(),
+                _ => return None,
+            };
+            let key = piece.keys.first()?;
+            let detail = text[piece.span.clone()].lines().next().unwrap_or_default();
+            Some(symbol(
+                document,
+                (&name, detail),
+                CONSTANT,
+                (&(key.start..piece.span.end), key),
+                json!([]),
+            ))
+        });
+        let of_type = own.clone().find(|piece| piece.path.len() == 3 && piece.path[2] == "type");
+        let of_type = of_type.and_then(|piece| piece.inside(text)).map(|at| &text[at]);
+        let section = header.path.first().map_or("", String::as_str);
+        let (name, detail) = match header.path.as_slice() {
+            [_, names @ ..] if !names.is_empty() => {
+                (names.join("."), format!("{section} {}", of_type.unwrap_or_default()))
+            }
+            _ => (section.to_owned(), String::new()),
+        };
+        let name = if name.is_empty() { "?" } else { name.as_str() };
+        let kind = if header.path.len() > 1 { OBJECT } else { MODULE };
+        symbol(
+            document,
+            (name, detail.trim()),
+            kind,
+            (&(header.span.start..end), &header.span),
+            children.collect(),
+        )
+    });
+    symbols.collect()
+}
+
+/// Kinds of symbols, as the protocol numbers them.
+const MODULE: u32 = 2;
+const CONSTANT: u32 = 14;
+const OBJECT: u32 = 19;
+
+fn symbol(
+    document: &Document,
+    (name, detail): (&str, &str),
+    kind: u32,
+    (whole, own): (&Range<usize>, &Range<usize>),
+    children: Value,
+) -> Value {
+    json!({
+        "name": name,
+        "detail": detail,
+        "kind": kind,
+        "range": document.range(whole),
+        "selectionRange": document.range(own),
+        "children": children,
+    })
 }
