@@ -2,7 +2,7 @@
 
 The modules, each using those above it:
 
-- `values`: texts of values as they are typed, and as they stand in a model file
+- `values`: texts of values as they are typed, and as a model file has them
 - `program`: the command `bksim`
 - `kinds`: what can be added, with its keys, from `bksim schema`
 - `geometry`: places, directions, frames and masses of what is drawn

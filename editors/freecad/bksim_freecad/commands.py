@@ -8,26 +8,30 @@ from . import dialog, elements, operations, panels, program
 from .views import icon
 
 # Sections of a model file in the order of a user's work, with what a new element of each is.
-ADD = {"bodies": ("Body", "Make what is selected a body: its mass from the drawing with a density, or as it is typed"),
-       "points": ("Point", "Name a point of a body, where a vertex, a circle or a face is selected"),
-       "joints": ("Joint", "Join two bodies, or a body and the ground, at one or two selected places"),
-       "couplings": ("Coupling", "Couple the motions of joints: gears, belts, racks, screws, relations"),
-       "loads": ("Load", "Add gravity, a force, a torque, a spring, a damper, a stop or friction"),
-       "drives": ("Drive", "Prescribe the motion of a joint"),
-       "parameters": ("Parameter", "Give a value a name that others may use"),
-       "solve": ("Run settings", "Say how long, how often and how exactly the motion is found")}
-MORE = {"ground": ("Ground", "Name points of the body that does not move"),
-        "units": ("Units", "Say what bare numbers mean"),
-        "model": ("Mechanism", "Set its name, plane or space, and the choice of coordinates"),
-        "outputs": ("Output", "Name a quantity of the results"),
-        "signals": ("Signal", "Name an expression of the motion"),
-        "states": ("State", "Add a quantity that is integrated with the motion"),
-        "clocks": ("Clock", "Add instants at which signals are sampled"),
-        "tables": ("Table", "Add measured values as a function"),
-        "curves": ("Curve", "Add a path or the law of a cam"),
-        "use": ("Use of a part", "Add a mechanism of another file, or one that comes with bksim"),
-        "io": ("Inputs and outputs", "Say what goes into the mechanism and comes out"),
-        "initial": ("Initial value", "State the start of a coordinate by its name")}
+ADD = {
+    "bodies": ("Body", "Make what is selected a body: its mass from the drawing with a density, or as it is typed"),
+    "points": ("Point", "Name a point of a body, where a vertex, a circle or a face is selected"),
+    "joints": ("Joint", "Join two bodies, or a body and the ground, at one or two selected places"),
+    "couplings": ("Coupling", "Couple the motions of joints: gears, belts, racks, screws, relations"),
+    "loads": ("Load", "Add gravity, a force, a torque, a spring, a damper, a stop or friction"),
+    "drives": ("Drive", "Prescribe the motion of a joint"),
+    "parameters": ("Parameter", "Give a value a name that others may use"),
+    "solve": ("Run settings", "Say how long, how often and how exactly the motion is found"),
+}
+MORE = {
+    "ground": ("Ground", "Name points of the body that does not move"),
+    "units": ("Units", "Say what bare numbers mean"),
+    "model": ("Mechanism", "Set its name, plane or space, and the choice of coordinates"),
+    "outputs": ("Output", "Name a quantity of the results"),
+    "signals": ("Signal", "Name an expression of the motion"),
+    "states": ("State", "Add a quantity that is integrated with the motion"),
+    "clocks": ("Clock", "Add instants at which signals are sampled"),
+    "tables": ("Table", "Add measured values as a function"),
+    "curves": ("Curve", "Add a path or the law of a cam"),
+    "use": ("Use of a part", "Add a mechanism of another file, or one that comes with bksim"),
+    "io": ("Inputs and outputs", "Say what goes into the mechanism and comes out"),
+    "initial": ("Initial value", "State the start of a coordinate by its name"),
+}
 
 
 def chosen():
@@ -91,12 +95,15 @@ def solve():
     panel = panels.get()
     panel.solved()
     steps, end = found["steps"], found["end"]
-    panel.report(f"solved up to t = {end['t']:g} s{'' if end['reached'] else ', ended early'}\n"
-                 f"samples   {found['samples']}\n"
-                 f"steps     {steps['n_accept']} accepted, {steps['n_reject']} rejected\n"
-                 f"method    {', '.join(row['method'] for row in found['methods'])}\n"
-                 f"time      {found['time_s']['total']:.3f} s\n"
-                 f"log       {found['output']}", faults)
+    panel.report(
+        f"solved up to t = {end['t']:g} s{'' if end['reached'] else ', ended early'}\n"
+        f"samples   {found['samples']}\n"
+        f"steps     {steps['n_accept']} accepted, {steps['n_reject']} rejected\n"
+        f"method    {', '.join(row['method'] for row in found['methods'])}\n"
+        f"time      {found['time_s']['total']:.3f} s\n"
+        f"log       {found['output']}",
+        faults,
+    )
 
 
 def curves():
@@ -125,18 +132,20 @@ def read():
         FreeCADGui.SendMsgToActiveView("ViewFit")
 
 
-ASK = {"edit": ("Edit", "Change the selected element", edit),
-       "delete": ("Delete", "Remove the selected elements", delete),
-       "starts": ("Initial values", "State where and how fast the motion starts", starts),
-       "check": ("Check", "Count freedoms and find faults", check),
-       "equations": ("Equations", "Show energies, Lagrange's equations and constraints", equations),
-       "start": ("Start", "Find the consistent start, and put the parts there", start),
-       "run": ("Solve", "Find the motion", solve),
-       "plot": ("Curves", "Draw results over time", curves),
-       "play": ("Play", "Move the parts as they were found to move, or stop", play),
-       "home": ("Drawn pose", "Put the parts where they are drawn", home),
-       "export": ("Export model", "Write the model file", export),
-       "import": ("Import", "Read a model file, a drawing with attributes, or a mechanism of another program", read)}
+ASK = {
+    "edit": ("Edit", "Change the selected element", edit),
+    "delete": ("Delete", "Remove the selected elements", delete),
+    "starts": ("Initial values", "State where and how fast the motion starts", starts),
+    "check": ("Check", "Count freedoms and find faults", check),
+    "equations": ("Equations", "Show energies, Lagrange's equations and constraints", equations),
+    "start": ("Start", "Find the consistent start, and put the parts there", start),
+    "run": ("Solve", "Find the motion", solve),
+    "plot": ("Curves", "Draw results over time", curves),
+    "play": ("Play", "Move the parts as they were found to move, or stop", play),
+    "home": ("Drawn pose", "Put the parts where they are drawn", home),
+    "export": ("Export model", "Write the model file", export),
+    "import": ("Import", "Read a model file, a drawing with attributes, or a mechanism of another program", read),
+}
 
 
 class Command:

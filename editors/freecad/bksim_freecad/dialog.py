@@ -33,7 +33,8 @@ class Row:
             self.widget.setEditable(not key.choices)
             self.widget.addItems(["", *(key.choices or names)])
             self.widget.setCurrentText(value) if not key.choices else self.widget.setCurrentIndex(
-                max(self.widget.findText(value), 0))
+                max(self.widget.findText(value), 0)
+            )
         else:
             self.widget = QtGui.QLineEdit(value)
             self.widget.setPlaceholderText(key.meaning.replace("`", ""))
@@ -62,7 +63,10 @@ class PlaceRow:
         layout = QtGui.QHBoxLayout(self.widget)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self.words, 1)
-        for title, tip, action in (("Take", "Take what is selected", self.take), ("✕", "Take none", lambda: self.put(None))):
+        for title, tip, action in (
+            ("Take", "Take what is selected", self.take),
+            ("✕", "Take none", lambda: self.put(None)),
+        ):
             button = QtGui.QToolButton()
             button.setText(title)
             button.setToolTip(tip)
@@ -132,7 +136,7 @@ class Dialog:
             value = kept.get("parts", self.obj.Parts if self.obj else self.parts)
             self.add_link("parts", "Parts", PartsRow([]))
             self.links["parts"].put(value)
-        wanted = list(PLACES)[:self.kind.places] + (["axis_from"] if self.kind.key("axis") else [])
+        wanted = list(PLACES)[: self.kind.places] + (["axis_from"] if self.kind.key("axis") else [])
         for name in wanted:
             attribute = "".join(word.capitalize() for word in name.split("_"))
             value = elements.link(self.obj, attribute) if self.obj else self.chosen.get(name)
@@ -148,8 +152,17 @@ class Dialog:
 
     def names(self, key):
         """Names of the mechanism that a key may have."""
-        sections = {"joint": "joints", "on": "bodies", "from": "bodies", "carrier": "bodies", "coupling": "couplings",
-                    "curve": "curves", "second_curve": "curves", "clock": "clocks", "law": "curves"}
+        sections = {
+            "joint": "joints",
+            "on": "bodies",
+            "from": "bodies",
+            "carrier": "bodies",
+            "coupling": "couplings",
+            "curve": "curves",
+            "second_curve": "curves",
+            "clock": "clocks",
+            "law": "curves",
+        }
         section = sections.get(key.name)
         return [obj.ElementName for obj in elements.all_of(self.doc, section)] if section else []
 

@@ -23,8 +23,9 @@ def begin(doc, values=BEGUN_WITH):
         return found
     group = doc.addObject("App::DocumentObjectGroupPython", "Mechanism")
     group.addProperty("App::PropertyBool", "IsMechanism", KEYS, "", HIDDEN | READ_ONLY)
-    group.addProperty("App::PropertyPlacement", "Plane", KEYS,
-                      "The frame of the ground: the mechanism of a plane lies in its x and y")
+    group.addProperty(
+        "App::PropertyPlacement", "Plane", KEYS, "The frame of the ground: a mechanism of the plane is in its x and y"
+    )
     group.addProperty("App::PropertyString", "Log", KEYS, "The log of the last run", HIDDEN)
     group.IsMechanism = True
     if FreeCAD.GuiUp:
@@ -54,11 +55,13 @@ def set_kind(obj, kind):
     for name, key in wanted.items():
         if name not in obj.PropertiesList:
             obj.addProperty("App::PropertyString", name, KEYS, key.meaning)
-    for number in ("One", "Two")[:kind.places]:
+    for number in ("One", "Two")[: kind.places]:
         if f"Place{number}" not in obj.PropertiesList:
             obj.addProperty("App::PropertyLinkSubGlobal", f"Place{number}", GEOMETRY, "Where it is, on which part")
     if kind.key("axis") and "AxisFrom" not in obj.PropertiesList:
-        obj.addProperty("App::PropertyLinkSubGlobal", "AxisFrom", GEOMETRY, "A line, circle or face that gives its axis")
+        obj.addProperty(
+            "App::PropertyLinkSubGlobal", "AxisFrom", GEOMETRY, "A line, circle or face that gives its axis"
+        )
 
 
 def create(doc, kind):
@@ -69,11 +72,19 @@ def create(doc, kind):
     obj.addProperty("App::PropertyString", "ElementName", KEYS, "Its name in the model file")
     obj.addProperty("App::PropertyString", "Fault", KEYS, "What bksim found", READ_ONLY)
     if kind.section in ("bodies", "ground"):
-        obj.addProperty("App::PropertyLinkListGlobal", "Parts", GEOMETRY, "Sketches, wires and solids that it is made of")
+        obj.addProperty(
+            "App::PropertyLinkListGlobal", "Parts", GEOMETRY, "Sketches, wires and solids that it is made of"
+        )
     if kind.section == "bodies":
-        obj.addProperty("App::PropertyBool", "FromDrawing", KEYS,
-                        "Takes what is left empty from its parts: centre of mass, inertia, and the guess of its start")
-        obj.addProperty("App::PropertyPlacementList", "Home", GEOMETRY, "Where its parts are drawn, while they move", HIDDEN)
+        obj.addProperty(
+            "App::PropertyBool",
+            "FromDrawing",
+            KEYS,
+            "Takes what is left empty from its parts: centre of mass, inertia, and the guess of its start",
+        )
+        obj.addProperty(
+            "App::PropertyPlacementList", "Home", GEOMETRY, "Where its parts are drawn, while they move", HIDDEN
+        )
         obj.FromDrawing = True
     if kind.section == "points":
         obj.addProperty("App::PropertyString", "Body", KEYS, "Its body, or `ground`, where its place is on another one")

@@ -1,7 +1,7 @@
 """Bodies, joints, loads and the rest of a mechanism as objects of a document, saved with it.
 
 An element has its kind, its name, a text for each key, and what it refers to in the drawing: the parts of a body,
-the places and the axis of a joint or load. Faults that `bksim` finds stand in its property `Fault`.
+the places and the axis of a joint or load. Its property `Fault` has what `bksim` finds.
 """
 
 import re

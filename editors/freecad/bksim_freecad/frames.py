@@ -96,7 +96,7 @@ def ends(obj):
     Where the two points of a joint come together, a second place without element is the first on another body.
     """
     doc, kind = obj.Document, elements.kind_of(obj)
-    targets = [elements.link(obj, f"Place{number}") for number in ("One", "Two")[:kind.places]]
+    targets = [elements.link(obj, f"Place{number}") for number in ("One", "Two")[: kind.places]]
     found = [place(doc, target) for target in targets if target is not None]
     if kind.places < 2 or kind.type in APART or not found or found[0].at is None:
         return found

@@ -12,7 +12,7 @@ START = "its entry of [initial], such as { angle = 30 deg, rate = 0 } or { guess
 POINT = "its place in the frame of the body, such as [l1, 0]; that of the geometry unless given"
 # Joints and loads whose two points are apart.
 APART = {"link", "distance", "cylinder", "spring", "damper", "force"}
-# Joints of a plane whose axis lies in it.
+# Joints of a plane whose axis is in it.
 SLIDING = {"prismatic", "slot"}
 
 
@@ -78,8 +78,12 @@ def kinds_of(section, entry):
     extra = (Key("initial", START),) if section in WITH_START else ()
     own = {name: key_from(name, key) for name, key in properties.items() if name != "type"}
     kinds = [
-        Kind(section, case["if"]["properties"]["type"]["const"],
-             tuple(own[name] for name in case["then"]["propertyNames"]["enum"] if name != "type") + extra, "table")
+        Kind(
+            section,
+            case["if"]["properties"]["type"]["const"],
+            tuple(own[name] for name in case["then"]["propertyNames"]["enum"] if name != "type") + extra,
+            "table",
+        )
         for case in rows.get("allOf", ())
     ]
     return kinds or [Kind(section, "", tuple(own.values()) + extra, "table")]

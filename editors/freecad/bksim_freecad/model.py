@@ -116,11 +116,19 @@ def from_places(obj, points):
         x_first, x_second = (frames.x_ground_from_body(end.body) if end.body else FreeCAD.Placement() for end in found)
         turn = x_second.inverse().Rotation * x_first.Rotation
         is_joint = kind.section == "joints"
-        names = [points.name(first, obj.ElementName, obj),
-                 points.name(second, obj.ElementName, obj, turn if is_joint and not points.is_planar else None)]
+        names = [
+            points.name(first, obj.ElementName, obj),
+            points.name(second, obj.ElementName, obj, turn if is_joint and not points.is_planar else None),
+        ]
         given["between"] = "[" + ", ".join(f'"{name}"' for name in names) + "]"
         angle = -geometry.angle_of(FreeCAD.Placement(FreeCAD.Vector(), turn))
-        if is_joint and points.is_planar and kind.key("angle") and not elements.text(obj, "angle") and abs(angle) > 1e-12:
+        if (
+            is_joint
+            and points.is_planar
+            and kind.key("angle")
+            and not elements.text(obj, "angle")
+            and abs(angle) > 1e-12
+        ):
             given["angle"] = f'"{angle!r} rad"'
     if kind.key("on") and not elements.text(obj, "between") and not elements.text(obj, "on") and len(found) == 1:
         given["on"] = f'"{points.name(found[0], obj.ElementName, obj)}"'
@@ -145,13 +153,16 @@ def from_parts(obj, is_planar):
         return {}
     mass, density = elements.text(obj, "mass"), elements.text(obj, "density")
     if not mass and density and drawn.dimension > 1:
-        factors = [with_unit(density, f"{unit(doc, 'mass')}/{unit(doc, 'length')}^3"), f"{drawn.size!r} mm^{drawn.dimension}"]
+        factors = [
+            with_unit(density, f"{unit(doc, 'mass')}/{unit(doc, 'length')}^3"),
+            f"{drawn.size!r} mm^{drawn.dimension}",
+        ]
         if drawn.dimension == 2:
             factors.insert(1, with_unit(elements.text(obj, "thickness") or "0", unit(doc, "length")))
         mass = "*".join(factors)
         given |= {"mass": f'"{mass}"', "density": "", "thickness": ""}
     if mass and not elements.text(obj, "com"):
-        given["com"] = vector(tuple(drawn.centre)[:2 if is_planar else 3], length)
+        given["com"] = vector(tuple(drawn.centre)[: 2 if is_planar else 3], length)
     if mass and not elements.text(obj, "inertia"):
         factor = with_unit(mass, unit(doc, "mass"))
         moments = [f'"{factor}*({moment!r} mm^2)"' for moment in drawn.moments]
@@ -261,7 +272,8 @@ def generate(doc, probes=None, solve=None):
         elif section == "solve" and not found and solve:
             text.header("solve")
             for key, value in solve.items():
-                text.write(f"{key} = {value}")
+                if value:
+                    text.write(f"{key} = {value}")
         elif form in ("table", "single"):
             for obj in found:
                 write_table(text, obj, given.get(obj.Name, {}))

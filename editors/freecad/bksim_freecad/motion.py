@@ -19,7 +19,9 @@ class Motion:
 
     def __init__(self, bodies, points, columns):
         self.times = columns["t"]
-        self.points = {name: list(zip(*(columns[f"{channel}.{axis}"] for axis in POSE))) for name, channel in points.items()}
+        self.points = {
+            name: list(zip(*(columns[f"{channel}.{axis}"] for axis in POSE))) for name, channel in points.items()
+        }
         self.poses = {}
         for body in bodies:
             places = [columns[f"{body}.{model.ORIGIN}.{axis}"] for axis in POSE]
@@ -45,8 +47,10 @@ class Motion:
 
 def probes(doc):
     """The points by which a run says where the frames of bodies are."""
-    return {body.ElementName: {model.ORIGIN: "[0, 0]" if frames.is_planar(doc) else "[0, 0, 0]"}
-            for body in elements.all_of(doc, "bodies")}
+    return {
+        body.ElementName: {model.ORIGIN: "[0, 0]" if frames.is_planar(doc) else "[0, 0, 0]"}
+        for body in elements.all_of(doc, "bodies")
+    }
 
 
 def table(log, channels):
@@ -74,10 +78,16 @@ def read(doc, log):
 
 
 def run_of(doc):
-    """The motion of a document: of the run that has been made, or whose log is still there; or `None`."""
+    """The motion of a document: of the run that has been made, or whose log is still there; or `None`.
+
+    A log that lacks a body of today is of another mechanism.
+    """
     group = elements.mechanism(doc)
     if doc.Uid not in runs and group and os.path.exists(group.Log):
-        runs[doc.Uid] = read(doc, group.Log)
+        try:
+            runs[doc.Uid] = read(doc, group.Log)
+        except program.Failed:
+            runs[doc.Uid] = None
     return runs.get(doc.Uid)
 
 
@@ -110,8 +120,11 @@ def show(doc, motion, idx):
             for part in body.Parts:
                 set_global(part, plane * poses[body.Name] * frames.x_body_from_part(body, part))
     for obj in elements.all_of(doc):
-        marks.redraw(obj, lambda body: poses.get(body.Name) if body else FreeCAD.Placement(),
-                     lambda name: motion.point(name, idx))
+        marks.redraw(
+            obj,
+            lambda body: poses.get(body.Name) if body else FreeCAD.Placement(),
+            lambda name: motion.point(name, idx),
+        )
 
 
 def short_run(doc, corners=None):

@@ -5,9 +5,11 @@ from contextlib import contextmanager
 from . import editing, elements, kinds, model, motion, program, reading
 
 # Formats of equations for the panel, the clipboard and a browser.
-EQUATIONS = {"text": ["--format", "aligned", "--unicode", "--width", "100"],
-             "latex": ["--format", "latex", "--document"],
-             "html": ["--format", "mathml", "--document"]}
+EQUATIONS = {
+    "text": ["--format", "aligned", "--unicode", "--width", "100"],
+    "latex": ["--format", "latex", "--document"],
+    "html": ["--format", "mathml", "--document"],
+}
 
 
 @contextmanager

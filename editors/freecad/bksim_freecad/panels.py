@@ -107,8 +107,11 @@ class Panel(QtGui.QDockWidget):
         self.speed.addItems(list(SPEEDS))
         self.speed.setCurrentText("1")
         self.play_button = button("Play", self.play)
-        self.setWidget(column(self.tabs, self.slider,
-                              row(self.play_button, self.speed, self.clock, button("Drawn pose", self.home))))
+        self.setWidget(
+            column(
+                self.tabs, self.slider, row(self.play_button, self.speed, self.clock, button("Drawn pose", self.home))
+            )
+        )
         self.timer = QtCore.QTimer(self)
         self.timer.setInterval(INTERVAL_MS)
         self.timer.timeout.connect(self.advance)
@@ -203,7 +206,8 @@ class Panel(QtGui.QDockWidget):
     def play(self):
         """Starts the motion where the slider is, from the start at its end, or stops it."""
         if self.run is None or self.timer.isActive():
-            return self.stop()
+            self.stop()
+            return
         if self.slider.value() == self.slider.maximum():
             self.slider.setValue(0)
         self.began = (time.monotonic(), self.run.times[self.slider.value()])
@@ -217,7 +221,8 @@ class Panel(QtGui.QDockWidget):
     def advance(self):
         """Moves on to the sample of this instant."""
         if self.run is None:
-            return self.stop()
+            self.stop()
+            return
         since, t = self.began
         idx = self.run.sample(t + (time.monotonic() - since) * SPEEDS[self.speed.currentText()])
         self.slider.setValue(idx)

@@ -29,8 +29,10 @@ def path():
     preferred = FreeCAD.ParamGet(PREFERENCES).GetString("Command", "")
     found = shutil.which(preferred or os.environ.get("BKSIM", "bksim"))
     if found is None:
-        raise Failed("the command `bksim` is not found: install it, or name it in the preference "
-                     "`Mod/bksim/Command` (Tools, Edit parameters)")
+        raise Failed(
+            "the command `bksim` is not found: install it, or name it in the preference "
+            "`Mod/bksim/Command` (Tools, Edit parameters)"
+        )
     return found
 
 
@@ -48,8 +50,15 @@ def run(arguments, text=None, cwd=None, meanwhile=None):
 
     `meanwhile` is called some times a second; the run is ended where it returns `False`.
     """
-    process = subprocess.Popen([path(), *arguments], cwd=cwd, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                               stderr=subprocess.PIPE, encoding="utf-8", creationflags=NO_CONSOLE)
+    process = subprocess.Popen(
+        [path(), *arguments],
+        cwd=cwd,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+        creationflags=NO_CONSOLE,
+    )
     given = text
     while True:
         try:

@@ -114,15 +114,27 @@ def draw(doc):
     found = {body: lines_of(body, unit) for body in elements.all_of(doc, "bodies")}
     log = motion.short_run(doc, {body.ElementName: asked for body, (_, asked) in found.items()})
     start = motion.read(doc, log)
-    named = {f"{body.ElementName}.{place}" for body, (lines, _) in found.items() for line in lines for place in line
-             if isinstance(place, str)}
+    named = {
+        f"{body.ElementName}.{place}"
+        for body, (lines, _) in found.items()
+        for line in lines
+        for place in line
+        if isinstance(place, str)
+    }
     columns = motion.table(log, [f"{name}.{axis}" for name in sorted(named) for axis in motion.POSE])
     seen = {name: FreeCAD.Vector(*(columns[f"{name}.{axis}"][0] for axis in motion.POSE)) * 1000 for name in named}
     for body, (lines, _) in found.items():
         name, pose = body.ElementName, start.pose(body.ElementName, 0)
         back = pose.inverse()
-        wires = [drawn([back.multVec(seen[f"{name}.{place}"]) if isinstance(place, str) else FreeCAD.Vector(*place)
-                        for place in line]) for line in lines]
+        wires = [
+            drawn(
+                [
+                    back.multVec(seen[f"{name}.{place}"]) if isinstance(place, str) else FreeCAD.Vector(*place)
+                    for place in line
+                ]
+            )
+            for line in lines
+        ]
         part = doc.addObject("Part::Feature", name)
         part.Shape, part.Placement = Part.makeCompound(wires), pose
         body.Parts = [part]

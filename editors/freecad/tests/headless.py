@@ -39,9 +39,17 @@ def tables(doc):
 
 
 def test_values_are_typed_without_quotes_and_read_back():
-    cases = {"9.8 m/s^2": '"9.8 m/s^2"', "[0, -g]": '[0, "-g"]', "1e-8": "1e-8", "true": "true", '"2"': '"2"',
-             "min(a, b)": '"min(a, b)"', "[min(a, b), {a = [1, x]}]": '["min(a, b)", { a = [1, "x"] }]',
-             "{ value = i1, as_stated = true }": '{ value = "i1", as_stated = true }', "[[0, 1], [2, 3]]": "[[0, 1], [2, 3]]"}
+    cases = {
+        "9.8 m/s^2": '"9.8 m/s^2"',
+        "[0, -g]": '[0, "-g"]',
+        "1e-8": "1e-8",
+        "true": "true",
+        '"2"': '"2"',
+        "min(a, b)": '"min(a, b)"',
+        "[min(a, b), {a = [1, x]}]": '["min(a, b)", { a = [1, "x"] }]',
+        "{ value = i1, as_stated = true }": '{ value = "i1", as_stated = true }',
+        "[[0, 1], [2, 3]]": "[[0, 1], [2, 3]]",
+    }
     for typed, right in cases.items():
         assert values.written(typed) == right, (typed, values.written(typed))
     for value in ["a, b", "1", "x = 1", "[0]", "é", 'a "b"', [0.5, "-g"], {"a": {"b": [1, "2"]}}, True, {"a b": 1}]:
@@ -92,7 +100,7 @@ def test_the_slider_crank_of_the_paper_moves_as_its_example():
         assert answer["ok"]
         operations.show(doc, 5)
         slider_crank.judge_end(doc, ROOT)
-        # A log of the drawn parts beside the document: the pin of the crank is where the rod begins, at any time.
+        # The pin of the crank is where the rod begins, at any time.
         for t in (0.0, 1.23, 4.5):
             operations.show(doc, t)
             pin, end = geometry.place_of(doc.Crank, "Edge6"), geometry.place_of(doc.Rod, "Edge5")
@@ -136,7 +144,7 @@ def test_masses_of_the_drawing_are_those_of_the_textbook():
     for found, right in zip(geometry.extent(halves, FreeCAD.Placement()).moments, drawn.moments):
         near(found, right, 1e-6)
     corner = [box(doc, "A", (1, 1, 1), (0, 0, 0)), box(doc, "B", (1, 1, 1), (9, 9, 0))]
-    near(geometry.extent(corner, FreeCAD.Placement()).moments[3], -4.5**2, 1e-9)
+    near(geometry.extent(corner, FreeCAD.Placement()).moments[3], -(4.5**2), 1e-9)
     # A plate with a hole, as a sketch.
     plate = slider_crank.bar(doc, "Plate", -100, 100, 30)
     doc.recompute()
@@ -180,7 +188,10 @@ def judge_pendulum(doc, bar, edge, down):
     moment = mass * ((300**2 + 20**2) / 12 + 140**2) - hole * 4**2 / 2
     rate = 9.81 * com * (mass - hole) / moment * 1000  # rad/s²: horizontal at the start
     operations.solve(doc)
-    run, tip = motion.run_of(doc), max(bar.Shape.Vertexes, key=lambda corner: (corner.Point - bar.Placement.Base).Length)
+    run, tip = (
+        motion.run_of(doc),
+        max(bar.Shape.Vertexes, key=lambda corner: (corner.Point - bar.Placement.Base).Length),
+    )
     pin = geometry.place_of(bar, edge)
     name = next(f"Vertex{idx}" for idx, corner in enumerate(bar.Shape.Vertexes, 1) if corner.isSame(tip))
     first = geometry.place_of(bar, name)
@@ -259,7 +270,9 @@ def test_features_and_links_move_with_what_they_are_in():
         operations.add(doc, "bodies", name, {"density": "2700 kg/m^3"}, parts=[part])
     assert elements.find(doc, "bodies", "arm").Parts == [design]
     operations.add(doc, "joints.revolute", "A", {}, place_one=(pad, "Vertex1"))
-    pin = next(f"Vertex{idx}" for idx in range(1, 9) if (geometry.place_of(copy, f"Vertex{idx}") - V(100, 0, 30)).Length < 1e-6)
+    pin = next(
+        f"Vertex{idx}" for idx in range(1, 9) if (geometry.place_of(copy, f"Vertex{idx}") - V(100, 0, 30)).Length < 1e-6
+    )
     operations.add(doc, "joints.revolute", "B", {}, place_one=(copy, pin), place_two=design)
     operations.add(doc, "loads.gravity", "gravity", {"acceleration": "[0, -9.81 m/s^2]"})
     operations.add(doc, "solve", "", {"t_end": "0.3 s"})
@@ -279,8 +292,14 @@ def test_springs_and_forces_act_where_the_drawing_says():
     block, wall = box(doc, "Block", (20, 20, 20), (100, 0, 0)), box(doc, "Wall", (10, 20, 20))
     operations.add(doc, "bodies", "block", {"mass": "2 kg"}, parts=[block])
     operations.add(doc, "joints.prismatic", "S", {}, place_one=(block, "Vertex1"), axis_from=(block, "Edge9"))
-    operations.add(doc, "loads.spring", "spring", {"stiffness": "200 N/m", "length": "50"},
-                   place_one=(wall, "Vertex5"), place_two=(block, "Vertex1"))
+    operations.add(
+        doc,
+        "loads.spring",
+        "spring",
+        {"stiffness": "200 N/m", "length": "50"},
+        place_one=(wall, "Vertex5"),
+        place_two=(block, "Vertex1"),
+    )
     operations.add(doc, "loads.force", "push", {"vector": "[8 N, 0]"}, place_one=(block, "Face1"))
     operations.add(doc, "solve", "", {"t_end": "1 s", "rtol": "1e-9"})
     written = tables(doc)
@@ -299,8 +318,16 @@ def test_springs_and_forces_act_where_the_drawing_says():
 
 
 def test_models_and_drawings_are_read_and_move_as_they_do_outside():
-    paths = ["four-bar/model.toml", "five-link/drawing.dxf", "four-bar/drawing.toml", "winch/model.toml",
-             "eccentric-press/model.toml", "robot-arm/model.toml", "spatial-four-bar/model.toml", "cam/model.toml"]
+    paths = [
+        "four-bar/model.toml",
+        "five-link/drawing.dxf",
+        "four-bar/drawing.toml",
+        "winch/model.toml",
+        "eccentric-press/model.toml",
+        "robot-arm/model.toml",
+        "spatial-four-bar/model.toml",
+        "cam/model.toml",
+    ]
     for path in paths:
         doc, path = fresh(), os.path.join(ROOT, "examples", path)
         operations.read_file(doc, path)
@@ -327,7 +354,8 @@ def test_elements_are_edited_and_removed():
     joint = operations.add(doc, "joints.revolute", "A", {"coordinate": "phi"}, place_one=(block, "Vertex1"))
     editing.edit(joint, "joints.prismatic", {"axis": "[0, 1]"})
     assert tables(doc)["joints"]["A"] == {"type": "prismatic", "axis": [0, 1], "coordinate": "phi"} | {
-        key: value for key, value in tables(doc)["joints"]["A"].items() if key == "between"}
+        key: value for key, value in tables(doc)["joints"]["A"].items() if key == "between"
+    }
     editing.edit(joint, "joints.weld", {})
     assert "Coordinate" not in joint.PropertiesList and "axis" not in tables(doc)["joints"]["A"]
     again = operations.add(doc, "joints.weld", "A", {"angle": "10 deg"})

@@ -8,8 +8,16 @@ import Part
 from bksim_freecad import elements
 
 V = FreeCAD.Vector
-LENGTHS = {"g": "9.8 m/s^2", "m1": "5 kg", "m2": "5 kg", "m3": "20 kg", "i1": "1 kg m^2", "i2": "1 kg m^2",
-           "s1": "0.5 m", "q1": "55 N m"}
+LENGTHS = {
+    "g": "9.8 m/s^2",
+    "m1": "5 kg",
+    "m2": "5 kg",
+    "m3": "20 kg",
+    "i1": "1 kg m^2",
+    "i2": "1 kg m^2",
+    "s1": "0.5 m",
+    "q1": "55 N m",
+}
 CRANK, ROD = 1000.0, 3000.0
 
 
@@ -46,17 +54,29 @@ def draw(doc, angle=math.radians(55)):
 # Kind, name, typed values, and links: names of sketches, with the edge where one is meant. Edges 5 and 6 are the pins.
 ATTACHED = [
     *(("parameters", name, {"value": value}, {}) for name, value in LENGTHS.items()),
-    ("bodies", "crank", {"mass": "m1", "com": "[s1, 0]", "inertia": "{ value = i1, about = A, as_stated = true }"},
-     {"parts": ["Crank"]}),
+    (
+        "bodies",
+        "crank",
+        {"mass": "m1", "com": "[s1, 0]", "inertia": "{ value = i1, about = A, as_stated = true }"},
+        {"parts": ["Crank"]},
+    ),
     ("bodies", "rod", {"mass": "m2", "inertia": "i2", "coordinates": "[x2, y2, theta2]"}, {"parts": ["Rod"]}),
     ("bodies", "slider", {"mass": "m3", "inertia": "0"}, {"parts": ["Slider"]}),
-    ("joints.revolute", "A", {"coordinate": "theta1", "initial": "{ angle = 0, rate = 0 }"},
-     {"place_one": ("Crank", "Edge5")}),
+    (
+        "joints.revolute",
+        "A",
+        {"coordinate": "theta1", "initial": "{ angle = 0, rate = 0 }"},
+        {"place_one": ("Crank", "Edge5")},
+    ),
     ("joints.revolute", "C", {"cut": "true"}, {"place_one": ("Rod", "Edge6"), "place_two": ("Slider", "Edge5")}),
     ("joints.revolute", "B", {"cut": "true"}, {"place_one": ("Crank", "Edge6"), "place_two": ("Rod", "Edge5")}),
     ("points", "O", {"at": "[0, 0]"}, {}),
-    ("joints.prismatic", "D", {"coordinate": "x3"},
-     {"place_one": "O", "place_two": ("Slider", "Edge5"), "axis_from": ("Slider", "Edge1")}),
+    (
+        "joints.prismatic",
+        "D",
+        {"coordinate": "x3"},
+        {"place_one": "O", "place_two": ("Slider", "Edge5"), "axis_from": ("Slider", "Edge1")},
+    ),
     ("loads.gravity", "gravity", {"acceleration": "[0, -g]"}, {}),
     ("loads.torque", "motor", {"on": "crank", "value": "q1"}, {}),
     ("solve", "", {"t_end": "5 s", "every": "0.01 s", "rtol": "1e-8", "atol": "1e-10"}, {}),
@@ -65,12 +85,14 @@ ATTACHED = [
 
 def linked(doc, links):
     """The objects of the names in links: a list of parts, an element of a sketch, or a named point."""
+
     def of(value):
         if isinstance(value, list):
             return [doc.getObject(name) for name in value]
         if isinstance(value, str):
             return (elements.find(doc, "points", value), "")
         return (doc.getObject(value[0]), value[1])
+
     return {key: of(value) for key, value in links.items()}
 
 
