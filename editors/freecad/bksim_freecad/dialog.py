@@ -129,7 +129,7 @@ class Dialog:
             self.layout.removeRow(self.layout.rowCount() - 1)
         self.rows, self.links = {}, {}
         if self.kind.form in ("table", "row", "point"):
-            name = self.obj.ElementName if self.obj else editing.free_name(self.doc, self.kind)
+            name = self.obj.ElementName if self.obj else editing.free_name(self.doc, self.kind, self.parts if self.section == "bodies" else ())
             self.rows["name"] = Row(kinds.Key("name", "its name in the model"), typed.get("name", name))
             self.layout.addRow("name", self.rows["name"].widget)
         if self.section in ("bodies", "ground"):

@@ -1,5 +1,7 @@
 """Elements made, changed and given other kinds."""
 
+import re
+
 import FreeCAD
 
 from . import geometry, kinds, marks, views
@@ -35,11 +37,12 @@ def begin(doc, values=BEGUN_WITH):
     return group
 
 
-def free_name(doc, kind):
-    """A name that no element of the section has: letters for joints, numbered words for the rest."""
+def free_name(doc, kind, parts=()):
+    """A name that no element has: letters for joints, that of its part for a body, numbered words for the rest."""
     taken = {obj.ElementName for obj in all_of(doc)}
     letters = (chr(code) for code in range(ord("A"), ord("Z") + 1))
     stem = kind.type.replace("-", "_") or {"bodies": "body", "points": "P"}.get(kind.section, kind.section.rstrip("s"))
+    stem = re.sub(r"\W", "_", parts[0].Label) if parts else stem
     numbered = (f"{stem}{number}" for number in range(1, len(taken) + 2))
     choices = [*letters, *numbered] if kind.section == "joints" else [stem, *numbered]
     return next(name for name in choices if name not in taken)
@@ -103,7 +106,7 @@ def add(doc, kind_id, name="", values=None, **links):
     kind = kinds.all_kinds()[kind_id]
     begin(doc)
     is_named = kind.form in ("table", "row", "point")
-    name = (name or free_name(doc, kind)) if is_named else ""
+    name = (name or free_name(doc, kind, links.get("parts"))) if is_named else ""
     obj = find(doc, kind.section, name) or create(doc, kind)
     obj.ElementName = name
     return edit(obj, kind_id, values or {}, **links)

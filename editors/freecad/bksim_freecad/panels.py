@@ -76,11 +76,14 @@ def canvas(columns, units):
 
 def picture(log, names):
     """The same as the picture of `bksim plot`."""
-    from PySide import QtSvg
+    try:
+        from PySide.QtSvgWidgets import QSvgWidget
+    except ImportError:
+        from PySide.QtSvg import QSvgWidget
 
     path = os.path.join(tempfile.mkdtemp(), "curves.svg")
     program.text_of(["plot", log, *names, "-o", path])
-    return QtSvg.QSvgWidget(path)
+    return QSvgWidget(path)
 
 
 class Panel(QtGui.QDockWidget):

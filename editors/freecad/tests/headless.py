@@ -253,6 +253,25 @@ def test_parts_that_are_turned_are_joined_in_space_as_they_are_drawn():
     near((after.Rotation.inverted() * before.Rotation).Angle, 0, 1e-7)
 
 
+def test_a_plate_weighs_its_area_times_a_thickness_without_unit():
+    doc = fresh()
+    plate = slider_crank.bar(doc, "Plate", -100, 100, 30)
+    doc.recompute()
+    operations.add(doc, "bodies", "", {"density": "rho", "thickness": "10"}, parts=[plate])
+    assert [body.ElementName for body in elements.all_of(doc, "bodies")] == ["Plate"]
+    operations.add(doc, "parameters", "rho", {"value": "7850 kg/m^3"})
+    operations.add(doc, "joints.prismatic", "A", {}, place_one=(plate, "Edge5"), axis_from=(plate, "Edge1"))
+    operations.add(doc, "loads.gravity", "gravity", {"acceleration": "[0, -9.81 m/s^2]"})
+    operations.add(doc, "solve", "", {"t_end": "0.1 s"})
+    operations.solve(doc)
+    weight = 7850 * (0.2 * 0.06 - 2 * math.pi * 0.01**2) * 0.01 * 9.81
+    near(operations.curves(doc, ["reactions.A.fy"])["reactions.A.fy"][0], weight, 1e-9 * weight, "the weight")
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "model.toml")
+        operations.export(doc, path)
+        assert program.answer(["check", path])["mobility"] == 1
+
+
 def test_features_and_links_move_with_what_they_are_in():
     doc = fresh()
     design = doc.addObject("PartDesign::Body", "Design")

@@ -108,6 +108,9 @@ def main():
     picture("solved")
     FreeCADGui.runCommand("Bksim_Plot")
     panel = panels.get()
+    log = elements.mechanism(doc).Log
+    drawn = panels.picture(log, ["state.x3"])
+    assert drawn.renderer().isValid(), "curves without Matplotlib"
     assert panel.run is not None and len(panel.run.times) == 501
     panel.slider.setValue(180)
     picture("motion")
@@ -120,6 +123,16 @@ def main():
     slider_crank.judge_end(doc, ROOT)
     FreeCADGui.runCommand("Bksim_Home")
     assert abs(doc.Crank.Placement.Rotation.Angle - 0.959931) < 1e-6
+    FreeCADGui.Selection.clearSelection()
+    FreeCADGui.Selection.addSelection(doc.Crank, "Edge5")
+    FreeCADGui.runCommand("Bksim_Bodies")
+    assert dialog.current.rows["name"].text == "Crank" and dialog.current.links["parts"].value == [doc.Crank]
+    dialog.current.reject()
+    FreeCADGui.runCommand("Bksim_Starts")
+    assert dialog.current.rows["A"].text == "{ angle = 0, rate = 0 }"
+    dialog.current.rows["A"].text = "{ angle = 10 deg, rate = 0 }"
+    dialog.current.accept()
+    assert elements.find(doc, "joints", "A").Initial == "{ angle = 10 deg, rate = 0 }"
     select(doc, [[elements.find(doc, "loads", "motor")]])
     FreeCADGui.runCommand("Bksim_Delete")
     assert elements.find(doc, "loads", "motor") is None
