@@ -4,7 +4,7 @@ import FreeCAD
 import FreeCADGui
 from PySide import QtGui
 
-from . import editing, elements, kinds, operations
+from . import editing, elements, geometry, kinds, operations
 
 PLACES = {"place_one": "Place", "place_two": "Second place", "axis_from": "Axis from"}
 current = None  # the dialog that is open
@@ -109,11 +109,12 @@ class Dialog:
             self.type.setCurrentText(elements.kind_of(obj).type)
         if len(self.choices) > 1:
             self.layout.addRow("type", self.type)
-        self.rows, self.links = {}, {}
+        self.rows, self.links, self.proposed = {}, {}, ""
         # What was selected when the dialog was opened are its places and parts.
         chosen = [] if obj else selected_places()
         self.chosen = dict(zip(("place_one", "place_two"), chosen))
-        self.parts = list(dict.fromkeys(part for part, _ in chosen if not elements.is_element(part)))
+        parts = (geometry.movable(part) for part, _ in chosen if not elements.is_element(part))
+        self.parts = list(dict.fromkeys(parts))
         self.fill()
         self.type.currentIndexChanged.connect(lambda *_: self.fill())
 
@@ -129,8 +130,12 @@ class Dialog:
             self.layout.removeRow(self.layout.rowCount() - 1)
         self.rows, self.links = {}, {}
         if self.kind.form in ("table", "row", "point"):
-            name = self.obj.ElementName if self.obj else editing.free_name(self.doc, self.kind, self.parts if self.section == "bodies" else ())
-            self.rows["name"] = Row(kinds.Key("name", "its name in the model"), typed.get("name", name))
+            name = typed.get("name", self.obj.ElementName if self.obj else self.proposed)
+            if name == self.proposed and not self.obj:
+                # A name that nobody has typed follows the kind.
+                parts = self.parts if self.section == "bodies" else ()
+                name = self.proposed = editing.free_name(self.doc, self.kind, parts)
+            self.rows["name"] = Row(kinds.Key("name", "its name in the model"), name)
             self.layout.addRow("name", self.rows["name"].widget)
         if self.section in ("bodies", "ground"):
             value = kept.get("parts", self.obj.Parts if self.obj else self.parts)

@@ -1,7 +1,7 @@
 """Where bodies and places are in the drawn pose, whether or not the parts have moved since.
 
-The frame of a body is that of its first part; in a plane, where that part is turned out of it, a frame in the plane
-that is not turned. The frame of the ground is the property `Plane` of the mechanism.
+The frame of a body is that of its first part; in a plane it has an angle alone, that by which the part is turned
+against the axes of the plane or of the world. The frame of the ground is the property `Plane` of the mechanism.
 """
 
 from dataclasses import dataclass
@@ -28,8 +28,9 @@ def x_ground_from_body(body):
     doc = body.Document
     if not body.Parts:
         return FreeCAD.Placement()
-    seen = elements.mechanism(doc).Plane.inverse() * home(body, body.Parts[0])
-    return geometry.flat(seen) if is_planar(doc) else seen
+    plane = elements.mechanism(doc).Plane.inverse()
+    seen = plane * home(body, body.Parts[0])
+    return geometry.flat(seen, plane.Rotation) if is_planar(doc) else seen
 
 
 def x_body_from_part(body, part):

@@ -81,11 +81,15 @@ def direction_of(part, sub):
     return None
 
 
-def flat(placement):
-    """The frame in the plane z = 0 next to a placement: turned as it is, where this is about z alone."""
-    x = placement.Rotation.multVec(FreeCAD.Vector(1, 0, 0))
-    is_about_z = placement.Rotation.multVec(Z).getAngle(Z) < SMALL
-    angle = math.atan2(x.y, x.x) if is_about_z else 0.0
+def flat(placement, unturned):
+    """The frame in the plane z = 0 next to a placement, with the angle about z by which it is turned.
+
+    What is not turned has the axes of the plane, or the axes `unturned`: those of the world seen from the plane. All
+    that is turned otherwise has the angle zero.
+    """
+    turns = (placement.Rotation, placement.Rotation * unturned.inverted())
+    about_z = [turn for turn in turns if turn.multVec(Z).getAngle(Z) < SMALL]
+    angle = angle_of(FreeCAD.Placement(FreeCAD.Vector(), about_z[0])) if about_z else 0.0
     base = FreeCAD.Vector(placement.Base.x, placement.Base.y, 0)
     return FreeCAD.Placement(base, FreeCAD.Rotation(Z, math.degrees(angle)))
 

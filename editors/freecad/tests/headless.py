@@ -12,7 +12,19 @@ import FreeCAD
 import Part
 
 import slider_crank
-from bksim_freecad import editing, elements, geometry, kinds, model, motion, operations, program, reading, values
+from bksim_freecad import (
+    editing,
+    elements,
+    frames,
+    geometry,
+    kinds,
+    model,
+    motion,
+    operations,
+    program,
+    reading,
+    values,
+)
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 V = FreeCAD.Vector
@@ -223,6 +235,21 @@ def test_a_mechanism_in_an_upright_plane_moves_there():
     editing.begin(doc).Plane = FreeCAD.Placement(V(), upright)
     pendulum(doc, bar, edge, "planar", "[0, -9.81 m/s^2]")
     judge_pendulum(doc, bar, edge, V(0, 0, -1))
+
+
+def test_angles_of_parts_count_in_an_upright_plane():
+    doc = fresh()
+    editing.begin(doc).Plane = FreeCAD.Placement(V(), FreeCAD.Rotation(V(1, 0, 0), 90))
+    turned = box(doc, "Turned", (100, 10, 10), (0, 0, 0), FreeCAD.Rotation(V(0, 1, 0), -30))
+    operations.add(doc, "bodies", "arm", {"density": "2700 kg/m^3"}, parts=[turned])
+    operations.add(doc, "joints.revolute", "A", {}, place_one=(turned, "Vertex1"))
+    operations.add(doc, "drives", "motor", {"joint": "A", "motion": "30 deg + 60 deg/s*t"})
+    operations.add(doc, "solve", "", {"t_end": "1 s"})
+    near(frames.x_ground_from_body(elements.find(doc, "bodies", "arm")).Rotation.Angle, math.radians(30), 1e-12)
+    _, faults = operations.solve(doc)
+    assert not faults, faults
+    operations.show(doc, 1)
+    near((turned.Placement.Rotation.multVec(V(1, 0, 0)) - V(0, 0, 1)).Length, 0, 1e-9, "upright after a turn by 60°")
 
 
 def test_a_solid_in_space_swings_about_the_axis_of_its_hole():

@@ -128,6 +128,13 @@ def main():
     FreeCADGui.runCommand("Bksim_Bodies")
     assert dialog.current.rows["name"].text == "Crank" and dialog.current.links["parts"].value == [doc.Crank]
     dialog.current.reject()
+    FreeCADGui.runCommand("Bksim_Loads")
+    dialog.current.type.setCurrentText("spring")
+    assert dialog.current.rows["name"].text == "spring" and "key stiffness" in dialog.current.rows
+    dialog.current.rows["name"].text = "return"
+    dialog.current.type.setCurrentText("damper")
+    assert dialog.current.rows["name"].text == "return"
+    dialog.current.reject()
     FreeCADGui.runCommand("Bksim_Starts")
     assert dialog.current.rows["A"].text == "{ angle = 0, rate = 0 }"
     dialog.current.rows["A"].text = "{ angle = 10 deg, rate = 0 }"
