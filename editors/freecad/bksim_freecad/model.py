@@ -75,12 +75,14 @@ class Points:
         With `turned`, a rotation from the point's frame to that of the body, the point is a frame.
         """
         owner = place.body.ElementName if place.body else "ground"
-        if place.name:
+        is_turned = turned is not None and not turned.isSame(FreeCAD.Rotation(), 1e-12)
+        if place.name and (place.at is None or not is_turned):
             return f"{owner}.{place.name}"
-        if place.is_whole:
-            return owner
         known, value = self.of(place.body), self.written(place.at)
-        if turned is not None and not turned.isSame(FreeCAD.Rotation(), 1e-12):
+        is_origin = not set(value) - set("[0, ]")
+        if place.is_whole and is_origin and not is_turned:
+            return owner
+        if is_turned:
             x, z = (turned.multVec(FreeCAD.Vector(*unit)) for unit in ((1, 0, 0), (0, 0, 1)))
             value = f"{{ at = {value}, x = {vector((x.x, x.y, x.z))}, z = {vector((z.x, z.y, z.z))} }}"
         same = (name for name, row in known.items() if row[0] == value)

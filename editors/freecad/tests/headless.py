@@ -267,7 +267,15 @@ def test_parts_that_are_turned_are_joined_in_space_as_they_are_drawn():
     operations.add(doc, "model", "", {"space": "spatial"})
     for part, name in ((first, "arm"), (second, "hand")):
         operations.add(doc, "bodies", name, {"density": "2700 kg/m^3"}, parts=[part])
-    operations.add(doc, "joints.weld", "W", {}, place_one=(first, "Vertex5"), place_two=second)
+    operations.add(doc, "points", "P", {}, place_one=(second, "Vertex1"))
+    near((frames.point(elements.find(doc, "points", "P"))[1] - V(0, 0, 10)).Length, 0, 1e-9)
+    corner = next(
+        f"Vertex{idx}"
+        for idx in range(1, 9)
+        if (geometry.place_of(second, f"Vertex{idx}") - V(100, 0, 0)).Length < 1e-6
+    )
+    pin = operations.add(doc, "points", "P", {}, place_one=(second, corner))
+    operations.add(doc, "joints.weld", "W", {}, place_one=(first, "Vertex6"), place_two=pin)
     operations.add(doc, "joints.revolute", "A", {"axis": "[0, 1, 0]"}, place_one=(first, "Vertex1"))
     operations.add(doc, "loads.gravity", "gravity", {"acceleration": "[0, 0, -9.81 m/s^2]"})
     operations.add(doc, "solve", "", {"t_end": "0.2 s"})
@@ -392,6 +400,17 @@ def test_models_and_drawings_are_read_and_move_as_they_do_outside():
         turned = [body.Parts[0].Placement.Rotation.Angle for body in elements.all_of(doc, "bodies")]
         assert any((a - b).Length > 1e-3 for a, b in zip(places, moved)) or any(turned), path
         FreeCAD.closeDocument(doc.Name)
+
+
+def test_a_whole_part_is_its_origin_wherever_this_is_on_the_body():
+    doc = fresh()
+    parts = [box(doc, "Left", (20, 20, 20)), box(doc, "Right", (20, 20, 20), (80, 0, 0))]
+    operations.add(doc, "bodies", "block", {"mass": "1 kg"}, parts=parts)
+    for name, part in zip(("near", "far"), parts):
+        operations.add(doc, "loads.force", name, {"vector": "[1 N, 0]"}, place_one=part)
+    written = tables(doc)
+    assert written["loads"]["near"]["on"] == "block", written
+    assert written["loads"]["far"]["on"] == "block.far" and written["bodies"]["block"]["points"]["far"] == ["80 mm", 0]
 
 
 def test_elements_are_edited_and_removed():
