@@ -143,34 +143,53 @@ def unit(doc, of):
     return (elements.text(units, of) if units else "") or DEFAULT_UNITS[of]
 
 
-def from_parts(obj, is_planar):
+class Named:
+    """Parameters for what the drawing gives, so that equations have a name for it."""
+
+    def __init__(self, doc):
+        self.taken, self.rows = {obj.ElementName for obj in elements.all_of(doc)}, []
+
+    def name(self, obj, key, value):
+        """The expression for a key of a body: a parameter, or the value itself where the name is taken."""
+        wanted = f"{obj.ElementName}_{key}"
+        if wanted in self.taken or not wanted.isidentifier():
+            return value
+        self.rows.append((wanted, f'"{value}"', obj, key))
+        return wanted
+
+
+def drawn_mass(obj, drawn):
+    """The mass of parts of a density, as an expression."""
+    doc, size = obj.Document, f"{drawn.size!r} mm^{drawn.dimension}"
+    density = with_unit(elements.text(obj, "density"), f"{unit(doc, 'mass')}/{unit(doc, 'length')}^3")
+    if drawn.dimension == 3:
+        return f"{density}*{size}"
+    return f"{density}*{with_unit(elements.text(obj, 'thickness') or '0', unit(doc, 'length'))}*{size}"
+
+
+def from_parts(obj, is_planar, named):
     """What the parts of a body give for the keys that are left empty."""
     if not obj.Parts or not obj.FromDrawing:
         return {}
-    doc = obj.Document
-    x_world_from_body = elements.mechanism(doc).Plane * frames.x_ground_from_body(obj)
-    shown, given = [part for part in obj.Parts], {}
-    drawn = geometry.extent(shown, displaced(obj, x_world_from_body))
+    doc, given = obj.Document, {}
+    x_now = displaced(obj, elements.mechanism(doc).Plane * frames.x_ground_from_body(obj))
+    drawn = geometry.extent(obj.Parts, x_now)
     if drawn is None:
         return {}
-    mass, density = elements.text(obj, "mass"), elements.text(obj, "density")
-    if not mass and density and drawn.dimension > 1:
-        factors = [
-            with_unit(density, f"{unit(doc, 'mass')}/{unit(doc, 'length')}^3"),
-            f"{drawn.size!r} mm^{drawn.dimension}",
-        ]
-        if drawn.dimension == 2:
-            factors.insert(1, with_unit(elements.text(obj, "thickness") or "0", unit(doc, "length")))
-        mass = "*".join(factors)
+    mass = elements.text(obj, "mass")
+    if not mass and elements.text(obj, "density") and drawn.dimension > 1:
+        mass = named.name(obj, "mass", drawn_mass(obj, drawn))
         given |= {"mass": f'"{mass}"', "density": "", "thickness": ""}
     if mass and not elements.text(obj, "com"):
         given["com"] = vector(tuple(drawn.centre)[: 2 if is_planar else 3], length)
     if mass and not elements.text(obj, "inertia"):
-        factor = with_unit(mass, unit(doc, "mass"))
-        moments = [f'"{factor}*({moment!r} mm^2)"' for moment in drawn.moments]
-        given["inertia"] = moments[2] if is_planar else "[" + ", ".join(moments) + "]"
+        moments = [f"{with_unit(mass, unit(doc, 'mass'))}*({moment!r} mm^2)" for moment in drawn.moments]
+        if is_planar:
+            given["inertia"] = f'"{named.name(obj, "inertia", moments[2])}"'
+        else:
+            given["inertia"] = "[" + ", ".join(f'"{moment}"' for moment in moments) + "]"
     if is_planar and not elements.text(obj, "outline") and not elements.text(obj, "shapes"):
-        polygons = geometry.outlines(shown, displaced(obj, x_world_from_body))
+        polygons = geometry.outlines(obj.Parts, x_now)
         if polygons:
             rows = ["[" + ", ".join(vector(corner, length) for corner in polygon) + "]" for polygon in polygons]
             given["outline"] = "[" + ", ".join(rows) + "]"
@@ -246,13 +265,13 @@ def generate(doc, probes=None, solve=None):
 
     `probes` adds points to bodies, by the names of the bodies; `solve` replaces keys of `[solve]`.
     """
-    points, probes, text = Points(doc), probes or {}, Text()
+    points, probes, text, named = Points(doc), probes or {}, Text(), Named(doc)
     given = {}
     for section in ("joints", "loads"):
         for obj in elements.all_of(doc, section):
             given[obj.Name] = from_places(obj, points)
     for obj in elements.all_of(doc, "bodies"):
-        given[obj.Name] = from_parts(obj, points.is_planar)
+        given[obj.Name] = from_parts(obj, points.is_planar, named)
         given[obj.Name]["points"] = points_text(points.of(obj), probes.get(obj.ElementName, {}))
     for obj in elements.all_of(doc, "ground"):
         given[obj.Name] = {"points": points_text(points.of(None), {})}
@@ -267,7 +286,7 @@ def generate(doc, probes=None, solve=None):
             write_rows(text, section, list(start_rows(doc, points.is_planar)))
         elif form == "row":
             rows = ((obj.ElementName, written(elements.text(obj, "value")), obj, "value") for obj in found)
-            write_rows(text, section, list(rows))
+            write_rows(text, section, [*rows, *(named.rows if section == "parameters" else [])])
         elif section == "ground" and not found and points.of(None):
             text.header("ground")
             text.write(f"points = {points_text(points.of(None), {})}")

@@ -295,6 +295,7 @@ def test_a_plate_weighs_its_area_times_a_thickness_without_unit():
     operations.add(doc, "bodies", "", {"density": "rho", "thickness": "10"}, parts=[plate])
     assert [body.ElementName for body in elements.all_of(doc, "bodies")] == ["Plate"]
     operations.add(doc, "parameters", "rho", {"value": "7850 kg/m^3"})
+    assert tables(doc)["bodies"]["Plate"]["mass"] == "Plate_mass"
     operations.add(doc, "joints.prismatic", "A", {}, place_one=(plate, "Edge5"), axis_from=(plate, "Edge1"))
     operations.add(doc, "loads.gravity", "gravity", {"acceleration": "[0, -9.81 m/s^2]"})
     operations.add(doc, "solve", "", {"t_end": "0.1 s"})
@@ -305,6 +306,7 @@ def test_a_plate_weighs_its_area_times_a_thickness_without_unit():
         path = os.path.join(folder, "model.toml")
         operations.export(doc, path)
         assert program.answer(["check", path])["mobility"] == 1
+    assert "Plate_mass" in operations.equations(doc)
 
 
 def test_features_and_links_move_with_what_they_are_in():
