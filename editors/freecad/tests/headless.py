@@ -50,6 +50,14 @@ def tables(doc):
     return reading.parsed(model.generate(doc).text)
 
 
+def test_the_addon_has_the_version_of_the_project():
+    package = FreeCAD.Metadata(os.path.join(ROOT, "editors/freecad/package.xml"))
+    with open(os.path.join(ROOT, "Cargo.toml"), encoding="utf-8") as file:
+        version = reading.parsed(file.read())["workspace"]["package"]["version"]
+    assert package.Name == "bksim" and str(package.Version) == version, (package.Version, version)
+    assert "Workbench" in str(package.Content).title()
+
+
 def test_values_are_typed_without_quotes_and_read_back():
     cases = {
         "9.8 m/s^2": '"9.8 m/s^2"',

@@ -68,7 +68,10 @@ def attach(doc, kind, name, values, links):
 
 def main():
     FreeCADGui.activateWorkbench("BksimWorkbench")
-    from bksim_freecad import elements, operations, panels
+    from bksim_freecad import commands, elements, kinds, operations, panels
+
+    sections = {kind.section for kind in kinds.all_kinds().values()}
+    assert sections == commands.ADD.keys() | commands.MORE.keys(), "a section without a command"
 
     window = FreeCADGui.getMainWindow()
     window.resize(1200, 760)
