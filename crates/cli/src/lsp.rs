@@ -112,6 +112,8 @@ struct Open {
     document: Document,
     /// Number of the text; that of a document that is closed is 0.
     number: Number,
+    /// The version that the editor gave the text.
+    version: Value,
     faults: Vec<Shown>,
 }
 
@@ -144,7 +146,7 @@ impl Server {
                 if let Some(open) = self.texts.remove(uri) {
                     open.number.store(0, Ordering::Relaxed);
                 }
-                return Some(published(uri, &[]));
+                return Some(published(uri, &Value::Null, &[]));
             }
             _ => return None,
         };
@@ -159,8 +161,9 @@ impl Server {
         let known = self.texts.remove(uri);
         let number = known.map_or_else(Number::default, |open| open.number);
         number.fetch_add(1, Ordering::Relaxed);
-        let message = published(uri, &faults);
-        self.texts.insert(uri.to_owned(), Open { document, number, faults });
+        let version = params["textDocument"]["version"].clone();
+        let message = published(uri, &version, &faults);
+        self.texts.insert(uri.to_owned(), Open { document, number, version, faults });
         Some(message)
     }
 
@@ -180,7 +183,7 @@ impl Server {
             return None;
         }
         open.faults = started.shown?;
-        Some(published(&started.uri, &open.faults))
+        Some(published(&started.uri, &open.version, &open.faults))
     }
 
     fn answer(&self, request: Request) -> Response {
@@ -230,8 +233,11 @@ impl Server {
     }
 }
 
-fn published(uri: &str, faults: &[Shown]) -> Notification {
+fn published(uri: &str, version: &Value, faults: &[Shown]) -> Notification {
     let faults: Vec<&Value> = faults.iter().map(|fault| &fault.json).collect();
-    let params = json!({ "uri": uri, "diagnostics": faults });
+    let mut params = json!({ "uri": uri, "diagnostics": faults });
+    if !version.is_null() {
+        params["version"] = version.clone();
+    }
     Notification::new("textDocument/publishDiagnostics".to_owned(), params)
 }

@@ -143,6 +143,9 @@ impl Place<'_> {
     /// Cures that a help offers after the first: `…, or write X`, `…, or X in its table`.
     fn alternatives(&self, help: &str) -> Vec<Cure> {
         let mut found = Vec::new();
+        if help.starts_with("remove `") && help.contains("or write it as a guess") {
+            found.extend(self.guessed());
+        }
         for (at, mark) in help.match_indices(" or ") {
             let rest = &help[at + mark.len()..];
             let rest = rest.strip_prefix("write ").unwrap_or(rest);
@@ -162,6 +165,24 @@ impl Place<'_> {
             } else if after.starts_with(" in its table") || key == "free" {
                 found.push(self.in_table(key, value));
             }
+        }
+        found
+    }
+
+    /// The edits that make a stated value of `[initial]` a guess, or take it away.
+    fn guessed(&self) -> Vec<Cure> {
+        let value = self.value();
+        let before = self.text[..value.start].trim_end();
+        let Some(before) = before.strip_suffix('=').map(str::trim_end) else { return Vec::new() };
+        let start = before.rfind(|c: char| !c.is_alphanumeric() && c != '_').map_or(0, |at| at + 1);
+        let key = start..before.len();
+        let mut found = vec![self.without_key(&key)];
+        // A table has one guess.
+        if !self.text[self.line()].contains("guess")
+            && before[..start].trim_end().ends_with(['{', ','])
+        {
+            let stated = &self.text[start..value.end];
+            found.insert(0, replaced(start..value.end, format!("guess = {{ {stated} }}")));
         }
         found
     }
@@ -260,8 +281,16 @@ impl Place<'_> {
         self.in_table(key, value)
     }
 
-    /// The edit that adds a key below the header of the table.
+    /// The edit that adds a key to the table: before the brace of one in a line, else below the header.
     fn in_table(&self, key: &str, value: &str) -> Cure {
+        let line = self.line();
+        let before = &self.text[line.start..self.label.start];
+        let is_inside = before.rfind('{').is_some_and(|open| !before[open..].contains('}'));
+        let close = self.text[self.label.end..line.end].find('}').filter(|_| is_inside);
+        if let Some(close) = close {
+            let end = self.text[..self.label.end + close].trim_end().len();
+            return replaced(end..end, format!(", {key} = {value}"));
+        }
         let header = self.header();
         replaced(header.end..header.end, format!("\n{key} = {value}"))
     }

@@ -48,7 +48,7 @@ const REFERENCES: [(&str, &str); 8] = [
 
 /// Keys of tables within tables: the key of the table, its keys.
 #[rustfmt::skip]
-const INNER: [(&str, &[&str]); 9] = [
+const INNER: [(&str, &[&str]); 8] = [
     ("inertia", &["value", "about", "as_stated"]),
     ("points", &["at", "rpy", "quaternion", "x", "y", "z"]),
     ("between", &["at", "rpy", "quaternion", "x", "y", "z"]),
@@ -60,7 +60,6 @@ const INNER: [(&str, &[&str]); 9] = [
         "type", "size", "radius", "length", "outline", "thickness", "corners", "faces", "unit", "at", "rpy", "quaternion",
         "x", "y", "z",
     ]),
-    ("guess", &["angle", "position", "x", "y", "z", "rpy", "quaternion", "axes", "w"]),
 ];
 
 /// Keys of the start of a body, and of a joint.
@@ -68,7 +67,7 @@ const INNER: [(&str, &[&str]); 9] = [
 const BODY_STARTS: [&str; 14] = [
     "x", "y", "z", "angle", "vx", "vy", "vz", "rate", "rpy", "quaternion", "axes", "w", "frame", "guess",
 ];
-const JOINT_STARTS: [&str; 5] = ["angle", "rate", "position", "velocity", "guess"];
+const JOINT_STARTS: [&str; 5] = ["angle", "rate", "guess", "position", "velocity"];
 
 /// Units of quantities, by the words of the reference, the usual ones first.
 #[rustfmt::skip]
@@ -122,8 +121,8 @@ pub(super) fn at(document: &Document, byte: usize, nesting: usize, is_space: boo
     if place.is_comment {
         return json!([]);
     }
-    if is_space && !written.is_some_and(ends_in_number) && !text[..byte].ends_with(['{', ',', ' '])
-    {
+    let begins = text[..byte].trim_end().ends_with(['{', ',']);
+    if is_space && !begins && !written.is_some_and(ends_in_number) {
         return json!([]);
     }
     if place.is_header {
@@ -133,16 +132,14 @@ pub(super) fn at(document: &Document, byte: usize, nesting: usize, is_space: boo
     }
     let all = pieces(text);
     if !place.is_value {
-        if is_space && place.path.len() < 3 {
-            return json!([]);
-        }
-        return keys(text, &all, &place.path);
+        return keys((text, byte), &all, &place.path);
     }
     let [section, .., last] = place.path.as_slice() else {
         let section = place.path.first().map_or("", String::as_str);
         let form = sections().into_iter().find(|form| form.name == section);
         let Some(Holds::Word(words)) = form.map(|form| form.holds) else { return json!([]) };
-        return words.iter().map(|word| word_item(word, &place)).collect();
+        let items = words.iter().map(|word| item(word, VALUE, ""));
+        return in_quotes(items.collect(), &place);
     };
     let is_element = last.parse::<usize>().is_ok();
     let key = place.path.iter().rfind(|part| part.parse::<usize>().is_err());
@@ -152,31 +149,33 @@ pub(super) fn at(document: &Document, byte: usize, nesting: usize, is_space: boo
     {
         return units(&all, text, &place.path, key);
     }
+    let own_type = place.path.get(..2).and_then(|table| own_text(&all, table, "type", text));
+    if key == "between" && is_element {
+        let ends = if section == "couplings" { "joints" } else { POINTS };
+        return in_quotes(named(text, ends, &[], written.unwrap_or_default()), &place);
+    }
     if is_space {
         return json!([]);
     }
-    let own_type = place.path.get(..2).and_then(|table| own_text(&all, table, "type", text));
-    if key == "between" && is_element {
-        return ends(text, section, written.unwrap_or_default());
-    }
     let words = words_of(section, own_type, key);
     if !words.is_empty() && !is_element {
-        return words.iter().map(|word| word_item(word, &place)).collect();
+        let items = words.iter().map(|word| item(word, VALUE, ""));
+        return in_quotes(items.collect(), &place);
     }
     if let Some((_, of)) = REFERENCES.iter().find(|(of, _)| *of == key) {
-        return named(text, of, &place.path, written.unwrap_or_default());
+        return in_quotes(named(text, of, &place.path, written.unwrap_or_default()), &place);
     }
     // Expressions are texts.
     if written.is_none() { json!([]) } else { names(document, byte, nesting) }
 }
 
-/// A word of a choice, with quotes where none are open.
-fn word_item(word: &str, place: &Cursor) -> Value {
-    let mut item = item(word, VALUE, "");
-    if place.text.is_none() {
-        item["insertText"] = format!("\"{word}\"").into();
+/// Names or words, with quotes around them where none are open.
+fn in_quotes(mut items: Value, place: &Cursor) -> Value {
+    for item in items.as_array_mut().into_iter().flatten().filter(|_| place.text.is_none()) {
+        let label = item["label"].as_str().unwrap_or_default();
+        item["insertText"] = format!("\"{label}\"").into();
     }
-    item
+    items
 }
 
 /// Whether a section is a key of the top level.
@@ -197,7 +196,7 @@ fn ends_in_number(written: &str) -> bool {
 }
 
 /// The keys that a table may have, without those that it has.
-fn keys(text: &str, all: &[Piece], path: &[String]) -> Value {
+fn keys((text, byte): (&str, usize), all: &[Piece], path: &[String]) -> Value {
     let known: Vec<String> = match path {
         [] => {
             let top = sections().into_iter().filter(|form| is_top_key(&form.holds));
@@ -211,10 +210,20 @@ fn keys(text: &str, all: &[Piece], path: &[String]) -> Value {
                 .map(|k| k.name)
                 .collect()
         }
-        [section, name] if section == "initial" => {
+        [section, name, rest @ ..]
+            if section == "initial" && rest.iter().all(|key| key == "guess") =>
+        {
             let is_body = defined(text).iter().any(|of| of.section == "bodies" && of.name == *name);
-            let keys = if is_body { &BODY_STARTS[..] } else { &JOINT_STARTS };
-            keys.iter().map(|key| (*key).to_owned()).collect()
+            let joint = ["joints".to_owned(), name.clone()];
+            let keys = match own_text(all, &joint, "type", text) {
+                _ if is_body => &BODY_STARTS[..],
+                Some("revolute") => &JOINT_STARTS[..3],
+                Some("prismatic") => &JOINT_STARTS[2..],
+                _ => &JOINT_STARTS,
+            };
+            let is_stated = rest.is_empty();
+            let fits = |key: &&&str| is_stated || !["guess", "frame"].contains(*key);
+            keys.iter().filter(fits).map(|key| (*key).to_owned()).collect()
         }
         [of, .., with] if of == "use" && with == "with" => {
             let part = own_text(all, &path[..2], "part", text).and_then(LibraryPart::named);
@@ -241,9 +250,10 @@ fn keys(text: &str, all: &[Piece], path: &[String]) -> Value {
     };
     let is_there = |key: &String| {
         all.iter().any(|piece| {
-            piece.path.len() > path.len()
-                && piece.path.starts_with(path)
-                && piece.path[path.len()] == *key
+            let is_inside = piece.path.len() > path.len() && piece.path.starts_with(path);
+            // The key at the cursor may be written anew.
+            let is_at_cursor = piece.keys.iter().any(|at| at.start <= byte && byte <= at.end);
+            is_inside && piece.path[path.len()] == *key && !is_at_cursor
         })
     };
     let section = path.first().map_or("Top level", String::as_str);
@@ -320,14 +330,6 @@ fn units(all: &[Piece], text: &str, path: &[String], key: &str) -> Value {
         cells.iter().find_map(exact).or_else(|| cells.iter().find_map(begins))
     });
     found.map_or_else(|| offered(&COMMON, "unit"), |(word, units)| offered(units, word))
-}
-
-/// What `between` may name: points of bodies, or joints of couplings.
-fn ends(text: &str, section: &str, written: &str) -> Value {
-    if section == "couplings" {
-        return named(text, "joints", &[], written);
-    }
-    named(text, POINTS, &[], written)
 }
 
 /// The names of a section; of points with their bodies, or those of the body before the dot.

@@ -18,7 +18,7 @@ const PAUSE: Duration = Duration::from_millis(300);
 /// The number of a text among those that a document has had, for a thread to see that it has changed.
 pub(super) type Number = Arc<AtomicU64>;
 
-/// What was found about the start of a text.
+/// Findings about the start of a text.
 pub(super) struct Started {
     pub(super) uri: String,
     /// Number of the text.
