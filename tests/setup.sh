@@ -12,6 +12,7 @@ target/venv/bin/pip install -q -r tests/requirements.txt
 missing=()
 has() { command -v "$1" >/dev/null; }
 has npm || missing+=(nodejs npm)
+has unzip || missing+=(unzip)
 has chromium || missing+=(chromium)
 has Xvfb || missing+=(xvfb)
 has xdotool || missing+=(xdotool)

@@ -25,7 +25,7 @@ between = ["ground", "arm.A"]
 
 test("the package has all that its manifest names, and no more than it needs", () => {
   const { contributes } = manifest;
-  const files = [manifest.main, ...contributes.languages.map((one) => one.configuration)];
+  const files = [manifest.main, "dist/NOTICES.txt", ...contributes.languages.map((one) => one.configuration)];
   files.push(...contributes.grammars.map((one) => one.path), ...contributes.snippets.map((one) => one.path));
   for (const file of files) assert.ok(existsSync(join(packaged, file)), file);
   assert.ok(!existsSync(join(packaged, "node_modules")) && !existsSync(join(packaged, "src")));
