@@ -210,6 +210,10 @@ impl Stepper for ExplicitStepper<'_> {
         self.solver.error_of(self.solver.y().len() - 1).abs()
     }
 
+    fn power(&self) -> f64 {
+        self.solver.ydot().last().copied().unwrap_or(0.0)
+    }
+
     fn set_work(&mut self, work: f64) {
         self.solver.replace(self.solver.y().len() - 1, work);
     }

@@ -14,7 +14,7 @@ use super::stepper::Stepper;
 use super::summary::Summary;
 use super::work::{StepWork, WorkTolerance};
 use crate::compiled::CompiledSystem;
-use crate::multiplier::MultiplierSystem;
+use crate::multiplier::{MultiplierSystem, largest};
 use crate::sampled::Tick;
 use crate::start::Start;
 use bksim_model::LoadId;
@@ -210,10 +210,14 @@ impl Sampler {
     }
 
     /// A step has been taken, and nothing of it passed yet.
-    pub(super) fn begin_step(&mut self, stepper: &dyn Stepper, summary: &Summary) {
-        let (before, tolerance) = (summary.energy.work, &mut self.work_tolerance);
-        tolerance.turnover = summary.energy.turnover;
+    pub(super) fn begin_step(&mut self, stepper: &dyn Stepper, summary: &Summary, atol: f64) {
+        let (before, nq) = (summary.energy.work, self.sample.q.len());
         (self.passed, self.step_work, self.work_start) = (None, None, before);
+        // Forces do as much work along what positions may be off by.
+        let speed = largest(&stepper.y()[nq..2 * nq]);
+        let force = if speed > 0.0 { stepper.power().abs() / speed } else { 0.0 };
+        let tolerance = &mut self.work_tolerance;
+        (tolerance.atol, tolerance.turnover) = (atol * force.max(1.0), summary.energy.turnover);
         self.needs_work = self.is_powered
             && stepper
                 .work()

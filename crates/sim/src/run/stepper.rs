@@ -94,6 +94,11 @@ pub(super) trait Stepper: Send + Sync {
         0.0
     }
 
+    /// Power at the end of it, W, where the work is one of the unknowns.
+    fn power(&self) -> f64 {
+        0.0
+    }
+
     /// Replaces the work, where it is one of the unknowns, by a closer value.
     fn set_work(&mut self, _work: f64) {}
 

@@ -31,7 +31,8 @@ impl<'a> Run<'a> {
             Advance::Rejected => return Ok(Attempt::Rejected),
             Advance::Ended => return Ok(Attempt::End(PhaseEnd::Reached)),
         }
-        self.sampler.begin_step(stepper.as_ref(), &self.summary);
+        let atol = self.problem.options.atol;
+        self.sampler.begin_step(stepper.as_ref(), &self.summary, atol);
 
         // Keep only the part of it before the first event.
         if let Some(monitor) = monitor
