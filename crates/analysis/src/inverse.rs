@@ -25,7 +25,7 @@ use crate::effort_record::{Inverse, Record};
 use crate::effort_solver::{EffortSolver, InstantState, SolvedEfforts, all_rows};
 use crate::effort_stops::{MotionState, StopWatch};
 use crate::error::AnalysisError;
-use crate::loaded::{Loaded, known_along_a_motion};
+use crate::loaded::{Loaded, known_along_a_motion, without_rates};
 use crate::motion::Motion;
 use crate::positions::Positions;
 use crate::rows::{Clock, Rows};
@@ -54,6 +54,7 @@ pub fn inverse(
     actuators: &Actuators,
 ) -> Result<Inverse, AnalysisError> {
     known_along_a_motion(&model, times)?;
+    without_rates(&model)?;
     let mut channels = channels(&mut model, motions, &actuators.named)?;
     check_named(&model, &channels, actuators)?;
     let forced = model.snapshot();

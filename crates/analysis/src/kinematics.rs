@@ -10,6 +10,7 @@ use crate::error::AnalysisError;
 use crate::extreme::{Extreme, Extremes};
 use crate::follow::follow;
 use crate::kinematic_row::row;
+use crate::loaded::without_rates;
 use crate::path::{Law, Path};
 use crate::positions::Positions;
 use crate::quantity::PoseQuantity;
@@ -64,6 +65,7 @@ pub fn kinematics_along(
     prescribed: &Prescribed,
     branch: Option<usize>,
 ) -> Result<Kinematics, AnalysisError> {
+    without_rates(&model)?;
     let positions = Positions::of(model)?;
     let found = match prescribed {
         Prescribed::Drives { drives, through } => {

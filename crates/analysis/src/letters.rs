@@ -27,7 +27,7 @@ use crate::error::AnalysisError;
 use crate::forces::Forces;
 use crate::linear::{inputs_of, kept_states};
 use crate::linear_outputs::Outputs;
-use crate::loaded::Loaded;
+use crate::loaded::{Loaded, without_rates};
 use crate::table::Column;
 use certificate::{Certificate, N_POINTS};
 use equations::{Equations, Symbolic, column};
@@ -70,6 +70,7 @@ const LETTERS: [&str; 3] = ["K", "C", "B"];
 /// [`AnalysisError`] as [`crate::linearize`].
 pub fn letters(model: Model, channels: &Channels) -> Result<Option<Letters>, AnalysisError> {
     let channels = channels.or_stated(&model);
+    without_rates(&model)?;
     let loaded = Loaded::of(model)?;
     // However many of the rows follow from others.
     if loaded.system().coordinates().len() > 2 * LARGEST + loaded.state_coordinates().len() {
@@ -110,7 +111,7 @@ pub fn letters(model: Model, channels: &Channels) -> Result<Option<Letters>, Ana
     // x = (y, ẏ, z) in letters.
     let pool = &model.pool;
     let n = by.len();
-    let (kept, states) = kept_states(&loaded, &reduced);
+    let (kept, states) = kept_states(&loaded, &reduced, &reduced);
     let rate = |i: usize, j: usize| if i == j { pool.one() } else { pool.zero() };
     let [stiffness, damping, efforts] = [0, 1, 2].map(|k| &accelerations[k]);
     let entry_a = |i: usize, j: usize| match (i < n, j < n) {

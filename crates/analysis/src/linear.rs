@@ -6,6 +6,9 @@
 //! ẋ = A x + B u,   z = C x + D u,   x = (y, ẏ): deviations of the independent quantities
 //! ```
 //!
+//! Rows between rates take part in the second and third line alone: x = (y, w) then has more positions y than rates w, and
+//! every position more is an eigenvalue of zero.
+//!
 //! States of controllers are velocities of coordinates that nothing depends on: of those the deviation is left out, so that
 //! x = (y, ẏ, z) with the states z.
 //!
@@ -78,14 +81,21 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         Forces::compile(model, loaded.system(), &loaded.kept, &free, &loaded.parameters)?;
     let p: Vec<f64> = free.iter().map(|id| loaded.mechanism.parameters[id.0]).collect();
     let at = forces.at(At { t: loaded.t, q: &q, v: &v, a: &a, lambda: &lambda, p: &p });
-    let reduced = Balance::of(&loaded, &channels.states, &[])?.reduced(&q, &at.jacobian)?;
+    let positions = Balance::of(&loaded, &channels.states, &[])?.reduced(&q, &at.jacobian)?;
+    // Rows between rates leave positions free.
+    let jacobian = with_rows_of_rates(&loaded, &at);
+    let reduced = match jacobian.as_ref() {
+        Some(jacobian) => Balance::of(&loaded, &[], &[])?.reduced(&q, jacobian)?,
+        None => positions.clone(),
+    };
+    let jacobian = jacobian.unwrap_or_else(|| at.jacobian.clone());
 
-    // δq = Z y, δv = Z w + S y; then δa of each state and input.
-    let (n, n_free) = (q.len(), reduced.n());
-    let back = pseudo_inverse(&at.jacobian);
-    let aside = -(&back * &at.velocity_by_position * &reduced.basis);
+    // δq = Z y, δv = Z' w + S y; then δa of each state and input.
+    let (n, n_positions, n_free) = (q.len(), positions.n(), reduced.n());
+    let back = pseudo_inverse(&jacobian);
+    let aside = -(&back * &at.velocity_by_position * &positions.basis);
     let shift = &aside - &reduced.basis * (&reduced.slopes * &aside);
-    let by_position = -(&at.stiffness * &reduced.basis) - &at.damping * &shift;
+    let by_position = -(&at.stiffness * &positions.basis) - &at.damping * &shift;
     let by_velocity = -(&at.damping * &reduced.basis);
     let mut by_input = DMatrix::zeros(n, inputs.len());
     for (k, input) in inputs.iter().enumerate() {
@@ -100,7 +110,7 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         by_input.column_mut(k).copy_from(&column);
     }
     let kept = [
-        -(&at.acceleration_by_position * &reduced.basis) - &at.acceleration_by_velocity * &shift,
+        -(&at.acceleration_by_position * &positions.basis) - &at.acceleration_by_velocity * &shift,
         -(&at.acceleration_by_velocity * &reduced.basis),
         DMatrix::zeros(forces.nc(), inputs.len()),
     ];
@@ -112,23 +122,32 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         .collect::<Option<_>>()
         .ok_or_else(|| AnalysisError::Undetermined { what: "masses".into(), n: n_free })?;
 
-    let mut matrix_a = DMatrix::zeros(2 * n_free, 2 * n_free);
-    matrix_a.view_mut((0, n_free), (n_free, n_free)).fill_with_identity();
-    matrix_a.view_mut((n_free, 0), (n_free, n_free)).copy_from(&(&reduced.slopes * &solved[0]));
+    let size = n_positions + n_free;
+    let mut matrix_a = DMatrix::zeros(size, size);
+    if n_positions == n_free {
+        matrix_a.view_mut((0, n_free), (n_free, n_free)).fill_with_identity();
+    } else {
+        let rates = [&positions.slopes * &shift, &positions.slopes * &reduced.basis];
+        matrix_a.view_mut((0, 0), (n_positions, n_positions)).copy_from(&rates[0]);
+        matrix_a.view_mut((0, n_positions), (n_positions, n_free)).copy_from(&rates[1]);
+    }
     matrix_a
-        .view_mut((n_free, n_free), (n_free, n_free))
+        .view_mut((n_positions, 0), (n_free, n_positions))
+        .copy_from(&(&reduced.slopes * &solved[0]));
+    matrix_a
+        .view_mut((n_positions, n_positions), (n_free, n_free))
         .copy_from(&(&reduced.slopes * &solved[1]));
-    let mut matrix_b = DMatrix::zeros(2 * n_free, inputs.len());
+    let mut matrix_b = DMatrix::zeros(size, inputs.len());
     matrix_b
-        .view_mut((n_free, 0), (n_free, inputs.len()))
+        .view_mut((n_positions, 0), (n_free, inputs.len()))
         .copy_from(&(&reduced.slopes * &solved[2]));
 
     // Changes of the state by y, ẏ and u.
     let nothing = |n_columns: usize| DMatrix::zeros(n, n_columns);
-    let multipliers = pseudo_inverse(&at.jacobian.transpose());
+    let multipliers = pseudo_inverse(&jacobian.transpose());
     let multiplier = |k: usize| &multipliers * (&right[k] - &at.mass * &solved[k]);
     let changes = Changes {
-        q: beside([&reduced.basis, &nothing(n_free), &nothing(inputs.len())]),
+        q: beside([&positions.basis, &nothing(n_free), &nothing(inputs.len())]),
         v: beside([&shift, &reduced.basis, &nothing(inputs.len())]),
         a: beside([&solved[0], &solved[1], &solved[2]]),
         lambda: beside([&multiplier(0), &multiplier(1), &multiplier(2)]),
@@ -137,9 +156,9 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
     let outputs = Outputs::of(&loaded, channels, &inputs, &free)?;
     let numbers = (loaded.parameters.as_slice(), loaded.kept.as_slice());
     let (matrix_c, matrix_d) =
-        outputs.slopes(&loaded)?.matrices(numbers, moving, &changes, 2 * n_free, &inputs);
+        outputs.slopes(&loaded)?.matrices(numbers, moving, &changes, size, &inputs);
     let outputs = outputs.columns;
-    let (kept, states) = kept_states(&loaded, &reduced);
+    let (kept, states) = kept_states(&loaded, &positions, &reduced);
     let matrix_a = matrix_a.select_rows(&kept).select_columns(&kept);
     let poles = eigenvalues(&matrix_a).iter().map(|s| [s.re, s.im]).collect();
     Ok(Linear {
@@ -155,6 +174,16 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         pose: pose_of(&loaded, &q)?,
         held: loaded.held_contacts(),
     })
+}
+
+/// G with its rows between rates, which ∂g/∂q does not have; `None` where there are none.
+fn with_rows_of_rates(loaded: &Loaded, at: &ForcesAt) -> Option<DMatrix<f64>> {
+    let is_of_rates = |row: usize| loaded.system().constraints[row].is_of_rates();
+    let rows = loaded.kept.iter().enumerate().filter(|(_, row)| is_of_rates(**row));
+    let rows: Vec<usize> = rows.map(|(k, _)| k).collect();
+    let mut jacobian = (!rows.is_empty()).then(|| at.jacobian.clone())?;
+    rows.into_iter().for_each(|k| jacobian.set_row(k, &at.wrenches.row(k)));
+    Some(jacobian)
 }
 
 /// The inputs of these names, and the parameters among them: parameters of loads, efforts by what they work on.
@@ -199,20 +228,24 @@ impl Linear {
 
 /// The places in (y, ẏ) of the states of the linear system, all but the integrals of states, with names and units:
 /// quantities, their rates, then states.
-pub(crate) fn kept_states(loaded: &Loaded, reduced: &Reduced) -> (Vec<usize>, Vec<Column>) {
+pub(crate) fn kept_states(
+    loaded: &Loaded,
+    positions: &Reduced,
+    reduced: &Reduced,
+) -> (Vec<usize>, Vec<Column>) {
     let coordinates = loaded.system().coordinates();
     let integrals = loaded.state_coordinates();
-    let state =
-        |k: usize| integrals.iter().map(|&i| &coordinates[i]).find(|c| c.name == reduced.names[k]);
-    let n = reduced.n();
-    let (of_states, of_motions): (Vec<usize>, Vec<usize>) =
-        (0..n).partition(|&k| state(k).is_some());
-    let (names, units) = (&reduced.names, &reduced.units);
+    let named = |name: &String| integrals.iter().map(|&i| &coordinates[i]).find(|c| c.name == *name);
+    let state = |k: usize| named(&reduced.names[k]);
+    let n = positions.n();
     let (mut kept, mut columns) = (Vec::new(), Vec::new());
-    for &k in &of_motions {
+    for (k, name) in positions.names.iter().enumerate().filter(|(_, name)| named(name).is_none()) {
         kept.push(k);
-        columns.push(Column::new(names[k].clone(), units[k]));
+        columns.push(Column::new(name.clone(), positions.units[k]));
     }
+    let (of_states, of_motions): (Vec<usize>, Vec<usize>) =
+        (0..reduced.n()).partition(|&k| state(k).is_some());
+    let (names, units) = (&reduced.names, &reduced.units);
     for &k in &of_motions {
         kept.push(n + k);
         columns.push(Column::new(rate_name(&names[k]), rate_unit(units[k], 1)));

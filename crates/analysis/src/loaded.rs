@@ -6,7 +6,7 @@ use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::modes::with_branches;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
-use bksim_model::{HeldChange, HeldSignal, JointId, Measure, Model, ParameterId};
+use bksim_model::{CouplingKind, HeldChange, HeldSignal, JointId, Measure, Model, ParameterId};
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::{Effort, Uniqueness};
 
@@ -314,6 +314,21 @@ pub(crate) fn known_along_a_motion(model: &Model, times: &Range) -> Result<(), A
 pub(crate) fn without_memory(model: &Model) -> Result<(), AnalysisError> {
     model.held.first().map_or(Ok(()), |signal| Err(remembers(signal)))?;
     without_reactions(model)
+}
+
+/// Refuses a model with conditions on rates, which positions alone do not keep.
+///
+/// # Errors
+/// [`AnalysisError::Rejected`] with the first of them.
+pub(crate) fn without_rates(model: &Model) -> Result<(), AnalysisError> {
+    let joint = model.joints.iter().find(|joint| joint.kind.n_rates() > 0);
+    let joint = joint.map(|joint| (format!("joint `{}`", joint.name), &joint.span));
+    let condition = model.couplings.iter().find(|of| of.kind == CouplingKind::Rate);
+    let condition = condition.map(|of| (format!("condition `{}`", of.name), &of.span));
+    let Some((what, span)) = joint.or(condition) else { return Ok(()) };
+    let note = "it holds between rates and leaves every position free, so that positions do not follow from each other";
+    let help = "solve the motion in time, or ask for linear equations about the start: `bksim linearize --about start`";
+    Err(refused((what, span, "a condition on rates"), note, help))
 }
 
 /// A signal that is held, as a fault.

@@ -20,7 +20,7 @@ use crate::balance::Balance;
 use crate::equilibrium::{CrossingBranch, Stability};
 use crate::error::AnalysisError;
 use crate::forces::ForcesAt;
-use crate::loaded::Loaded;
+use crate::loaded::{Loaded, without_rates};
 use crate::pencil::Pencil;
 use crate::quantity::PoseQuantity;
 use crate::state::State;
@@ -84,6 +84,7 @@ pub fn modes(model: Model, about: About) -> Result<Modes, AnalysisError> {
 
 /// The modes of a mechanism whose start is found.
 pub(crate) fn modes_of(loaded: &Loaded, about: About) -> Result<Modes, AnalysisError> {
+    without_rates(loaded.model())?;
     let mut balance = Balance::of(loaded, &[], &[])?;
     let (found, state) = match about {
         About::Instant(t) => return Err(AnalysisError::NotAtRest { t }),

@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 use crate::around::Around;
 use crate::balance::Balance;
 use crate::error::AnalysisError;
+use crate::loaded::without_rates;
 
 /// Positions in balance, sorted by what stops that are open at the start allow.
 #[derive(Clone, Debug, Default)]
@@ -36,6 +37,7 @@ impl Balance<'_> {
     /// # Errors
     /// [`AnalysisError::GoesNowhere`] for a start that yields, but goes nowhere.
     pub(crate) fn all(&mut self) -> Result<Poses, AnalysisError> {
+        without_rates(self.loaded.model())?;
         let q = self.start();
         let around = self.around_start()?;
         match around {

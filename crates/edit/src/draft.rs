@@ -6,7 +6,7 @@ use crate::edit::EditError;
 use crate::places::{Kind, Place, Places};
 
 /// Sections in the order in which new ones are put into a text.
-const ORDER: [&str; 19] = [
+const ORDER: [&str; 20] = [
     "name",
     "drawing",
     "space",
@@ -19,6 +19,7 @@ const ORDER: [&str; 19] = [
     "bodies",
     "joints",
     "couplings",
+    "conditions",
     "states",
     "clocks",
     "signals",
@@ -289,8 +290,18 @@ fn is_headed(table: &[&str]) -> bool {
     match table {
         [section] => ORDER.contains(section),
         [section, _] => {
-            ["bodies", "joints", "loads", "drives", "couplings", "curves", "signals", "states"]
-                .contains(section)
+            const NAMED: [&str; 9] = [
+                "bodies",
+                "joints",
+                "loads",
+                "drives",
+                "couplings",
+                "conditions",
+                "curves",
+                "signals",
+                "states",
+            ];
+            NAMED.contains(section)
         }
         _ => false,
     }

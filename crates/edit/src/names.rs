@@ -9,11 +9,12 @@ use crate::edit::EditError;
 use crate::places::{Kind, Place, Places};
 
 /// Sections whose keys are names.
-pub(crate) const NAMED: [&str; 11] = [
+pub(crate) const NAMED: [&str; 12] = [
     "parameters",
     "bodies",
     "joints",
     "couplings",
+    "conditions",
     "loads",
     "drives",
     "curves",

@@ -17,7 +17,7 @@ use crate::belt;
 use crate::constraint::{Constraint, Source};
 use crate::contact::{self, ContactRow};
 use crate::coordinate::{Coordinate, Owner};
-use crate::coupling::coupling_rows;
+use crate::coupling::{coupling_rows, rate_row};
 use crate::folding::{MAX_TERMS_OF_FORCE, MAX_TERMS_OF_SLOPE};
 use crate::force::{AlongLine, Loads, Wrench, efforts_on_curves};
 use crate::joint;
@@ -26,6 +26,7 @@ use crate::lagrange;
 use crate::modes::with_modes;
 use crate::norm;
 use crate::recursion;
+use crate::rope;
 use crate::rotor;
 use crate::rubbing::measured_reactions;
 use crate::signal::signal_values;
@@ -33,7 +34,7 @@ use crate::sparse::SparseMatrix;
 use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::tree::Tree;
-use bksim_model::{CouplingId, DriveId, HeldSignal, JointKind, Model, MotionKind, StateId};
+use bksim_model::{CouplingId, CouplingKind, DriveId, HeldSignal, JointKind, Model, MotionKind, RopeId, StateId};
 
 /// Derives the equations of motion of `model` by the way that makes them shorter.
 pub fn assemble(model: &Model) -> SymbolicSystem {
@@ -66,6 +67,10 @@ fn assemble_along(
     let signals = signal_values(model, &kinematics);
     let mut loads = Loads::of(model, &kinematics, &signals);
     loads.applied.extend(belt::elastic_wrenches(model, &kinematics, &signals));
+    for rope in 0..model.ropes.len() {
+        let wrenches = rope::elastic_wrenches(model, &kinematics, &signals, RopeId(rope));
+        loads.applied.extend(wrenches);
+    }
     let mut left = match derivation {
         Derivation::Lagrange => {
             lagrange::left_side(model, &kinematics, pool.sum(loads.potentials.iter().copied()))
@@ -103,8 +108,7 @@ fn assemble_along(
     let constraints = constraints(model, &tree, &kinematics, &rows);
     let contacts = contact::contacts(model, &kinematics, &signals, &rows, &constraints);
     let constraint_jacobian = constraint_jacobian(model, &tree, &kinematics, &constraints);
-    let constraint_rate =
-        constraints.iter().map(|c| pool.simplify(pool.diff(c.expression, model.time))).collect();
+    let constraint_rate = constraint_rates(model, &kinematics, &constraints);
 
     let reaction_values = measured_reactions(model, &kinematics, &constraints);
 
@@ -147,8 +151,7 @@ pub fn assemble_positions(model: &Model) -> SymbolicSystem {
     let kinematics = Kinematics::of_positions(model, &tree);
     let constraints = constraints(model, &tree, &kinematics, &[]);
     let constraint_jacobian = constraint_jacobian(model, &tree, &kinematics, &constraints);
-    let constraint_rate =
-        constraints.iter().map(|c| pool.simplify(pool.diff(c.expression, model.time))).collect();
+    let constraint_rate = constraint_rates(model, &kinematics, &constraints);
     let nq = kinematics.coordinates.len();
     let nothing = vec![pool.zero(); nq];
     SymbolicSystem {
@@ -276,7 +279,14 @@ fn constraint_jacobian(
     let n_columns = kinematics.coordinates.len();
     let mut entries = Vec::new();
     for (row, constraint) in constraints.iter().enumerate() {
-        if has_row_of_wrenches(model, tree, constraint.source) {
+        if let (Source::Coupling(id), true) = (constraint.source, constraint.is_of_rates()) {
+            let rate = rate_row(model, kinematics, id);
+            let moving = kinematics.coordinates_in(pool, &[rate]);
+            let slope = |i: usize| pool.simplify(pool.diff(rate, kinematics.coordinates[i].v));
+            entries.extend(moving.into_iter().map(|i| (row, i, slope(i))));
+            continue;
+        }
+        if has_row_of_wrenches(model, tree, constraint) {
             let powers = powers(model, kinematics, &constraint.wrenches).into_iter().enumerate();
             let slope = |terms: Vec<Expr>| pool.simplify(pool.neg(pool.sum(terms)));
             entries.extend(powers.map(|(i, terms)| (row, i, slope(terms))));
@@ -294,19 +304,40 @@ fn constraint_jacobian(
     SparseMatrix::new(constraints.len(), n_columns, entries)
 }
 
+/// ∂g/∂t; of a condition between rates what it has without them.
+fn constraint_rates(
+    model: &Model,
+    kinematics: &Kinematics,
+    constraints: &[Constraint],
+) -> Vec<Expr> {
+    let pool = &model.pool;
+    let rate = |constraint: &Constraint| match constraint.source {
+        Source::Coupling(id) if constraint.is_of_rates() => {
+            let at_rest: Vec<(SymbolId, Expr)> =
+                kinematics.coordinates.iter().map(|c| (c.v, pool.zero())).collect();
+            pool.simplify(pool.substitute(rate_row(model, kinematics, id), &at_rest))
+        }
+        _ => pool.simplify(pool.diff(constraint.expression, model.time)),
+    };
+    constraints.iter().map(rate).collect()
+}
+
 /// True where the row of G is that of the wrenches of a constraint, and not the gradient of its expression.
-pub(crate) fn has_row_of_wrenches(model: &Model, tree: &Tree, source: Source) -> bool {
+pub(crate) fn has_row_of_wrenches(model: &Model, tree: &Tree, constraint: &Constraint) -> bool {
+    let source = constraint.source;
     match source {
         Source::Coupling(CouplingId(coupling)) => {
             model.couplings[coupling].kind.has_row_of_wrenches(!tree.cuts.is_empty())
         }
+        Source::Stop(_) if constraint.direction == "rope" => true,
         Source::Drive(_) | Source::Stop(_) | Source::Friction(_) => {
             source.joint(model).is_some_and(|joint| {
                 let is_screw = matches!(model.joints[joint.0].kind, JointKind::Screw { .. });
                 is_screw && tree.cuts.contains(&joint)
             })
         }
-        Source::Joint(_) | Source::Quaternion(_) => false,
+        Source::Joint(_) => constraint.is_of_rates(),
+        Source::Quaternion(_) => false,
     }
 }
 
@@ -356,8 +387,13 @@ fn constraints(
         add(norm::row(pool, turning), source, "norm", MotionKind::Rotation, Vec::new());
     }
     for row in coupling_rows(model, kinematics) {
-        let effort = model.couplings[row.coupling.0].effort;
-        add(row.expression, Source::Coupling(row.coupling), "coupling", effort, row.wrenches);
+        let coupling = &model.couplings[row.coupling.0];
+        let (expression, direction) = match coupling.kind {
+            CouplingKind::Rate => (pool.zero(), "rate"),
+            _ => (row.expression, "coupling"),
+        };
+        let source = Source::Coupling(row.coupling);
+        add(expression, source, direction, coupling.effort, row.wrenches);
     }
     for (drive_idx, drive) in model.drives.iter().enumerate() {
         let joint = &model.joints[drive.joint.0];

@@ -8,8 +8,8 @@
 //! at c₁ − r₁ ẑ × e and c₂ − r₂ ẑ × e              radii below zero where the belt turns right
 //! ```
 
-use bksim_expr::{Expr, SymbolId};
-use bksim_model::{Anchor, Belt, BeltId, BeltWheel, GROUND, Model, Vector};
+use bksim_expr::{Expr, Pool, SymbolId};
+use bksim_model::{Anchor, Belt, BeltId, BeltWheel, BodyId, GROUND, Model, Vector};
 
 use crate::force::Wrench;
 use crate::kinematics::Kinematics;
@@ -33,8 +33,19 @@ pub(crate) fn strand_wrenches(
     let wheels = [strand, (strand + 1) % belt.wheels.len()].map(|k| &belt.wheels[k]);
     let wheel_ends = wheels.map(|wheel| ends(model, wheel)[0]);
     let centers = wheels.map(|wheel| kinematics.anchor(model, ends(model, wheel)[1]));
-    let [first, second] = wheels.map(|wheel| wheel.radius);
+    let bodies = wheel_ends.map(|end| end.body);
+    let places = wheel_ends.map(|end| kinematics.anchor(model, end));
+    span_wrenches(pool, centers, places, bodies, wheels.map(|wheel| wheel.radius))
+}
 
+/// The wrenches of a free strand with tension one between two wheels, with the places where the forces are taken to act.
+pub(crate) fn span_wrenches(
+    pool: &Pool,
+    centers: [Vector; 2],
+    places: [Vector; 2],
+    bodies: [BodyId; 2],
+    [first, second]: [Expr; 2],
+) -> Vec<Wrench> {
     let z = spatial::z_axis(pool);
     let d = spatial::sub(pool, &centers[1], &centers[0]);
     let delta = pool.sub(second, first);
@@ -50,12 +61,7 @@ pub(crate) fn strand_wrenches(
     let on = |k: usize, radius: Expr, force: Vector| {
         let arm = spatial::neg(pool, &spatial::scale(pool, radius, &aside));
         let moment = spatial::cross(pool, &arm, &force);
-        Wrench {
-            body: wheel_ends[k].body,
-            force,
-            at: kinematics.anchor(model, wheel_ends[k]),
-            moment,
-        }
+        Wrench { body: bodies[k], force, at: places[k], moment }
     };
     vec![on(0, first, e), on(1, second, spatial::neg(pool, &e))]
 }

@@ -12,18 +12,18 @@ pub enum Source {
     Joint(JointId),
     /// The quaternion by which a body turns has the length one.
     Quaternion(BodyId),
-    /// A condition between motions of joints.
+    /// A condition between motions of joints, or between rates.
     Coupling(CouplingId),
     /// A prescribed motion.
     Drive(DriveId),
-    /// A limit of a motion, which holds while bodies are in contact.
+    /// A limit of a motion, which holds while bodies are in contact, or of a rope's way, while it is taut.
     Stop(LoadId),
     /// Dry friction, which holds while it sticks.
     Friction(LoadId),
 }
 
 impl Source {
-    /// The joint that the row acts in; none of a coupling, which acts in several, or of a quaternion's
+    /// The joint that the row acts in; none of a coupling or a rope, which act in several, or of a quaternion's
     /// length, which no force keeps.
     pub fn joint(self, model: &Model) -> Option<JointId> {
         match self {
@@ -32,7 +32,7 @@ impl Source {
             Self::Drive(drive) => Some(model.drives[drive.0].joint),
             Self::Stop(load) | Self::Friction(load) => match model.loads[load.0].kind {
                 LoadKind::Stop { joint, .. } | LoadKind::Friction { joint, .. } => Some(joint),
-                _ => unreachable!("only stops and friction have rows"),
+                _ => None,
             },
         }
     }
@@ -49,7 +49,12 @@ impl Source {
     }
 }
 
-/// One constraint row g(t, q) = 0 with its multiplier.
+/// The directions of rows that hold between rates: of a stated condition, and of the slip of a wheel or blade along a
+/// plane.
+pub(crate) const OF_RATES: [&str; 3] = ["rate", "along", "across"];
+
+/// One constraint row g(t, q) = 0 with its multiplier; of a row between rates g is zero, and only G v + r = 0 says
+/// something.
 #[derive(Clone, Debug)]
 pub struct Constraint {
     /// g, m or rad; of a quaternion a pure number.
@@ -58,11 +63,19 @@ pub struct Constraint {
     pub lambda: SymbolId,
     /// The joint, coupling, drive or contact it comes from.
     pub source: Source,
-    /// `x`, `y`, `z`, `normal`, `angle`, `length`, `motion`, `norm`, `coupling`, `min`, `max` or `friction`.
+    /// `x`, `y`, `z`, `normal`, `angle`, `length`, `motion`, `norm`, `coupling`, `min`, `max`, `rope` or `friction`;
+    /// `rate`, `along` or `across` of a row between rates.
     pub direction: &'static str,
     /// Translation where λ is a force, rotation where it is a moment.
     pub effort: MotionKind,
     /// Wrenches on bodies for λ = 1: of a joint, drive or contact that on the joint's successor, then its
     /// opposite on the predecessor, both at the successor's joint point.
     pub wrenches: Vec<Wrench>,
+}
+
+impl Constraint {
+    /// True where the row holds between rates and leaves all positions free: its row of G is no gradient.
+    pub fn is_of_rates(&self) -> bool {
+        OF_RATES.contains(&self.direction)
+    }
 }

@@ -7,8 +7,9 @@ use crate::coupling::along;
 use crate::force::Wrench;
 use crate::joint;
 use crate::kinematics::Kinematics;
+use crate::rope::section_wrenches;
 use crate::rubbing::friction;
-use crate::signal::values_at_start;
+use crate::signal::{signal_values, values_at_start};
 use crate::sliding::Sliding;
 use bksim_model::{FrictionLaw, JointId, LoadId, LoadKind, Model, MotionKind, Signal};
 
@@ -17,9 +18,9 @@ use bksim_model::{FrictionLaw, JointId, LoadId, LoadKind, Model, MotionKind, Sig
 pub struct Contact {
     /// The stop or the friction.
     pub load: LoadId,
-    /// The joint it acts in.
-    pub joint: JointId,
-    /// Position p of the motion it acts on, rad or m.
+    /// The joint it acts in; `None` of a rope.
+    pub joint: Option<JointId>,
+    /// Position p of the motion it acts on, rad or m; φ of a rope.
     pub position: Expr,
     /// φ of a stop, whether or not its row holds; p₀ − p of friction.
     pub expression: Expr,
@@ -90,6 +91,16 @@ pub fn penetrations(model: &Model, kinematics: &Kinematics) -> Vec<Penetration> 
     let pool = &model.pool;
     let mut all = Vec::new();
     for (load_idx, load) in model.loads.iter().enumerate() {
+        if let LoadKind::Rope { excess, .. } = load.kind {
+            let values = signal_values(model, kinematics);
+            all.push(Penetration {
+                load: LoadId(load_idx),
+                direction: "rope",
+                expression: pool.substitute(excess, &values),
+                motion: MotionKind::Translation,
+            });
+            continue;
+        }
         let LoadKind::Stop { joint, motion_idx, min, max, .. } = load.kind else { continue };
         let position = kinematics.joint_positions(model, joint)[motion_idx];
         let motion = model.joints[joint.0].kind.motions()[motion_idx];
@@ -119,7 +130,7 @@ pub fn penetrations(model: &Model, kinematics: &Kinematics) -> Vec<Penetration> 
 /// A row of a contact before it has a multiplier.
 pub(crate) struct ContactRow {
     load: LoadId,
-    joint: JointId,
+    joint: Option<JointId>,
     position: Expr,
     /// Symbols of ς and p₀ of friction.
     states: Option<[SymbolId; 2]>,
@@ -143,6 +154,21 @@ pub(crate) fn contact_rows(
     let mut rows: Vec<ContactRow> = Vec::new();
     for (load_idx, load) in model.loads.iter().enumerate() {
         let load_id = LoadId(load_idx);
+        if let LoadKind::Rope { rope, section, excess, .. } = load.kind {
+            let expression = pool.substitute(excess, signals);
+            rows.push(ContactRow {
+                load: load_id,
+                joint: None,
+                position: expression,
+                states: None,
+                expression,
+                source: Source::Stop(load_id),
+                direction: "rope",
+                effort: MotionKind::Translation,
+                wrenches: section_wrenches(model, kinematics, rope, section),
+            });
+            continue;
+        }
         let (LoadKind::Stop { joint, motion_idx, .. }
         | LoadKind::Friction { joint, motion_idx, .. }) = load.kind
         else {
@@ -162,7 +188,7 @@ pub(crate) fn contact_rows(
         let mut add = |expression, source, direction, wrenches, states| {
             rows.push(ContactRow {
                 load: load_id,
-                joint,
+                joint: Some(joint),
                 position,
                 states,
                 expression,
@@ -238,7 +264,7 @@ pub(crate) fn contacts(
     let law_of = |row: usize, ContactRow { load, joint, states, .. }: &ContactRow| {
         let (law, [slip, stuck_at]) = match (&model.loads[load.0].kind, states) {
             (LoadKind::Friction { law, .. }, Some(states)) => (law, *states),
-            (LoadKind::Stop { restitution, .. }, _) => {
+            (LoadKind::Stop { restitution, .. } | LoadKind::Rope { restitution, .. }, _) => {
                 return Law::Stop { restitution: *restitution };
             }
             _ => unreachable!("only stops and friction have rows"),
@@ -249,7 +275,8 @@ pub(crate) fn contacts(
                 // Friction that sticks is against the motion that it keeps from beginning.
                 let own = pool.symbol_expr(constraints[row].lambda);
                 let held = pool.call(Function::Sign, &[own]).expect("one argument");
-                let at = (*joint, surface);
+                let joint = joint.expect("friction acts in a joint");
+                let at = (joint, surface);
                 let size = |mu, slip| friction(model, kinematics, constraints, at, (mu, slip));
                 [size(sliding, pool.symbol_expr(slip)), size(sticking, pool.neg(held))]
             }

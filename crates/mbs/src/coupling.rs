@@ -6,10 +6,11 @@
 //!
 //! ```text
 //! relation, screw   −∂g/∂s on what the position s measures: along or about the joint's motion
+//! rate              −∂e/∂ṡ on what the rate ṡ measures
 //! gear, belt        λ r₂ about the axis of the second wheel, λ r₂ (i − 1) n × d / d² through its centre,
 //!                   and the opposite on the first, with the ratio i and the line of centres d
 //! rack              λ along the rack at the pitch point, and the opposite on the pinion
-//! strand            λ along the strand on the wheel that it leaves, and the opposite on the next: its tension
+//! strand, rope      λ along the strand on the wheel that it leaves, and the opposite on the next: its tension
 //! ```
 //!
 //! The pair of gears and of belts is the force at the pitch point, or the difference of the tensions of the two
@@ -24,16 +25,18 @@ use crate::force::Wrench;
 use crate::joint;
 use crate::kinematics::Kinematics;
 use crate::pose::orientation;
+use crate::rope::section_wrenches;
 use crate::signal::signal_values;
 use crate::spatial;
 use bksim_model::{
-    Axis, BodyId, Coupling, CouplingId, CouplingKind, JointId, Measure, Model, Rack, Signal, Space,
-    Vector, Wheels,
+    Axis, BodyId, Coupling, CouplingId, CouplingKind, Frame, JointId, Measure, Model, Rack, Signal,
+    Space, Vector, Wheels,
 };
 
 /// A row of a coupling before it has a multiplier.
 pub(crate) struct CouplingRow {
     pub(crate) coupling: CouplingId,
+    /// g, or what is zero between rates.
     pub(crate) expression: Expr,
     /// On the bodies for λ = 1.
     pub(crate) wrenches: Vec<Wrench>,
@@ -53,6 +56,12 @@ pub(crate) fn coupling_rows(model: &Model, kinematics: &Kinematics) -> Vec<Coupl
     model.couplings.iter().enumerate().map(row).collect()
 }
 
+/// What is zero of a condition between rates, of t, q and v: the row of G are its slopes by v, the rest is ∂g/∂t.
+pub(crate) fn rate_row(model: &Model, kinematics: &Kinematics, id: CouplingId) -> Expr {
+    let values = signal_values(model, kinematics);
+    model.pool.substitute(model.couplings[id.0].relation, &values)
+}
+
 /// The wrenches of a unit multiplier on the bodies.
 pub fn wrenches(
     model: &Model,
@@ -61,13 +70,16 @@ pub fn wrenches(
     values: &[(SymbolId, Expr)],
 ) -> Vec<Wrench> {
     let pair = match coupling.kind {
-        CouplingKind::Relation | CouplingKind::Screw => None,
+        CouplingKind::Relation | CouplingKind::Rate | CouplingKind::Screw => None,
         CouplingKind::Gear(wheels) | CouplingKind::Belt(wheels) => {
             of_wheels(model, kinematics, &wheels)
         }
         CouplingKind::Rack(rack) => Some(of_rack(model, kinematics, &rack)),
         CouplingKind::Strand(belt, strand) => {
             Some(strand_wrenches(model, kinematics, &model.belts[belt.0], strand))
+        }
+        CouplingKind::Rope(rope, section) => {
+            Some(section_wrenches(model, kinematics, rope, section))
         }
     };
     pair.unwrap_or_else(|| of_relation(model, kinematics, coupling, values))
@@ -82,6 +94,8 @@ fn of_relation(
 ) -> Vec<Wrench> {
     let pool = &model.pool;
     let used = model.signals.iter().filter(|s| pool.depends_on(coupling.relation, s.symbol));
+    let is_of_rates = coupling.kind == CouplingKind::Rate;
+    let used = used.filter(|signal| !is_of_rates || signal.measure.is_rate());
     let of_signal = |signal: &Signal| {
         let slope = pool.diff(coupling.relation, signal.symbol);
         let effort = pool.neg(pool.simplify(pool.substitute(slope, values)));
@@ -93,26 +107,35 @@ fn of_relation(
     used.flat_map(of_signal).collect()
 }
 
-/// The wrenches of a unit effort along a position: they do the work ∂s.
+/// The wrenches of a unit effort along a position, or along what a rate is of: they do the work ∂s.
 pub(crate) fn along(model: &Model, kinematics: &Kinematics, position: Measure) -> Vec<Wrench> {
     let pool = &model.pool;
     let zero = spatial::zero(pool);
     let turning =
         |body: BodyId, axis: &Vector| Wrench { body, force: zero, at: zero, moment: *axis };
     match position {
-        Measure::JointPosition(joint_id, motion_idx) => {
+        Measure::JointPosition(joint_id, motion_idx)
+        | Measure::JointVelocity(joint_id, motion_idx) => {
             let joint = &model.joints[joint_id.0];
             let positions = kinematics.joint_positions(model, joint_id);
             let sides = kinematics.sides(model, joint);
             let unit = joint::effort(pool, joint, motion_idx, &positions, &sides);
             Wrench::through_joint(model, kinematics, joint_id, &unit)
         }
-        Measure::PointPosition(body, point, axis) => {
+        Measure::PointPosition(body, point, axis) | Measure::PointVelocity(body, point, axis) => {
             let axis = spatial::axes(pool)[axis_idx(axis)];
             let at = kinematics.position(model, body, point);
             vec![Wrench { body, force: axis, at, moment: zero }]
         }
-        Measure::BodyAngle(body) => vec![turning(body, &spatial::z_axis(pool))],
+        Measure::BodyAngle(body) | Measure::BodyRate(body) => {
+            vec![turning(body, &spatial::z_axis(pool))]
+        }
+        Measure::AngularVelocity(body, frame, axis) => {
+            let axis = spatial::axes(pool)[axis_idx(axis)];
+            let rotation = &kinematics.poses[body.0].rotation;
+            let axis = if frame == Frame::Body { rotation.apply(pool, &axis) } else { axis };
+            vec![turning(body, &axis)]
+        }
         Measure::Turn(body, against, joint) => {
             let axis = axis_of(model, kinematics, joint);
             vec![turning(body, &axis), turning(against, &spatial::neg(pool, &axis))]

@@ -25,6 +25,7 @@ pub mod quantity;
 pub mod quaternion;
 pub mod reaction;
 mod recursion;
+mod rope;
 mod rotor;
 mod rubbing;
 pub mod signal;

@@ -80,13 +80,22 @@ pub fn particles(model: &Model) -> Vec<bool> {
                 turns(wheels.carrier);
             }
             CouplingKind::Rack(rack) => rack.bodies.into_iter().for_each(&mut turns),
-            CouplingKind::Relation | CouplingKind::Screw | CouplingKind::Strand(..) => (),
+            CouplingKind::Relation
+            | CouplingKind::Rate
+            | CouplingKind::Screw
+            | CouplingKind::Strand(..)
+            | CouplingKind::Rope(..) => (),
         }
     }
     for wheel in model.belts.iter().flat_map(|belt| &belt.wheels) {
         let joint = &model.joints[wheel.joint.0];
         for end in [joint.predecessor, joint.successor] {
             turns(end.body);
+        }
+    }
+    for node in model.ropes.iter().flat_map(|rope| &rope.nodes) {
+        if !pool.is_zero(node.radius) || !is_central(node.center) {
+            turns(node.center.body);
         }
     }
     // Whatever is stated or measured.

@@ -15,9 +15,10 @@ use crate::constraint::Source;
 use crate::contact::{Contact, Law};
 use crate::coordinate::Owner;
 use crate::force::{self, Wrench};
+use crate::rope;
 use crate::signal::signal_values;
 use crate::system::SymbolicSystem;
-use bksim_model::{BeltId, CouplingId, DriveId, JointId, Load, LoadId, Model};
+use bksim_model::{BeltId, CouplingId, DriveId, JointId, Load, LoadId, Model, RopeId};
 
 /// A part that gives or takes energy.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -26,6 +27,8 @@ pub enum Actor {
     Load(LoadId),
     /// A belt that stretches.
     Belt(BeltId),
+    /// A rope that stretches.
+    Rope(RopeId),
     /// A prescribed motion.
     Drive(DriveId),
     /// A coupling whose relation time moves.
@@ -51,6 +54,7 @@ impl Actor {
         match self {
             Self::Load(LoadId(k)) => ("load", &model.loads[k].name),
             Self::Belt(BeltId(k)) => ("belt", &model.belts[k].name),
+            Self::Rope(RopeId(k)) => ("rope", &model.ropes[k].name),
             Self::Drive(DriveId(k)) => ("drive", &model.drives[k].name),
             Self::Coupling(CouplingId(k)) => ("coupling", &model.couplings[k].name),
             Self::Joint(JointId(k)) => ("joint", &model.joints[k].name),
@@ -58,7 +62,7 @@ impl Actor {
     }
 }
 
-/// The powers of all parts that have one or a potential, in the order of loads, belts, drives, couplings and joints.
+/// The powers of all parts that have one or a potential, in the order of loads, belts, ropes, drives, couplings and joints.
 /// They may hold the symbols of signals that are held, and are meant for states within a phase of a run.
 pub fn powers(model: &Model, system: &SymbolicSystem) -> Vec<Power> {
     let pool = &model.pool;
@@ -68,6 +72,12 @@ pub fn powers(model: &Model, system: &SymbolicSystem) -> Vec<Power> {
     found.extend((0..model.belts.len()).map(|k| Power {
         actor: Actor::Belt(BeltId(k)),
         power: power_of(model, system, &unit(k)),
+        potential: pool.zero(),
+    }));
+    let of_rope = |k: usize| rope::elastic_wrenches(model, &system.kinematics, &signals, RopeId(k));
+    found.extend((0..model.ropes.len()).map(|k| Power {
+        actor: Actor::Rope(RopeId(k)),
+        power: power_of(model, system, &of_rope(k)),
         potential: pool.zero(),
     }));
     found.extend(of_moved_rows(model, system));

@@ -65,7 +65,12 @@ pub fn multiplier_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Quan
         let owner = match c.source {
             Source::Joint(JointId(j)) => format!("joint `{}`", model.joints[j].name),
             Source::Quaternion(BodyId(b)) => format!("quaternion of `{}`", model.bodies[b].name),
-            Source::Coupling(CouplingId(k)) => format!("coupling `{}`", model.couplings[k].name),
+            Source::Coupling(CouplingId(k)) => {
+                let coupling = &model.couplings[k];
+                let word =
+                    if coupling.kind == CouplingKind::Rate { "condition" } else { "coupling" };
+                format!("{word} `{}`", coupling.name)
+            }
             Source::Drive(DriveId(d)) => format!("drive `{}`", model.drives[d].name),
             Source::Stop(LoadId(l)) => format!("stop `{}`", model.loads[l].name),
             Source::Friction(LoadId(l)) => format!("friction `{}`", model.loads[l].name),
@@ -96,8 +101,10 @@ pub fn coupling_quantities(model: &Model) -> Vec<Quantity> {
     let quantity = |coupling: &Coupling| {
         let description = match coupling.kind {
             CouplingKind::Relation => "multiplier of the relation",
+            CouplingKind::Rate => "multiplier of the condition on rates",
             CouplingKind::Screw => "force on the second joint along its axis",
             CouplingKind::Strand(..) => "tension of the strand",
+            CouplingKind::Rope(..) => "pull of the rope",
             CouplingKind::Rack(_) => "tooth force on the rack along its axis",
             CouplingKind::Gear(_) => match coupling.effort {
                 MotionKind::Translation => {

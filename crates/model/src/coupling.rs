@@ -1,10 +1,10 @@
-//! Couplings: conditions between the motions of several joints, each kept by one force.
+//! Couplings: conditions between the motions of several joints, each kept by one force, and conditions on rates.
 
 use bksim_expr::Expr;
 
 use crate::body::Anchor;
 use crate::diagnostic::Span;
-use crate::ids::{BeltId, BodyId, JointId};
+use crate::ids::{BeltId, BodyId, JointId, RopeId};
 use crate::joint::MotionKind;
 
 /// A condition between motions of joints.
@@ -14,10 +14,11 @@ pub struct Coupling {
     pub name: String,
     /// The machine element that keeps the condition.
     pub kind: CouplingKind,
-    /// Zero where the condition holds, m or rad: an expression of time, parameters and signals of positions.
+    /// Zero where the condition holds, m or rad: an expression of time, parameters and signals of positions; of a
+    /// condition on rates m/s or rad/s, linear in signals of rates.
     pub relation: Expr,
-    /// Translation where the relation is a length, so that a force keeps it; rotation where it is an angle and
-    /// a moment keeps it.
+    /// Translation where the relation is a length or speed, so that a force keeps it; rotation where it is an angle or
+    /// its rate and a moment keeps it.
     pub effort: MotionKind,
     /// Position of the relation, or of the name when there is none.
     pub span: Span,
@@ -28,6 +29,8 @@ pub struct Coupling {
 pub enum CouplingKind {
     /// The relation as the author wrote it; the joints bear its force in their own motions.
     Relation,
+    /// A condition on rates alone, linear in them.
+    Rate,
     /// A nut on a spindle: a turn and a slide, with forces as those of a relation.
     Screw,
     /// Two gears whose teeth mesh.
@@ -38,17 +41,19 @@ pub enum CouplingKind {
     Rack(Rack),
     /// The strand of this number of a belt, from the wheel of this number to the next.
     Strand(BeltId, usize),
+    /// The part of this number of a rope, which stays taut.
+    Rope(RopeId, usize),
 }
 
 impl CouplingKind {
     /// True where the equations have its wrenches in place of its slopes: of pairs of forces at one place in a
-    /// mechanism with cut joints, whose reactions then are their multipliers, and of strands, whose slopes are
+    /// mechanism with cut joints, whose reactions then are their multipliers, and of strands and ropes, whose slopes are
     /// these wrenches, but written at length.
     pub fn has_row_of_wrenches(&self, has_cuts: bool) -> bool {
         match self {
             Self::Gear(_) | Self::Belt(_) | Self::Rack(_) => has_cuts,
-            Self::Strand(..) => true,
-            Self::Relation | Self::Screw => false,
+            Self::Strand(..) | Self::Rope(..) => true,
+            Self::Relation | Self::Rate | Self::Screw => false,
         }
     }
 }

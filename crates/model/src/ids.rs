@@ -23,6 +23,8 @@ ids! {
     CouplingId,
     /// Index into [`Model::belts`](crate::Model::belts).
     BeltId,
+    /// Index into [`Model::ropes`](crate::Model::ropes).
+    RopeId,
     /// Index into [`Model::curves`](crate::Model::curves).
     CurveId,
     /// Index into [`Model::laws`](crate::Model::laws).

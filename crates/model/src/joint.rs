@@ -21,7 +21,7 @@ pub struct Joint {
     pub successor: Anchor,
     /// Unit vector in the frame of the predecessor's point: rotation axis of a revolute (z in a plane),
     /// direction of a prismatic joint, slot or line, normal of a plane; the line on a curve has it in the frame of
-    /// the successor's point. Unused by weld, link, spherical, free and points on curves.
+    /// the successor's point, and so have blades and wheels. Unused by weld, link, spherical, free and points on curves.
     pub axis: Vector,
     /// Turns of the joint's frame on the successor against that of its point, each about an axis that those before
     /// it have turned; none where the axis has the same components in both.
@@ -133,6 +133,18 @@ pub enum JointKind {
     /// An actuator or rope without mass between the two points, whose one motion is their distance; always a
     /// constraint, though without rows.
     Cylinder,
+    /// The point of the successor moves along `axis`, which is fixed in the successor, and not across it in the
+    /// plane of x and y of the predecessor's point: a condition on rates; always a constraint.
+    KnifeEdge,
+    /// A disc, wheel or ball about the point of the successor rolls without slip on the plane of x and y of the
+    /// predecessor's point, on the side of z; always a constraint.
+    Rolling {
+        /// Radius of the circle about `axis`, which is fixed in the successor, along which the middle of the rim
+        /// goes, m; zero of a ball.
+        circle: Expr,
+        /// Radius of the rim across that circle, m: that of a ball, zero of a sharp edge.
+        rim: Expr,
+    },
 }
 
 /// Turning or sliding.
@@ -146,7 +158,7 @@ pub enum MotionKind {
 
 /// The words of a joint type in a model file, and its motions in the order of their coordinates:
 /// first translations, then rotations, each about an axis that those before it have turned.
-pub const JOINT_TYPES: [(&str, &[MotionKind]); 20] = {
+pub const JOINT_TYPES: [(&str, &[MotionKind]); 22] = {
     use MotionKind::{Rotation, Translation};
     [
         ("revolute", &[Rotation]),
@@ -169,6 +181,8 @@ pub const JOINT_TYPES: [(&str, &[MotionKind]); 20] = {
         ("line-on-curve", &[Rotation]),
         ("cylinder", &[Translation]),
         ("curve-on-curve", &[Rotation, Rotation]),
+        ("knife-edge", &[]),
+        ("rolling", &[]),
     ]
 };
 
@@ -196,6 +210,8 @@ impl JointKind {
             Self::LineOnCurve { .. } => 17,
             Self::Cylinder => 18,
             Self::CurveOnCurve { .. } => 19,
+            Self::KnifeEdge => 20,
+            Self::Rolling { .. } => 21,
         }
     }
 
@@ -214,6 +230,8 @@ impl JointKind {
     pub fn n_taken(&self) -> i64 {
         match self {
             Self::Cylinder => 0,
+            Self::KnifeEdge => 1,
+            Self::Rolling { .. } => 3,
             Self::Link { .. }
             | Self::LineOnCurve { .. }
             | Self::CurveOnCurve { arcs: None, .. } => 1,
@@ -227,7 +245,18 @@ impl JointKind {
     /// it stands.
     pub fn is_always_cut(&self) -> bool {
         matches!(self, Self::Link { .. } | Self::ConstantVelocity | Self::Cylinder)
+            || self.n_rates() > 0
             || self.curve().is_some()
+    }
+
+    /// The number of conditions on rates among those that a joint of this kind takes: they hold between velocities
+    /// and leave all positions free.
+    pub fn n_rates(&self) -> i64 {
+        match self {
+            Self::KnifeEdge => 1,
+            Self::Rolling { .. } => 2,
+            _ => 0,
+        }
     }
 
     /// The curve that a joint of this kind follows, whose parameter is its first coordinate.

@@ -35,6 +35,7 @@ mod measure_names;
 mod mesh;
 pub mod message;
 mod model;
+mod rope;
 mod solve;
 mod state;
 mod table;
@@ -49,7 +50,7 @@ pub use drive::Drive;
 pub use file::NoCompliance;
 pub use ids::{
     BeltId, BodyId, ClockId, CouplingId, CurveId, DriveId, GROUND, JointId, LawId, LoadId,
-    ParameterId, PointId, StateId, Vector,
+    ParameterId, PointId, RopeId, StateId, Vector,
 };
 pub use io::Io;
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
@@ -58,6 +59,7 @@ pub use measure::{Axis, Frame, Initial, Measure, Orientation, Resultant, Signal}
 pub use measure_names::reaction_words;
 pub use mesh::{Mesh, MeshFault, MeshMoments};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};
+pub use rope::{Rope, RopeNode, RopeSection};
 pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};
 pub use state::{Clock, HeldChange, HeldSignal, LatchRow, NamedSignal, State};
 pub use table::{FunctionPiece, MeasuredCurve, NamedFunction, TableCall};

@@ -4,7 +4,7 @@ use bksim_expr::Expr;
 
 use crate::body::Anchor;
 use crate::diagnostic::Span;
-use crate::ids::{BodyId, CouplingId, JointId, Vector};
+use crate::ids::{BodyId, CouplingId, JointId, RopeId, Vector};
 
 /// A force law.
 #[derive(Clone, Debug)]
@@ -101,6 +101,17 @@ pub enum LoadKind {
         /// Speed after an impact over the speed before, in 0 ..= 1.
         restitution: Expr,
     },
+    /// A part of a rope that may become slack: where it is taut it pulls, and pulls only.
+    Rope {
+        /// The rope.
+        rope: RopeId,
+        /// Which of its parts.
+        section: usize,
+        /// What its way has more than its own length, m: an expression of signals.
+        excess: Expr,
+        /// Speed after it has become taut over the speed before, in 0 ..= 1.
+        restitution: Expr,
+    },
     /// Dry friction in one motion of a joint.
     Friction {
         /// The joint whose motion it resists.
@@ -110,6 +121,13 @@ pub enum LoadKind {
         /// The size of the friction.
         law: FrictionLaw,
     },
+}
+
+impl Load {
+    /// Whether it is a rope that may become slack.
+    pub fn is_rope(&self) -> bool {
+        matches!(self.kind, LoadKind::Rope { .. })
+    }
 }
 
 impl LoadKind {
@@ -126,6 +144,7 @@ impl LoadKind {
             Self::Stop { min, max, restitution, .. } => {
                 [min, max, Some(restitution)].into_iter().flatten().collect()
             }
+            Self::Rope { excess, restitution, .. } => vec![excess, restitution],
             Self::Friction { law, .. } => law.expressions(),
         }
     }

@@ -122,6 +122,17 @@ impl Measure {
         matches!(self, Self::Reaction(..) | Self::Resultant(..))
     }
 
+    /// Whether it is the rate of a position, linear in velocities, that a condition on rates may hold.
+    pub fn is_rate(self) -> bool {
+        matches!(
+            self,
+            Self::JointVelocity(..)
+                | Self::PointVelocity(..)
+                | Self::BodyRate(_)
+                | Self::AngularVelocity(..)
+        )
+    }
+
     /// Whether it depends on velocities.
     pub fn is_velocity(self) -> bool {
         match self {

@@ -21,6 +21,7 @@ use crate::io::Io;
 use crate::joint::Joint;
 use crate::load::Load;
 use crate::measure::{Initial, Orientation, Signal};
+use crate::rope::Rope;
 use crate::solve::SolveOptions;
 use crate::state::{Clock, HeldChange, HeldSignal, NamedSignal, State};
 use crate::table::{MeasuredCurve, NamedFunction, TableCall};
@@ -54,6 +55,8 @@ pub struct Model<P = Pool> {
     pub laws: Vec<CamLaw>,
     /// Belts around any number of wheels, in file order.
     pub belts: Vec<Belt>,
+    /// Ropes over pulleys, in file order.
+    pub ropes: Vec<Rope>,
     /// Symbols that stand for what positions are where the start puts them: stated or guessed, else zero.
     pub at_start: Vec<Signal>,
     /// In file order.
@@ -108,6 +111,7 @@ impl<P> Model<P> {
             curves: self.curves.clone(),
             laws: self.laws.clone(),
             belts: self.belts.clone(),
+            ropes: self.ropes.clone(),
             at_start: self.at_start.clone(),
             drives: self.drives.clone(),
             states: self.states.clone(),

@@ -19,6 +19,8 @@ pub struct Channels {
     pub(crate) topics: Vec<(Topic, TopicKind)>,
     /// Rows of the couplings.
     couplings: Range<usize>,
+    /// The number of ropes that may become slack, whose rows are the last.
+    n_ropes: usize,
     /// Rows of the drives.
     drives: Range<usize>,
     /// Named expressions that are signals; those after them are outputs.
@@ -93,7 +95,8 @@ impl Channels {
         let rows = mechanism.system.constraints.iter().enumerate().map(row).collect();
         let n_signals = mechanism.model.named_signals.iter().filter(|s| !s.is_output).count();
         let forces = forces(&mechanism.model);
-        Self { topics: topics(mechanism), couplings, drives, n_signals, rows, forces }
+        let n_ropes = mechanism.model.loads.iter().filter(|load| load.is_rope()).count();
+        Self { topics: topics(mechanism), couplings, n_ropes, drives, n_signals, rows, forces }
     }
 
     /// The signals that have a value at every instant, with their names and fields: all but what a
@@ -136,7 +139,14 @@ impl Channels {
         let Signal { topic_idx, field_idx } = signal;
         match self.topics[topic_idx].1 {
             TopicKind::Reaction(joint) => uniqueness.reactions[joint][field_idx],
-            TopicKind::Couplings => uniqueness.couplings[field_idx],
+            TopicKind::Couplings => {
+                let n = uniqueness.couplings.len();
+                let ropes = uniqueness.contacts.len() - self.n_ropes;
+                match field_idx.checked_sub(n) {
+                    None => uniqueness.couplings[field_idx],
+                    Some(rope) => uniqueness.contacts[ropes + rope],
+                }
+            }
             TopicKind::Drives => uniqueness.drives[field_idx],
             TopicKind::Signals => self.is_named_unique(field_idx, uniqueness),
             TopicKind::Outputs => self.is_named_unique(self.n_signals + field_idx, uniqueness),
@@ -186,7 +196,10 @@ impl Channels {
             TopicKind::Multipliers => [lambda, &[]],
             TopicKind::Reaction(joint) => [&reactions[joint], &[]],
             // The multipliers of the rows of couplings and drives are their forces.
-            TopicKind::Couplings => [&lambda[self.couplings.clone()], &[]],
+            // Ropes that may become slack come last.
+            TopicKind::Couplings => {
+                [&lambda[self.couplings.clone()], &lambda[lambda.len() - self.n_ropes..]]
+            }
             TopicKind::Drives => [&lambda[self.drives.clone()], &[]],
             TopicKind::Inputs => [inputs, &[]],
             // A sample that was not filled yet has none.
@@ -276,6 +289,8 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, TopicKind)> {
         compiled.multipliers.iter().map(|m| Field::new(&m.name, &m.unit, &m.description));
     let coupled = compiled.couplings.iter();
     let coupled = coupled.map(|c| Field::new(&c.name, &c.unit, &c.description));
+    let ropes = mechanism.model.loads.iter().filter(|load| load.is_rope());
+    let coupled = coupled.chain(ropes.map(|rope| Field::new(&rope.name, "N", "pull of the rope")));
     let efforts = compiled.drives.iter().map(|d| Field::new(&d.name, &d.unit, &d.description));
 
     // Six components for each joint.

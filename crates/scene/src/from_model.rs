@@ -10,6 +10,7 @@ mod ground;
 mod markers;
 mod numbers;
 mod rail;
+mod ropes;
 mod sizes;
 mod solids;
 mod spans;
@@ -62,6 +63,7 @@ impl Scene {
         }
         shapes.extend(sketch.wheels());
         shapes.extend(sketch.belts());
+        shapes.extend(sketch.ropes());
         shapes.extend(sketch.stops());
         shapes.extend(sketch.torsion_springs());
         shapes.extend(sketch.pins());
@@ -74,7 +76,7 @@ impl Scene {
             is_planar: model.space == Space::Planar,
             bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
             shapes,
-            spans: [sketch.spans(), sketch.strands()].concat(),
+            spans: [sketch.spans(), sketch.strands(), sketch.rope_spans()].concat(),
             markers: sketch.markers(),
             pin: sketch.pin,
         }

@@ -15,6 +15,32 @@ pub struct Way {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct NoStrand(pub usize);
 
+/// The free part of a belt or rope between two wheels.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct FreeSpan {
+    /// Its direction, a unit vector.
+    pub direction: [f64; 2],
+    /// Where it leaves the one and comes to the other, m.
+    pub touching: [[f64; 2]; 2],
+}
+
+/// The free span from one wheel to the next, with their centres and radii, m: radii below zero where it turns right;
+/// `None` where there is no tangent.
+pub fn span_between(
+    (from, first): ([f64; 2], f64),
+    (to, second): ([f64; 2], f64),
+) -> Option<FreeSpan> {
+    let ([x, y], delta) = ([to[0] - from[0], to[1] - from[1]], second - first);
+    let square = x * x + y * y;
+    let length = (square - delta * delta).sqrt();
+    if !(length > 0.0 && length.is_finite()) {
+        return None;
+    }
+    let e = [(length * x + delta * y) / square, (length * y - delta * x) / square];
+    let touching = |c: [f64; 2], r: f64| [c[0] + r * e[1], c[1] - r * e[0]];
+    Some(FreeSpan { direction: e, touching: [touching(from, first), touching(to, second)] })
+}
+
 impl Way {
     /// The way around wheels with these centres and radii, m: radii below zero where it turns right.
     ///
@@ -25,17 +51,9 @@ impl Way {
         let mut strands = Vec::with_capacity(n);
         let mut directions = Vec::with_capacity(n);
         for k in 0..n {
-            let ((from, first), (to, second)) = (wheels[k], wheels[(k + 1) % n]);
-            let ([x, y], delta) = ([to[0] - from[0], to[1] - from[1]], second - first);
-            let square = x * x + y * y;
-            let length = (square - delta * delta).sqrt();
-            if !(length > 0.0 && length.is_finite()) {
-                return Err(NoStrand(k));
-            }
-            let e = [(length * x + delta * y) / square, (length * y - delta * x) / square];
-            let touching = |c: [f64; 2], r: f64| [c[0] + r * e[1], c[1] - r * e[0]];
-            strands.push([touching(from, first), touching(to, second)]);
-            directions.push(e);
+            let span = span_between(wheels[k], wheels[(k + 1) % n]).ok_or(NoStrand(k))?;
+            strands.push(span.touching);
+            directions.push(span.direction);
         }
         let wrap = |k: usize| {
             let ([ax, ay], [bx, by]) = (directions[(k + n - 1) % n], directions[k]);

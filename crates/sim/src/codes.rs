@@ -25,6 +25,7 @@ bksim_model::codes! {
     AT_DEAD_CENTRE = "S028", "at rest in a dead centre";
     RATE_JUMPS = "S029", "a drive whose rate jumps";
     POSITIONS_ALONE = "S030", "positions alone can be asked for";
+    ROPE_WAY = "S031", "a rope without a way";
     DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
     NO_VALUE = "R002", "an expression leaves its domain";
     STEP_TOO_SMALL = "R003", "the step size became too small";

@@ -8,9 +8,11 @@ use bksim_mbs::signal::{coordinates_at_start, signal_values};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
-use bksim_model::{Belt, Coupling, CouplingKind, Measure, Model, MotionKind, Space, Wheels};
+use bksim_model::{
+    Belt, Coupling, CouplingKind, Measure, Model, MotionKind, Rope, Space, Vector, Wheels,
+};
 
-use crate::belt::{NoStrand, Way};
+use crate::belt::{NoStrand, Way, span_between};
 use crate::codes;
 
 /// Largest difference of a centre distance from the sum of the radii, relative to it.
@@ -27,7 +29,7 @@ pub(crate) fn check_couplings(
     let mut faults = Vec::new();
     for coupling in &model.couplings {
         // A belt in space is refused as a whole.
-        if !matches!(coupling.kind, CouplingKind::Strand(..)) {
+        if !matches!(coupling.kind, CouplingKind::Strand(..) | CouplingKind::Rope(..)) {
             faults.extend(uncounted(model, system, coupling));
         }
         if let CouplingKind::Gear(wheels) | CouplingKind::Belt(wheels) = &coupling.kind {
@@ -37,7 +39,64 @@ pub(crate) fn check_couplings(
     for belt in &model.belts {
         faults.extend(belt_fault(model, system, belt)?);
     }
+    for rope in &model.ropes {
+        faults.extend(rope_fault(model, system, rope)?);
+    }
     Ok(faults)
+}
+
+/// A rope without a way where the start puts what it goes over.
+fn rope_fault(
+    model: &Model,
+    system: &SymbolicSystem,
+    rope: &Rope,
+) -> Result<Option<Diagnostic>, TapeError> {
+    let fault = |message: String, label: &str, help: String| {
+        let fault = Diagnostic::error(codes::ROPE_WAY, message).at(rope.span.clone(), label);
+        Ok(Some(fault.help(help)))
+    };
+    if model.space == Space::Spatial {
+        let message = format!("rope `{}` is laid in space", rope.name);
+        let help = "write a joint of type `distance` with `max` for a straight rope between two points";
+        return fault(message, "needs a planar model", help.to_owned());
+    }
+    let wheels: Vec<(Vector, Expr)> = (rope.nodes.iter())
+        .map(|node| (system.kinematics.anchor(model, node.center), node.radius))
+        .collect();
+    let wheels = at_the_start(model, system, &wheels)?;
+    let missing = wheels.windows(2).position(|pair| span_between(pair[0], pair[1]).is_none());
+    let Some(k) = missing else { return Ok(None) };
+    let (([ax, ay], a), ([bx, by], b)) = (wheels[k], wheels[k + 1]);
+    let mm = |length: f64| format!("{} mm", short(1e3 * length));
+    let message = format!(
+        "rope `{}` has no way from its place {} to the next, counted from 1",
+        rope.name,
+        k + 1
+    );
+    let label = format!("they are {} apart at the start", mm((bx - ax).hypot(by - ay)));
+    let help = format!(
+        "bring them more than {} apart: move them, state or guess in `[initial]` where they begin, or turn the other way around one",
+        mm((b - a).abs())
+    );
+    fault(message, &label, help)
+}
+
+/// Centres and radii where the start puts them, m.
+fn at_the_start(
+    model: &Model,
+    system: &SymbolicSystem,
+    wheels: &[(Vector, Expr)],
+) -> Result<Vec<([f64; 2], f64)>, TapeError> {
+    let pool = &model.pool;
+    let start: Vec<(SymbolId, Expr)> = coordinates_at_start(model, &system.kinematics);
+    let parts = wheels.iter().flat_map(|(center, radius)| [center[0], center[1], *radius]);
+    let outputs: Vec<Expr> = parts.map(|part| pool.substitute(part, &start)).collect();
+    let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+    let values: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
+    let tape = Tape::compile(pool, &outputs, &[], &symbols)?;
+    let mut out = vec![0.0; outputs.len()];
+    tape.evaluate(&mut tape.workspace(&values), &[], &mut out);
+    Ok(out.as_chunks::<3>().0.iter().map(|&[x, y, r]| ([x, y], r)).collect())
 }
 
 /// A belt that does not fit its wheels where the start puts them.

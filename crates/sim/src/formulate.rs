@@ -8,6 +8,8 @@
 //! nc   —                  —                   g(t, q)             —
 //! ```
 //!
+//! Rows between rates have no g: index 3 has G v + r of them, too, and their μ is zero.
+//!
 //! Sources: HW2 §VII.1 for index 3 and 2; C. W. Gear, B. Leimkuhler and G. K. Gupta, *Automatic
 //! integration of Euler–Lagrange equations with constraints*, J. Comput. Appl. Math. 12 & 13
 //! (1985), for the stabilised form. Residual and Jacobian are straight-line code, and the Jacobian
@@ -398,14 +400,18 @@ impl UnknownSymbols {
         let (nq, nc) = (coordinates.len(), system.constraints.len());
         let columns = system.constraint_jacobian.transposed();
         // Row i of Gᵀ times some factors, of which there may be none.
+        let is_of_rates = |row: &usize| system.constraints[*row].is_of_rates();
         let transposed = |i: usize, factors: &[Expr]| -> Vec<Expr> {
             let entries = columns.row(i).iter();
             entries.filter_map(|&(row, g)| Some(pool.mul(g, *factors.get(row)?))).collect()
         };
+        let positional: Vec<Expr> = (self.mu.iter().enumerate())
+            .map(|(row, &mu)| if is_of_rates(&row) { pool.zero() } else { mu })
+            .collect();
         let kinematic = |i: usize| {
             let qdot = pool.symbol_expr(self.ydot[i]);
             let v = pool.symbol_expr(coordinates[i].v);
-            pool.sum([vec![qdot, pool.neg(v)], transposed(i, &self.mu)].concat())
+            pool.sum([vec![qdot, pool.neg(v)], transposed(i, &positional)].concat())
         };
         let lambda: Vec<Expr> =
             system.constraints.iter().map(|c| pool.symbol_expr(c.lambda)).collect();
@@ -417,12 +423,19 @@ impl UnknownSymbols {
         };
         let mut rows: Vec<Expr> = (0..nq).map(kinematic).collect();
         rows.extend((0..nq).map(dynamic));
-        let positions = || system.constraints.iter().map(|c| c.expression);
-        let velocities = || (0..nc).map(|row| constraint_velocity(pool, system, row));
+        let velocity = |row: usize| constraint_velocity(pool, system, row);
+        let velocities = || (0..nc).map(velocity);
+        let position = |row: usize| system.constraints[row].expression;
         match formulation {
-            Formulation::Index3 => rows.extend(positions()),
+            Formulation::Index3 => {
+                let row = |row| if is_of_rates(&row) { velocity(row) } else { position(row) };
+                rows.extend((0..nc).map(row));
+            }
             Formulation::Index2 => rows.extend(velocities()),
-            Formulation::Ggl => rows.extend(velocities().chain(positions())),
+            Formulation::Ggl => {
+                let row = |row| if is_of_rates(&row) { self.mu[row] } else { position(row) };
+                rows.extend(velocities().chain((0..nc).map(row)));
+            }
             Formulation::Index1 => {
                 rows.extend((0..nc).map(|row| constraint_acceleration(model, system, row)));
             }

@@ -11,8 +11,10 @@ use bksim_model::{JointId, JointKind, Model, Space};
 pub struct Mobility {
     /// Grübler's (planar) or Kutzbach's (spatial) count, drives aside.
     pub gruebler: i64,
-    /// nq − rank of the joints' constraints at the start, drives aside.
+    /// nq − rank of the joints' constraints at the start, drives aside: independent velocities.
     pub mobility: usize,
+    /// As many independent positions: more where conditions hold between rates alone.
+    pub of_positions: usize,
     /// Number of constraint rows, drives included; the lengths of quaternions are none.
     pub n_constraints: usize,
     /// Number of independent ones.
@@ -34,6 +36,7 @@ pub fn mobility(model: &Model, system: &SymbolicSystem, start: &Start) -> Mobili
     Mobility {
         gruebler: gruebler(model),
         mobility: start.mobility,
+        of_positions: start.mobility_of_positions,
         n_constraints: system.constraints.len() - n_lengths,
         rank: start.dependence.rank - n_lengths,
         n_redundant: redundancy.n_self_stresses,
@@ -57,7 +60,7 @@ pub fn turns(space: Space) -> i64 {
 pub fn taken(space: Space, kind: &JointKind) -> i64 {
     let freedoms = freedoms_of_body(space);
     match kind {
-        JointKind::Link { .. } | JointKind::LineOnCurve { .. } => 1,
+        JointKind::Link { .. } | JointKind::LineOnCurve { .. } | JointKind::KnifeEdge => 1,
         JointKind::CurveOnCurve { .. } => kind.n_taken(),
         // One direction across the curve in a plane, two in space.
         JointKind::PointOnCurve { .. } => freedoms / 3,

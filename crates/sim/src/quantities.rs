@@ -9,7 +9,9 @@ use bksim_mbs::quantity::{coordinate_units, coupling_quantities, multiplier_quan
 use bksim_mbs::reaction::{Reaction, reactions, reported};
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{CouplingId, Frame, JointId, Measure, Model, NamedSignal, ParameterId};
+use bksim_model::{
+    CouplingId, Frame, JointId, Load, LoadId, Measure, Model, NamedSignal, ParameterId,
+};
 
 use crate::compiled::energy_outputs;
 
@@ -90,9 +92,13 @@ impl<'m> Quantities<'m> {
                 Some((pool.symbol_expr(system.constraints[k].lambda), unit))
             }
             "couplings" => {
-                let k = model.couplings.iter().position(|coupling| coupling.name == field)?;
-                let unit = coupling_quantities(model)[k].unit.replace('*', " ");
-                Some((self.multiplier(Source::Coupling(CouplingId(k)))?, unit))
+                if let Some(k) = model.couplings.iter().position(|of| of.name == field) {
+                    let unit = coupling_quantities(model)[k].unit.replace('*', " ");
+                    return Some((self.multiplier(Source::Coupling(CouplingId(k)))?, unit));
+                }
+                let is_it = |load: &Load| load.is_rope() && load.name == field;
+                let rope = model.loads.iter().position(is_it)?;
+                Some((self.multiplier(Source::Stop(LoadId(rope)))?, "N".to_owned()))
             }
             "inputs" => {
                 let is_it = |&&ParameterId(k): &&ParameterId| model.parameters[k].name == field;

@@ -59,6 +59,8 @@ pub struct Start {
     pub(crate) modes: Modes,
     /// Degrees of freedom without the drives: nq − rank of the joints' rows.
     pub mobility: usize,
+    /// As many where conditions between rates are left out: the independent positions.
+    pub mobility_of_positions: usize,
     /// The longest link, m: the measure of how far a guess was moved.
     pub longest_link: f64,
     /// Assemblies nearly as near to the guesses.
@@ -208,6 +210,14 @@ pub fn start_at(
     let is_joint_row = |row: &usize| compiled.sources[*row].is_geometric();
     let joint_rows: Vec<usize> = (0..compiled.nc()).filter(is_joint_row).collect();
     let joint_rank = dependent_rows(&jacobian.select(&joint_rows)).rank;
+    let of_rates = &compiled.shape.of_rates;
+    let position_rank = if of_rates.is_empty() {
+        joint_rank
+    } else {
+        let rows: Vec<usize> =
+            joint_rows.iter().copied().filter(|row| !of_rates.contains(row)).collect();
+        dependent_rows(&jacobian.select(&rows)).rank
+    };
 
     // A tick at the start comes before everything that depends on loads.
     if !compiled.sampled.is_empty() {
@@ -229,6 +239,7 @@ pub fn start_at(
     let moved = closing.moved(t, &q, &v);
     let longest_link = closing.longest_link();
     let mobility = q.len() - joint_rank - compiled.n_states;
+    let mobility_of_positions = q.len() - position_rank - compiled.n_states;
 
     let found = if compiled.indicators.is_empty() {
         let state = State { t, q, v };
@@ -260,6 +271,7 @@ pub fn start_at(
         inactive: found.inactive,
         modes: found.modes,
         mobility,
+        mobility_of_positions,
         longest_link,
         rivals,
     })

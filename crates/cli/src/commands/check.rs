@@ -155,7 +155,7 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
         counted("cut joints", joint_names(mechanism, &mechanism.system.tree.cuts)),
         row("constraints", found.n_constraints.to_string(), format!("{} independent", found.rank)),
         count(model, found),
-        row("true mobility", found.mobility.to_string(), String::new()),
+        row("true mobility", found.mobility.to_string(), more_positions(found)),
         row("redundant conditions", found.n_redundant.to_string(), redundant(model, found)),
         counted("redundant joints", joint_names(mechanism, &found.redundant)),
     ];
@@ -165,6 +165,14 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
                 .contains(&row[0].as_str())
     });
     format!("{}: no errors\n{}", model.name, table(&rows))
+}
+
+/// How many positions are free where more are than velocities.
+fn more_positions(found: &Mobility) -> String {
+    if found.of_positions == found.mobility {
+        return String::new();
+    }
+    format!("of velocities; {} of positions", found.of_positions)
 }
 
 /// The redundant conditions, by joint and direction.

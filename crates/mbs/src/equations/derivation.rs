@@ -11,8 +11,8 @@
 use bksim_expr::{Expr, SymbolId};
 
 use crate::assemble::has_row_of_wrenches;
-use crate::constraint::{Constraint, Source};
-use crate::coordinate::Owner;
+use crate::constraint::{Constraint, OF_RATES, Source};
+use crate::coordinate::{Coordinate, Owner};
 use crate::coupling::coupling_rows;
 use crate::force::{Loads, Wrench};
 use crate::inertia::central_inertia;
@@ -48,12 +48,20 @@ pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> UnsimplifiedEqua
     let inertial = pool.gradient(kinetic_energy, &q);
     let conservative = pool.gradient(potential_energy, &q);
     // Of wheels whose joints are cut, and of efforts in cut screws, the wrenches stand in the equations.
-    let is_pair = |c: &Constraint| has_row_of_wrenches(model, &system.tree, c.source);
+    let is_pair = |c: &Constraint| has_row_of_wrenches(model, &system.tree, c);
     let (pairs, others): (Vec<_>, Vec<_>) =
         constraints.iter().zip(&system.constraints).partition(|(_, c)| is_pair(c));
+    let positions = others.iter().filter(|(_, c)| !c.is_of_rates());
     let work: Vec<Expr> =
-        others.iter().map(|(g, c)| pool.mul(pool.symbol_expr(c.lambda), **g)).collect();
-    let constraint_forces = pool.gradient(pool.sum(work), &q);
+        positions.map(|(g, c)| pool.mul(pool.symbol_expr(c.lambda), **g)).collect();
+    let mut constraint_forces = pool.gradient(pool.sum(work), &q);
+    // A condition between rates acts along its slopes by these.
+    for (rate, c) in others.iter().filter(|(_, c)| c.is_of_rates()) {
+        let slopes = pool.gradient(pool.mul(pool.symbol_expr(c.lambda), **rate), &v);
+        for (force, slope) in constraint_forces.iter_mut().zip(slopes) {
+            *force = pool.add(*force, slope);
+        }
+    }
     let pair_force = |c: &Constraint, i: usize| {
         let powers = c.wrenches.iter().map(|wrench| moving_power(model, system, wrench, i));
         pool.mul(pool.symbol_expr(c.lambda), pool.sum(powers.collect::<Vec<_>>()))
@@ -139,6 +147,17 @@ fn moving_power(model: &Model, system: &SymbolicSystem, wrench: &Wrench, i: usiz
     pool.add(spatial::dot(pool, &wrench.force, &at), spatial::dot(pool, &wrench.moment, &turn))
 }
 
+/// The power of wrenches at places that are no points of their bodies.
+fn speed_of(model: &Model, system: &SymbolicSystem, wrenches: &[Wrench]) -> Expr {
+    let pool = &model.pool;
+    let along = |(i, coordinate): (usize, &Coordinate)| {
+        let powers = wrenches.iter().map(|wrench| moving_power(model, system, wrench, i));
+        let power = pool.sum(powers.collect::<Vec<_>>());
+        pool.mul(power, pool.symbol_expr(coordinate.v))
+    };
+    pool.sum(system.coordinates().iter().enumerate().map(along).collect::<Vec<_>>())
+}
+
 fn constraints(model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
     let pool = &model.pool;
     let kinematics = &system.kinematics;
@@ -146,7 +165,13 @@ fn constraints(model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
     for &joint_id in &system.tree.cuts {
         let joint = &model.joints[joint_id.0];
         let rows = joint::constraint_rows(pool, joint, &kinematics.sides(model, joint));
-        constraints.extend(rows.iter().map(|row| row.expression));
+        let slip = |row: &joint::Row| {
+            let wrenches = Wrench::through_joint(model, kinematics, joint_id, &row.wrench);
+            pool.neg(speed_of(model, system, &wrenches))
+        };
+        let is_slip = |row: &joint::Row| OF_RATES.contains(&row.direction);
+        let left = |row: &joint::Row| if is_slip(row) { slip(row) } else { row.expression };
+        constraints.extend(rows.iter().map(left));
     }
     constraints.extend(kinematics.turnings.iter().map(|turning| norm::row(pool, turning)));
     let couplings = coupling_rows(model, kinematics).into_iter();

@@ -6,6 +6,7 @@ use super::arrange::{Part, kinetic_parts, lagrange_parts, recursive_parts};
 use super::constants::Group;
 use super::trailing;
 use crate::force::Loads;
+use crate::levels::constraint_velocity;
 use crate::recursion;
 use crate::signal::signal_values;
 use crate::system::{Derivation, SymbolicSystem};
@@ -82,7 +83,11 @@ impl ReadingForm {
             equations,
             constraints: system.constraints[..system.n_bilateral()]
                 .iter()
-                .map(|c| vec![c.expression])
+                .enumerate()
+                .map(|(row, c)| {
+                    let rate = || pool.simplify(constraint_velocity(pool, system, row));
+                    vec![if c.is_of_rates() { rate() } else { c.expression }]
+                })
                 .collect(),
             trailing: trailing(system),
         }

@@ -227,6 +227,8 @@ pub fn action(
             joint_spring::action(context, (*joint, *motion_idx), *stiffness, *unloaded, *damping)
         }
         // Rows with multipliers of their own: see `contact`.
-        LoadKind::Stop { .. } | LoadKind::Friction { .. } => Action::default(),
+        LoadKind::Stop { .. } | LoadKind::Rope { .. } | LoadKind::Friction { .. } => {
+            Action::default()
+        }
     }
 }

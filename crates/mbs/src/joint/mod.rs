@@ -16,6 +16,7 @@ mod curve_on_curve;
 mod cylinder;
 mod cylindrical;
 mod free;
+mod knife_edge;
 mod line_on_curve;
 mod link;
 mod parallel_axes;
@@ -27,6 +28,7 @@ mod point_on_line;
 mod point_on_plane;
 mod prismatic;
 mod revolute;
+mod rolling;
 mod rows;
 mod screw;
 mod spherical;
@@ -106,9 +108,10 @@ impl JointWrench {
 /// One constraint row of a cut joint.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// g, zero when the joint holds.
+    /// g, zero when the joint holds; zero throughout of a row between rates, which is that of its wrench.
     pub expression: Expr,
-    /// `x`, `y`, `z` in world axes; `normal` to a slot or a curve, `tangent` to it; `angle`, `length`, `rolling`.
+    /// `x`, `y`, `z` in world axes; `normal` to a slot or a curve, `tangent` to it; `angle`, `length`, `rolling`; between
+    /// rates `along` the way of a wheel or `across` it.
     pub direction: &'static str,
     /// Wrench on the successor for λ = 1.
     pub wrench: JointWrench,
@@ -186,6 +189,8 @@ impl Mechanics {
             JointKind::LineOnCurve { .. } => functions!(line_on_curve),
             JointKind::Cylinder => functions!(cylinder),
             JointKind::CurveOnCurve { .. } => functions!(curve_on_curve),
+            JointKind::KnifeEdge => functions!(knife_edge),
+            JointKind::Rolling { .. } => functions!(rolling),
         }
     }
 }
@@ -203,7 +208,8 @@ pub fn fixed_turn(pool: &Pool, joint: &Joint) -> Rotation {
 /// The constraint rows of `joint` when it is cut.
 pub fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
     let mut rows = (Mechanics::of(joint).constraint_rows)(pool, joint, sides);
-    rows.retain(|row| !pool.is_zero(pool.simplify(row.expression)));
+    let is_of_rates = |row: &Row| crate::constraint::OF_RATES.contains(&row.direction);
+    rows.retain(|row| is_of_rates(row) || !pool.is_zero(pool.simplify(row.expression)));
     rows
 }
 
@@ -304,16 +310,20 @@ pub fn gradient(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<JointWrench
     matches!(joint.kind, JointKind::Screw { .. }).then(|| screw::thrust(pool, joint, sides))
 }
 
-/// The one wrench of a joint whose point slides and turns as a line on a curve does: a unit force at the place of
-/// contact; `None` of other joints.
+/// The one wrench of a joint whose point slides and turns as a line on a curve or a blade does: a unit force at the
+/// place of contact; `None` of other joints.
 pub fn contact(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<JointWrench> {
+    if matches!(joint.kind, JointKind::KnifeEdge) {
+        return Some(JointWrench::of_force(pool, knife_edge::left(pool, joint, sides)));
+    }
     line_on_curve::contact(pool, joint, sides)
 }
 
-/// The place where two curves touch, with the motions about it that they leave, in world axes; `None` of other
-/// joints.
+/// The place where two curves touch, or a wheel its plane, with the motions about it that they leave, in world axes;
+/// `None` of other joints.
 pub fn touch(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<(Vector, Vec<Motion>)> {
-    curve_on_curve::contact(pool, joint, sides)
+    let wheel = rolling::place(pool, joint, sides).map(|place| (place, Motion::turns(pool)));
+    wheel.or_else(|| curve_on_curve::contact(pool, joint, sides))
 }
 
 /// The motions of a joint as they are now, their axes in world axes; `positions` are those of all of them.

@@ -24,7 +24,7 @@ impl Reader<'_> {
     /// The unit vector of the joint, in the frame of its first body.
     pub(super) fn joint_axis(&mut self, word: &str, fields: &Fields<'_>) -> Option<Vector> {
         let z = [self.pool.zero(), self.pool.zero(), self.pool.one()];
-        let slides = matches!(word, "prismatic" | "slot" | "line-on-curve");
+        let slides = matches!(word, "prismatic" | "slot" | "line-on-curve" | "knife-edge");
         if slides && fields.conflict(self, "axis", "direction") {
             return None;
         }

@@ -36,30 +36,30 @@ const OF_TWO: [&str; 3] = ["crossed", "carrier", "phase"];
 
 /// A quantity where the mechanism is, and where the start puts it.
 #[derive(Clone, Copy)]
-struct Twin<T> {
-    now: T,
-    first: T,
+pub(super) struct Twin<T> {
+    pub(super) now: T,
+    pub(super) first: T,
 }
 
 /// A wheel with what its strands depend on.
-struct Wheel {
-    joint: JointId,
-    name: String,
+pub(super) struct Wheel {
+    /// The name of its joint or body.
+    pub(super) name: String,
     /// Of its centre, m.
-    center: Twin<[Expr; 2]>,
-    is_fixed: bool,
+    pub(super) center: Twin<[Expr; 2]>,
+    pub(super) is_fixed: bool,
     /// Below zero where the belt turns right.
-    radius: Expr,
+    pub(super) radius: Expr,
     /// Angle since the start, rad.
-    angle: Expr,
+    pub(super) angle: Expr,
 }
 
 /// A strand from one wheel to the next.
-struct Strand {
-    length: Twin<Expr>,
-    direction: Twin<[Expr; 2]>,
+pub(super) struct Strand {
+    pub(super) length: Twin<Expr>,
+    pub(super) direction: Twin<[Expr; 2]>,
     /// The length it has gained between two marks on the wheels, m.
-    gain: Expr,
+    pub(super) gain: Expr,
 }
 
 impl Reader<'_> {
@@ -192,8 +192,8 @@ impl Reader<'_> {
                 }
             }
         }
-        let wheels =
-            wheels.iter().map(|w| BeltWheel { joint: w.joint, radius: w.radius }).collect();
+        let wheels = joints.iter().zip(&wheels);
+        let wheels = wheels.map(|(&joint, w)| BeltWheel { joint, radius: w.radius }).collect();
         self.belts.push(Belt { name: name.to_owned(), wheels, length, way, tensions, span });
         Some(couplings)
     }
@@ -297,7 +297,6 @@ impl Reader<'_> {
             body => self.twin_of_angle(body).first,
         };
         Some(Wheel {
-            joint,
             name: self.names.joints[joint.0].name.clone(),
             center: Twin { now: [x.now, y.now], first: [x.first, y.first] },
             is_fixed: carrier.body == GROUND,
@@ -306,7 +305,7 @@ impl Reader<'_> {
         })
     }
 
-    fn twin_of_point(&mut self, anchor: Anchor, axis: Axis) -> Twin<Expr> {
+    pub(super) fn twin_of_point(&mut self, anchor: Anchor, axis: Axis) -> Twin<Expr> {
         let body = self.names.bodies[anchor.body.0].name.clone();
         let point = anchor.point.map_or(0, |point| point.0);
         let point = self.names.bodies[anchor.body.0].points[point].clone();
@@ -319,7 +318,7 @@ impl Reader<'_> {
         self.twin(&format!("{body}.{point}.{word}"), measure)
     }
 
-    fn twin_of_angle(&mut self, body: BodyId) -> Twin<Expr> {
+    pub(super) fn twin_of_angle(&mut self, body: BodyId) -> Twin<Expr> {
         let name = self.names.bodies[body.0].name.clone();
         self.twin(&format!("{name}.angle"), Measure::BodyAngle(body))
     }
@@ -338,7 +337,7 @@ impl Reader<'_> {
         Twin { now, first }
     }
 
-    fn strand(&self, from: &Wheel, to: &Wheel) -> Strand {
+    pub(super) fn strand(&self, from: &Wheel, to: &Wheel) -> Strand {
         let pool = &self.pool;
         let line = |centers: [[Expr; 2]; 2]| {
             let [x, y] = [0, 1].map(|i| pool.sub(centers[1][i], centers[0][i]));
@@ -379,7 +378,7 @@ impl Reader<'_> {
         self.pool.call(Function::Atan2, &[sine, cosine]).expect("two arguments")
     }
 
-    fn wrap(&self, turns_left: bool, before: &Strand, after: &Strand) -> Twin<Expr> {
+    pub(super) fn wrap(&self, turns_left: bool, before: &Strand, after: &Strand) -> Twin<Expr> {
         let pool = &self.pool;
         let wrap = |a: [Expr; 2], b: [Expr; 2]| {
             let [cross, dot] = self.between_directions(a, b);
@@ -413,7 +412,7 @@ impl Reader<'_> {
     }
 
     /// The rate of an expression of positions.
-    fn rate_of(&mut self, expr: Expr) -> Expr {
+    pub(super) fn rate_of(&mut self, expr: Expr) -> Expr {
         let used: Vec<(SymbolId, Measure)> = self
             .names
             .signals
@@ -457,7 +456,7 @@ impl Reader<'_> {
         }
     }
 
-    fn log(&mut self, name: String, value: Expr, unit: &str, span: &crate::diagnostic::Span) {
+    pub(super) fn log(&mut self, name: String, value: Expr, unit: &str, span: &crate::diagnostic::Span) {
         // A name that the author has given to something else keeps its meaning.
         if self.names.plain(&name).is_none() {
             let unit = unit.to_owned();

@@ -77,6 +77,8 @@ crate::codes! {
     FAR_CENTRE = "M103", "a centre of mass far outside of its body";
     GRAVITY_ACROSS = "M104", "gravity across the plane of all motions";
     AXIS_IN_PLANE = "M105", "the axis of one pin in the plane of the others";
+    BAD_RATE = "M106", "a condition on rates that is none";
+    NO_ROLLING = "M107", "a shape that does not roll";
 }
 
 #[cfg(test)]

@@ -1,11 +1,13 @@
 //! `[loads.…]` of type `stop`: limits of one motion of a joint.
 
+use bksim_expr::Expr;
+
 use super::codes;
 use super::gather::sub_tables;
 use super::names::quantities;
 use super::reader::{Fields, Reader};
 use super::replay::Constant;
-use super::tree::Table;
+use super::tree::{Node, Table};
 use super::units::Quantity;
 use super::value::{Scalar, Scope};
 use crate::diagnostic::Diagnostic;
@@ -65,12 +67,7 @@ impl Reader<'_> {
         self.check_room(fields, min.as_ref(), max.as_ref());
         let restitution = match fields.get("restitution") {
             None => self.pool.zero(),
-            Some(node) => {
-                let what = fields.what("restitution");
-                let value = self.scalar(node, Quantity::NUMBER, &what, Scope::Constant)?;
-                self.check_restitution(&what, &value);
-                value.expr
-            }
+            Some(node) => self.restitution(node, &fields.what("restitution"))?,
         };
         let (joint, motion_idx) = target?;
         // A limit that could not be read was reported.
@@ -79,6 +76,13 @@ impl Reader<'_> {
         }
         let [min, max] = [min, max].map(|limit| limit.map(|scalar| scalar.expr));
         Some(LoadKind::Stop { joint, motion_idx, min, max, restitution })
+    }
+
+    /// Speed after an impact over the speed before.
+    pub(super) fn restitution(&mut self, node: &Node, what: &str) -> Option<Expr> {
+        let value = self.scalar(node, Quantity::NUMBER, what, Scope::Constant)?;
+        self.check_restitution(what, &value);
+        Some(value.expr)
     }
 
     pub(super) fn freedom(&self, joint: JointId, motion_idx: usize) -> Option<MotionKind> {

@@ -1,9 +1,11 @@
-//! `[couplings.…]`: gears, belts, racks, screws and relations between the motions of joints.
+//! `[couplings.…]`: gears, belts, ropes, racks, screws and relations between the motions of joints; `[conditions.…]`: what
+//! holds between rates alone.
 
 use bksim_expr::Expr;
 
 use super::codes;
 use super::reader::{Fields, Reader};
+use super::ropes::ROPE_KEYS;
 use super::tree::{Node, Table};
 use super::units::Quantity;
 use super::value::{Kind, Scalar, Scope};
@@ -12,10 +14,13 @@ use crate::coupling::{Coupling, CouplingKind, Rack};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
 use crate::joint::MotionKind;
-use crate::measure::Measure;
+use crate::measure::{Measure, Signal};
+
+/// Keys of a condition on rates.
+pub(super) const CONDITION_KEYS: [&str; 1] = ["rate"];
 
 /// The types of coupling and their keys.
-pub(super) const COUPLINGS: [(&str, &[&str]); 6] = [
+pub(super) const COUPLINGS: [(&str, &[&str]); 7] = [
     (
         "gear",
         &["type", "between", "teeth", "module", "radii", "ratio", "internal", "carrier", "phase"],
@@ -56,6 +61,7 @@ pub(super) const COUPLINGS: [(&str, &[&str]); 6] = [
     ("rack", &["type", "between", "teeth", "module", "radius", "reversed", "phase"]),
     ("screw", &["type", "between", "lead", "phase"]),
     ("relation", &["type", "relation"]),
+    ("rope", ROPE_KEYS),
 ];
 
 impl Reader<'_> {
@@ -65,6 +71,25 @@ impl Reader<'_> {
         for (name, span, table) in self.own_tables(root, "coupling") {
             self.usable_name(name, &span, "coupling");
             couplings.extend(self.read_coupling(name, table, span).unwrap_or_default());
+        }
+        for (name, span, table) in self.own_tables(root, "condition") {
+            self.usable_name(name, &span, "condition");
+            if couplings.iter().any(|known| known.name == name) {
+                let message = format!("`{name}` is a coupling and a condition");
+                self.report(
+                    Diagnostic::error(codes::DUPLICATE, message)
+                        .at(span, "results have both as `couplings.NAME`")
+                        .help(format!("rename the condition, for example `{name}_rate`")),
+                );
+                continue;
+            }
+            let owner = format!("condition `{name}`");
+            let fields = Fields::open(self, table, owner, span, &CONDITION_KEYS);
+            if let Some((relation, effort)) = self.read_rate(&fields) {
+                let span = fields.location(&["rate"]);
+                let kind = CouplingKind::Rate;
+                couplings.push(Coupling { name: name.to_owned(), kind, relation, effort, span });
+            }
         }
         couplings
     }
@@ -76,6 +101,7 @@ impl Reader<'_> {
             "relation" => self.read_relation(&fields)?,
             "rack" => self.read_rack(&fields)?,
             "screw" => self.read_screw(&fields)?,
+            "rope" => return self.read_rope(name, &fields),
             "belt" | "chain" if Self::is_loop(&fields) => return self.read_belt(name, &fields),
             _ => self.read_wheels(word, &fields)?,
         };
@@ -92,7 +118,11 @@ impl Reader<'_> {
         if self.is_of_rates(node, &what) {
             return None;
         }
-        let (scalar, effort) = self.length_or_angle(node, &what)?;
+        let kinds = [
+            (Quantity::ANGLE, MotionKind::Rotation),
+            (Quantity::LENGTH, MotionKind::Translation),
+        ];
+        let (scalar, effort) = self.one_of(node, &what, kinds)?;
         let pool = &self.pool;
         let signals = self.names.signals.iter();
         let used: Vec<Measure> = signals
@@ -121,6 +151,57 @@ impl Reader<'_> {
         Some((CouplingKind::Relation, scalar.expr, effort))
     }
 
+    /// A condition on rates, which is zero: linear in the rates.
+    fn read_rate(&mut self, fields: &Fields<'_>) -> Option<(Expr, MotionKind)> {
+        const EXAMPLE: &str =
+            "write for example `rate = \"skate.P.vy*cos(skate.angle) - skate.P.vx*sin(skate.angle)\"`, which is then zero";
+        let node = fields.require(self, "rate", EXAMPLE)?;
+        let what = fields.what("rate");
+        let kinds = [
+            (Quantity::RATE, MotionKind::Rotation),
+            (Quantity::VELOCITY, MotionKind::Translation),
+        ];
+        let (scalar, effort) = self.one_of(node, &what, kinds)?;
+        let (pool, expr) = (&self.pool, scalar.expr);
+        let used = self.names.signals.iter().filter(|signal| pool.depends_on(expr, signal.symbol));
+        let (rates, positions): (Vec<Signal>, Vec<Signal>) =
+            used.partition(|signal| signal.measure.is_velocity());
+        let help = "write it in rates: `A.rate`, `rod.P.vx`, `wheel.wy`";
+        let is_linear = rates.iter().all(|signal| {
+            let slope = pool.diff(expr, signal.symbol);
+            !rates.iter().any(|other| pool.depends_on(slope, other.symbol))
+        });
+        let fault = if let Some(other) = rates.iter().find(|signal| !signal.measure.is_rate()) {
+            let name = pool.symbol_name(other.symbol);
+            Some((format!("depends on `{name}`, which is no rate of a position"), help))
+        } else if rates.is_empty() && !positions.is_empty() {
+            Some((
+                "depends on positions alone".to_owned(),
+                "write a `relation` of `[couplings]` for what holds between positions, or rates here",
+            ))
+        } else if rates.is_empty() {
+            Some(("depends on nothing that moves".to_owned(), help))
+        } else if !is_linear {
+            Some((
+                "is not linear in the rates".to_owned(),
+                "write a sum of rates, each times a factor of positions, time and parameters",
+            ))
+        } else if self.is_held(expr) {
+            Some(("jumps with a signal that is held".to_owned(), help))
+        } else {
+            None
+        };
+        if let Some((fault, help)) = fault {
+            self.report(
+                Diagnostic::error(codes::BAD_RATE, format!("{what} {fault}"))
+                    .at(scalar.span.clone(), "must hold between rates")
+                    .help(help),
+            );
+            return None;
+        }
+        Some((expr, effort))
+    }
+
     /// Reports a relation that says how fast things move: a condition on rates, which no positions keep.
     fn is_of_rates(&mut self, node: &Node, what: &str) -> bool {
         let Some(quoted) = node.text(self.text) else { return false };
@@ -134,13 +215,12 @@ impl Reader<'_> {
             return false;
         }
         let (text, span) = (quoted.text.to_owned(), quoted.span_of(&(0..quoted.text.len())));
-        let unit = if of(Quantity::RATE) { "N m s" } else { "N s/m" };
         self.report(
             Diagnostic::error(codes::BAD_RELATION, format!("{what} is a condition on rates"))
                 .at(span, "must hold between positions")
                 .note("a relation is kept by positions; what holds between rates alone, as of a blade or a wheel, is none")
                 .help(format!(
-                    "write positions in it, or a load that resists such a rate in its place: a force or torque of \"-1e5 {unit}*({})\"",
+                    "write it in `[conditions.NAME]` in its place: `rate = \"{}\"`",
                     cut(&text)
                 )),
         );
@@ -217,18 +297,22 @@ impl Reader<'_> {
         Some((CouplingKind::Screw, relation, MotionKind::Translation))
     }
 
-    /// A value that is a length or an angle, and which of both; a bare number is an angle.
-    fn length_or_angle(&mut self, node: &Node, what: &str) -> Option<(Scalar, MotionKind)> {
+    /// A value of one of two dimensions, and which of both; a bare number is of the first.
+    fn one_of(
+        &mut self,
+        node: &Node,
+        what: &str,
+        [(first, of_first), (second, of_second)]: [(Quantity, MotionKind); 2],
+    ) -> Option<(Scalar, MotionKind)> {
         let n_faults = self.faults.len();
-        let angle = self.scalar(node, Quantity::ANGLE, what, Scope::Motion);
-        if let Some(angle) = angle {
-            return Some((angle, MotionKind::Rotation));
+        if let Some(value) = self.scalar(node, first, what, Scope::Motion) {
+            return Some((value, of_first));
         }
-        // What is no angle may be a length; what is neither is said once.
+        // What is neither is said once.
         let faults = self.faults.split_off(n_faults);
         let is_other = faults.iter().all(|fault| fault.code == codes::WRONG_DIMENSION);
-        if is_other && let Some(length) = self.scalar(node, Quantity::LENGTH, what, Scope::Motion) {
-            return Some((length, MotionKind::Translation));
+        if is_other && let Some(value) = self.scalar(node, second, what, Scope::Motion) {
+            return Some((value, of_second));
         }
         self.faults.truncate(n_faults);
         self.faults.extend(faults);

@@ -25,6 +25,8 @@ pub(super) const JOINT_KEYS: [&[&str]; JOINT_TYPES.len()] = [
     &["type", "between", "curve", "axis", "direction", "coordinate"],
     &["type", "between", "min", "max", "restitution", "coordinate"],
     &["type", "between", "curve", "second_curve", "tangents", "rolling", "coordinate"],
+    &["type", "between", "axis", "direction"],
+    &["type", "between", "shape", "radius", "rim", "axis"],
 ];
 
 /// The word that is a link where it has a `length`, and a cylinder where it has none.
@@ -45,7 +47,7 @@ pub(super) fn type_of(word: &str, table: &Table) -> &'static str {
 }
 
 /// The types that a planar model may have; every other one leaves the plane.
-pub(super) const PLANAR_TYPES: [&str; 9] = [
+pub(super) const PLANAR_TYPES: [&str; 10] = [
     "revolute",
     "prismatic",
     "weld",
@@ -55,4 +57,5 @@ pub(super) const PLANAR_TYPES: [&str; 9] = [
     "line-on-curve",
     "cylinder",
     "curve-on-curve",
+    "knife-edge",
 ];

@@ -169,6 +169,8 @@ impl Reader<'_> {
                     .then_some(JointKind::Link { length: length.expr })
             }
             "cylinder" => Some(JointKind::Cylinder),
+            "knife-edge" => Some(JointKind::KnifeEdge),
+            "rolling" => self.rolling_shape(fields),
             _ => {
                 let angle = match fields.get("angle") {
                     Some(node) => {

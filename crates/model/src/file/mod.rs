@@ -78,6 +78,7 @@ mod rates;
 mod reader;
 mod replay;
 mod rolling;
+mod ropes;
 mod sampled;
 mod schema;
 mod sections;
@@ -273,6 +274,8 @@ impl<'a> Reader<'a> {
             values: Vec::new(),
             sampled: Vec::new(),
             belts: Vec::new(),
+            ropes: Vec::new(),
+            rope_loads: Vec::new(),
             belt_signals: Vec::new(),
             at_start: Vec::new(),
             latched: Vec::new(),

@@ -20,7 +20,9 @@ use crate::body::Anchor;
 use crate::curve::{CamLaw, Curve};
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::ids::BodyId;
+use crate::load::Load;
 use crate::measure::Signal;
+use crate::rope::Rope;
 use crate::state::NamedSignal;
 use crate::table::{MeasuredCurve, NamedFunction, TableCall};
 
@@ -30,8 +32,8 @@ const ENOUGH: usize = 200;
 /// Elements that other programs have among joints or loads, and where they are written here.
 const ELSEWHERE: [(&[&str], &str); 3] = [
     (
-        &["gear", "belt", "chain", "rack", "rack-and-pinion", "pulley", "coupling"],
-        "gears, belts, chains, racks and relations connect joints: they stand in `[couplings.NAME]`",
+        &["gear", "belt", "chain", "rack", "rack-and-pinion", "pulley", "rope", "coupling"],
+        "gears, belts, chains, ropes, racks and relations connect joints: they stand in `[couplings.NAME]`",
     ),
     (
         &["cam", "cam-follower", "curve"],
@@ -72,6 +74,9 @@ pub(super) struct Reader<'a> {
     pub(super) sampled: Vec<SampledName>,
     /// Belts around any number of wheels.
     pub(super) belts: Vec<Belt>,
+    pub(super) ropes: Vec<Rope>,
+    /// Ropes that may become slack.
+    pub(super) rope_loads: Vec<Load>,
     /// Their lengths, wraps and tensions.
     pub(super) belt_signals: Vec<NamedSignal>,
     /// Symbols that stand for positions at the start.

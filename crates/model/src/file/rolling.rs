@@ -1,4 +1,4 @@
-//! Joints of two curves in touch, and the curves on which something rolls or rubs.
+//! Joints of two curves in touch, wheels and balls on a plane, and the curves on which something rolls or rubs.
 
 use bksim_expr::Expr;
 
@@ -12,6 +12,9 @@ use crate::joint::JointKind;
 
 /// How the tangents of two curves point where they touch.
 const TANGENTS: [(&str, bool); 2] = [("opposite", false), ("same", true)];
+
+/// What rolls on a plane, and whether it is a ball.
+const SHAPES: [(&str, bool); 2] = [("disc", false), ("ball", true)];
 
 impl Reader<'_> {
     /// A joint of type `curve-on-curve`.
@@ -28,6 +31,57 @@ impl Reader<'_> {
             None => None,
         };
         Some(JointKind::CurveOnCurve { curves: [first, second], is_same_way: is_same_way?, arcs })
+    }
+
+    /// A joint of type `rolling`: a disc, whose rim may be round, or a ball.
+    pub(super) fn rolling_shape(&mut self, fields: &Fields<'_>) -> Option<JointKind> {
+        let help = "write `shape = \"disc\"` of a wheel about its `axis`, or `shape = \"ball\"`";
+        let shape = fields.require(self, "shape", help);
+        let radius = fields.require(self, "radius", "write for example `radius = \"300 mm\"`");
+        let (shape, radius) = (shape?, radius?);
+        let is_ball = self.choice(shape, &fields.what("shape"), &SHAPES)?;
+        let what = fields.what("radius");
+        let radius = self.scalar(radius, Quantity::LENGTH, &what, Scope::Constant)?;
+        if !self.check_positive(&what, &radius, Quantity::LENGTH) {
+            return None;
+        }
+        let zero = self.pool.zero();
+        if is_ball {
+            for key in ["axis", "rim"] {
+                if let Some(node) = fields.get(key) {
+                    let message = format!("{} is a ball and has `{key}`", fields.owner);
+                    self.report(
+                        Diagnostic::error(codes::KEY_CONFLICT, message)
+                            .at(node.span.clone(), "of discs only")
+                            .help(format!("remove `{key}`, or write `shape = \"disc\"`")),
+                    );
+                    return None;
+                }
+            }
+            return Some(JointKind::Rolling { circle: zero, rim: radius.expr });
+        }
+        let Some(node) = fields.get("rim") else {
+            return Some(JointKind::Rolling { circle: radius.expr, rim: zero });
+        };
+        let what = fields.what("rim");
+        let rim = self.scalar(node, Quantity::LENGTH, &what, Scope::Constant)?;
+        if !self.check_positive(&what, &rim, Quantity::LENGTH) {
+            return None;
+        }
+        if let (Some(all), Some(own)) = (radius.value, rim.value)
+            && !self.constants.is_above(all, own)
+        {
+            let message = format!("{what} is not smaller than `radius`");
+            self.report(
+                Diagnostic::error(codes::NO_ROLLING, message)
+                    .at(rim.span.clone(), "the radius of the rim across the disc")
+                    .at(radius.span.clone(), "the radius of the disc, rim included")
+                    .help("write a smaller `rim`, or `shape = \"ball\"` without one"),
+            );
+            return None;
+        }
+        let circle = self.pool.sub(radius.expr, rim.expr);
+        Some(JointKind::Rolling { circle, rim: rim.expr })
     }
 
     /// The parameters of two points that come together.

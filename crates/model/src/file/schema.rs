@@ -2,7 +2,7 @@
 //! itself, so that what it knows and what an editor offers are one.
 
 use super::bodies::{BODY_KEYS, GROUND_KEYS};
-use super::couplings::COUPLINGS;
+use super::couplings::{CONDITION_KEYS, COUPLINGS};
 use super::curves::CURVES;
 use super::io::IO_KEYS;
 use super::joint_types::{DISTANCE, DISTANCE_KEYS, JOINT_KEYS};
@@ -103,6 +103,7 @@ pub fn sections() -> Vec<SectionForm> {
         "bodies" => named(BODY_KEYS),
         "joints" => joints(),
         "couplings" => typed(&COUPLINGS),
+        "conditions" => named(&CONDITION_KEYS),
         "states" => named(&STATE_KEYS),
         "clocks" => named(&CLOCK_KEYS),
         "signals" => named(&SIGNAL_KEYS),

@@ -28,6 +28,7 @@ pub(super) const SECTIONS: &[&str] = &[
     "bodies",
     "joints",
     "couplings",
+    "conditions",
     "states",
     "clocks",
     "signals",
@@ -91,7 +92,8 @@ impl Reader<'_> {
         controllers.signals.append(&mut self.belt_signals);
         controllers.signals.sort_by_key(|signal| signal.is_output);
         let connections = Connections { joints: &joints, couplings: &couplings };
-        let loads = self.read_loads(root, &connections);
+        let mut loads = self.read_loads(root, &connections);
+        loads.append(&mut self.rope_loads);
         let drives = self.read_drives(root);
         let (mut initial, orientations, assembly) = self.read_initial(root);
         initial.extend(controllers.initial);
@@ -125,6 +127,7 @@ impl Reader<'_> {
             laws: std::mem::take(&mut self.laws),
             loads,
             belts: std::mem::take(&mut self.belts),
+            ropes: std::mem::take(&mut self.ropes),
             at_start: std::mem::take(&mut self.at_start),
             drives,
             states: controllers.states,

@@ -32,6 +32,7 @@ pub fn parts(mechanism: &Mechanism, found: &Mobility) -> Value {
         "rank": found.rank,
         "gruebler": found.gruebler,
         "mobility": found.mobility,
+        "mobility_of_positions": found.of_positions,
         "redundant_conditions": found.n_redundant,
         "redundant_joints": joint_names(mechanism, &found.redundant),
         "count": count(mechanism, found),

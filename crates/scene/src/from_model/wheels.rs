@@ -62,7 +62,11 @@ impl Sketch<'_> {
                 }
                 CouplingKind::Rack(rack) => shapes.extend(self.rack(rack, &mut drawn)),
                 CouplingKind::Belt(wheels) => shapes.extend(self.belt(wheels)),
-                CouplingKind::Relation | CouplingKind::Screw | CouplingKind::Strand(..) => {}
+                CouplingKind::Relation
+                | CouplingKind::Rate
+                | CouplingKind::Screw
+                | CouplingKind::Strand(..)
+                | CouplingKind::Rope(..) => {}
             }
         }
         shapes
@@ -316,7 +320,11 @@ impl Sketch<'_> {
                 wheels.wheels.iter().any(|wheel| wheel.body.0 == body)
             }
             CouplingKind::Rack(rack) => rack.bodies[0].0 == body,
-            CouplingKind::Relation | CouplingKind::Screw | CouplingKind::Strand(..) => false,
+            CouplingKind::Relation
+                | CouplingKind::Rate
+                | CouplingKind::Screw
+                | CouplingKind::Strand(..)
+                | CouplingKind::Rope(..) => false,
         })
     }
 }

@@ -54,15 +54,32 @@ impl Numbers {
 }
 
 impl ConstraintsAt<'_> {
-    /// Adds g = 0 with the rows of G.
+    /// Adds g = 0 with the rows of ∂g/∂q: those of G, and empty ones of what holds between rates.
     pub(super) fn add_to(&self, equations: &mut Equations) {
         equations.values.extend(self.value);
-        self.add_jacobian_rows_to(&mut equations.gradients);
+        let of_rates = &self.shape.of_rates;
+        if of_rates.is_empty() {
+            self.add_jacobian_rows_to(&mut equations.gradients);
+            return;
+        }
+        let rows = self.jacobian_rows();
+        for row in 0..rows.n_rows() {
+            let entries = if of_rates.contains(&row) { &[][..] } else { rows.row(row) };
+            equations.gradients.push(entries.iter().copied());
+        }
     }
 
     /// Adds the numbers of these rows.
     pub(super) fn add_numbers_to(&self, numbers: &mut Numbers) {
-        numbers.add(self.value, self.jacobian);
+        let of_rates = &self.shape.of_rates;
+        if of_rates.is_empty() {
+            numbers.add(self.value, self.jacobian);
+            return;
+        }
+        let entries = self.shape.jacobian.iter().zip(self.jacobian);
+        let entries = entries.filter(|((row, _), _)| !of_rates.contains(row));
+        let slopes: Vec<f64> = entries.map(|(_, &slope)| slope).collect();
+        numbers.add(self.value, &slopes);
     }
 }
 

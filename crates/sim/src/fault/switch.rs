@@ -1,6 +1,5 @@
 //! Faults of what switches: chatter, contacts that exclude each other, drives that jump.
 
-use super::values::expressions_of;
 use super::words::unit_of;
 use crate::codes;
 use crate::evaluator::Energy;
@@ -137,6 +136,13 @@ pub(super) fn beyond_stop(model: &Model, load: LoadId, by: f64) -> Diagnostic {
         LoadKind::Stop { joint, motion_idx, .. } => {
             unit_of(model, Measure::JointPosition(joint, motion_idx))
         }
+        LoadKind::Rope { .. } => {
+            let message =
+                format!("rope `{}` is {} m too short at the start", load.name, short(by));
+            return Diagnostic::error(codes::BEYOND_STOP, message)
+                .at(load.span.clone(), "this rope")
+                .help("start nearer, or write a larger `length`");
+        }
         _ => "",
     };
     let message = format!("the start is beyond stop `{}` by {} {unit}", load.name, short(by));
@@ -172,7 +178,7 @@ fn owner_of(model: &Model, system: &SymbolicSystem, kink: usize) -> Option<(Stri
     let signals = signal_values(model, &system.kinematics);
     let of_loads = model.loads.iter().map(|load| {
         let named = (format!("load `{}`", load.name), load.span.clone());
-        (named, expressions_of(&load.kind))
+        (named, LoadKind::expressions(&load.kind))
     });
     let of_drives = model.drives.iter().map(|drive| {
         let named = (format!("drive `{}`", drive.name), drive.span.clone());

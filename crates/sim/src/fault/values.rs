@@ -82,7 +82,7 @@ impl FaultInstant<'_> {
         let signals = signal_values(model, &system.kinematics);
         let laws = model.loads.iter().flat_map(|load| {
             let named = (format!("load `{}`", load.name), &load.span);
-            expressions_of(&load.kind).into_iter().map(move |e| (named.clone(), e))
+            LoadKind::expressions(&load.kind).into_iter().map(move |e| (named.clone(), e))
         });
         let drives = model.drives.iter();
         let motions = drives.map(|d| ((format!("drive `{}`", d.name), &d.span), d.motion));
@@ -301,20 +301,4 @@ pub(super) fn written_operand(
         number.map(|number| format!("{} = {number}", pool.symbol_name(symbol)))
     });
     format!("in `{}` with {}", pool.to_text(fault.expr), named.collect::<Vec<_>>().join(", "))
-}
-
-pub(super) fn expressions_of(kind: &LoadKind) -> Vec<Expr> {
-    match kind {
-        LoadKind::Gravity { acceleration } => acceleration.to_vec(),
-        LoadKind::Force { vector, .. } | LoadKind::Torque { vector, .. } => vector.to_vec(),
-        LoadKind::ForceBetween { value, .. } | LoadKind::Effort { value, .. } => vec![*value],
-        LoadKind::Spring { stiffness, length, damping, .. } => vec![*stiffness, *length, *damping],
-        LoadKind::JointSpring { stiffness, unloaded, damping, .. } => {
-            vec![*stiffness, *unloaded, *damping]
-        }
-        LoadKind::Stop { min, max, restitution, .. } => {
-            [*min, *max, Some(*restitution)].into_iter().flatten().collect()
-        }
-        LoadKind::Friction { law, .. } => law.expressions(),
-    }
 }

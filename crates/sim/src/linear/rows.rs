@@ -208,7 +208,7 @@ impl Inverse {
             .map(|(row, (column, value))| ((row, column), value))
             .unzip();
         let mass = (0..n + m).map(|i| (i, i)).collect();
-        let shape = Shape { nq: n + m, nc: m, mass, jacobian: positions };
+        let shape = Shape { nq: n + m, nc: m, mass, jacobian: positions, of_rates: Vec::new() };
         let mut elimination = Elimination::new(&shape, &(0..m).collect::<Vec<_>>());
         let is_regular = elimination.factor(&vec![1.0; n + m], &values).is_ok();
         (is_regular && rows.is_finite()).then_some(Self { rows, elimination })

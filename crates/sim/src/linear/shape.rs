@@ -12,6 +12,8 @@ pub(crate) struct Shape {
     pub(crate) mass: Vec<(usize, usize)>,
     /// (row, coordinate).
     pub(crate) jacobian: Vec<(usize, usize)>,
+    /// Rows between rates, which are no gradients of a position, ascending.
+    pub(crate) of_rates: Vec<usize>,
 }
 
 impl Shape {
@@ -22,6 +24,10 @@ impl Shape {
             nc: system.constraints.len(),
             mass: system.mass_matrix.lower().map(position).collect(),
             jacobian: system.constraint_jacobian.entries().map(position).collect(),
+            of_rates: {
+                let rows = system.constraints.iter().enumerate();
+                rows.filter(|(_, c)| c.is_of_rates()).map(|(row, _)| row).collect()
+            },
         }
     }
 }

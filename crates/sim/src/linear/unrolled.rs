@@ -31,7 +31,7 @@ pub(crate) fn solved(shape: &Shape, terms: &Tape) -> Option<Tape> {
 }
 
 fn record(shape: &Shape, terms: &Tape) -> Option<(Composition, Vec<Value>, Vec<Value>)> {
-    let Shape { nq, nc, ref mass, ref jacobian } = *shape;
+    let Shape { nq, nc, ref mass, ref jacobian, .. } = *shape;
     let rows: Vec<usize> = (0..nc).collect();
     let has_inertia = |i: usize| mass.contains(&(i, i));
     let elimination = Elimination::new(shape, &rows);

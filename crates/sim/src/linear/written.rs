@@ -109,7 +109,7 @@ impl<'a> WrittenSystem<'a> {
         factors: &[Value],
         solution: &[Value],
     ) -> Vec<Value> {
-        let Shape { nq, nc, ref mass, ref jacobian } = *self.shape;
+        let Shape { nq, nc, ref mass, ref jacobian, .. } = *self.shape;
         let (a, lambda) = solution.split_at(nq);
         let (of_mass, rest) = terms.split_at(mass.len());
         let (of_jacobian, rest) = rest.split_at(jacobian.len());

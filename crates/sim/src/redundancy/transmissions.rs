@@ -270,14 +270,19 @@ impl Transmissions {
     }
 }
 
-/// The rows of the couplings.
+/// The rows of the couplings, and of ropes.
 fn couplings(system: &SymbolicSystem) -> Vec<(Effort, &Constraint)> {
     let rows = system.constraints.iter();
     let of_coupling = rows.filter_map(|constraint| match constraint.source {
         Source::Coupling(coupling) => Some((Effort::Coupling(coupling), constraint)),
         _ => None,
     });
-    of_coupling.collect()
+    // Ropes that are taut pull at several bodies, as couplings do.
+    let ropes = system.contacts.iter().enumerate().filter_map(|(k, contact)| {
+        let row = &system.constraints[contact.row];
+        (row.direction == "rope").then_some((Effort::Contact(k, contact.load), row))
+    });
+    of_coupling.chain(ropes).collect()
 }
 
 /// The efforts of drives and contacts, each with its joint and the motion that it acts along.

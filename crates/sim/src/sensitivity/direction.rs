@@ -112,6 +112,9 @@ impl<'a> Direction<'a> {
         if !self.model.inputs.is_empty() {
             return Err(SensitivityError::Inputs);
         }
+        if self.system.constraints.iter().any(|row| row.is_of_rates()) {
+            return Err(SensitivityError::Rates);
+        }
         let directions: Vec<Vec<Expr>> =
             sensitive.iter().map(|&by| parameter_direction(self.model, by)).collect();
         self.check_latches(&directions)?;

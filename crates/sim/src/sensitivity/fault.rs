@@ -19,6 +19,8 @@ pub enum SensitivityError {
     Touching(Sensitive),
     /// The model has signals that are sampled.
     Sampled,
+    /// The model has conditions on rates.
+    Rates,
     /// The model has inputs.
     Inputs,
     /// The constraints and stated values hold for no other value of this quantity.
@@ -60,6 +62,10 @@ pub fn diagnose_sensitivity(model: &Model, error: &SensitivityError) -> Diagnost
         SensitivityError::Sampled => {
             fault("the model has signals that take values of the motion and hold them".to_owned())
                 .help("let sampled signals follow the motion, without `clock`; let latched ones take constants")
+        }
+        SensitivityError::Rates => {
+            fault("the model has conditions on rates, which leave positions free".to_owned())
+                .help("compare runs at two values of the quantity, as `bksim sweep` does")
         }
         SensitivityError::Inputs => {
             fault("the model has inputs: nothing is known of their derivatives".to_owned())

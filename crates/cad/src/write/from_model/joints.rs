@@ -22,6 +22,9 @@ impl Sketch<'_> {
     fn joint(&mut self, id: JointId) -> Result<(), Unwritten> {
         let joint = &self.model.joints[id.0];
         let owner = format!("joint `{}`", joint.name);
+        if joint.kind == JointKind::KnifeEdge {
+            return Err(no_place("the type", &owner).into());
+        }
         let kind = kind(joint.kind.word());
         // In a drawing the axis of a revolute comes out of the paper.
         let is_backward = self.positions.number(joint.axis[2]).is_some_and(|z| z < 0.0);

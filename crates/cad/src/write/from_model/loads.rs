@@ -69,6 +69,7 @@ impl Sketch<'_> {
             LoadKind::JointSpring { joint, .. } => {
                 (self.spring_or_damper(name), self.along(*joint)?, Values::new())
             }
+            LoadKind::Rope { .. } => return Err(no_place("the rope", &format!("`{name}`")).into()),
             LoadKind::Stop { joint, .. } => (kind("stop"), self.at_joint(*joint)?, Values::new()),
             LoadKind::Friction { joint, .. } => {
                 (kind("friction"), self.at_joint(*joint)?, Values::new())

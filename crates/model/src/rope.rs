@@ -1,0 +1,45 @@
+//! Ropes over pulleys, from one end to the other.
+
+use std::ops::Range;
+
+use bksim_expr::Expr;
+
+use crate::body::Anchor;
+use crate::diagnostic::Span;
+
+/// A rope without mass in the plane, over pulleys and through eyes, with ends at points or on drums.
+#[derive(Clone, Debug)]
+pub struct Rope {
+    /// Name as written.
+    pub name: String,
+    /// Its ends and what it goes over, in its own order; a span leads from each to the next.
+    pub nodes: Vec<RopeNode>,
+    /// The parts between places that it does not slip over; each has one pull.
+    pub sections: Vec<RopeSection>,
+    /// Its length at the start, if the author stated it; of an elastic rope without load.
+    pub length: Option<Expr>,
+    /// Position of the name.
+    pub span: Span,
+}
+
+/// An end of a rope, or something that it goes over.
+#[derive(Clone, Copy, Debug)]
+pub struct RopeNode {
+    /// The point, or the centre of a pulley or drum.
+    pub center: Anchor,
+    /// Radius, m: positive where the rope turns left around it, below zero where it turns right; zero of a point.
+    pub radius: Expr,
+}
+
+/// A part of a rope with one pull.
+#[derive(Clone, Debug)]
+pub struct RopeSection {
+    /// Name of its pull: that of the rope, with a number where there are several.
+    pub name: String,
+    /// Its spans, each by the node that it leads from.
+    pub spans: Range<usize>,
+    /// What its way has more than its own length, m: an expression of signals.
+    pub excess: Expr,
+    /// Pull of an elastic rope, N: an expression of signals.
+    pub pull: Option<Expr>,
+}
