@@ -10,6 +10,7 @@ mod imports;
 mod loads;
 mod machines;
 mod reeving;
+mod ropes;
 
 #[path = "../support/mod.rs"]
 mod support;

@@ -4,6 +4,7 @@ mod coordinates;
 mod joints;
 mod orientation;
 mod particles;
+mod rates;
 mod space;
 mod spatial;
 mod three_ways;

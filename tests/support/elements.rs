@@ -4,7 +4,7 @@ use bksim::Mechanism;
 use bksim::sim::run::Sample;
 use serde_json::Value;
 
-use super::{Measures, at, coordinate, derive, model, path, reaction, solve};
+use super::{Measures, at, coordinate, derive, model, path, reaction, signal, solve};
 
 /// Largest difference over the largest value of a column, of coordinates and rates.
 const WITHIN: f64 = 1e-9;
@@ -39,6 +39,8 @@ pub(crate) enum Quantity<'a> {
     Velocity(&'a str, f64),
     /// That of this index.
     Signal(usize),
+    /// A signal or output of this name.
+    Named(&'a str),
     /// The multiplier of a coupling.
     Coupling(&'a str, f64),
     /// A component of the reaction of a joint.
@@ -53,6 +55,7 @@ impl Quantity<'_> {
             Self::Acceleration(name, factor) => factor * sample.a[coordinate(mechanism, name)],
             Self::Velocity(name, factor) => factor * sample.v[coordinate(mechanism, name)],
             Self::Signal(idx) => sample.signals[idx],
+            Self::Named(name) => signal(mechanism, sample, name),
             Self::Coupling(name, factor) => factor * effort(mechanism, sample, name),
             Self::Reaction(joint, axis, factor) => {
                 factor * reaction(mechanism, sample, joint)[axis]
@@ -62,7 +65,11 @@ impl Quantity<'_> {
 
     fn within(self) -> f64 {
         match self {
-            Self::Measure(..) | Self::Position(..) | Self::Velocity(..) | Self::Signal(_) => WITHIN,
+            Self::Measure(..)
+            | Self::Position(..)
+            | Self::Velocity(..)
+            | Self::Signal(_)
+            | Self::Named(_) => WITHIN,
             _ => FORCES_WITHIN,
         }
     }
@@ -121,4 +128,22 @@ pub(crate) fn check_rows(
             );
         }
     }
+}
+
+/// The text of a fixture of ropes, wheels and blades.
+pub(crate) fn touch_text(fixture: &str) -> String {
+    read(&format!("tests/fixtures/touch/{fixture}.toml"))
+}
+
+/// Runs a model and compares its outputs with columns of the same names, of those rows that `applies` says.
+#[track_caller]
+pub(crate) fn check_outputs(
+    text: &str,
+    data: &str,
+    applies: &dyn Fn(&Value) -> bool,
+    columns: &[&str],
+) {
+    let columns: Vec<(&str, Quantity<'_>)> =
+        columns.iter().map(|&name| (name, Quantity::Named(name))).collect();
+    check_rows(text, &format!("touch/{data}"), applies, &columns);
 }

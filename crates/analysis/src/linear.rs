@@ -235,7 +235,8 @@ pub(crate) fn kept_states(
 ) -> (Vec<usize>, Vec<Column>) {
     let coordinates = loaded.system().coordinates();
     let integrals = loaded.state_coordinates();
-    let named = |name: &String| integrals.iter().map(|&i| &coordinates[i]).find(|c| c.name == *name);
+    let named =
+        |name: &String| integrals.iter().map(|&i| &coordinates[i]).find(|c| c.name == *name);
     let state = |k: usize| named(&reduced.names[k]);
     let n = positions.n();
     let (mut kept, mut columns) = (Vec::new(), Vec::new());

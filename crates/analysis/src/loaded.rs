@@ -327,7 +327,7 @@ pub(crate) fn without_rates(model: &Model) -> Result<(), AnalysisError> {
     let condition = condition.map(|of| (format!("condition `{}`", of.name), &of.span));
     let Some((what, span)) = joint.or(condition) else { return Ok(()) };
     let note = "it holds between rates and leaves every position free, so that positions do not follow from each other";
-    let help = "solve the motion in time, or ask for linear equations about the start: `bksim linearize --about start`";
+    let help = "solve the motion in time, or ask for linear equations about the start: `bksim linearize --at start`";
     Err(refused((what, span, "a condition on rates"), note, help))
 }
 

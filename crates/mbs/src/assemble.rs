@@ -34,7 +34,9 @@ use crate::sparse::SparseMatrix;
 use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::tree::Tree;
-use bksim_model::{CouplingId, CouplingKind, DriveId, HeldSignal, JointKind, Model, MotionKind, RopeId, StateId};
+use bksim_model::{
+    CouplingId, CouplingKind, DriveId, HeldSignal, JointKind, Model, MotionKind, RopeId, StateId,
+};
 
 /// Derives the equations of motion of `model` by the way that makes them shorter.
 pub fn assemble(model: &Model) -> SymbolicSystem {

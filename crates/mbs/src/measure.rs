@@ -89,7 +89,11 @@ impl Kinematics {
                 self.second_rate(model, velocity)
             }
             // Known once there are multipliers: see `SymbolicSystem::reaction_values` and `reaction::reported`.
-            Measure::Reaction(..) | Measure::Resultant(..) | Measure::Effort(_) => {
+            Measure::Reaction(..)
+            | Measure::Resultant(..)
+            | Measure::Effort(_)
+            | Measure::Force(_)
+            | Measure::Moment(_) => {
                 let own = model.signals.iter().find(|signal| signal.measure == measure);
                 own.map_or(pool.zero(), |signal| pool.symbol_expr(signal.symbol))
             }

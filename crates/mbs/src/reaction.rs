@@ -143,6 +143,21 @@ pub fn reported(
             let row = system.constraints.iter().find(|row| row.source == Source::Drive(drive));
             Some(row.map_or(pool.zero(), |row| pool.symbol_expr(row.lambda)))
         }
+        Measure::Force(idx) | Measure::Moment(idx) => {
+            let name = &model.force_names[idx];
+            let row = system.constraints.iter().find(|row| match row.source {
+                Source::Coupling(id) => model.couplings[id.0].name == *name,
+                Source::Stop(id) => model.loads[id.0].is_rope() && model.loads[id.0].name == *name,
+                _ => false,
+            });
+            let elastic = || {
+                let mut sections = model.ropes.iter().flat_map(|rope| &rope.sections);
+                let pull = sections.find(|section| section.name == *name)?.pull?;
+                Some(pool.substitute(pull, &signal_values(model, &system.kinematics)))
+            };
+            let rigid = row.map(|row| pool.symbol_expr(row.lambda));
+            Some(rigid.or_else(elastic).unwrap_or(pool.zero()))
+        }
         _ => None,
     };
     let values = model.signals.iter().filter_map(|signal| Some((signal.symbol, value(signal)?)));

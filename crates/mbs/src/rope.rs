@@ -1,4 +1,4 @@
-//! Ropes: the forces with which a part of one pulls at everything that it touches.
+//! Ropes: the forces with which a part of one pulls at its ends and at all that it goes over.
 //!
 //! Each span pulls along itself at the place where it leaves or meets a pulley, as a [strand](crate::belt) does. Over what
 //! a rope slips, both spans pull alike, and their moments about its centre are equal and opposite.

@@ -148,7 +148,7 @@ pub enum JointKind {
 }
 
 /// Turning or sliding.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum MotionKind {
     /// About the axis, rad.
     Rotation,

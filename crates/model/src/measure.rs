@@ -97,6 +97,11 @@ pub enum Measure {
     Resultant(JointId, Resultant),
     /// The effort of a drive, N or N m, in results.
     Effort(DriveId),
+    /// The force of a coupling or the pull of a rope, N, in results: by its place among
+    /// [`Model::force_names`](crate::Model::force_names).
+    Force(usize),
+    /// The moment of a coupling, N m: the same.
+    Moment(usize),
 }
 
 impl Measure {
@@ -106,6 +111,8 @@ impl Measure {
         matches!(
             self,
             Self::Effort(_)
+                | Self::Force(_)
+                | Self::Moment(_)
                 | Self::JointAcceleration(..)
                 | Self::AngularAcceleration(..)
                 | Self::PointAcceleration(..)
@@ -157,7 +164,9 @@ impl Measure {
             | Self::State(_)
             | Self::Reaction(..)
             | Self::Resultant(..)
-            | Self::Effort(_) => true,
+            | Self::Effort(_)
+            | Self::Force(_)
+            | Self::Moment(_) => true,
         }
     }
 }

@@ -85,6 +85,9 @@ pub(crate) const ACCELERATION_WORDS: [BodyWord; 10] = {
 /// The owner of the reactions of all joints, where no body or joint has this name: `reactions.A.fx`.
 pub(crate) const REACTIONS: &str = "reactions";
 
+/// The owner of the forces of couplings, where no body or joint has this name: `couplings.pair`.
+pub(crate) const COUPLINGS: &str = "couplings";
+
 /// The owner of the efforts of drives, where no body or joint has this name: `drives.crank`.
 pub(crate) const DRIVES: &str = "drives";
 
@@ -260,10 +263,11 @@ impl Measure {
             Self::AngularAcceleration(..) => "rad/s^2",
             Self::JointAcceleration(..) | Self::PointAcceleration(..) => "m/s^2",
             Self::Effort(drive) if turned_by(drive) => "N m",
-            Self::Reaction(_, _, ..3) | Self::Resultant(_, Resultant::Force) | Self::Effort(_) => {
-                "N"
-            }
-            Self::Reaction(..) | Self::Resultant(..) => "N m",
+            Self::Reaction(_, _, ..3)
+            | Self::Resultant(_, Resultant::Force)
+            | Self::Effort(_)
+            | Self::Force(_) => "N",
+            Self::Reaction(..) | Self::Resultant(..) | Self::Moment(_) => "N m",
             Self::Momentum(..) => "kg m/s",
             Self::AngularMomentum(..) => "kg m^2/s",
         }

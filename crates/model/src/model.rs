@@ -77,6 +77,9 @@ pub struct Model<P = Pool> {
     pub table_calls: Vec<TableCall>,
     /// Symbols used in expressions of loads and drives, and what they measure.
     pub signals: Vec<Signal>,
+    /// Names of the forces that [`Measure::Force`](crate::Measure::Force) measures: of couplings, and of ropes that may
+    /// become slack.
+    pub force_names: Vec<String>,
     /// Stated and guessed values of the start.
     pub initial: Vec<Initial>,
     /// Orientations of bodies among them.
@@ -122,6 +125,7 @@ impl<P> Model<P> {
             measured: self.measured.clone(),
             table_calls: self.table_calls.clone(),
             signals: self.signals.clone(),
+            force_names: self.force_names.clone(),
             initial: self.initial.clone(),
             orientations: self.orientations.clone(),
             assembly: self.assembly.clone(),

@@ -38,6 +38,10 @@ enum ForceKind {
     Reaction(usize, [usize; 2]),
     /// The effort of a drive.
     Drive(usize),
+    /// Of a coupling.
+    Coupling(usize),
+    /// The pull of a rope that may become slack.
+    Rope(usize),
 }
 
 /// The part of the mechanism that a multiplier is a force of.
@@ -139,14 +143,10 @@ impl Channels {
         let Signal { topic_idx, field_idx } = signal;
         match self.topics[topic_idx].1 {
             TopicKind::Reaction(joint) => uniqueness.reactions[joint][field_idx],
-            TopicKind::Couplings => {
-                let n = uniqueness.couplings.len();
-                let ropes = uniqueness.contacts.len() - self.n_ropes;
-                match field_idx.checked_sub(n) {
-                    None => uniqueness.couplings[field_idx],
-                    Some(rope) => uniqueness.contacts[ropes + rope],
-                }
-            }
+            TopicKind::Couplings => match field_idx.checked_sub(uniqueness.couplings.len()) {
+                None => uniqueness.couplings[field_idx],
+                Some(rope) => self.is_rope_unique(rope, uniqueness),
+            },
             TopicKind::Drives => uniqueness.drives[field_idx],
             TopicKind::Signals => self.is_named_unique(field_idx, uniqueness),
             TopicKind::Outputs => self.is_named_unique(self.n_signals + field_idx, uniqueness),
@@ -163,6 +163,11 @@ impl Channels {
         }
     }
 
+    /// Whether the pull of a rope that may become slack is unique: its row is among the last.
+    fn is_rope_unique(&self, rope: usize, uniqueness: &Uniqueness) -> bool {
+        uniqueness.contacts[uniqueness.contacts.len() - self.n_ropes + rope]
+    }
+
     /// True where all forces that a named expression depends on are unique.
     fn is_named_unique(&self, named_idx: usize, uniqueness: &Uniqueness) -> bool {
         self.forces[named_idx].iter().all(|force| match *force {
@@ -170,6 +175,8 @@ impl Channels {
                 uniqueness.reactions[joint][first..=last].iter().all(|&is_unique| is_unique)
             }
             ForceKind::Drive(drive) => uniqueness.drives[drive],
+            ForceKind::Coupling(coupling) => uniqueness.couplings[coupling],
+            ForceKind::Rope(rope) => self.is_rope_unique(rope, uniqueness),
         })
     }
 
@@ -262,6 +269,15 @@ fn forces(model: &Model) -> Vec<Vec<ForceKind>> {
             Some(ForceKind::Reaction(joint.0, [k / 3 * 3, k / 3 * 3 + 2]))
         }
         Measure::Effort(drive) => Some(ForceKind::Drive(drive.0)),
+        Measure::Force(idx) | Measure::Moment(idx) => {
+            let name = &model.force_names[idx];
+            let coupling = model.couplings.iter().position(|of| of.name == *name);
+            let rope = || {
+                let mut ropes = model.loads.iter().filter(|load| load.is_rope());
+                ropes.position(|of| of.name == *name).map(ForceKind::Rope)
+            };
+            coupling.map(ForceKind::Coupling).or_else(rope)
+        }
         _ => None,
     };
     let all = model.signals.iter().filter_map(|one| Some((one.symbol, force(one.measure)?)));

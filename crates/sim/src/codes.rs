@@ -46,6 +46,7 @@ bksim_model::codes! {
     BELOW_NOISE = "R018", "a tolerance below the noise of the accelerations";
     ANOTHER_ASSEMBLY = "R019", "another assembly than the one that is held";
     FRICTION_DRIVES = "R020", "friction that drives while it slides";
+    ROPE_PUSHES = "R021", "a rope that pushes";
     NO_FINITE_NUMBER = "R023", "a result without a finite value";
     LOG_FULL = "R024", "a log that has reached its limit";
 }

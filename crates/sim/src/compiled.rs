@@ -37,7 +37,7 @@ use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::reaction::{reactions, reported};
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::Model;
+use bksim_model::{CouplingKind, Model};
 
 /// A mechanism as functions of numbers: no expressions, no text to parse, safe to share.
 #[derive(Clone, Debug)]
@@ -48,6 +48,8 @@ pub struct CompiledSystem {
     pub multipliers: Vec<Quantity>,
     /// Where each constraint row comes from.
     pub sources: Vec<Source>,
+    /// Constraint rows of ropes that stay taut.
+    pub(crate) taut_ropes: Vec<usize>,
     /// Names of the joints, in file order; reactions follow it.
     pub joints: Vec<String>,
     /// The couplings, each with its force or moment.
@@ -184,6 +186,16 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         coordinates,
         multipliers: multiplier_quantities(model, system),
         sources: system.constraints.iter().map(|c| c.source).collect(),
+        taut_ropes: {
+            let is_rope = |source: Source| match source {
+                Source::Coupling(id) => {
+                    matches!(model.couplings[id.0].kind, CouplingKind::Rope(..))
+                }
+                _ => false,
+            };
+            let rows = 0..system.constraints.len();
+            rows.filter(|&row| is_rope(system.constraints[row].source)).collect()
+        },
         joints: model.joints.iter().map(|j| j.name.clone()).collect(),
         couplings: coupling_quantities(model),
         drives: drive_quantities(model),

@@ -57,7 +57,8 @@ fn rope_fault(
     };
     if model.space == Space::Spatial {
         let message = format!("rope `{}` is laid in space", rope.name);
-        let help = "write a joint of type `distance` with `max` for a straight rope between two points";
+        let help =
+            "write a joint of type `distance` with `max` for a straight rope between two points";
         return fault(message, "needs a planar model", help.to_owned());
     }
     let wheels: Vec<(Vector, Expr)> = (rope.nodes.iter())
@@ -69,9 +70,10 @@ fn rope_fault(
     let (([ax, ay], a), ([bx, by], b)) = (wheels[k], wheels[k + 1]);
     let mm = |length: f64| format!("{} mm", short(1e3 * length));
     let message = format!(
-        "rope `{}` has no way from its place {} to the next, counted from 1",
+        "rope `{}` has no way from place {} of `over` to place {}",
         rope.name,
-        k + 1
+        k + 1,
+        k + 2
     );
     let label = format!("they are {} apart at the start", mm((bx - ax).hypot(by - ay)));
     let help = format!(

@@ -139,7 +139,10 @@ impl<'m> Quantities<'m> {
 
     /// The values of the symbols that stand for reactions and efforts; none where no signal measures one.
     fn reported(&self) -> &[(SymbolId, Expr)] {
-        let is_one = |m: Measure| m.is_reaction() || matches!(m, Measure::Effort(_));
+        let is_one = |m: Measure| {
+            m.is_reaction()
+                || matches!(m, Measure::Effort(_) | Measure::Force(_) | Measure::Moment(_))
+        };
         if !self.model.signals.iter().any(|signal| is_one(signal.measure)) {
             return &[];
         }

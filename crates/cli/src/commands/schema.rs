@@ -10,7 +10,7 @@ use crate::output;
 const REFERENCE: &str = include_str!("../../../../docs/model-reference.md");
 
 /// Keys with the kind of their values, wherever they stand; others take any value.
-const KINDS: [(&str, Kind); 61] = {
+const KINDS: [(&str, Kind); 66] = {
     use Kind::{Array, Flag, Names, Quantity, Table, Text, Whole};
     [
         ("between", Names),
@@ -30,11 +30,13 @@ const KINDS: [(&str, Kind); 61] = {
         ("method", Text),
         ("jit", Text),
         ("axes", Text),
+        ("shape", Text),
         ("cut", Flag),
         ("free", Flag),
         ("internal", Flag),
         ("reversed", Flag),
         ("crossed", Flag),
+        ("slack", Flag),
         ("count", Whole),
         ("first", Whole),
         ("axis", Array),
@@ -47,6 +49,7 @@ const KINDS: [(&str, Kind); 61] = {
         ("segments", Array),
         ("formula", Array),
         ("range", Array),
+        ("over", Array),
         ("with", Table),
         ("mass", Quantity),
         ("density", Quantity),
@@ -58,6 +61,8 @@ const KINDS: [(&str, Kind); 61] = {
         ("motion", Quantity),
         ("relation", Quantity),
         ("ratio", Quantity),
+        ("EA", Quantity),
+        ("rim", Quantity),
         ("lead", Quantity),
         ("restitution", Quantity),
         ("mu", Quantity),

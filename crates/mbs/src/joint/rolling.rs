@@ -1,5 +1,5 @@
-//! Rolling: a disc or ball of the successor touches the plane of x and y of the predecessor's point and does not slip
-//! on it.
+//! Rolling: a disc or ball of the successor stays on the plane of x and y of the predecessor's point and does not
+//! slip on it.
 //!
 //! With the normal n of the plane, the axis a of the disc, the radii c of its circle and r of its rim, the lowest place
 //! of the rim is from the centre
@@ -42,7 +42,7 @@ pub(super) fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<
     ]
 }
 
-/// Where a wheel touches its plane, world axes.
+/// A wheel on its plane, world axes.
 struct Touching {
     /// Of the lowest place above the plane, m.
     height: Expr,
@@ -83,7 +83,7 @@ impl Touching {
     }
 }
 
-/// The place where a wheel touches its plane, world axes; `None` of other joints.
+/// The place of a wheel that is on its plane, world axes; `None` of other joints.
 pub(super) fn place(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<Vector> {
     let JointKind::Rolling { .. } = joint.kind else { return None };
     let Touching { arm, .. } = Touching::of(pool, joint, sides);

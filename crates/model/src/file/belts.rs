@@ -456,7 +456,13 @@ impl Reader<'_> {
         }
     }
 
-    pub(super) fn log(&mut self, name: String, value: Expr, unit: &str, span: &crate::diagnostic::Span) {
+    pub(super) fn log(
+        &mut self,
+        name: String,
+        value: Expr,
+        unit: &str,
+        span: &crate::diagnostic::Span,
+    ) {
         // A name that the author has given to something else keeps its meaning.
         if self.names.plain(&name).is_none() {
             let unit = unit.to_owned();

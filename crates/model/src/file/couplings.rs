@@ -110,6 +110,37 @@ impl Reader<'_> {
         Some(vec![Coupling { name: name.to_owned(), kind, relation, effort, span }])
     }
 
+    /// Reports forces of couplings that are measured and are none, or have another dimension.
+    pub(super) fn check_forces(&mut self, couplings: &[Coupling]) {
+        let used = self.names.signals.iter().filter_map(|signal| match signal.measure {
+            Measure::Force(idx) => Some((idx, MotionKind::Translation)),
+            Measure::Moment(idx) => Some((idx, MotionKind::Rotation)),
+            _ => None,
+        });
+        let name = |idx: usize| self.names.forces[idx].0.clone();
+        let used: Vec<(String, MotionKind)> = used.map(|(idx, kind)| (name(idx), kind)).collect();
+        let known = couplings.iter().map(|of| (of.name.clone(), of.effort));
+        let ropes = self.rope_loads.iter().map(|of| (of.name.clone(), MotionKind::Translation));
+        let elastic = self.ropes.iter().flat_map(|rope| &rope.sections);
+        let elastic = elastic.filter(|section| section.pull.is_some());
+        let elastic = elastic.map(|section| (section.name.clone(), MotionKind::Translation));
+        let known: Vec<(String, MotionKind)> = known.chain(ropes).chain(elastic).collect();
+        for force in used {
+            if self.topology_unknown || known.contains(&force) {
+                continue;
+            }
+            let names: Vec<&str> = known.iter().map(|(name, _)| name.as_str()).collect();
+            let message = format!("nothing has the force `couplings.{}`", force.0);
+            let help = if names.is_empty() {
+                "a belt that stretches has signals in its place, such as `belt_tension_A_B`"
+                    .to_owned()
+            } else {
+                format!("name one of: {}", names.join(", "))
+            };
+            self.report(Diagnostic::error(codes::UNKNOWN_NAME, message).help(help));
+        }
+    }
+
     /// A relation of any positions, which is zero.
     fn read_relation(&mut self, fields: &Fields<'_>) -> Option<(CouplingKind, Expr, MotionKind)> {
         let help = "write for example `relation = \"2*A.angle - B.angle\"`, which is then zero";
@@ -118,10 +149,8 @@ impl Reader<'_> {
         if self.is_of_rates(node, &what) {
             return None;
         }
-        let kinds = [
-            (Quantity::ANGLE, MotionKind::Rotation),
-            (Quantity::LENGTH, MotionKind::Translation),
-        ];
+        let kinds =
+            [(Quantity::ANGLE, MotionKind::Rotation), (Quantity::LENGTH, MotionKind::Translation)];
         let (scalar, effort) = self.one_of(node, &what, kinds)?;
         let pool = &self.pool;
         let signals = self.names.signals.iter();
@@ -153,14 +182,11 @@ impl Reader<'_> {
 
     /// A condition on rates, which is zero: linear in the rates.
     fn read_rate(&mut self, fields: &Fields<'_>) -> Option<(Expr, MotionKind)> {
-        const EXAMPLE: &str =
-            "write for example `rate = \"skate.P.vy*cos(skate.angle) - skate.P.vx*sin(skate.angle)\"`, which is then zero";
+        const EXAMPLE: &str = "write for example `rate = \"skate.P.vy*cos(skate.angle) - skate.P.vx*sin(skate.angle)\"`, which is then zero";
         let node = fields.require(self, "rate", EXAMPLE)?;
         let what = fields.what("rate");
-        let kinds = [
-            (Quantity::RATE, MotionKind::Rotation),
-            (Quantity::VELOCITY, MotionKind::Translation),
-        ];
+        let kinds =
+            [(Quantity::RATE, MotionKind::Rotation), (Quantity::VELOCITY, MotionKind::Translation)];
         let (scalar, effort) = self.one_of(node, &what, kinds)?;
         let (pool, expr) = (&self.pool, scalar.expr);
         let used = self.names.signals.iter().filter(|signal| pool.depends_on(expr, signal.symbol));

@@ -11,7 +11,7 @@ use super::tree::{Entry, Node, Table, Value};
 use super::units::Quantity;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
-use crate::joint::{JOINT_TYPES, motion_words};
+use crate::joint::{JOINT_TYPES, MotionKind, motion_words};
 use crate::measure::Measure;
 use crate::measure_names::BODY_WORDS;
 
@@ -52,6 +52,14 @@ impl Reader<'_> {
             self.names.add_joint(JointName { name: name.to_owned(), kind, freedoms, has_radius });
         }
         self.gather_drives(root);
+        self.gather_forces(root);
+    }
+
+    /// Gathers the names of the forces of couplings, which are among the results, from what their tables say.
+    fn gather_forces(&mut self, root: &Table) {
+        for (name, _, table) in sub_tables(root, "couplings") {
+            self.names.forces.extend(table.map(|table| forces_of(name, table)).unwrap_or_default());
+        }
     }
 
     /// Gathers the names of drives with the motions that they drive: their efforts are among the results.
@@ -256,6 +264,40 @@ pub(super) fn entries_of<'t>(root: &'t Table, section: &str) -> &'t [Entry] {
 }
 
 /// The section of a kind: `bodies` for `body`.
+/// The names of the forces of a coupling, whose own name is `name`.
+fn forces_of(name: &str, table: &Table) -> Vec<(String, MotionKind)> {
+    use MotionKind::{Rotation, Translation};
+    let text = |node: &Node| match &node.value {
+        Value::Text(text) => Some(text.clone()),
+        _ => None,
+    };
+    let list = |key: &str| match table.get(key).map(|entry| &entry.node.value) {
+        Some(Value::Array(nodes)) => nodes.as_slice(),
+        _ => &[],
+    };
+    let has = |keys: &[&str]| keys.iter().any(|key| table.get(key).is_some());
+    let word = table.get("type").and_then(|entry| text(&entry.node)).unwrap_or_default();
+    let wheels: Vec<Option<String>> = list("between").iter().map(text).collect();
+    let is_loop = wheels.len() > 2 || has(&["turns", "length"]);
+    let own = |kind| (name.to_owned(), kind);
+    match word.as_str() {
+        "rope" => {
+            let parts = (1..list("over").len()).map(|k| (format!("{name}_{k}"), Translation));
+            std::iter::once(own(Translation)).chain(parts).collect()
+        }
+        "belt" | "chain" if is_loop => {
+            let next = wheels.iter().cycle().skip(1);
+            let strand = |(from, to): (&Option<String>, &Option<String>)| {
+                Some((format!("{name}_{}_{}", from.as_ref()?, to.as_ref()?), Translation))
+            };
+            wheels.iter().zip(next).filter_map(strand).collect()
+        }
+        "gear" | "belt" | "chain" if !has(&["radii", "module"]) => vec![own(Rotation)],
+        "gear" | "belt" | "chain" | "rack" | "screw" => vec![own(Translation)],
+        _ => Vec::new(),
+    }
+}
+
 fn plural(kind: &str) -> String {
     if kind == "body" { "bodies".to_owned() } else { format!("{kind}s") }
 }

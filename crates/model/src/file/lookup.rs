@@ -15,7 +15,9 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
 use crate::joint::motion_words;
 use crate::measure::{Frame, Measure, Resultant};
-use crate::measure_names::{BODY_WORDS, DRIVES, N_POINT_WORDS, REACTIONS, reaction_words};
+use crate::measure_names::{
+    BODY_WORDS, COUPLINGS, DRIVES, N_POINT_WORDS, REACTIONS, reaction_words,
+};
 
 impl Reader<'_> {
     /// A parameter, the time, or something of the motion.
@@ -167,6 +169,8 @@ impl Reader<'_> {
             }
         } else if let (None, DRIVES, [_, _], true) = (body, owner, parts, is_result) {
             (1, self.names.drives.iter().map(|(name, _)| name.clone()).collect())
+        } else if let (None, COUPLINGS, [_, _], true) = (body, owner, parts, is_result) {
+            (1, self.names.forces.iter().map(|(name, _)| name.clone()).collect())
         } else if let Some(body) = body {
             let points = self.names.bodies[body.0].points.clone();
             let words = BODY_WORDS.map(|(word, _)| word.to_owned());

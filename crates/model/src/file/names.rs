@@ -11,7 +11,8 @@ use crate::ids::{BodyId, ClockId, DriveId, JointId, PointId};
 use crate::joint::{MotionKind, motion_words};
 use crate::measure::{Measure, Resultant, Signal};
 use crate::measure_names::{
-    ACCELERATION_WORDS, BODY_WORDS, DRIVES, N_POINT_ACCELERATIONS, N_POINT_WORDS, REACTIONS,
+    ACCELERATION_WORDS, BODY_WORDS, COUPLINGS, DRIVES, N_POINT_ACCELERATIONS, N_POINT_WORDS,
+    REACTIONS,
 };
 
 /// The meaning of a name in an expression.
@@ -55,8 +56,9 @@ pub(super) fn quantity_of(measure: Measure) -> Quantity {
         // Of a translation; that of a rotation is known where the drive is: see `Names::acceleration`.
         Measure::Reaction(_, _, ..3)
         | Measure::Resultant(_, Resultant::Force)
-        | Measure::Effort(_) => Quantity::FORCE,
-        Measure::Reaction(..) | Measure::Resultant(..) => Quantity::TORQUE,
+        | Measure::Effort(_)
+        | Measure::Force(_) => Quantity::FORCE,
+        Measure::Reaction(..) | Measure::Resultant(..) | Measure::Moment(_) => Quantity::TORQUE,
         Measure::Momentum(..) => Quantity::MOMENTUM,
         Measure::AngularMomentum(..) => Quantity::ANGULAR_MOMENTUM,
         Measure::JointPosition(..) | Measure::PointPosition(..) => Quantity::LENGTH,
@@ -114,6 +116,8 @@ pub(super) struct Names {
     joint_ids: BTreeMap<String, JointId>,
     /// The names of the drives with the motions that they drive, in file order; `None` where that could not be read.
     pub(super) drives: Vec<(String, Option<MotionKind>)>,
+    /// The names of forces of couplings, as far as their tables say them.
+    pub(super) forces: Vec<(String, MotionKind)>,
     /// Parameters, coordinates and the time.
     pub(super) plain: BTreeMap<String, (Meaning, Option<Span>)>,
     /// Quantities of the named coordinates.
@@ -211,8 +215,8 @@ impl Names {
         Some((measure, quantity_of(measure)))
     }
 
-    /// The acceleration of `body.ax`, `body.point.ay`, `joint.acceleration`, or the effort of `drives.crank`, which
-    /// results alone have.
+    /// The acceleration of `body.ax`, `body.point.ay`, `joint.acceleration`, the effort of `drives.crank`, or the
+    /// force of `couplings.pair`, which results alone have.
     pub(super) fn acceleration(&self, owner: &str, parts: &[&str]) -> Option<(Measure, Quantity)> {
         if let ([word], Some(joint)) = (parts, self.joint(owner)) {
             let freedoms = self.joints[joint.0].freedoms?;
@@ -226,6 +230,14 @@ impl Names {
             });
         }
         let Some(body) = self.body(owner) else {
+            if let (COUPLINGS, [name]) = (owner, parts) {
+                let idx = self.forces.iter().position(|(known, _)| known == name)?;
+                let measure = match self.forces[idx].1 {
+                    MotionKind::Translation => Measure::Force(idx),
+                    MotionKind::Rotation => Measure::Moment(idx),
+                };
+                return Some((measure, quantity_of(measure)));
+            }
             let (DRIVES, [name]) = (owner, parts) else { return None };
             let idx = self.drives.iter().position(|(known, _)| known == name)?;
             let quantity = match self.drives[idx].1? {

@@ -50,9 +50,16 @@ struct Stop {
 /// How a rope resists being longer.
 enum Give {
     Rigid,
-    Slack { restitution: Expr },
+    Slack {
+        restitution: Expr,
+    },
     /// Of the whole cross-section, N, or of each part, N/m, and the damping of each part.
-    Elastic { modulus: Option<Expr>, stiffness: Option<Expr>, damping: Option<Expr> },
+    Elastic {
+        modulus: Option<Expr>,
+        stiffness: Option<Expr>,
+        damping: Option<Expr>,
+        pushes: bool,
+    },
 }
 
 impl Reader<'_> {
@@ -61,7 +68,12 @@ impl Reader<'_> {
         let help = "write `over = [\"ground.P\", { pulley = \"sheave.C\", radius = \"80 mm\", turn = \"left\" }, \"load.hook\"]`";
         let node = fields.require(self, "over", help)?;
         let what = fields.what("over");
-        let nodes = self.array(node, &what, "an array of ends and pulleys", "[\"ground.P\", \"load.hook\"]")?;
+        let nodes = self.array(
+            node,
+            &what,
+            "an array of ends and pulleys",
+            "[\"ground.P\", \"load.hook\"]",
+        )?;
         if nodes.len() < 2 {
             self.wrong_kind(node, &what, "two ends at least", &node.value, help);
             return None;
@@ -75,7 +87,8 @@ impl Reader<'_> {
             Some(node) => {
                 let what = fields.what("length");
                 let scalar = self.scalar(node, Quantity::LENGTH, &what, Scope::Constant)?;
-                self.check_positive(&what, &scalar, Quantity::LENGTH).then_some(Some(scalar.expr))?
+                self.check_positive(&what, &scalar, Quantity::LENGTH)
+                    .then_some(Some(scalar.expr))?
             }
             None => None,
         };
@@ -193,11 +206,12 @@ impl Reader<'_> {
         };
         let (modulus, stiffness, damping) = (modulus?, stiffness?, damping?);
         if let Some(key) = elastic {
-            // An elastic rope only pulls anyway.
-            if fields.conflict(self, key, "slack") || fields.conflict(self, key, "restitution") {
+            if fields.conflict(self, key, "restitution") {
                 return None;
             }
-            return Some(Give::Elastic { modulus, stiffness, damping });
+            // It only pulls unless the author says that it stays taut.
+            let pushes = slack == Some(false);
+            return Some(Give::Elastic { modulus, stiffness, damping, pushes });
         }
         if fields.has("damping") {
             fields.require(self, "EA", "write for example `EA = \"2 MN\"`, or a `stiffness`")?;
@@ -240,7 +254,10 @@ impl Reader<'_> {
             let wrap = reader.wrap(stops[k].is_left, &spans[k - 1], &spans[k]);
             let radius = stops[k].wheel.radius;
             let radius = if stops[k].is_left { radius } else { reader.pool.neg(radius) };
-            Twin { now: reader.pool.mul(radius, wrap.now), first: reader.pool.mul(radius, wrap.first) }
+            Twin {
+                now: reader.pool.mul(radius, wrap.now),
+                first: reader.pool.mul(radius, wrap.first),
+            }
         };
         let arcs: Vec<Twin<Expr>> = (1..n_spans).map(|k| arc(self, k)).collect();
         let total = |reader: &Self, of: fn(&Twin<Expr>) -> Expr| {
@@ -257,7 +274,8 @@ impl Reader<'_> {
         for (number, ends) in held.windows(2).enumerate() {
             let [from, to] = [ends[0], ends[1]];
             let is_last = to == stops.len() - 1;
-            let own = if held.len() == 2 { name.to_owned() } else { format!("{name}_{}", number + 1) };
+            let own =
+                if held.len() == 2 { name.to_owned() } else { format!("{name}_{}", number + 1) };
             let gain: Vec<Expr> = spans[from..to].iter().map(|span| span.gain).collect();
             let gain = self.pool.sum(gain);
             let inner = &arcs[from..to - 1];
@@ -298,7 +316,7 @@ impl Reader<'_> {
                     },
                     span,
                 }),
-                Give::Elastic { modulus, stiffness, damping } => {
+                Give::Elastic { modulus, stiffness, damping, pushes } => {
                     let now = part(self, |twin| twin.now);
                     let pool = &self.pool;
                     let unloaded = pool.sub(now, excess);
@@ -316,7 +334,8 @@ impl Reader<'_> {
                     };
                     let pool = &self.pool;
                     let sum = pool.add(elastic, viscous);
-                    let own_pull = pool.call(Function::Max, &[pool.zero(), sum]).expect("two arguments");
+                    let pull_only = || pool.call(Function::Max, &[pool.zero(), sum]);
+                    let own_pull = if *pushes { sum } else { pull_only().expect("two arguments") };
                     self.log(format!("{own}_pull"), own_pull, "N", &span);
                     pull = Some(own_pull);
                 }

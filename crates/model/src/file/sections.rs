@@ -91,6 +91,7 @@ impl Reader<'_> {
         let couplings = self.read_couplings(root);
         controllers.signals.append(&mut self.belt_signals);
         controllers.signals.sort_by_key(|signal| signal.is_output);
+        self.check_forces(&couplings);
         let connections = Connections { joints: &joints, couplings: &couplings };
         let mut loads = self.read_loads(root, &connections);
         loads.append(&mut self.rope_loads);
@@ -138,6 +139,7 @@ impl Reader<'_> {
             measured: std::mem::take(&mut self.measured),
             table_calls: std::mem::take(&mut self.table_calls),
             signals: std::mem::take(&mut self.names.signals),
+            force_names: std::mem::take(&mut self.names.forces).into_iter().map(|f| f.0).collect(),
             initial,
             orientations,
             assembly,

@@ -238,6 +238,34 @@ class CurveOnCurve(Joint):
 
 
 @dataclass(slots=True)
+class KnifeEdge(Joint):
+    """A blade at the second point moves along ``axis``, which is fixed in the second body, and not across it.
+
+    It moves in the plane of x and y of the first point's frame.
+    """
+
+    type: ClassVar[str] = "knife-edge"
+
+    axis: Sequence[Value] | None = None
+    direction: Value | None = None
+
+
+@dataclass(slots=True)
+class Rolling(Joint):
+    """A ``"disc"`` or ``"ball"`` about the second point rolls on the plane of x and y of the first point's frame.
+
+    ``radius`` is that of the whole, ``rim`` the one by which the rim of a disc is round, and ``axis`` its axle.
+    """
+
+    type: ClassVar[str] = "rolling"
+
+    shape: str
+    radius: Value
+    rim: Value | None = None
+    axis: Sequence[Value] | None = None
+
+
+@dataclass(slots=True)
 class Distance(Joint):
     """A rod of a ``length``, which may be a function of time, or a rope between its limits."""
 
@@ -282,6 +310,8 @@ JOINTS: tuple[type[Joint], ...] = (
     PointOnCurve,
     LineOnCurve,
     CurveOnCurve,
+    KnifeEdge,
+    Rolling,
     Distance,
     Cylinder,
 )

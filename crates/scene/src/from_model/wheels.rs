@@ -321,10 +321,10 @@ impl Sketch<'_> {
             }
             CouplingKind::Rack(rack) => rack.bodies[0].0 == body,
             CouplingKind::Relation
-                | CouplingKind::Rate
-                | CouplingKind::Screw
-                | CouplingKind::Strand(..)
-                | CouplingKind::Rope(..) => false,
+            | CouplingKind::Rate
+            | CouplingKind::Screw
+            | CouplingKind::Strand(..)
+            | CouplingKind::Rope(..) => false,
         })
     }
 }

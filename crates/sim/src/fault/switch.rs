@@ -137,8 +137,7 @@ pub(super) fn beyond_stop(model: &Model, load: LoadId, by: f64) -> Diagnostic {
             unit_of(model, Measure::JointPosition(joint, motion_idx))
         }
         LoadKind::Rope { .. } => {
-            let message =
-                format!("rope `{}` is {} m too short at the start", load.name, short(by));
+            let message = format!("rope `{}` is {} m too short at the start", load.name, short(by));
             return Diagnostic::error(codes::BEYOND_STOP, message)
                 .at(load.span.clone(), "this rope")
                 .help("start nearer, or write a larger `length`");

@@ -18,6 +18,7 @@ use super::pole;
 use crate::codes;
 use crate::held_assembly::AssemblyChange;
 use crate::run::Summary;
+use bksim_mbs::constraint::Source;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Span};
 use bksim_model::message::short;
@@ -101,6 +102,7 @@ pub fn diagnose_worth(
     };
 
     faults.extend(summary.driving.map(|(t, load)| friction_drives(model, load, t)));
+    faults.extend(summary.pushing.and_then(|(t, row)| rope_pushes(model, system, row, t)));
     faults.extend(below_noise(model, options, summary));
     faults.extend(another_assembly(model, &summary.assembly_changes, |t| {
         format!("t = {} s", short(t))
@@ -139,6 +141,16 @@ pub fn diagnose_worth(
         faults.push(at(fault).help(help));
     }
     faults
+}
+
+/// The warning that a rope which stays taut has to push at a sample.
+fn rope_pushes(model: &Model, system: &SymbolicSystem, row: usize, t: f64) -> Option<Diagnostic> {
+    let Source::Coupling(id) = system.constraints[row].source else { return None };
+    let rope = &model.couplings[id.0];
+    let message =
+        format!("rope `{}` pushes at t = {} s: its pull is below zero", rope.name, short(t));
+    let fault = Diagnostic::warning(codes::ROPE_PUSHES, message).at(rope.span.clone(), "this rope");
+    Some(fault.help("write `slack = true` for a rope that becomes slack instead"))
 }
 
 /// The warning that the size of friction is below zero at a sample.

@@ -168,7 +168,13 @@ impl ImpactEquations<'_> {
         let (entries, mass): (Vec<_>, Vec<f64>) = lower.map(|(i, j, m)| ((i, j), m)).unzip();
         let (couplings, jacobian): (Vec<_>, Vec<f64>) =
             active.entries().map(|(k, i, g)| ((k, i), g)).unzip();
-        let shape = Shape { nq, nc: active.n_rows(), mass: entries, jacobian: couplings, of_rates: Vec::new() };
+        let shape = Shape {
+            nq,
+            nc: active.n_rows(),
+            mass: entries,
+            jacobian: couplings,
+            of_rates: Vec::new(),
+        };
         let all: Vec<usize> = (0..shape.nc).collect();
         let resisting = self.g_rate.iter().map(|rate| -rate);
         let mut x: Vec<f64> =

@@ -4,7 +4,7 @@ use bksim_expr::{Expr, SymbolId, TapeError};
 use bksim_mbs::constraint::{Constraint, Source};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_mbs::transmission::{Directions, transmission};
-use bksim_model::{BodyId, Compliance, DriveId, JointId, LoadKind, Model, MotionKind, Space};
+use bksim_model::{Compliance, DriveId, JointId, LoadKind, Model, MotionKind, Space};
 
 use super::block::{Block, CouplingPart, JointPart};
 use super::blocks::blocks;
@@ -80,27 +80,16 @@ impl Transmissions {
         // The parts, and what is to be computed for them.
         let mut of_block = vec![Block::default(); n_blocks];
         let mut part_of = vec![0; model.joints.len()];
-        let mut number_of_body = vec![Vec::new(); model.bodies.len()];
-        let mut n_bodies = vec![0; n_blocks];
+        let mut numbers =
+            Numbers { of_body: vec![Vec::new(); model.bodies.len()], n_bodies: vec![0; n_blocks] };
         let mut outputs: Vec<Expr> = Vec::new();
         for (joint_idx, &block) in of_joint.iter().enumerate() {
             if !is_needed(block) {
                 continue;
             }
             let joint = &model.joints[joint_idx];
-            let bodies = [joint.predecessor.body.0, joint.successor.body.0].map(|body| {
-                if body == 0 {
-                    return None;
-                }
-                let known: &mut Vec<(usize, usize)> = &mut number_of_body[body];
-                if let Some(&(_, number)) = known.iter().find(|(of, _)| *of == block) {
-                    return Some(number);
-                }
-                let number = n_bodies[block];
-                n_bodies[block] += 1;
-                known.push((block, number));
-                Some(number)
-            });
+            let bodies = [joint.predecessor.body.0, joint.successor.body.0]
+                .map(|body| numbers.of(body, block));
             let transmission = transmission(model, &system.kinematics, JointId(joint_idx));
             let first = outputs.len();
             outputs.extend(transmission.at);
@@ -128,14 +117,11 @@ impl Transmissions {
         }
         for ((effort, constraint), block) in couplings.into_iter().zip(of_coupling) {
             let Some(block) = block.filter(|&block| is_needed(block)) else { continue };
-            let number = |BodyId(body): BodyId| {
-                let known: &Vec<(usize, usize)> = &number_of_body[body];
-                known.iter().find(|(of, _)| *of == block).map(|(_, number)| *number)
-            };
+            // A body that joints of the block do not reach hangs on couplings, and is in balance by itself.
             let wrenches = constraint.wrenches.iter().map(|wrench| {
                 let first = outputs.len();
                 outputs.extend([wrench.at, wrench.force, wrench.moment].concat());
-                (number(wrench.body), first)
+                (numbers.of(wrench.body.0, block), first)
             });
             let wrenches = wrenches.collect();
             let is_moment = constraint.effort == MotionKind::Rotation;
@@ -267,6 +253,31 @@ impl Transmissions {
         let mut buffers = function.buffers(parameters);
         let values = function.evaluate(&mut buffers, &[&[t], q]);
         values.iter().all(|value| value.is_finite()).then(|| values.to_vec())
+    }
+}
+
+/// The numbers of bodies within blocks, given as they are asked for.
+struct Numbers {
+    /// By body: the blocks that it is in, with its number there.
+    of_body: Vec<Vec<(usize, usize)>>,
+    /// By block.
+    n_bodies: Vec<usize>,
+}
+
+impl Numbers {
+    /// The number of a body in a block; `None` of the ground.
+    fn of(&mut self, body: usize, block: usize) -> Option<usize> {
+        if body == 0 {
+            return None;
+        }
+        let known = &mut self.of_body[body];
+        if let Some(&(_, number)) = known.iter().find(|(of, _)| *of == block) {
+            return Some(number);
+        }
+        let number = self.n_bodies[block];
+        self.n_bodies[block] += 1;
+        known.push((block, number));
+        Some(number)
     }
 }
 

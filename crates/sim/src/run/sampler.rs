@@ -42,6 +42,8 @@ pub(crate) struct Sampler {
     second_angles: Vec<usize>,
     /// Friction whose size has been below zero, and when, s.
     driving: Option<(f64, LoadId)>,
+    /// Constraint rows of ropes that stay taut.
+    taut_ropes: Vec<usize>,
     /// Up to where the present step has been passed, if it has been begun.
     passed: Option<f64>,
     /// Work at its start, J, and what its quadrature keeps to.
@@ -79,6 +81,7 @@ impl Sampler {
             potential_start: 0.0,
             second_angles: compiled.second_angles.clone(),
             driving: None,
+            taut_ropes: compiled.taut_ropes.clone(),
             passed: None,
             work_start: 0.0,
             work_tolerance: WorkTolerance { rtol: options.rtol, atol: options.atol, turnover: 0.0 },
@@ -406,6 +409,10 @@ impl Sampler {
         summary.take(&self.sample, self.potential_start, &self.second_angles);
         summary.energy.scale = summary.energy.scale.max(self.driven[2]);
         summary.driving = summary.driving.or(self.driving);
+        let Sample { t, lambda, .. } = &self.sample;
+        let rounding = -1e-9 * largest(lambda);
+        let pushing = || self.taut_ropes.iter().find(|&&row| lambda[row] < rounding);
+        summary.pushing = summary.pushing.or_else(|| pushing().map(|&row| (*t, row)));
         observer.sample(&self.sample, &[])
     }
 

@@ -187,6 +187,11 @@ impl Summary {
             saver.real(t);
             saver.count(load.0);
         }
+        saver.flag(self.pushing.is_some());
+        if let Some((t, row)) = self.pushing {
+            saver.real(t);
+            saver.count(row);
+        }
         save_noise(&self.noise, saver);
         saver.flag(self.slowness.is_some());
         if let Some(slowness) = &self.slowness {
@@ -236,9 +241,11 @@ impl Summary {
         let pole = pole.transpose()?;
         let driving = loader.flag()?.then(|| Ok((loader.real()?, LoadId(loader.count()?))));
         let driving = driving.transpose()?;
+        let nc = compiled.nc();
+        let pushing = loader.flag()?.then(|| Ok((loader.real()?, loader.index(nc)?)));
+        let pushing = pushing.transpose()?;
         let noise = load_noise(loader)?;
         let slowness = loader.flag()?.then(|| Slowness::load(loader, compiled.nq())).transpose()?;
-        let nc = compiled.nc();
         // A length that is too large fails at the first number that is missing.
         let poses = 0..loader.count()?;
         let singular_poses =
@@ -270,6 +277,7 @@ impl Summary {
             assembly_changes,
             pole,
             driving,
+            pushing,
             noise,
             slowness,
             largest,

@@ -36,6 +36,8 @@ pub struct Summary {
     pub pole: Option<NearPole>,
     /// Friction whose size was below zero, with the first sample at which it was, s.
     pub driving: Option<(f64, LoadId)>,
+    /// The constraint row of a taut rope that has pushed, with the first sample at which it did, s.
+    pub pushing: Option<(f64, usize)>,
     /// That the run takes far more steps than expected, if it does.
     pub slowness: Option<Slowness>,
     /// Repeated explicit steps whose error has not fallen with their size.
