@@ -379,7 +379,8 @@ pub(crate) fn named_quantity(loaded: &Loaded, name: &str) -> Result<PoseQuantity
     let fits =
         |m: Measure| !(m.is_acceleration() || m.is_reaction() || matches!(m, Measure::State(_)));
     let measure = Measure::named(model, name).filter(|&measure| fits(measure));
-    let measure = measure.ok_or_else(|| unknown_measure(model, name, fits))?;
+    let measure =
+        measure.ok_or_else(|| unknown_measure(model, name, |measure| measure.is_some_and(fits)))?;
     let value = loaded.system().kinematics.measure(model, measure);
     let names = [name.to_owned(), format!("{name}'"), format!("{name}''")];
     Ok(PoseQuantity { names, unit: measure.fixed_unit(model), value })

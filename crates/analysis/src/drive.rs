@@ -128,7 +128,7 @@ impl Drive {
 /// # Errors
 /// [`AnalysisError::UnknownMeasure`], or [`AnalysisError::NotAPosition`] for anything else.
 pub fn position(model: &Model, name: &str) -> Result<Measure, AnalysisError> {
-    let unknown = || unknown_measure(model, name, Measure::is_position);
+    let unknown = || unknown_measure(model, name, is_position);
     let measure = Measure::named(model, name).ok_or_else(unknown)?;
     if measure.is_position() {
         Ok(measure)
@@ -137,11 +137,16 @@ pub fn position(model: &Model, name: &str) -> Result<Measure, AnalysisError> {
     }
 }
 
+/// Whether a measure can be prescribed.
+pub(crate) fn is_position(measure: Option<Measure>) -> bool {
+    measure.is_some_and(Measure::is_position)
+}
+
 /// The error of a name that nothing has, with the nearest name of a measure that fits.
 pub(crate) fn unknown_measure(
     model: &Model,
     name: &str,
-    fits: impl Fn(Measure) -> bool,
+    fits: impl Fn(Option<Measure>) -> bool,
 ) -> AnalysisError {
     AnalysisError::UnknownMeasure { name: name.to_owned(), near: model.did_you_mean(name, fits) }
 }

@@ -3,7 +3,7 @@
 use bksim_model::{Drive as ModelDrive, Measure, Model};
 
 use crate::PoseQuantity;
-use crate::drive::unknown_measure;
+use crate::drive::{is_position, unknown_measure};
 use crate::error::AnalysisError;
 use crate::loaded::Loaded;
 use crate::motion::{Motion, driven};
@@ -59,7 +59,7 @@ pub(crate) fn channels(
         let name = name.strip_prefix("drives.").unwrap_or(name);
         let measure = [format!("{name}.angle"), format!("{name}.position"), name.to_owned()];
         let measure = measure.iter().find_map(|name| driven(model, name).ok());
-        let unknown = || unknown_measure(model, name, Measure::is_position);
+        let unknown = || unknown_measure(model, name, is_position);
         if measure.is_none() && is_given(model, name) {
             return Err(AnalysisError::GivenEffort { name: name.to_owned() });
         }

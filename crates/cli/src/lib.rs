@@ -10,6 +10,7 @@ pub mod commands;
 pub mod examples;
 pub mod exit;
 mod handover;
+mod into_file;
 mod leftover;
 mod lsp;
 pub mod origin;
@@ -168,7 +169,7 @@ fn wrong_command_line(error: &clap::Error) -> Failure {
 fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>) {
     let Some((name, path, force)) = cli.command.text_file() else { return done(cli, studio) };
     let run = || done(cli, studio).1;
-    (name, output::into_file((path, force), &cli.command.inputs(), run))
+    (name, into_file::into_file((path, force), &cli.command.inputs(), run))
 }
 
 /// Does the command; gives its name and the exit status.

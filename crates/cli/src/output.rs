@@ -1,9 +1,7 @@
 //! The output of commands: text to stdout, or one JSON object.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use anstream::adapter::strip_str;
 pub use bksim::model::message::counted;
@@ -11,7 +9,6 @@ pub use bksim::report::number;
 use serde_json::{Map, Value};
 
 use crate::exit::Failure;
-use crate::output_file::OutputFile;
 use crate::quiet::is_quiet;
 use crate::visible::{Styles, visible, visible_json};
 
@@ -45,37 +42,21 @@ pub fn styled(text: &str) -> Result<(), Failure> {
 }
 
 /// What is printed while a command writes into a file in place of standard output.
-static INTO_FILE: Mutex<Option<String>> = Mutex::new(None);
-/// Whether the file is this process's own, to be replaced when the command is done again.
-static IS_OWN: AtomicBool = AtomicBool::new(false);
+static CAPTURED: Mutex<Option<String>> = Mutex::new(None);
 
-/// Runs a command whose text goes into a file; `inputs` are the files that it reads.
-///
-/// # Errors
-/// Those of the command, and a file that cannot be written.
-pub(crate) fn into_file(
-    (path, force): (&Path, bool),
-    inputs: &[PathBuf],
-    run: impl FnOnce() -> Result<u8, Failure>,
-) -> Result<u8, Failure> {
-    let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
-    let may_be_replaced = force || IS_OWN.load(Ordering::Relaxed);
-    let file = OutputFile::plan(path, ("input", &inputs), may_be_replaced, "nothing was written")?;
-    let captured = || INTO_FILE.lock().unwrap_or_else(PoisonError::into_inner);
+fn captured() -> MutexGuard<'static, Option<String>> {
+    CAPTURED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Runs a command; gives what it would have printed, too.
+pub(crate) fn capture<T>(run: impl FnOnce() -> T) -> (T, String) {
     *captured() = Some(String::new());
-    let status = run();
-    let content = captured().take().unwrap_or_default();
-    let status = status?;
-    let mut out = file.create()?;
-    out.write_all(content.as_bytes()).map_err(|e| Failure::writing(path, &e))?;
-    out.finish()?;
-    IS_OWN.store(true, Ordering::Relaxed);
-    report(&format!("wrote {}", path.display()))?;
-    Ok(status)
+    let done = run();
+    (done, captured().take().unwrap_or_default())
 }
 
 fn put(text: &str) -> Result<(), Failure> {
-    if let Some(content) = INTO_FILE.lock().unwrap_or_else(PoisonError::into_inner).as_mut() {
+    if let Some(content) = captured().as_mut() {
         content.push_str(&strip_str(text).to_string());
         content.push('\n');
         return Ok(());

@@ -5,7 +5,6 @@ use bksim_expr::Expr;
 use crate::diagnostic::Span;
 use crate::ids::{BodyId, PointId, Vector};
 use crate::mesh::Mesh;
-use crate::model::Space;
 
 /// A rigid body.
 #[derive(Clone, Debug)]
@@ -32,26 +31,6 @@ pub struct Body {
     pub mass_span: Option<Span>,
     /// Position of the inertia, when stated.
     pub inertia_span: Option<Span>,
-}
-
-/// Words of a free body's coordinates.
-pub fn free_motion_names(space: Space) -> &'static [&'static str] {
-    match space {
-        Space::Planar => &["x", "y", "angle"],
-        Space::Spatial => &["x", "y", "z", "angle1", "angle2", "angle3"],
-    }
-}
-
-impl Body {
-    /// The identifier of one of its coordinates where it moves freely: the author's, else its name and a
-    /// [word](free_motion_names).
-    ///
-    /// # Panics
-    /// If a free body has no such motion.
-    pub fn coordinate_name(&self, space: Space, motion_idx: usize) -> String {
-        let stated = self.coordinate_names.get(motion_idx).cloned();
-        stated.unwrap_or_else(|| format!("{}_{}", self.name, free_motion_names(space)[motion_idx]))
-    }
 }
 
 /// Moments and products of inertia in the axes of the body frame.

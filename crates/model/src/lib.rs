@@ -42,7 +42,7 @@ mod table;
 
 pub use assembly::{AssemblyChoice, ChosenAssembly, FoundAssembly};
 pub use belt::{Belt, BeltWheel};
-pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm, free_motion_names};
+pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm};
 pub use compliance::Compliance;
 pub use coupling::{Coupling, CouplingKind, Rack, Wheels};
 pub use curve::{Cam, CamLaw, Curve, FollowerKind, LawSegment};
@@ -56,7 +56,7 @@ pub use io::Io;
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{FrictionLaw, Load, LoadKind, Surface};
 pub use measure::{Axis, Frame, Initial, Measure, Orientation, Resultant, Signal};
-pub use measure_names::reaction_words;
+pub use measure_names::{ENERGIES, free_motion_names, reaction_words};
 pub use mesh::{Mesh, MeshFault, MeshMoments};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};
 pub use rope::{Rope, RopeNode, RopeSection};

@@ -1,7 +1,6 @@
 //! Measures by the names that expressions of a model file use, and their units.
 
-use crate::body::free_motion_names;
-use crate::file::did_you_mean;
+use crate::body::Body;
 use crate::ids::{BodyId, DriveId, JointId, PointId, StateId};
 use crate::joint::{MotionKind, motion_words};
 use crate::measure::{Axis, Frame, Initial, Measure, Resultant};
@@ -82,6 +81,26 @@ pub(crate) const ACCELERATION_WORDS: [BodyWord; 10] = {
     ]
 };
 
+/// Words of a free body's coordinates.
+pub fn free_motion_names(space: Space) -> &'static [&'static str] {
+    match space {
+        Space::Planar => &["x", "y", "angle"],
+        Space::Spatial => &["x", "y", "z", "angle1", "angle2", "angle3"],
+    }
+}
+
+impl Body {
+    /// The identifier of one of its coordinates where it moves freely: the author's, else its name and a
+    /// [word](free_motion_names).
+    ///
+    /// # Panics
+    /// If a free body has no such motion.
+    pub fn coordinate_name(&self, space: Space, motion_idx: usize) -> String {
+        let stated = self.coordinate_names.get(motion_idx).cloned();
+        stated.unwrap_or_else(|| format!("{}_{}", self.name, free_motion_names(space)[motion_idx]))
+    }
+}
+
 /// The owner of the reactions of all joints, where no body or joint has this name: `reactions.A.fx`.
 pub(crate) const REACTIONS: &str = "reactions";
 
@@ -104,6 +123,10 @@ pub fn reaction_words() -> impl Iterator<Item = String> {
     let components = ends.flat_map(|end| REACTION_WORDS.map(|word| format!("{word}{end}")));
     components.chain(RESULTANT_WORDS.map(|(word, _)| word.to_owned()))
 }
+
+/// Parts of the energy with their units: `energy.total`.
+pub const ENERGIES: [(&str, &str); 4] =
+    [("kinetic", "J"), ("potential", "J"), ("total", "J"), ("power", "W")];
 
 /// The owner of the measures of all bodies together, where no body or joint has this name.
 const ALL: &str = "mechanism";
@@ -281,13 +304,15 @@ impl Model {
         self.named_signals.iter().find(|signal| signal.name == own.unwrap_or(name))
     }
 
-    /// The help for a name that nothing has: the nearest name of a measure that fits, or of a signal, if one is near.
-    pub fn did_you_mean(&self, name: &str, fits: impl Fn(Measure) -> bool) -> Option<String> {
-        let mut known = Measure::names(self);
-        known.retain(|name| Measure::named(self, name).is_some_and(&fits));
-        known.extend(self.named_signals.iter().map(|signal| signal.name.clone()));
-        let known: Vec<&str> = known.iter().map(String::as_str).collect();
-        did_you_mean(name, &known)
+    /// Whether a quantity of its runs has this name, one with a formula of the state.
+    pub fn has_quantity(&self, name: &str) -> bool {
+        let of_coupling = |own| self.couplings.iter().any(|coupling| coupling.name == own);
+        Measure::named(self, name).is_some()
+            || self.signal_named(name).is_some()
+            || name.strip_prefix("couplings.").is_some_and(of_coupling)
+            || name
+                .strip_prefix("energy.")
+                .is_some_and(|own| ENERGIES.iter().any(|(part, _)| *part == own))
     }
 }
 

@@ -410,7 +410,7 @@ fn outputs_are_an_interval_or_every_step_or_given_times() {
 fn a_name_finds_its_measure() {
     let text = "[bodies.rod]\nmass = 1\npoints = { tip = [1, 0] }\n[joints.A]\ntype = \"revolute\"\n\
         between = [\"ground\", \"rod\"]\ncoordinate = \"phi\"\n[bodies.ball]\nmass = 1\nfree = true\n\
-        [states.i]\nrate = \"phi\"\nstart = 0\n[drives.motor]\njoint = \"A\"\nmotion = \"t\"\n\
+        [states.i]\nrate = \"phi\"\nstart = \"0 rad*s\"\n[drives.motor]\njoint = \"A\"\nmotion = \"2 rad/s*t\"\n\
         [outputs]\npin = \"reactions.A.force\"\n";
     let model = model(text);
     let names = Measure::names(&model);
@@ -426,7 +426,7 @@ fn a_name_finds_its_measure() {
         ("acceleration.phi_ddot", "A.acceleration", "rad/s^2"),
         ("ball_x", "ball.x", "m"),
         ("ball_angle_dot", "ball.rate", "rad/s"),
-        ("states.i", "i", "rad s"),
+        ("states.i", "i", "s"),
     ];
     for (name, other, si) in same {
         assert_eq!(Measure::named(&model, name), Measure::named(&model, other), "{name}");

@@ -278,3 +278,23 @@ fn equations_are_linear_about_an_instant_of_the_run() {
     let fault = modes(pendulum(""), About::Instant(0.3)).expect_err("moving");
     assert_eq!(fault.to_string(), "modes are about a pose at rest, not about the run at t = 0.3 s");
 }
+
+/// A rod of 2 kg, its centre of mass 0.7 m from the pin, that a drive holds at half a radian: all follow the gravity at once.
+#[test]
+fn resultants_efforts_and_energies_are_outputs() {
+    let text = "[parameters]\nu = \"9.81 m/s^2\"\n[bodies.rod]\nmass = 2\ninertia = 0.1\ncom = [0.7, 0]\n\
+        [joints]\nA = { type = \"revolute\", between = [\"ground\", \"rod\"] }\n\
+        [loads]\ng = { type = \"gravity\", acceleration = [0, \"-u\"] }\n\
+        [drives]\nhold = { joint = \"A\", motion = \"0.5 rad\" }\n[outputs]\nhalf = \"reactions.A.force/2\"\n\
+        [io]\ninput = \"u\"\noutput = [\"reactions.A.force\", \"drives.hold\", \"energy.potential\", \"half\", \"outputs.half\"]\n";
+    let found =
+        linearize(model(text), About::Start, &Channels::default()).expect("a linear system");
+    let expected = [2.0, 1.4 * 0.5_f64.cos(), 1.4 * 0.5_f64.sin(), 1.0, 1.0];
+    for (i, slope) in expected.into_iter().enumerate() {
+        close(found.d[(i, 0)], slope, 1e-12);
+    }
+    let named = Channels { outputs: vec!["reactions.A.forces".to_owned()], ..Channels::default() };
+    let fault =
+        linearize(model(text), About::Start, &named).expect_err("misspelt").diagnostics().remove(0);
+    assert_eq!(fault.help.as_deref(), Some("did you mean `reactions.A.force`?"), "{fault:?}");
+}

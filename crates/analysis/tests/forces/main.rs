@@ -11,6 +11,7 @@ mod letters;
 mod levels;
 mod linear;
 mod matrices;
+mod refused;
 mod rubbing;
 mod shares;
 mod spatial_four_bar;

@@ -1,7 +1,7 @@
 //! Efforts against friction and stops: those of a run, and ranges at rest.
 
 use crate::support::{difference, model};
-use bksim_analysis::{Actuators, AnalysisError, EffortLimit, Inverse, Motion, Range, inverse};
+use bksim_analysis::{Actuators, AnalysisError, EffortLimit, Inverse, Range, inverse};
 use bksim_dae::Control;
 use bksim_mbs::constraint::Source as RowSource;
 use bksim_model::file::{Source, read};
@@ -78,7 +78,7 @@ fn column(found: &Inverse, name: &str) -> Vec<f64> {
     found.table.column(name).unwrap_or_else(|| panic!("no {name} in {:?}", found.table.columns))
 }
 
-fn refusal(found: Result<Inverse, AnalysisError>) -> (String, String, String) {
+pub(super) fn refusal(found: Result<Inverse, AnalysisError>) -> (String, String, String) {
     let fault = found.expect_err("a refusal").diagnostics()[0].clone();
     (fault.code.0.to_owned(), fault.message, fault.help.unwrap_or_default())
 }
@@ -425,73 +425,6 @@ fn a_stop_that_would_have_to_pull_is_named_with_the_instant() {
     let at = 0.75_f64.asin() / 100.0;
     assert!(code == "Q017" && message.contains("`contact`"), "{code} {message}");
     assert!(message.contains(&format!("{at:.7}")), "{message}, not {at}");
-}
-
-#[test]
-fn pins_give_no_efforts_and_actuators_are_named() {
-    let hands = r#"
-        [bodies]
-        upper = { mass = 2, inertia = 0.05, com = [0.25, 0], points = { E = [0.5, 0] } }
-        fore = { mass = 1, inertia = 0.02, com = [0.2, 0], points = { H = [0.4, 0] } }
-        [joints]
-        A = { type = "revolute", between = ["ground", "upper"] }
-        B = { type = "revolute", between = ["upper.E", "fore"] }
-        [loads.weight]
-        type = "gravity"
-        acceleration = [0, -9.81]
-        [initial]
-        A = { guess = { angle = 0.3 } }
-        B = { guess = { angle = 0.9 } }
-        "#;
-    let led = |named: &[&str]| {
-        let own = model(hands);
-        let motions = [("fore.H.x", "0.6 - 0.2*t"), ("fore.H.y", "0.45 + 0.1*t")]
-            .map(|(name, text)| Motion::formula(&own, name, text).expect("a motion"));
-        let named = named.iter().map(|name| (*name).to_owned()).collect();
-        let actuators = Actuators { named, ..Actuators::default() };
-        inverse(own, &motions, &Range { from: 0.0, to: 1.0, n: 5 }, &actuators)
-    };
-    let (code, message, help) = refusal(led(&[]));
-    assert_eq!(code, "Q016");
-    assert!(message.contains("`fore.H.x`") && help.contains("--actuator A --actuator B"), "{help}");
-    let (_, message, help) = refusal(led(&["B"]));
-    assert!(message.contains("`B`") && help.contains("--actuator B --actuator A"), "{help}");
-    led(&["A", "B"]).expect("efforts");
-}
-
-#[test]
-fn friction_that_no_effort_overcomes_is_refused() {
-    let trammel = |mu: f64| {
-        model(&format!(
-            r#"
-            [bodies]
-            driver = {{ mass = "1 kg" }}
-            follower = {{ mass = "2 kg" }}
-            [bodies.rod]
-            mass = "0.1 kg"
-            inertia = "0.01 kg m^2"
-            points = {{ D = [0, 0], F = ["1 m", 0] }}
-            [joints]
-            level = {{ type = "prismatic", between = ["ground", "driver"], axis = [1, 0] }}
-            upright = {{ type = "prismatic", between = ["ground", "follower"], axis = [0, 1] }}
-            D = {{ type = "revolute", between = ["driver", "rod.D"] }}
-            F = {{ type = "revolute", between = ["rod.F", "follower"] }}
-            [loads]
-            gravity = {{ type = "gravity", acceleration = [0, "-9.81 m/s^2"] }}
-            rub = {{ type = "friction", joint = "upright", mu = {mu} }}
-            [drives.motor]
-            joint = "level"
-            motion = "0.94 m - 0.1 m/s*t"
-            [initial]
-            upright = {{ guess = {{ position = "0.34 m" }} }}
-            D = {{ guess = {{ angle = "160 deg" }} }}
-            "#
-        ))
-    };
-    let times = Range { from: 0.0, to: 0.1, n: 3 };
-    inverse(trammel(0.1), &[], &times, &Actuators::default()).expect("efforts");
-    let (code, message, _) = refusal(inverse(trammel(0.5), &[], &times, &Actuators::default()));
-    assert!(code == "Q018" && message.contains("`rub`"), "{code} {message}");
 }
 
 #[test]

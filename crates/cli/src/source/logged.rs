@@ -54,7 +54,7 @@ pub fn measured(
     let is_known = |name: &String| Observables::named(model, name).is_some();
     let mut known = Measure::names(model);
     known.retain(is_known);
-    // A pattern stands for all that the model can name so.
+    // A pattern is replaced by all names of the model that it matches.
     let of_pattern = |pattern: String| -> Vec<String> {
         let all = known.iter().filter(|name| glob(&pattern, name)).cloned();
         if pattern.contains(['*', '?']) { all.collect() } else { vec![pattern] }

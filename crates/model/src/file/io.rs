@@ -50,11 +50,11 @@ impl Reader<'_> {
                 || model.joints.iter().any(|joint| joint.name == name)
                 || Measure::named(model, name).is_some_and(Measure::is_position)
         };
-        let is_output = |name: &str| {
-            Measure::named(model, name).is_some() || model.signal_named(name).is_some()
-        };
+        let is_output = |name: &str| model.has_quantity(name);
         let unknown = |name: &str, span: &Span, what: &str, help: &str| {
-            let is_fitting = |measure: Measure| what == "output" || measure.is_position();
+            let is_fitting = |measure: Option<Measure>| {
+                what == "output" || measure.is_some_and(Measure::is_position)
+            };
             let near = model.did_you_mean(name, is_fitting);
             Diagnostic::error(codes::UNKNOWN_NAME, format!("`{name}` is no {what}"))
                 .at(span.clone(), "the model has nothing of this name")

@@ -1,6 +1,8 @@
 //! Words of messages: the candidates near a misspelt word, and words cut to a readable length.
 
 use super::letters::suggest_plain;
+use crate::measure::Measure;
+use crate::model::Model;
 
 /// Longer words are not compared: comparing takes quadratic time.
 const MAX_WORD: usize = 60;
@@ -34,6 +36,24 @@ pub(super) fn closest<'c>(word: &str, candidates: &[&'c str]) -> Option<&'c str>
 pub fn did_you_mean(word: &str, candidates: &[&str]) -> Option<String> {
     let near = || Some(format!("did you mean `{}`?", closest(word, candidates)?));
     suggest_plain(word, candidates).or_else(near)
+}
+
+impl Model {
+    /// The help for a name that nothing has: the nearest name of a measure that fits, or of a signal where `None` does,
+    /// if one is near.
+    pub fn did_you_mean(
+        &self,
+        name: &str,
+        fits: impl Fn(Option<Measure>) -> bool,
+    ) -> Option<String> {
+        let mut known = Measure::names(self);
+        known.retain(|name| fits(Measure::named(self, name)));
+        if fits(None) {
+            known.extend(self.named_signals.iter().map(|signal| signal.name.clone()));
+        }
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
+        did_you_mean(name, &known)
+    }
 }
 
 /// The help for an unknown word: the nearest candidate, or a list of them.

@@ -89,6 +89,32 @@ fn words<const N: usize>(words: [&str; N]) -> Row {
     words.map(str::to_owned).to_vec()
 }
 
+/// The largest force of each joint, with its heading; none where nothing bears a force.
+fn pin_forces(report: &Report, w: &Writing<'_>) -> Vec<Row> {
+    let angle = angle_unit(w.units);
+    let is_spatial = |z: f64| w.floored(z, "N") != 0.0;
+    let is_spatial = report.reactions.iter().any(|one| is_spatial(one.largest.reaction[2]));
+    let n_parts = if is_spatial { 3 } else { 2 };
+    let pins = report.reactions.iter().filter(|one| w.floored(one.force.value, "N") != 0.0);
+    let pins = pins.map(|joint| {
+        let [force, at] = w.extreme(joint.force, "N");
+        let parts = joint.largest.reaction[..n_parts].iter().map(|&part| w.value(part, "N"));
+        let degrees = |x: f64| format!("{} {}", number(angle.of_si(x)), angle.unit);
+        let direction = joint.largest.direction().map_or_else(String::new, degrees);
+        let pose = joint.largest.pose.first().map_or_else(String::new, |(name, value, unit)| {
+            let value = if *unit == "rad" { degrees(*value) } else { w.value(*value, unit) };
+            format!("{name} = {value}")
+        });
+        let first = [joint.name.clone(), force].into_iter().chain(parts);
+        first.chain([direction, at, pose]).collect()
+    });
+    let parts = &["fx", "fy", "fz"][..n_parts];
+    let head = [&["joint", "force"][..], parts, &["direction", "at", "pose"]].concat();
+    let head: Row = head.into_iter().map(str::to_owned).collect();
+    let rows: Vec<Row> = pins.collect();
+    if rows.is_empty() { rows } else { std::iter::once(head).chain(rows).collect() }
+}
+
 /// The tables of a report in these units, with their names; those without rows are left out. The first row of each is
 /// its heading.
 pub fn tables(report: &Report, units: &ShownUnits) -> Vec<(&'static str, Vec<Row>)> {
@@ -146,23 +172,6 @@ pub fn tables(report: &Report, units: &ShownUnits) -> Vec<(&'static str, Vec<Row
             moment_rms,
         ]
     });
-    let angle = angle_unit(units);
-    let is_spatial = |z: f64| w.floored(z, "N") != 0.0;
-    let is_spatial = report.reactions.iter().any(|one| is_spatial(one.largest.reaction[2]));
-    let n_parts = if is_spatial { 3 } else { 2 };
-    let pins = report.reactions.iter().filter(|one| w.floored(one.force.value, "N") != 0.0);
-    let pins = pins.map(|joint| {
-        let [force, at] = w.extreme(joint.force, "N");
-        let parts = joint.largest.reaction[..n_parts].iter().map(|&part| w.value(part, "N"));
-        let degrees = |x: f64| format!("{} {}", number(angle.of_si(x)), angle.unit);
-        let direction = joint.largest.direction().map_or_else(String::new, degrees);
-        let pose = joint.largest.pose.first().map_or_else(String::new, |(name, value, unit)| {
-            let value = if *unit == "rad" { degrees(*value) } else { w.value(*value, unit) };
-            format!("{name} = {value}")
-        });
-        let first = [joint.name.clone(), force].into_iter().chain(parts);
-        first.chain([direction, at, pose]).collect()
-    });
     let outputs = report.outputs.iter().map(|output| {
         let [least, largest] = output.limits.map(|limit| w.extreme(limit, &output.unit));
         let means = [output.mean, output.rms].map(|value| w.value(value, &output.unit));
@@ -219,21 +228,7 @@ pub fn tables(report: &Report, units: &ShownUnits) -> Vec<(&'static str, Vec<Row
                 reactions.collect(),
             ),
         ),
-        (
-            "Largest pin forces",
-            headed(
-                [
-                    &["joint", "force"][..],
-                    &["fx", "fy", "fz"][..n_parts],
-                    &["direction", "at", "pose"],
-                ]
-                .concat()
-                .into_iter()
-                .map(str::to_owned)
-                .collect(),
-                pins.collect(),
-            ),
-        ),
+        ("Largest pin forces", pin_forces(report, w)),
         (
             "Outputs",
             headed(

@@ -9,10 +9,10 @@ use bksim_expr::{Expr, TapeError};
 use super::direction::{Change, Direction};
 use super::tangent::TangentPoint;
 use crate::function::{Buffers, Function};
-use crate::quantities::{ENERGIES, Quantities};
+use crate::quantities::Quantities;
 use crate::run::StateSensitivity;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{Model, Space, reaction_words};
+use bksim_model::{ENERGIES, Model, Space, reaction_words};
 
 /// A channel of a run that has a formula of the state.
 #[derive(Clone, PartialEq, Eq, Debug)]

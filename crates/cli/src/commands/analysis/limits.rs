@@ -5,7 +5,7 @@ use bksim::analysis::{
 };
 use serde_json::{Value, json};
 
-use super::answer::{Answer, lines, shown};
+use super::answer::{Answer, lines, shown, text_units};
 use crate::output::number;
 
 pub(super) fn extreme_json(extreme: &Extreme) -> Value {
@@ -195,8 +195,10 @@ fn transmission_row(of: &Transmission) -> Vec<String> {
 /// Types of four-bars and slider-cranks.
 fn loops_text(found: &Limits) -> String {
     let mut text = String::new();
-    let lengths =
-        |of: &[f64]| of.iter().map(|length| number(*length)).collect::<Vec<_>>().join(" / ");
+    let unit = text_units().of("m");
+    let length = |length: &f64| number(unit.of_si(*length));
+    let lengths = |of: &[f64]| of.iter().map(length).collect::<Vec<_>>().join(" / ");
+    let headed = |name: &str| format!("{name} ({})", unit.unit);
     let kind = |rotatability| match rotatability {
         Rotatability::Grashof => "Grashof",
         Rotatability::ChangePoint => "change point",
@@ -213,8 +215,8 @@ fn loops_text(found: &Limits) -> String {
             ]
         };
         let rows = found.four_bars.iter().map(row).collect();
-        let heads =
-            ["four-bar", "frame, input, coupler, output", "lengths (m)", "", "Barker's type"];
+        let heads = headed("lengths");
+        let heads = ["four-bar", "frame, input, coupler, output", &heads, "", "Barker's type"];
         text.extend([format!("\n\n{}", lines(&heads, rows))]);
     }
     if !found.slider_cranks.is_empty() {
@@ -224,12 +226,13 @@ fn loops_text(found: &Limits) -> String {
                 of.joints.join("-"),
                 of.inversion.to_owned(),
                 lengths(&of.lengths),
-                number(of.offset),
+                length(&of.offset),
                 turning.map_or_else(|| "nothing turns".to_owned(), |link| format!("{link} turns")),
             ]
         };
         let rows = found.slider_cranks.iter().map(row).collect();
-        let heads = ["slider-crank", "", "links (m)", "offset (m)", ""];
+        let [links, offset] = ["links", "offset"].map(headed);
+        let heads = ["slider-crank", "", &links, &offset, ""];
         text.extend([format!("\n\n{}", lines(&heads, rows))]);
     }
     text

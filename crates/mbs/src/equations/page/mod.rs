@@ -12,7 +12,9 @@ mod layout;
 mod text;
 mod typst;
 
-use bksim_expr::{Expr, Notation, Printer};
+use std::collections::{BTreeSet, HashSet};
+
+use bksim_expr::{Expr, Notation, Printer, SymbolId};
 
 use super::arrange::{Kind, Part};
 use super::{Level, Proof, ReadingForm};
@@ -159,7 +161,17 @@ impl Page {
 
     /// As [`Page::new`], with further equations after the constraints.
     pub fn with_levels(subject: &Subject<'_>, style: Style, levels: &[Level]) -> Self {
-        let form = content::form_for(subject, style);
+        let mut form = content::form_for(subject, style);
+        // Reactions and accelerations of bodies come last in products, as those of coordinates do.
+        let known: HashSet<SymbolId> = (form.trailing.iter().copied())
+            .chain(subject.model.parameters.iter().map(|parameter| parameter.symbol))
+            .chain(subject.system.coordinates().iter().map(|coordinate| coordinate.q))
+            .collect();
+        let rows = levels.iter().flat_map(|level| &level.rows);
+        let symbols = rows.flat_map(|(_, left)| subject.model.pool.symbols_of(*left));
+        let further: BTreeSet<SymbolId> =
+            symbols.filter(|symbol| !known.contains(symbol)).collect();
+        form.trailing.extend(further);
         let subject = Subject { form: &form, ..*subject };
         let n_label = subject.coordinates.iter().map(|c| c.name.chars().count()).max().unwrap_or(0);
         let printer = form.printer(subject.model, style.notation());
