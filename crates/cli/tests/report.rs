@@ -276,3 +276,31 @@ fn a_singular_pose_in_between_makes_no_largest_reaction() {
         assert!((0.1..1.0).contains(&(rms / force)), "{joint}: {rms} of {force} N");
     }
 }
+
+/// A bob of 2 kg that falls from the level bears 3 m g upwards where it is lowest.
+#[test]
+fn the_largest_pin_force_has_its_direction_and_pose() {
+    let place = Scratch::new();
+    place.write(
+        "swing.toml",
+        "[bodies.bob]\nmass = 2\ninertia = 0\ncom = [0, -0.5]\n[joints.A]\ntype = \"revolute\"\n\
+         between = [\"ground\", \"bob\"]\n[loads.g]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n\
+         [initial]\nA = { angle = \"90 deg\" }\n[solve]\nt_end = 0.6\nrtol = 1e-10\natol = 1e-10\n",
+    );
+    let output = place.run("report swing.toml -o pins.csv --units deg,kN");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let sheet = std::fs::read_to_string(place.path().join("pins.csv")).expect("a sheet");
+    let mut lines = sheet.lines();
+    let heads = lines.next().expect("a heading");
+    assert!(heads.starts_with("joint,force [kN],fx [kN],fy [kN],fz [kN],"), "{heads}");
+    assert!(heads.ends_with("direction [deg],t [s],A.angle [deg]"), "{heads}");
+    let cells: Vec<&str> = lines.next().expect("a row").split(',').collect();
+    let number = |k: usize| cells[k].parse::<f64>().expect("a number");
+    let near = |k: usize, expected: f64, within: f64| {
+        assert!((number(k) - expected).abs() < within, "{k}: {} for {expected}", cells[k]);
+    };
+    near(1, 0.05886, 1e-9);
+    near(3, 0.05886, 1e-9);
+    near(8, 90.0, 1e-2);
+    near(10, 0.0, 1e-2);
+}
