@@ -161,7 +161,7 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
     let (kept, states) = kept_states(&loaded, &positions, &reduced);
     let matrix_a = matrix_a.select_rows(&kept).select_columns(&kept);
     let poles = eigenvalues(&matrix_a).iter().map(|s| [s.re, s.im]).collect();
-    Ok(Linear {
+    let linear = Linear {
         states,
         inputs: channels.inputs.clone(),
         d: matrix_d,
@@ -173,7 +173,9 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         state,
         pose: pose_of(&loaded, &q)?,
         held: loaded.held_contacts(),
-    })
+    };
+    linear.check_numbers()?;
+    Ok(linear)
 }
 
 /// G with its rows between rates, which ∂g/∂q does not have; `None` where there are none.
@@ -213,6 +215,22 @@ pub(crate) fn inputs_of(
 }
 
 impl Linear {
+    /// Refuses slopes that are no numbers, as of a root where it is zero.
+    fn check_numbers(&self) -> Result<(), AnalysisError> {
+        let columns = self.states.iter().map(|state| &state.name).chain(&self.inputs);
+        let columns: Vec<&String> = columns.collect();
+        let heads = self.states.iter().map(|state| format!("d/dt {}", state.name));
+        let heads = heads.chain(self.outputs.iter().map(|output| output.name.clone()));
+        for (head, row) in heads.zip(self.table().rows) {
+            if let Some(k) = row.iter().position(|x| !x.is_finite()) {
+                let name = format!("{head} by {}", columns[k]);
+                let place = "about this state".to_owned();
+                return Err(AnalysisError::NoNumber { name, place, value: row[k] });
+            }
+        }
+        Ok(())
+    }
+
     /// The matrices one below the other: a row for each of their rows, named by state or output.
     pub fn table(&self) -> Table {
         let states = self.states.iter().map(|state| Column::new(state.name.clone(), ""));

@@ -1,7 +1,9 @@
 //! Linear systems and modes against references of 15 digits.
 
 use crate::support::{Problem, model, number};
-use bksim_analysis::{About, Channels, Modes, bode, exported_linear, linearize, modes};
+use bksim_analysis::{
+    About, AnalysisError, Channels, Modes, bode, exported_linear, linearize, modes,
+};
 
 fn close(found: f64, expected: f64, tolerance: f64) {
     let off = (found - expected).abs();
@@ -297,4 +299,23 @@ fn resultants_efforts_and_energies_are_outputs() {
     let fault =
         linearize(model(text), About::Start, &named).expect_err("misspelt").diagnostics().remove(0);
     assert_eq!(fault.help.as_deref(), Some("did you mean `reactions.A.force`?"), "{fault:?}");
+}
+
+/// A root has no slope where it is zero: a matrix without a number is no answer.
+#[test]
+fn an_output_without_a_slope_is_refused() {
+    let text = |at: &str| {
+        format!(
+            "[bodies]\ncart = {{ mass = 1 }}\n\
+             [joints]\nS = {{ type = \"prismatic\", between = [\"ground\", \"cart\"], axis = [1, 0] }}\n\
+             [loads]\nk = {{ type = \"spring\", joint = \"S\", stiffness = 100, length = {at} }}\n\
+             [outputs]\nw = \"(S.position/(1 m))^0.5\"\n[initial]\nS = {{ position = {at} }}\n"
+        )
+    };
+    let channels = Channels { outputs: vec!["w".to_owned()], ..Channels::default() };
+    let asked = |at: &str| linearize(model(&text(at)), About::Start, &channels);
+    let Err(AnalysisError::NoNumber { name, .. }) = asked("0") else { panic!("a slope") };
+    assert_eq!(name, "w by S_position");
+    let found = asked("0.25").expect("matrices");
+    assert!((found.c[(0, 0)] - 1.0).abs() < 1e-12, "{}", found.c);
 }
