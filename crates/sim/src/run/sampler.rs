@@ -12,7 +12,7 @@ use super::sample::Sample;
 use super::schedule::Schedule;
 use super::stepper::Stepper;
 use super::summary::Summary;
-use super::work::{StepWork, WorkTolerance};
+use super::work::{StepWork, WorkOver, WorkTolerance};
 use crate::compiled::CompiledSystem;
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::sampled::Tick;
@@ -49,14 +49,9 @@ pub(crate) struct Sampler {
     /// Work at its start, J, and what its quadrature keeps to.
     work_start: f64,
     work_tolerance: WorkTolerance,
-    /// Whether drives do work, and the work in and out of them: time of the last sample, s, its power, W, and their
-    /// sum until then, J.
-    is_driven: bool,
-    driven: [f64; 3],
-    /// Whether the integrator does not know the work over it, or not well enough.
-    pub(super) needs_work: bool,
-    /// Its work, once that was needed.
-    step_work: Option<StepWork>,
+    work_over: WorkOver,
+    /// Work in and out of drives, if there are some: time of the last sample, s, its power, W, and the sum until then, J.
+    driven: Option<[f64; 3]>,
     /// From here on samples are those of the next phase, s.
     held_back: f64,
     /// Of the step that has been passed last, s.
@@ -85,10 +80,12 @@ impl Sampler {
             passed: None,
             work_start: 0.0,
             work_tolerance: WorkTolerance { rtol: options.rtol, atol: options.atol, turnover: 0.0 },
-            is_driven: compiled.sources.iter().any(|source| matches!(source, Source::Drive(_))),
-            driven: [start.t, 0.0, 0.0],
-            needs_work: false,
-            step_work: None,
+            driven: compiled
+                .sources
+                .iter()
+                .any(|source| matches!(source, Source::Drive(_)))
+                .then_some([start.t, 0.0, 0.0]),
+            work_over: WorkOver::Known,
             held_back: f64::INFINITY,
             step_size: 0.0,
         }
@@ -215,23 +212,31 @@ impl Sampler {
     /// A step has been taken, and nothing of it passed yet.
     pub(super) fn begin_step(&mut self, stepper: &dyn Stepper, summary: &Summary, atol: f64) {
         let (before, nq) = (summary.energy.work, self.sample.q.len());
-        (self.passed, self.step_work, self.work_start) = (None, None, before);
+        (self.passed, self.work_start) = (None, before);
         // Forces do as much work along what positions may be off by.
         let speed = largest(&stepper.y()[nq..2 * nq]);
         let force = if speed > 0.0 { stepper.power().abs() / speed } else { 0.0 };
         let tolerance = &mut self.work_tolerance;
         (tolerance.atol, tolerance.turnover) = (atol * force.max(1.0), summary.energy.turnover);
-        self.needs_work = self.is_powered
+        let is_needed = self.is_powered
             && stepper
                 .work()
                 .is_none_or(|work| stepper.work_error() > tolerance.allows((work - before).abs()));
+        self.work_over = if is_needed { WorkOver::Needed } else { WorkOver::Known };
+    }
+
+    /// Whether the integrator does not know the work over the step, or not well enough.
+    pub(super) fn needs_work(&self) -> bool {
+        !matches!(self.work_over, WorkOver::Known)
     }
 
     /// The step has been passed to its end.
     pub(super) fn end_step(&self, summary: &mut Summary) {
         let energy = &mut summary.energy;
-        let moved = (energy.work - self.work_start).abs();
-        energy.turnover += self.step_work.as_ref().map_or(moved, |work| work.turnover);
+        energy.turnover += match &self.work_over {
+            WorkOver::Found(work) => work.turnover,
+            _ => (energy.work - self.work_start).abs(),
+        };
     }
 
     /// Makes `t` the next output time, in place of all others before the end.
@@ -332,16 +337,18 @@ impl Sampler {
                 dense.at(to, &mut self.y);
             }
             summary.energy.work = self.y[2 * self.sample.q.len()];
-        } else if self.needs_work {
-            let known = self.step_work.take();
-            let work = known.unwrap_or_else(|| self.work_over(dense, mechanism));
+        } else if self.needs_work() {
+            let work = match std::mem::replace(&mut self.work_over, WorkOver::Needed) {
+                WorkOver::Found(work) => work,
+                _ => self.work_by_quadrature(dense, mechanism),
+            };
             summary.energy.work = work.at(to);
-            self.step_work = Some(work);
+            self.work_over = WorkOver::Found(work);
         }
     }
 
     /// The work over a step by quadrature.
-    fn work_over(
+    fn work_by_quadrature(
         &mut self,
         dense: &DenseOutput<'_>,
         mechanism: &mut PhaseMechanism<'_>,
@@ -384,15 +391,12 @@ impl Sampler {
 
     /// Follows ∫ Σ |λ ∂g/∂t| dt, the work that goes in and out of drives, from sample to sample.
     fn note_drives(&mut self, mechanism: &mut PhaseMechanism<'_>) {
-        if !self.is_driven {
-            return;
-        }
+        let Some([before, last, sum]) = self.driven else { return };
         let Sample { t, q, lambda, .. } = &self.sample;
         let rates = mechanism.evaluator.constraints(*t, q).rate;
         let power: f64 = rates.iter().zip(lambda).map(|(rate, lambda)| (rate * lambda).abs()).sum();
-        let [before, last, sum] = self.driven;
         if power.is_finite() {
-            self.driven = [*t, power, sum + 0.5 * (power + last) * (*t - before).abs()];
+            self.driven = Some([*t, power, sum + 0.5 * (power + last) * (*t - before).abs()]);
         }
     }
 
@@ -407,7 +411,8 @@ impl Sampler {
 
     fn hand_out(&mut self, summary: &mut Summary, observer: &mut dyn Observer) -> Control {
         summary.take(&self.sample, self.potential_start, &self.second_angles);
-        summary.energy.scale = summary.energy.scale.max(self.driven[2]);
+        let through = self.driven.map_or(0.0, |[.., sum]| sum);
+        summary.energy.scale = summary.energy.scale.max(through);
         summary.driving = summary.driving.or(self.driving);
         let Sample { t, lambda, .. } = &self.sample;
         let rounding = -1e-9 * largest(lambda);
@@ -427,7 +432,7 @@ impl Sampler {
         }
         summary.save(saver);
         saver.real(self.potential_start);
-        saver.slice(&self.driven);
+        saver.slice(&self.driven.unwrap_or_default());
     }
 
     /// Goes on with what was saved by a run of the same mechanism in the modes that it has now;
@@ -447,7 +452,9 @@ impl Sampler {
             (0..n_pending).map(|_| Sample::load(loader, compiled)).collect::<Result<_, _>>()?;
         let summary = Summary::load(loader, compiled)?;
         self.potential_start = loader.real()?;
-        loader.fill(&mut self.driven)?;
+        let mut driven = [0.0; 3];
+        loader.fill(&mut driven)?;
+        self.driven = self.driven.map(|_| driven);
         Ok(summary)
     }
 }

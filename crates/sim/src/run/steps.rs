@@ -144,7 +144,7 @@ impl<'a> Run<'a> {
         stepper: &'s mut dyn Stepper,
         crossed: Option<&Crossed>,
     ) -> Result<DenseOutput<'s>, SolveError> {
-        let has_work = stepper.work().is_some() && !self.sampler.needs_work;
+        let has_work = stepper.work().is_some() && !self.sampler.needs_work();
         let mut dense = match crossed {
             None => stepper.dense_output()?,
             Some(crossed) => {
@@ -166,7 +166,7 @@ impl<'a> Run<'a> {
     ) -> Result<Control, SolveError> {
         let mut control = Control::Continue;
         let (t0, t1) = (self.reached.t, stepper.t());
-        let is_unknown = self.sampler.needs_work || stepper.work().is_none();
+        let is_unknown = self.sampler.needs_work() || stepper.work().is_none();
         let needs_all = observer.wants_segments() || is_unknown;
         let due = self.sampler.due(t1);
         if needs_all || due.is_some() {
@@ -185,7 +185,7 @@ impl<'a> Run<'a> {
             return Ok(control);
         }
         match stepper.work() {
-            Some(_) if self.sampler.needs_work => stepper.set_work(self.summary.energy.work),
+            Some(_) if self.sampler.needs_work() => stepper.set_work(self.summary.energy.work),
             Some(work) => self.summary.energy.work = work,
             None => (),
         }

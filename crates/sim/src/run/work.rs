@@ -9,6 +9,8 @@
 //! forces turn many times in one of them. So a piece is halved until its last two coefficients are below
 //! the tolerance. Source: L. N. Trefethen, *Approximation Theory and Approximation Practice*, 2013, §19.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 /// Nodes of a piece.
 const N: usize = 8;
 /// Pieces of a step at most: with more, the power is noise.
@@ -24,7 +26,7 @@ const COSINES: [f64; N + 1] = [
     0.980_785_280_403_230_4,
     0.923_879_532_511_286_7,
     0.831_469_612_302_545_2,
-    0.707_106_781_186_547_6,
+    FRAC_1_SQRT_2,
     0.555_570_233_019_602_3,
     0.382_683_432_365_089_84,
     0.195_090_322_016_128_33,
@@ -46,6 +48,17 @@ impl WorkTolerance {
     pub(super) fn allows(self, turnover: f64) -> f64 {
         self.atol + self.rtol * (self.turnover + turnover)
     }
+}
+
+/// Knowledge of the work over the present step.
+#[derive(Clone, Debug)]
+pub(super) enum WorkOver {
+    /// The integrator has it, or there is none.
+    Known,
+    /// It has it not, or not well enough.
+    Needed,
+    /// By quadrature.
+    Found(StepWork),
 }
 
 /// The work over one step at all of its instants.
