@@ -337,3 +337,24 @@ impl Draft {
 fn name(body: usize) -> String {
     if body == 0 { "ground".to_owned() } else { format!("B{body}") }
 }
+
+#[cfg(test)]
+mod tests {
+    use bksim_model::file::{Source, read};
+
+    #[test]
+    fn every_number_is_a_model_of_its_own() {
+        for is_spatial in [false, true] {
+            let texts: Vec<String> = (0..30).map(|k| super::model(k, is_spatial)).collect();
+            for (k, text) in texts.iter().enumerate() {
+                let reading = read(&Source::new(text, "random"));
+                let is_error = |fault: &&bksim_model::diagnostic::Diagnostic| {
+                    fault.severity == bksim_model::diagnostic::Severity::Error
+                };
+                let fault = reading.diagnostics.iter().find(is_error);
+                assert!(reading.model.is_some() && fault.is_none(), "{k}: {fault:?}\n{text}");
+                assert!(!texts[..k].contains(text), "{k} comes twice");
+            }
+        }
+    }
+}
