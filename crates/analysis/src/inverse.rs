@@ -183,7 +183,7 @@ impl GivenPath {
             0 => Ok(Self { positions, rows, stops }),
             n => {
                 let open = stops.open_ones(&positions, (&measures, &added), (&n_left, n))?;
-                let left = left_free(&positions, measures, (&stops, &added), (&n_left, n))?;
+                let left = left_free(&positions, measures, (&stops, &added), (&n_left, n));
                 let (n_free, n_prescribed) = (n_driven + n, n_driven);
                 Err(AnalysisError::NMotions { n_free, n_prescribed, left, open })
             }
@@ -238,7 +238,7 @@ fn left_free(
     mut measures: Vec<Measure>,
     (stops, added): (&StopWatch, &[usize]),
     (n_left, mut n): (&dyn Fn(&mut Rows) -> usize, usize),
-) -> Result<Vec<String>, AnalysisError> {
+) -> Vec<String> {
     let bearing: Vec<Penetration> = stops.bearing().cloned().collect();
     let mut names = Vec::new();
     for quantity in &positions.quantities {
@@ -260,7 +260,7 @@ fn left_free(
             break;
         }
     }
-    Ok(names)
+    names
 }
 
 /// Refuses limits and curves of what is no actuator, and curves of another kind.

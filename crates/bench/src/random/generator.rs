@@ -322,9 +322,8 @@ impl Draft {
     }
 
     fn points_of(&self, body: usize) -> String {
-        let coordinates = |[x, y, z]: [f64; 3]| match self.is_spatial {
-            true => format!("[{x}, {y}, {z}]"),
-            false => format!("[{x}, {y}]"),
+        let coordinates = |[x, y, z]: [f64; 3]| {
+            if self.is_spatial { format!("[{x}, {y}, {z}]") } else { format!("[{x}, {y}]") }
         };
         let points = self.points[body].iter().enumerate();
         let listed: Vec<String> =
