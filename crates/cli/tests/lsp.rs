@@ -511,6 +511,7 @@ fn outline_references_and_values_of_a_text() {
         ("l1 = ", 0, 5),
         ("arm.tip\"", 5, 3),
         ("[joints.pivot", 9, 2),
+        ("reactions.pivot", 12, 2),
         ("phi_dot", 1, 2),
         ("tick]", 1, 2),
     ] {

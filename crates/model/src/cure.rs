@@ -174,7 +174,8 @@ impl Place<'_> {
         let value = self.value();
         let before = self.text[..value.start].trim_end();
         let Some(before) = before.strip_suffix('=').map(str::trim_end) else { return Vec::new() };
-        let start = before.rfind(|c: char| !c.is_alphanumeric() && c != '_').map_or(0, |at| at + 1);
+        let word = before.trim_end_matches(|c: char| c.is_alphanumeric() || c == '_');
+        let start = word.len();
         let key = start..before.len();
         let mut found = vec![self.without_key(&key)];
         // A table has one guess.

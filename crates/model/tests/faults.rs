@@ -247,6 +247,10 @@ fn damaged_models_are_read_without_panic() {
         let reading = read(&Source::new(&text, "damaged"));
         let is_rejected = reading.diagnostics.iter().any(Diagnostic::is_error);
         assert_eq!(is_rejected, reading.model.is_none(), "round {round}:\n{text}");
+        for cure in reading.diagnostics.iter().flat_map(|fault| cures(&text, fault)) {
+            let place = text.get(cure.span.clone());
+            assert!(place.is_some(), "round {round}: {cure:?} outside of\n{text}");
+        }
         for label in reading.diagnostics.iter().flat_map(|fault| &fault.labels) {
             let place = text.get(label.span.clone());
             assert!(place.is_some(), "round {round}: {label:?} outside of\n{text}");

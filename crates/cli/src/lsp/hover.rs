@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::document::Document;
 use super::faults::{derived, judge};
-use super::names::defined;
+use super::names::{Defined, defined};
 use super::scan::{Kind, pieces, type_of};
 use crate::commands::schema::row;
 use crate::output::number;
@@ -76,7 +76,7 @@ fn of_name(document: &Document, name: &str, nesting: usize) -> Option<String> {
         let value = value_of(parameter);
         return Some(format!("`{name}` = {value}{}", in_unit(&parameter.unit)));
     }
-    let known = known.filter(|known| known.is_plain())?;
+    let known = known.filter(Defined::is_plain)?;
     let kind = known
         .section
         .strip_suffix("ies")

@@ -103,29 +103,18 @@ fn at(document: &Document, byte: usize) -> Option<Defined> {
     };
     match before.as_slice() {
         [] => named(owner_of_rate(&all, name), true),
+        ["reactions"] => named(name, true).filter(|known| known.section == "joints"),
         [body] => named(&format!("{body}.{name}"), false).or_else(|| {
             // In a header the section is before the name.
             let is_section = NAMED.contains(body);
             named(name, true).filter(|known| is_section && known.section == **body)
         }),
-        // `reactions.A.fx`.
-        ["reactions" | "drives", ..] => None,
         _ => None,
     }
 }
 
 /// The place where the name at a byte is given.
 pub(super) fn definition(document: &Document, byte: usize) -> Option<Range<usize>> {
-    let word = document.word(byte);
-    let (before, part) = document.part(&word, byte);
-    if let (["reactions" | "drives"], Some(name)) = (before.as_slice(), document.text.get(part)) {
-        let all = defined(&document.text).into_iter();
-        let sections = ["joints", "drives"];
-        return all
-            .filter(|known| sections.contains(&known.section.as_str()))
-            .find(|known| known.name == name)
-            .map(|known| known.span);
-    }
     at(document, byte).map(|known| known.span)
 }
 
@@ -275,6 +264,7 @@ const MODULE: u32 = 2;
 const CONSTANT: u32 = 14;
 const OBJECT: u32 = 19;
 
+#[expect(clippy::needless_pass_by_value, reason = "values of JSON are moved")]
 fn symbol(
     document: &Document,
     (name, detail): (&str, &str),

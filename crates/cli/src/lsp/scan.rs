@@ -360,6 +360,13 @@ mod tests {
             assert_eq!((found.path.join("/").as_str(), found.is_value), (path, is_value), "{text}");
             assert_eq!(found.text.map(|from| &whole[from..byte]), word, "{text}");
         }
+        // Anywhere in a text, whatever is open there.
+        let text =
+            "é = 'x\n[a.\"b]\nc = { d = [1, \"\"\"\\\" }\n], { = } # µ\n[joints]\nA = {[,\n]}\n\"";
+        for (byte, _) in text.char_indices() {
+            cursor(text, byte);
+            pieces(&text[byte..]);
+        }
         assert!(cursor("[joints.", 8).is_header && !cursor("[joints.A]", 10).is_header);
         assert!(cursor("a = 1 # b", 9).is_comment && !cursor("a = 1 # b\n", 10).is_comment);
         assert!(cursor("a = \"1\"", 7).text.is_none());
