@@ -27,7 +27,7 @@ const MOST_WORDS: usize = 12;
 /// let text = "[bodies.bob]\nmass = \"1 kg\"\nfree = true\n[loads.g]\ntype = \"gravty\"\n";
 /// let faults = read(&Source::new(text, "model")).diagnostics;
 /// let cure = &cures(text, &faults[0])[0];
-/// assert_eq!((&text[cure.span.clone()], cure.text.as_str()), ("\"gravty\"", "\"gravity\""));
+/// assert_eq!((&text[cure.span.clone()], cure.text.as_str()), ("gravty", "gravity"));
 /// ```
 pub fn cures(text: &str, fault: &Diagnostic) -> Vec<Cure> {
     let (Some(help), Some(label)) = (fault.help.as_deref(), fault.labels.first()) else {
