@@ -4,6 +4,7 @@ use bksim_expr::{Expr, SymbolId};
 use bksim_model::{BodyId, CouplingId, DriveId, JointId, LoadId, LoadKind, Model, MotionKind};
 
 use crate::force::Wrench;
+use crate::joint::OF_RATES;
 
 /// The part of the model that a constraint row comes from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -48,10 +49,6 @@ impl Source {
         matches!(self, Self::Stop(_) | Self::Friction(_))
     }
 }
-
-/// The directions of rows that hold between rates: of a stated condition, and of the slip of a wheel or blade along a
-/// plane.
-pub(crate) const OF_RATES: [&str; 3] = ["rate", "along", "across"];
 
 /// One constraint row g(t, q) = 0 with its multiplier; of a row between rates g is zero, and only G v + r = 0 says
 /// something.

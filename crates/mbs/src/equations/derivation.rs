@@ -11,12 +11,12 @@
 use bksim_expr::{Expr, SymbolId};
 
 use crate::assemble::has_row_of_wrenches;
-use crate::constraint::{Constraint, OF_RATES, Source};
+use crate::constraint::{Constraint, Source};
 use crate::coordinate::{Coordinate, Owner};
 use crate::coupling::coupling_rows;
 use crate::force::{Loads, Wrench};
 use crate::inertia::central_inertia;
-use crate::joint;
+use crate::joint::{self, OF_RATES};
 use crate::norm;
 use crate::rotor;
 use crate::signal::signal_values;

@@ -44,6 +44,10 @@ use crate::pose::Pose;
 use crate::spatial::{self, Rotation};
 use bksim_model::{Joint, JointKind, MotionKind, Vector};
 
+/// The directions of rows that hold between rates: of a stated condition, and of the slip of a wheel or blade along a
+/// plane.
+pub(crate) const OF_RATES: [&str; 3] = ["rate", "along", "across"];
+
 /// One elementary motion, with its axis in the frame it starts from.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
@@ -208,7 +212,7 @@ pub fn fixed_turn(pool: &Pool, joint: &Joint) -> Rotation {
 /// The constraint rows of `joint` when it is cut.
 pub fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
     let mut rows = (Mechanics::of(joint).constraint_rows)(pool, joint, sides);
-    let is_of_rates = |row: &Row| crate::constraint::OF_RATES.contains(&row.direction);
+    let is_of_rates = |row: &Row| OF_RATES.contains(&row.direction);
     rows.retain(|row| is_of_rates(row) || !pool.is_zero(pool.simplify(row.expression)));
     rows
 }
