@@ -142,7 +142,7 @@ pub use open_reactions::{OpenComponent, OpenReactions, ReactionBound, compliance
 pub use panels::{Mark, Panel, Panels, assembly_panels, doctor_panels};
 pub use polygons::{Polygon, PolygonVector, Polygons, VectorPart, Vertex, polygons};
 pub use positions::Positions;
-pub use quantity::PoseQuantity;
+pub use quantity::{PoseQuantity, pose_quantities};
 pub use region::union;
 pub use singular_start::diagnose_singular_start;
 pub use state::{OtherState, Place, State};

@@ -15,7 +15,7 @@ pub struct PoseQuantity {
     /// Unit of the value, `rad` or `m`; rates append `/s`, accelerations `/s^2`.
     pub unit: &'static str,
     /// The value, an expression of the coordinates.
-    pub(crate) value: Expr,
+    pub value: Expr,
 }
 
 impl PoseQuantity {
@@ -31,7 +31,7 @@ impl PoseQuantity {
 }
 
 /// All quantities: joints, then bodies with their centres of mass and points, then coordinates.
-pub(crate) fn pose_quantities(model: &Model, system: &SymbolicSystem) -> Vec<PoseQuantity> {
+pub fn pose_quantities(model: &Model, system: &SymbolicSystem) -> Vec<PoseQuantity> {
     let of_measure = |measure: Measure| {
         let names = measure.motion_names(model)?;
         let value = system.kinematics.measure(model, measure);

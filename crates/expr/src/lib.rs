@@ -78,7 +78,7 @@ mod syntax;
 mod tape;
 
 pub use certificate::Certificate;
-pub use codegen::{CCode, CodegenError, Program, Quantity, Signature, TestPoint};
+pub use codegen::{CCode, CodegenError, Program, Quantity, Signature, TestPoint, c_prelude};
 pub use composed::{COMPOSED, Composed, function_names};
 pub use diff::SparseJacobian;
 pub use eval::{

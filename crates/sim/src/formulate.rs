@@ -156,7 +156,7 @@ pub(crate) fn load_columns(model: &Model, system: &SymbolicSystem) -> Result<Fun
 }
 
 /// M a + Gᵀ λ − f, then G a + γ.
-pub(crate) fn acceleration_level(model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
+pub fn acceleration_level(model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
     let unknowns = UnknownSymbols::new(model, system, Formulation::Index1);
     unknowns.residual(model, system, Formulation::Index1).split_off(system.coordinates().len())
 }

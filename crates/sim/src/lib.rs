@@ -41,6 +41,8 @@ mod whole_step;
 
 pub use linear::svd::{Entry, Svd};
 pub use mechanism::Mechanism;
+pub use modes::indicators::event_functions;
+pub use pressing::pressing_symbols;
 pub use sensitivity::SensitivityPlan;
 pub use simulation::{Motion, SensitivityMotion, Simulation};
 pub use stepping::{AdvanceError, SavedState, Stepping, UnreadableState};

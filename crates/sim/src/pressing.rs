@@ -79,8 +79,8 @@ fn pressing_rows(model: &Model, system: &SymbolicSystem) -> Vec<usize> {
     rows.filter(|(_, row)| used.contains(&row.lambda)).map(|(idx, _)| idx).collect()
 }
 
-/// The symbols of the multipliers that loads depend on.
-pub(crate) fn pressing_symbols(model: &Model, system: &SymbolicSystem) -> Vec<SymbolId> {
+/// The symbols of the multipliers that loads depend on, of a system with modes.
+pub fn pressing_symbols(model: &Model, system: &SymbolicSystem) -> Vec<SymbolId> {
     pressing_rows(model, system).into_iter().map(|row| system.constraints[row].lambda).collect()
 }
 

@@ -79,6 +79,11 @@ impl Start {
         &self.inactive
     }
 
+    /// Rows that follow from the others that always hold.
+    pub fn redundant_rows(&self) -> &[usize] {
+        &self.dependence.dependent
+    }
+
     /// The values of all parameters of the compiled functions: the model's own, then the modes that hold at
     /// the start, in the order of `SymbolicSystem::parameters`.
     pub fn parameters_with_modes(&self, parameters: &[f64]) -> Vec<f64> {

@@ -30,6 +30,17 @@ fn c_turn(name: &str, result: &str) -> String {
     )
 }
 
+/// The beginning of a file with `code` made of [`Program::to_c_part`]: the mathematics of C, and sine and cosine as our
+/// own evaluators compute them where they are called.
+pub fn c_prelude(code: &str) -> String {
+    let turns = [("sin", "sine"), ("cos", "cosine")];
+    let is_called = |name: &str| code.contains(&format!("bksim_{name}("));
+    let turns = turns.into_iter().filter(|(name, _)| is_called(name));
+    let turns: String = turns.map(|(name, result)| c_turn(name, result)).collect();
+    let first = if turns.is_empty() { "" } else { SINE_AND_COSINE };
+    format!("#include <math.h>\n{first}{turns}")
+}
+
 impl Dialect for C {
     fn literal(&self, value: f64) -> String {
         if value.is_finite() {
@@ -75,6 +86,12 @@ impl Program<'_> {
     /// All outputs are stored after the last input is read, so the arrays may overlap.
     pub fn to_c(&self) -> CCode {
         CCode { header: self.c_header(), source: self.c_source(), test: self.c_test() }
+    }
+
+    /// The function alone, `static`, for a file that begins with [`c_prelude`].
+    pub fn to_c_part(&self) -> String {
+        let body = self.c_body();
+        format!("static {} {{\n{body}}}\n", self.c_prototype())
     }
 
     /// `true` where machines of IEEE 754 compute the same bits: nothing is left to a library but square roots,
@@ -127,16 +144,19 @@ impl Program<'_> {
                 source.push_str(&c_turn(name, result));
             }
         }
-        let _ =
-            writeln!(source, "{} {{\n    (void)inputs;\n    (void)parameters;", self.c_prototype());
+        let _ = writeln!(source, "{} {{\n{}}}", self.c_prototype(), self.c_body());
+        source
+    }
+
+    fn c_body(&self) -> String {
+        let mut body = "    (void)inputs;\n    (void)parameters;\n".to_owned();
         for statement in self.statements(&C) {
-            let _ = writeln!(source, "    {statement}");
+            let _ = writeln!(body, "    {statement}");
         }
         for (index, result) in self.results(&C).iter().enumerate() {
-            let _ = writeln!(source, "    outputs[{index}] = {result};");
+            let _ = writeln!(body, "    outputs[{index}] = {result};");
         }
-        source.push_str("}\n");
-        source
+        body
     }
 
     fn c_test(&self) -> String {

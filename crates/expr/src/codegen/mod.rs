@@ -11,7 +11,7 @@ mod names;
 mod python;
 mod rust;
 
-pub use c::CCode;
+pub use c::{CCode, c_prelude};
 
 use crate::op::Function;
 use crate::tape::{Action, Instruction, Tape};

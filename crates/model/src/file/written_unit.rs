@@ -99,6 +99,11 @@ impl WrittenUnit {
         Some(Self { scale: Scale::ONE, dimension: self.dimension.power(exponent)?, is_angle })
     }
 
+    /// Exponents of kilogram, metre, second and ampere; `None` where they are not whole.
+    pub fn exponents(&self) -> Option<[i64; 4]> {
+        self.dimension.whole()
+    }
+
     /// The SI unit of the same quantity, as text.
     pub fn si(&self) -> String {
         let unit = self.dimension.to_string();

@@ -133,12 +133,7 @@ impl EventIndicators {
     pub(crate) fn compile(model: &Model, system: &SymbolicSystem) -> Result<Self, TapeError> {
         let system = system.integrated();
         let (functions, contacts) = indicator_functions(model, system);
-        let kinematics = &system.kinematics;
-        let rates =
-            functions[..system.switches.len()].iter().map(|&u| kinematics.second_rate(model, u));
-        let of_contacts = functions[system.switches.len()..].chunks_exact(ContactState::N_OUTPUTS);
-        let of_contacts = of_contacts.map(|four| kinematics.second_rate(model, four[1]));
-        let rates: Vec<Expr> = rates.chain(of_contacts).collect();
+        let rates = indicator_rates(model, system, &functions);
 
         // Functions of time and the state, rates of the accelerations too.
         let coordinates = system.coordinates();
@@ -241,6 +236,23 @@ impl EventIndicators {
             values: IndicatorValues::default(),
         }
     }
+}
+
+/// The functions of a system with modes that decide them, then how they change: see the table at the top of this file.
+pub fn event_functions(model: &Model, system: &SymbolicSystem) -> [Vec<Expr>; 2] {
+    let (functions, _) = indicator_functions(model, system);
+    let rates = indicator_rates(model, system, &functions);
+    [functions, rates]
+}
+
+/// u′ of every switch, then the acceleration of every contact.
+fn indicator_rates(model: &Model, system: &SymbolicSystem, functions: &[Expr]) -> Vec<Expr> {
+    let kinematics = &system.kinematics;
+    let (kinks, of_contacts) = functions.split_at(system.switches.len());
+    let rates = kinks.iter().map(|&u| kinematics.second_rate(model, u));
+    let of_contacts = of_contacts.chunks_exact(ContactState::N_OUTPUTS);
+    let of_contacts = of_contacts.map(|four| kinematics.second_rate(model, four[1]));
+    rates.chain(of_contacts).collect()
 }
 
 /// u of every switch, then φ, φ′, ε and zero of every stop, and p, p′, F and F₀ of every friction, of a system with
