@@ -10,7 +10,8 @@ use crate::sweep_codes;
 pub fn explained_codes() -> impl Iterator<Item = &'static Page> {
     let of_questions = bksim_analysis::codes::PAGES;
     let of_runs = file::PAGES.iter().chain(codes::PAGES).chain(bksim_cad::codes::PAGES);
-    let of_runs = of_runs.chain(bksim_import::PAGES).chain(bksim_edit::PAGES);
+    let of_runs =
+        of_runs.chain(bksim_import::PAGES).chain(bksim_edit::PAGES).chain(bksim_fmu::PAGES);
     of_runs.chain(sweep_codes::PAGES).chain(of_questions)
 }
 

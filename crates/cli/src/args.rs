@@ -5,6 +5,7 @@ pub(crate) mod cad;
 pub(crate) mod code;
 pub(crate) mod draw;
 pub(crate) mod edit;
+pub(crate) mod fmu;
 pub(crate) mod groups;
 pub(crate) mod import;
 pub(crate) mod info;
@@ -94,6 +95,8 @@ pub(crate) enum Command {
     Cam(analysis::Cam),
     /// Write the equations as C, Rust or Python that tests itself.
     Code(code::Code),
+    /// Write a model as a functional mock-up unit (FMI).
+    Fmu(fmu::Fmu),
     /// Solve a model and log its motion.
     Solve(Solve),
     /// Solve at many parameter values, on all cores, into one table.

@@ -10,6 +10,7 @@ pub(crate) mod expand;
 pub(crate) mod explain;
 pub mod export;
 pub(crate) mod expr;
+pub(crate) mod fmu;
 pub(crate) mod import;
 pub(crate) mod info;
 pub(crate) mod new;

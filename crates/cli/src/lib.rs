@@ -229,6 +229,7 @@ fn done(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>) {
         },
         Command::Cam(args) => own("cam", commands::analysis::cam::run(args, json, nesting)),
         Command::Code(args) => own("code", commands::code::run(args, json, nesting)),
+        Command::Fmu(args) => own("fmu", commands::fmu::run(args, json, nesting)),
         Command::Solve(args) => own("solve", commands::solve::run(args, json, nesting)),
         Command::Sweep(args) => studio(StudioCommand::Sweep(args)),
         Command::Render(args) => studio(StudioCommand::Render(args)),

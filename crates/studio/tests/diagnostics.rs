@@ -97,6 +97,11 @@ fn runs() {
 }
 
 #[test]
+fn units() {
+    check('F');
+}
+
+#[test]
 fn questions() {
     check('Q');
 }

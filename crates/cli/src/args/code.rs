@@ -55,4 +55,6 @@ pub(crate) enum Part {
     Kinematics,
     /// ẋ = A x + B u, z = C x + D u about a state.
     Linear,
+    /// Start, steps and events as one file of C.
+    Solver,
 }

@@ -7,7 +7,7 @@ use clap::Command;
 /// Headings of the help and the commands below each.
 const GROUPS: [(&str, &[&str]); 7] = [
     ("Models", &["new", "check", "edit", "expand", "parts", "import", "cad"]),
-    ("Equations", &["equations", "code", "expr"]),
+    ("Equations", &["equations", "code", "fmu", "expr"]),
     ("Motion", &["assemble", "solve", "sweep", "gradient", "verify"]),
     (
         "Questions",

@@ -24,6 +24,7 @@ impl Command {
             Self::Inverse(args) => &args.model.model,
             Self::Cam(args) => &args.model.model,
             Self::Code(args) => &args.model.model,
+            Self::Fmu(args) => &args.model.model,
             Self::Solve(args) => &args.model.model,
             Self::Sweep(args) => &args.model,
             Self::Render(args) => &args.input,

@@ -8,6 +8,7 @@ use bksim::analysis::{
     AnalysisError, Channels, ExportedFunction, Part, exported, exported_linear, linearize,
 };
 use bksim::expr::Program;
+use bksim::fmu::{Core, Request, Solver, Variable, solver};
 use bksim::model::Model;
 use bksim::model::file::ShownUnits;
 use bksim::model::message::counted;
@@ -20,17 +21,20 @@ use crate::origin::{is_of_model, label_of, stamped};
 use crate::output;
 use crate::output_file::OutputFile;
 use crate::render;
-use crate::source::{Text, derive, load};
+use crate::source::{Loaded, Text, derive, load};
 
 const UNDONE: &str = "no code was written";
 
 pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let loaded = load(&args.model, nesting)?;
     let label = label_of(&loaded.source.path);
+    if args.part == PartArg::Solver {
+        return of_solver(loaded, args, &label, as_json);
+    }
     let found = match args.part {
         PartArg::Dynamics => of_equations(&loaded.source, loaded.model, Part::Dynamics, args)?,
         PartArg::Kinematics => of_equations(&loaded.source, loaded.model, Part::Kinematics, args)?,
-        PartArg::Linear => of_linear(loaded.model, args, &loaded.source),
+        PartArg::Linear | PartArg::Solver => of_linear(loaded.model, args, &loaded.source),
     };
     let functions = found.map_err(|error| loaded.source.rejected(error.diagnostics()))?;
 
@@ -41,28 +45,7 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
         let program = program.expect("a signature is made for its tape").with_note(&function.note);
         files.extend(texts(&program, args.lang));
     }
-    fs::create_dir_all(&args.output).map_err(|error| {
-        Failure::file(&args.output, format!("cannot be made: {error}; {UNDONE}"), None)
-    })?;
-    let planned: Result<Vec<_>, Failure> = files
-        .into_iter()
-        .map(|(name, text)| {
-            let path = args.output.join(name);
-            let model: &[&Path] = &[&args.model.model];
-            let may_replace = args.force || is_of_model(&path, &label);
-            Ok((OutputFile::plan(&path, ("model", model), may_replace, UNDONE)?, text))
-        })
-        .collect();
-    let mut written = Vec::new();
-    for (file, text) in planned? {
-        let mut out = file.create()?;
-        let bytes = stamped(file.path(), text.into_bytes(), &label);
-        out.write_all(&bytes).map_err(|error| {
-            Failure::file(file.path(), format!("cannot be written: {error}"), None)
-        })?;
-        out.finish()?;
-        written.push(file.path().display().to_string());
-    }
+    let written = write(args, files, &label)?;
 
     if as_json {
         let functions: Vec<Value> = functions.iter().map(described).collect();
@@ -85,6 +68,71 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
     let files = written.iter().map(|path| format!("wrote {path}\n"));
     let text: String = functions.iter().map(line).chain(files).collect();
     output::report(text.trim_end())?;
+    Ok(Status::Done)
+}
+
+/// Writes files into the folder of the options; all are planned before the first is written.
+fn write(args: &Code, files: Vec<(String, String)>, label: &str) -> Result<Vec<String>, Failure> {
+    fs::create_dir_all(&args.output).map_err(|error| {
+        Failure::file(&args.output, format!("cannot be made: {error}; {UNDONE}"), None)
+    })?;
+    let planned: Result<Vec<_>, Failure> = files
+        .into_iter()
+        .map(|(name, text)| {
+            let path = args.output.join(name);
+            let model: &[&Path] = &[&args.model.model];
+            let may_replace = args.force || is_of_model(&path, label);
+            Ok((OutputFile::plan(&path, ("model", model), may_replace, UNDONE)?, text))
+        })
+        .collect();
+    let mut written = Vec::new();
+    for (file, text) in planned? {
+        let mut out = file.create()?;
+        let bytes = stamped(file.path(), text.into_bytes(), label);
+        out.write_all(&bytes).map_err(|error| {
+            Failure::file(file.path(), format!("cannot be written: {error}"), None)
+        })?;
+        out.finish()?;
+        written.push(file.path().display().to_string());
+    }
+    Ok(written)
+}
+
+/// Writes the solver.
+fn of_solver(loaded: Loaded, args: &Code, label: &str, as_json: bool) -> Result<Status, Failure> {
+    if args.lang != Language::C {
+        return Err(Failure::usage("the solver is written in C alone", "leave `--lang` out"));
+    }
+    let Loaded { source, model, warnings, .. } = loaded;
+    let mut mechanism = derive(&source, model)?;
+    let request = Request { inputs: args.input.clone(), outputs: args.of.clone() };
+    let core = Core::of(&mut mechanism, &request);
+    let core = core.map_err(|error| source.rejected(error.diagnostics()))?;
+    let Solver { name, header, source: code, test } = solver(&core);
+    let files = [(".h", header), (".c", code), ("_test.c", test)];
+    let files = files.map(|(ending, text)| (format!("{name}{ending}"), text));
+    let written = write(args, files.into(), label)?;
+    if as_json {
+        let value = |v: &Variable| json!({ "name": v.name, "unit": v.unit, "value": v.start });
+        let output = |v: &Variable| json!({ "name": v.name, "unit": v.unit });
+        let values: Vec<Value> = core.values.iter().map(value).collect();
+        let outputs: Vec<Value> = core.outputs.iter().map(output).collect();
+        let mut body = json!({
+            "solver": { "values": values, "outputs": outputs },
+            "files": written,
+        });
+        body["diagnostics"] = render::json_all(&source, &warnings);
+        output::json("code", body)?;
+        return Ok(Status::Done);
+    }
+    render::print_all(&source, &warnings);
+    let counts = format!(
+        "  {name}: start, steps and events; {}, {}\n",
+        counted(core.values.len(), "value", "values"),
+        counted(core.outputs.len(), "output", "outputs")
+    );
+    let files: String = written.iter().map(|path| format!("wrote {path}\n")).collect();
+    output::report((counts + &files).trim_end())?;
     Ok(Status::Done)
 }
 
