@@ -104,14 +104,14 @@ static int bk_wants_others(bk_model *m) {
     const double now = bk_spread(m);
     double best;
     bk_state *kept = &m->w.from;
-    if (now < 5.0) {
+    if (now < 2.5) {
         return 0;
     }
     *kept = m->s;
     bk_choose_free(m);
     best = bk_spread(m);
     m->s = *kept;
-    return !(best > 0.5 * now);
+    return !(best > 0.7 * now);
 }
 
 /* Takes the pose of now as the one that later ones are found from. */
