@@ -161,12 +161,13 @@ static int bk_close(bk_model *m, double t, double *q) {
     return 0;
 }
 
-/* Coordinates and velocities from the states, by as many steps from the last pose as it takes. */
+/* Coordinates and velocities from the states, by as many steps from the last pose as it takes; BK_NO_POSE with the last
+ * pose on the way that closes. */
 static int bk_place(bk_model *m) {
     double q[BK_NQ], from[BK_NQ], rows[BK_ROOM(BK_NC)] = {0}, rates[BK_ROOM(BK_NC)] = {0};
     double done = 0.0, part = 1.0;
     const double t = m->s.t;
-    int i, j;
+    int i, j, found = BK_OK;
     bk_copy(from, m->s.base_q, BK_NQ);
     while (done < 1.0) {
         const double next = fmin(1.0, done + part);
@@ -181,7 +182,8 @@ static int bk_place(bk_model *m) {
         } else {
             part *= 0.5;
             if (part < 1.0 / 128.0) {
-                return BK_NO_POSE;
+                found = BK_NO_POSE;
+                break;
             }
         }
     }
@@ -206,7 +208,7 @@ static int bk_place(bk_model *m) {
             m->s.v[m->s.follows[i]] = -rows[i];
         }
     }
-    return BK_OK;
+    return found;
 }
 
 /* Followers of a change: rows of G have what is needed of them. */

@@ -277,12 +277,7 @@ FMI2_STATUS fmi2SetContinuousStates(void *c, const double x[], size_t n) {
 
 FMI2_STATUS fmi2GetDerivatives(void *c, double dx[], size_t n) {
     BK_UNIT;
-    int found = n == BK_NX ? BK_OK : -1;
-    size_t i;
-    for (i = 0; i < n && found == BK_OK; i++) {
-        found = bk_get(u, (unsigned)(BK_VR_DX + i), dx + i);
-    }
-    return bk_status2(u, found);
+    return bk_status2(u, n == BK_NX ? bk_state_rates(u, dx) : -1);
 }
 
 FMI2_STATUS fmi2GetEventIndicators(void *c, double z[], size_t n) {

@@ -396,12 +396,7 @@ FMI3_STATUS fmi3SetContinuousStates(void *instance, const double x[], size_t n) 
 
 FMI3_STATUS fmi3GetContinuousStateDerivatives(void *instance, double dx[], size_t n) {
     BK_UNIT;
-    int found = n == BK_NX ? BK_OK : -1;
-    size_t i;
-    for (i = 0; i < n && found == BK_OK; i++) {
-        found = bk_get(u, (unsigned)(BK_VR_DX + i), dx + i);
-    }
-    return bk_status3(u, found);
+    return bk_status3(u, n == BK_NX ? bk_state_rates(u, dx) : -1);
 }
 
 FMI3_STATUS fmi3GetEventIndicators(void *instance, double z[], size_t n) {

@@ -123,6 +123,20 @@ static int bk_get(bk_unit *u, unsigned vr, double *value) {
     return BK_OK;
 }
 
+/* The rates of the states. At states that an integrator tries and that do not close they are those of the last pose
+ * on the way there: its step then fails by its own error, and a completed one is refused. */
+static int bk_state_rates(bk_unit *u, double *dx) {
+    int found = bk_refresh(u), i;
+    if (found == BK_NO_POSE && u->m.s.phase == BK_CONTINUOUS) {
+        found = bk_complete(&u->m);
+    }
+    for (i = 0; i < BK_NF && found == BK_OK; i++) {
+        dx[i] = u->m.s.v[u->m.s.free[i]];
+        dx[BK_NF + i] = u->m.s.a[u->m.s.free[i]];
+    }
+    return found;
+}
+
 static int bk_put(bk_unit *u, unsigned vr, double value) {
     const int is_begun = u->m.s.phase > BK_INITIALIZATION;
     if (vr < BK_VR_V || vr >= BK_VR_C || (is_begun && vr >= BK_VR_V + BK_NU)) {
