@@ -9,6 +9,7 @@ mod hydraulics;
 mod imports;
 mod loads;
 mod machines;
+mod plain_drawings;
 mod reeving;
 mod ropes;
 

@@ -12,6 +12,7 @@ pub mod export;
 pub(crate) mod expr;
 pub(crate) mod fmu;
 pub(crate) mod import;
+mod import_drawing;
 pub(crate) mod info;
 pub(crate) mod new;
 pub(crate) mod parts;

@@ -16,4 +16,8 @@ bksim_model::codes! {
     BAD_STATEMENT = "I013", "a statement that cannot be read";
     NO_BODIES = "I014", "nothing to import";
     TOO_LARGE = "I015", "a file that is too large";
+    NO_MECHANISM = "I016", "a drawing without joints";
+    TOO_MANY_STROKES = "I017", "a drawing with too many strokes";
+    NO_QUESTION = "I018", "an answer to no question";
+    NO_ANSWER = "I019", "an answer that no question has";
 }

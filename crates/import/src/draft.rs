@@ -39,6 +39,8 @@ pub(crate) struct Body {
     pub(crate) points: Vec<Point>,
     /// Inline tables.
     pub(crate) shapes: Vec<String>,
+    /// Further keys; `mass` or `density` in place of the inertia.
+    pub(crate) keys: Vec<(&'static str, String)>,
     pub(crate) place: Option<Place>,
 }
 
@@ -50,6 +52,7 @@ impl Body {
             inertia,
             points: Vec::new(),
             shapes: Vec::new(),
+            keys: Vec::new(),
             place: None,
         }
     }

@@ -31,6 +31,7 @@ mod job;
 mod loads;
 mod mjcf;
 mod names;
+pub mod plain;
 mod pmks;
 mod sdf;
 mod shapes;

@@ -95,7 +95,12 @@ fn body(out: &mut String, of: &Body, is_planar: bool) {
     of.notes.iter().for_each(|note| comment(out, note));
     let _ = writeln!(out, "[bodies.{}]", of.name);
     let inertia = &of.inertia;
-    let _ = writeln!(out, "mass = {}", number(inertia.mass));
+    for (key, value) in &of.keys {
+        let _ = writeln!(out, "{key} = {value}");
+    }
+    if !of.keys.iter().any(|(key, _)| matches!(*key, "mass" | "density")) {
+        let _ = writeln!(out, "mass = {}", number(inertia.mass));
+    }
     if inertia.com != [0.0; 3] {
         let com = if is_planar { list(&inertia.com[..2]) } else { vector(inertia.com) };
         let _ = writeln!(out, "com = {com}");

@@ -99,10 +99,20 @@ S = { velocity = "1 m/s" }
 /// A block that runs against a stop, with friction and a spring with a kink.
 const CONTACTS: &str = include_str!("../../../tests/fixtures/contacts.toml");
 
+/// Drawings without attributes with all that can be understood of one.
+const PLAIN: [(&str, &[u8]); 3] = [
+    ("gears.dxf", include_bytes!("../../../tests/fixtures/import/plain/gear_pair_a.dxf")),
+    ("lever.dxf", include_bytes!("../../../tests/fixtures/import/plain/sprung_lever_b.dxf")),
+    ("rack.dxf", include_bytes!("../../../tests/fixtures/import/plain/rack.dxf")),
+];
+
 #[test]
 fn the_page_lists_the_keys_that_are_printed() {
     let place = Scratch::new();
     place.write("mimic.urdf", include_str!("../../../tests/fixtures/import/mimic.urdf"));
+    for (name, drawing) in PLAIN {
+        place.write(name, drawing);
+    }
     for example in ["five-link", "parallelogram", "four-bar", "winch", "quick-return", "robot-arm"]
     {
         let model = fs::read(format!("{CRATE}/../../examples/{example}/model.toml"));
@@ -209,6 +219,9 @@ fn the_page_lists_the_keys_that_are_printed() {
         "cad to-toml slider-crank.dxf -o fresh2.toml",
         "import mimic.urdf",
         "import mimic.urdf -o mimic.toml",
+        "import gears.dxf -o gears.toml --picture gears.svg",
+        "import rack.dxf",
+        "import lever.dxf --answer circle.79=mass",
         "explain",
         "explain M012",
         "explain Z999",

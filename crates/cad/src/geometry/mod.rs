@@ -16,7 +16,7 @@ pub(crate) mod moments;
 mod path;
 pub(crate) mod quadrature;
 mod spline;
-pub(crate) mod vector;
+pub mod vector;
 mod winding;
 
 pub use affine::Affine;

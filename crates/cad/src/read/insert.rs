@@ -9,7 +9,7 @@ use crate::drawing::{Entity, Insert as OurInsert, Shape, Unread};
 use crate::geometry::{Affine, Path};
 
 /// Blocks nested deeper are not followed.
-const MAX_DEPTH: usize = 16;
+pub(super) const MAX_DEPTH: usize = 16;
 
 /// Larger arrays of inserts are not a part of a mechanism.
 const MAX_CELLS: usize = 10_000;
@@ -22,7 +22,7 @@ fn is_ours(block: &str) -> bool {
 }
 
 /// The positions of an array of inserts, in the axes of its block; one for a plain insert.
-fn cells(insert: &Insert) -> Vec<Affine> {
+pub(super) fn cells(insert: &Insert) -> Vec<Affine> {
     let [columns, rows] = [insert.column_count.max(1), insert.row_count.max(1)];
     // Spacings are not scaled with the block.
     let along = |spacing: f64, scale: f64| if scale == 0.0 { 0.0 } else { spacing / scale };
@@ -136,7 +136,7 @@ impl Reading<'_> {
     }
 
     /// From the axes of the block to those the insert stands in; `None` out of the plane.
-    fn map(&self, insert: &Insert) -> Option<Affine> {
+    pub(super) fn map(&self, insert: &Insert) -> Option<Affine> {
         let ocs = planar(insert.normal)?;
         let base = self.document.block_records.get(&insert.block_name).map(|b| b.base_point);
         let base = base.map_or([0.0; 2], |p| [p.x, p.y]);

@@ -4,6 +4,7 @@ mod dimension;
 mod insert;
 mod plane;
 mod shape;
+mod sheet;
 
 use std::collections::BTreeSet;
 
@@ -17,6 +18,8 @@ use crate::geometry::{Affine, Point};
 use crate::kind::{APPLICATION, DOCTOR_LAYER};
 use crate::tags::Tags;
 use plane::planar;
+
+pub use sheet::{Dash, Drawn, Filled, Length, Sheet, Words, number_in, sheet};
 
 /// Most curves that are read out of nested inserts: a drawing of a mechanism has thousands.
 const MAX_INSERTED: usize = 200_000;
@@ -127,6 +130,11 @@ impl Reading<'_> {
             location: self.location("ATTRIB", &attribute.common, map.point(at)),
         }
     }
+}
+
+/// The first group of a record with a code.
+fn first_of(tags: &Tags, record: &std::ops::Range<usize>, code: i16) -> Option<usize> {
+    record.clone().take_while(|&idx| tags.code(idx) < 1000).find(|&idx| tags.code(idx) == code)
 }
 
 /// A text of the drawing without surrounding spaces, `\\U+00B3` resolved.

@@ -6,7 +6,7 @@ use clap::Args;
 
 #[derive(Args, Debug)]
 pub(crate) struct Import {
-    /// The file (URDF, MJCF, SDF, Adams `.adm`), or a link of PMKS+ in quotes.
+    /// The file (URDF, MJCF, SDF, Adams `.adm`), a drawing without attributes (DXF, DWG), or a link of PMKS+ in quotes.
     pub(crate) file: PathBuf,
     /// The model file; standard output unless given.
     #[arg(short, long, value_name = "FILE")]
@@ -17,6 +17,21 @@ pub(crate) struct Import {
     /// Let the first link of a robot in URDF move freely, in place of fixing it to the ground.
     #[arg(long)]
     pub(crate) free: bool,
+    /// Answer a question that a drawing leaves, by its key: `drive=A`; may be given several times.
+    #[arg(long = "answer", value_name = "KEY=ANSWER")]
+    pub(crate) answers: Vec<String>,
+    /// Length of one unit of a drawing, such as mm or inch, in place of its own.
+    #[arg(long, value_name = "UNIT")]
+    pub(crate) units: Option<String>,
+    /// Density of the bodies of a drawing, kg/m³, from their outlines and `--thickness`.
+    #[arg(long, value_name = "KG_PER_M3", requires = "thickness")]
+    pub(crate) density: Option<f64>,
+    /// Thickness of the bodies of a drawing, m.
+    #[arg(long, value_name = "M", requires = "density")]
+    pub(crate) thickness: Option<f64>,
+    /// Draw what was understood of a drawing over it, as SVG.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) picture: Option<PathBuf>,
     /// Overwrite an existing file.
     #[arg(long)]
     pub(crate) force: bool,

@@ -22,6 +22,9 @@ pub(crate) fn run(args: &Import, as_json: bool) -> Result<Status, Failure> {
     } else {
         (written.clone(), read_bytes(&args.file)?)
     };
+    if !is_link && super::import_drawing::is_drawing(&args.file, &bytes) {
+        return super::import_drawing::run(args, as_json, &name, bytes);
+    }
     let places = Places::of(&args.file, &args.paths);
     let base = if args.free { Base::Free } else { Base::Fixed };
     let mut imported = import(&name, &bytes, &|wanted| places.bytes(wanted), base);
@@ -43,7 +46,7 @@ pub(crate) fn run(args: &Import, as_json: bool) -> Result<Status, Failure> {
     Ok(Status::Done)
 }
 
-fn write(path: &Path, input: &Path, force: bool, model: &str) -> Result<(), Failure> {
+pub(super) fn write(path: &Path, input: &Path, force: bool, model: &str) -> Result<(), Failure> {
     let own = path.canonicalize().ok();
     if own.is_some() && own == input.canonicalize().ok() {
         let what = "is read by this command; nothing was written".to_owned();

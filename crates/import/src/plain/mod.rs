@@ -1,0 +1,294 @@
+//! A drawing without attributes as a mechanism.
+//!
+//! ```text
+//! drawing → Sheet → lines, bows, circles, rings → frame, dimensions, ground, springs taken away
+//!                   pieces                        notes, hatching, springs
+//!         → bodies → joints → freedoms, questions → Understanding → text of a model, picture
+//!           bodies   joints   mobility  questions                    model           picture
+//! ```
+//!
+//! What a draughtsman draws in one way only is read: circles at ends are pins, hatching is ground, touching pitch
+//! circles mesh. What has two readings is a [`Question`] with its place and what each reading means for the freedoms;
+//! a line that belongs to nothing stays a line.
+
+mod bodies;
+mod hatching;
+mod joints;
+mod loops;
+mod mobility;
+mod model;
+mod naming;
+mod notes;
+mod picture;
+mod pieces;
+mod questions;
+mod report;
+mod springs;
+mod straighten;
+mod wheels;
+
+use bksim_cad::drawing::{LengthUnit, Location};
+use bksim_cad::geometry::Point;
+use bksim_cad::geometry::vector::distance;
+use bksim_cad::open::{OpenOptions, Opened, open};
+use bksim_cad::read::{Sheet, sheet};
+use bksim_cad::units;
+use bksim_model::diagnostic::Diagnostic;
+
+use bodies::{Bodies, Pin};
+use hatching::Base;
+use joints::{Joint, On, Scene};
+use notes::Notes;
+use pieces::Pieces;
+use springs::Zigzag;
+
+pub use model::Material;
+pub use questions::{Question, Reading};
+
+use crate::names::Names;
+
+/// Most strokes that are read: a mechanism has hundreds.
+const MAX_STROKES: usize = 8000;
+
+/// What the user says about a drawing.
+#[derive(Clone, PartialEq, Default, Debug)]
+pub struct Options {
+    /// The length of one unit; that of the drawing unless given.
+    pub unit: Option<LengthUnit>,
+    /// Answers to questions, by their keys.
+    pub answers: Vec<(String, String)>,
+    /// Material of bodies with outlines.
+    pub material: Option<Material>,
+}
+
+/// A body that was found.
+#[derive(Clone, PartialEq, Debug)]
+pub struct FoundBody {
+    /// Its name in the model.
+    pub name: String,
+    /// The text next to it.
+    pub label: Option<String>,
+    /// `bar`, `plate`, `block`, `wheel` or `lines`.
+    pub drawn_as: &'static str,
+    /// Handles of its entities.
+    pub handles: Vec<u64>,
+}
+
+/// A joint that was found.
+#[derive(Clone, PartialEq, Debug)]
+pub struct FoundJoint {
+    /// Its name in the model.
+    pub name: String,
+    /// `pin`, `slide`, `pin in slot`, `gear`, `gear inside` or `rack`.
+    pub kind: &'static str,
+    /// In the units of the file.
+    pub at: Point,
+    /// Names of the bodies, `ground` first.
+    pub bodies: Vec<String>,
+    /// Direction of slides, slots and racks.
+    pub axis: Option<Point>,
+    /// Rate of the second wheel over that of the first.
+    pub ratio: Option<f64>,
+    /// Pitch radius of a pinion.
+    pub radius: Option<f64>,
+    /// Whether it is there only if a question is answered so.
+    pub is_asked: bool,
+    /// Handles of its entities.
+    pub handles: Vec<u64>,
+}
+
+/// A spring or a mass.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Element {
+    /// Its name in the model.
+    pub name: String,
+    /// `spring` or `mass`.
+    pub kind: &'static str,
+    /// Both ends of a spring, the place of a mass.
+    pub ends: Vec<Point>,
+    /// Bodies at the ends.
+    pub bodies: Vec<String>,
+    /// Mass where a text states it, kg.
+    pub mass: Option<f64>,
+}
+
+/// All that was understood of a drawing.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Understanding {
+    /// Bodies other than the ground.
+    pub bodies: Vec<FoundBody>,
+    /// Joints, those that are asked last.
+    pub joints: Vec<FoundJoint>,
+    /// Springs and masses.
+    pub elements: Vec<Element>,
+    /// Freedoms, without what is asked.
+    pub mobility: i64,
+    /// True length of one unit of the file, mm.
+    pub mm_per_unit: f64,
+    /// The file's unit of length; `None` where it has none and millimetres are assumed.
+    pub unit: Option<&'static str>,
+    /// What the drawing cannot say.
+    pub questions: Vec<Question>,
+    /// What is no part of the mechanism, in words, with the places of its entities.
+    pub left_out: Vec<(String, Vec<Location>)>,
+    /// The text of the model.
+    pub model: String,
+    /// The drawing with what was understood over it, as SVG.
+    pub picture: String,
+    /// Warnings of the drawing itself.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Everything between the stages.
+struct Found {
+    sheet: Sheet,
+    pieces: Pieces,
+    notes: Notes,
+    pins: Vec<Pin>,
+    is_fixed: Vec<bool>,
+    bases: Vec<Base>,
+    bodies: Bodies,
+    joints: Vec<Joint>,
+    springs: Vec<Zigzag>,
+    /// Extent of the joints.
+    size: f64,
+}
+
+/// Reads a drawing; `name` is that of the file.
+///
+/// # Errors
+/// Faults of the drawing, with spans in [`bksim_cad::tags::excerpt_text`] of the same bytes.
+pub fn understand(
+    name: &str,
+    bytes: &[u8],
+    options: &Options,
+) -> Result<Understanding, Vec<Diagnostic>> {
+    let (opened, has_unit) = opened(bytes, options)?;
+    let sheet = sheet(&opened);
+    if sheet.strokes.len() > MAX_STROKES {
+        return Err(vec![questions::too_many(sheet.strokes.len())]);
+    }
+    let mut found = found(sheet);
+    if found.joints.is_empty() {
+        return Err(vec![questions::no_joints(&found)]);
+    }
+    let mut names = Names::default();
+    let named = naming::name(&mut found, &mut names);
+    let asked = questions::ask(&found, &named, (opened.unit, has_unit), options)?;
+    Ok(model::finish(name, found, named, asked, options, opened.warnings))
+}
+
+/// Opens the drawing; whether it states its unit.
+fn opened(bytes: &[u8], options: &Options) -> Result<(Opened, bool), Vec<Diagnostic>> {
+    let first = open(bytes.to_vec(), &OpenOptions { unit: options.unit, ..OpenOptions::default() });
+    let is_unitless =
+        |faults: &[Diagnostic]| faults.iter().all(|fault| fault.code == bksim_cad::codes::NO_UNITS);
+    match first {
+        Ok(opened) => {
+            let stated = opened.tags.header("$INSUNITS").and_then(|idx| opened.tags.integer(idx));
+            let has_unit = options.unit.is_some() || stated.is_some_and(|number| number > 0);
+            Ok((opened, has_unit))
+        }
+        Err(faults) if is_unitless(&faults) => {
+            let unit = units::by_name("mm");
+            Ok((open(bytes.to_vec(), &OpenOptions { unit, ..OpenOptions::default() })?, false))
+        }
+        Err(faults) => Err(faults),
+    }
+}
+
+/// Everything that can be read without asking.
+fn found(sheet: Sheet) -> Found {
+    let mut pieces = Pieces::of(&sheet);
+    let pins = bodies::pins(&pieces);
+    let places: Vec<Point> = pins.iter().map(|pin| pin.at).collect();
+    let tips = notes::arrow_tips(&sheet, pieces.pin);
+    let fixed: Vec<Point> =
+        places.iter().copied().chain(tips.iter().map(|(tip, _)| *tip)).collect();
+    pieces.join_cuts(&fixed);
+    bodies::take_centre_marks(&mut pieces, &pins);
+    let notes = Notes::of(&sheet, &mut pieces, &places);
+    let (bases, plates) = hatching::bases(&sheet, &mut pieces, &places);
+    pieces.merge_lines(&places);
+    let with_radii: Vec<(Point, f64)> = pins.iter().map(|pin| (pin.at, pin.reach())).collect();
+    let mut is_fixed = hatching::stands(&mut pieces, &bases, &with_radii);
+    let springs = springs::springs(&mut pieces);
+    loops::close_rings(&mut pieces, &places);
+    hatching::stand_symbols(&mut pieces, &bases, &with_radii, &mut is_fixed);
+    let mut bodies = bodies::bodies(&mut pieces, &pins, &plates, &is_fixed);
+    wheels::add_wheels(&mut bodies, &pieces, &pins);
+    let mut scene = Scene {
+        pieces: &pieces,
+        pins: &pins,
+        bases: &bases,
+        is_fixed: &mut is_fixed,
+        bodies: &mut bodies,
+    };
+    let joints = joints::joints(&mut scene);
+    let mut found =
+        Found { sheet, pieces, notes, pins, is_fixed, bases, bodies, joints, springs, size: 0.0 };
+    found.keep_joined();
+    found.measure();
+    straighten::straighten(&mut found);
+    found
+}
+
+impl Found {
+    /// Drops bodies without joints: side views, loose lines.
+    fn keep_joined(&mut self) {
+        let is_joined: Vec<bool> = (0..self.bodies.all.len())
+            .map(|idx| self.joints.iter().any(|joint| joint.on.contains(&On::Body(idx))))
+            .collect();
+        let mut next = 0;
+        let number: Vec<usize> = is_joined
+            .iter()
+            .map(|keep| {
+                next += usize::from(*keep);
+                next.saturating_sub(1)
+            })
+            .collect();
+        for joint in &mut self.joints {
+            for on in &mut joint.on {
+                if let On::Body(idx) = on {
+                    *idx = number[*idx];
+                }
+            }
+        }
+        self.bodies.slots.retain(|slot| is_joined[slot.body]);
+        for slot in &mut self.bodies.slots {
+            slot.body = number[slot.body];
+        }
+        let mut keep = is_joined.iter();
+        self.bodies.all.retain(|_| *keep.next().expect("one for each body"));
+    }
+
+    /// The size of the mechanism, and how far points miss that are meant to be one.
+    fn measure(&mut self) {
+        let at: Vec<Point> = self.joints.iter().map(|joint| joint.at).collect();
+        for a in &at {
+            self.size = at.iter().map(|b| distance(*a, *b)).fold(self.size, f64::max);
+        }
+        self.size = self.size.max(4.0 * self.pieces.pin);
+        let near = self.pieces.tolerance;
+        let mut misses = Vec::new();
+        for body in &self.bodies.all {
+            for pin in &body.pins {
+                let ends = body.segments.iter().flatten();
+                misses.extend(
+                    ends.map(|end| distance(*end, self.pins[*pin].at)).filter(|miss| *miss < near),
+                );
+            }
+        }
+        misses.into_iter().for_each(|miss| self.pieces.note_miss(miss));
+    }
+
+    /// Singular values below this are zero within the drawing's own error.
+    fn looseness(&self) -> f64 {
+        (4.0 * self.pieces.miss / self.size).clamp(1e-7, 0.02)
+    }
+
+    fn freedoms(&self, more: &[Joint]) -> i64 {
+        let all: Vec<Joint> = self.joints.iter().chain(more).cloned().collect();
+        mobility::freedoms(&all, self.bodies.all.len(), self.size, self.looseness())
+    }
+}

@@ -1,0 +1,152 @@
+//! Drawings without attributes: the joints, bodies, freedoms and scales that their draughtsmen meant.
+
+use bksim::import::plain::{Options, Understanding, understand};
+
+use crate::support::{derive, model, solve};
+
+macro_rules! drawing {
+    ($name:literal) => {
+        ($name, include_bytes!(concat!("../fixtures/import/plain/", $name, ".dxf")).as_slice())
+    };
+}
+
+/// Kind, place and number of bodies of a joint.
+type Joint = (&'static str, [f64; 2], usize);
+
+struct Meant {
+    drawing: (&'static str, &'static [u8]),
+    mobility: i64,
+    mm_per_unit: f64,
+    n_bodies: usize,
+    joints: &'static [Joint],
+}
+
+const PIN: &str = "pin";
+const SLIDE: &str = "slide";
+
+#[rustfmt::skip]
+const ALL: [Meant; 11] = [
+    // Single lines, split, in inches, pins as blocks, a side view next to it.
+    Meant { drawing: drawing!("slider_crank_b"), mobility: 1, mm_per_unit: 25.4, n_bodies: 3, joints: &[
+        (SLIDE, [8.325, 3.150], 2), (PIN, [3.937, 3.150], 2), (PIN, [4.696, 4.054], 2), (PIN, [8.325, 3.150], 2)] },
+    // All on one layer, lines twice, ends that miss; no unit.
+    Meant { drawing: drawing!("offset_press_b"), mobility: 1, mm_per_unit: 1.0, n_bodies: 3, joints: &[
+        (SLIDE, [80.0, -5.910], 2), (PIN, [100.0, 80.0], 2), (PIN, [75.751, 94.0], 2), (PIN, [80.0, -5.910], 2)] },
+    Meant { drawing: drawing!("sprung_lever_b"), mobility: 1, mm_per_unit: 1.0, n_bodies: 1, joints: &[(PIN, [100.0, 80.0], 2)] },
+    // One block at half size, a plate by its hatching.
+    Meant { drawing: drawing!("watt_b"), mobility: 1, mm_per_unit: 2.0, n_bodies: 5, joints: &[
+        (PIN, [62.0, 47.0], 2), (PIN, [63.307, 61.943], 2), (PIN, [101.563, 80.456], 2), (PIN, [106.829, 50.922], 2),
+        (PIN, [127.491, 77.461], 2), (PIN, [162.444, 79.275], 2), (PIN, [146.459, 56.899], 2)] },
+    Meant { drawing: drawing!("gear_pair_a"), mobility: 1, mm_per_unit: 1.0, n_bodies: 4, joints: &[
+        ("gear", [125.0, 80.0], 2), (PIN, [100.0, 80.0], 2), (PIN, [175.0, 80.0], 2), (PIN, [187.997, 115.708], 2),
+        (PIN, [295.335, 139.762], 2), (PIN, [290.0, 80.0], 2)] },
+    // One constraint too many, and lengths that miss each other by more than rounding.
+    Meant { drawing: drawing!("parallelogram_b"), mobility: 1, mm_per_unit: 1.0, n_bodies: 4, joints: &[
+        (PIN, [100.0, 80.0], 2), (PIN, [160.0, 80.0], 2), (PIN, [220.0, 80.0], 2),
+        (PIN, [115.391, 122.286], 2), (PIN, [175.391, 122.286], 2), (PIN, [235.391, 122.286], 2)] },
+    Meant { drawing: drawing!("rack"), mobility: 1, mm_per_unit: 1.0, n_bodies: 2, joints: &[
+        (PIN, [100.0, 100.0], 2), ("rack", [100.0, 130.0], 2), (SLIDE, [105.0, 134.0], 2)] },
+    Meant { drawing: drawing!("inverted"), mobility: 1, mm_per_unit: 1.0, n_bodies: 3, joints: &[
+        (PIN, [100.0, 100.0], 2), (PIN, [100.0, 40.0], 2), (PIN, [120.0, 125.0], 2), (SLIDE, [120.0, 125.0], 2)] },
+    Meant { drawing: drawing!("train"), mobility: 1, mm_per_unit: 1.0, n_bodies: 3, joints: &[
+        (PIN, [60.0, 100.0], 2), (PIN, [110.0, 100.0], 2), (PIN, [155.0, 100.0], 2),
+        ("gear", [80.0, 100.0], 2), ("gear", [125.0, 100.0], 2)] },
+    Meant { drawing: drawing!("planet"), mobility: 2, mm_per_unit: 1.0, n_bodies: 3, joints: &[
+        (PIN, [100.0, 100.0], 3), (PIN, [145.0, 100.0], 2), ("gear", [125.0, 100.0], 2)] },
+    Meant { drawing: drawing!("trammel"), mobility: 1, mm_per_unit: 1.0, n_bodies: 3, joints: &[
+        (PIN, [100.0, 150.0], 2), (PIN, [160.0, 80.0], 2), (SLIDE, [100.0, 150.0], 2), (SLIDE, [160.0, 80.0], 2)] },
+];
+
+fn understood((name, bytes): (&str, &[u8]), answers: &[(&str, &str)]) -> Understanding {
+    let answers = answers.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned()));
+    let options = Options { answers: answers.collect(), ..Options::default() };
+    understand(name, bytes, &options).unwrap_or_else(|faults| panic!("{name}: {faults:?}"))
+}
+
+#[test]
+fn all_joints_are_found_and_none_is_invented() {
+    for meant in ALL {
+        let found = understood(meant.drawing, &[]);
+        let name = meant.drawing.0;
+        let mut left: Vec<_> = found.joints.iter().filter(|joint| !joint.is_asked).collect();
+        // One percent of the picture, which is 100 units or more, and 8 in inches.
+        let near = if name == "slider_crank_b" { 0.04 } else { 0.9 };
+        for (kind, at, n_bodies) in meant.joints {
+            let is_it = |joint: &&&bksim::import::plain::FoundJoint| {
+                let [x, y] = [joint.at[0] - at[0], joint.at[1] - at[1]];
+                joint.kind == *kind && x.hypot(y) < near && joint.bodies.len() == *n_bodies
+            };
+            let place = left.iter().position(|joint| is_it(&joint));
+            let place = place.unwrap_or_else(|| panic!("{name}: no {kind} at {at:?} in {left:?}"));
+            left.remove(place);
+        }
+        assert!(left.is_empty(), "{name}: invented {left:?}");
+        assert_eq!(found.mobility, meant.mobility, "{name}");
+        assert_eq!(found.bodies.len(), meant.n_bodies, "{name}");
+        assert!(
+            (found.mm_per_unit / meant.mm_per_unit - 1.0).abs() < 1e-12,
+            "{name}: {}",
+            found.mm_per_unit
+        );
+    }
+}
+
+#[test]
+fn every_drawing_becomes_a_model_that_moves() {
+    for meant in ALL {
+        let name = meant.drawing.0;
+        let asked = understood(meant.drawing, &[]);
+        let drive = asked.questions.iter().find(|question| question.key == "drive");
+        let drive = drive.expect("what drives it is asked").readings[1].answer.clone();
+        let driven = understood(meant.drawing, &[("drive", drive.as_str()), ("gravity", "down")]);
+        let text = format!("{}\n[solve]\nt_end = \"20 ms\"\nevery = \"10 ms\"\n", driven.model);
+        let motion = solve(&derive(model(&text)));
+        let [first, last] = [&motion.samples[0], &motion.samples[motion.samples.len() - 1]];
+        let way = first.q.iter().zip(&last.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(way > 1e-4, "{name} moved by {way}");
+    }
+}
+
+#[test]
+fn what_has_two_readings_is_asked_with_its_place_and_meaning() {
+    let lever = drawing!("sprung_lever_b");
+    let found = understood(lever, &[]);
+    let keys: Vec<&str> = found.questions.iter().map(|question| question.key.as_str()).collect();
+    assert!(keys.contains(&"unit"), "{keys:?}");
+    assert_eq!(keys.iter().filter(|key| key.starts_with("stiffness.")).count(), 2, "{keys:?}");
+    assert_eq!(found.elements.iter().filter(|element| element.kind == "spring").count(), 2);
+    let circle = found.questions.iter().find(|it| it.readings.iter().any(|it| it.answer == "mass"));
+    let circle = circle.expect("the circle next to `m = 2 kg`");
+    assert!(circle.handle.is_some() && circle.at.is_some());
+    let freedoms: Vec<_> =
+        circle.readings.iter().map(|it| (it.answer.as_str(), it.freedoms)).collect();
+    assert_eq!(freedoms, [("hole", Some(1)), ("mass", Some(1)), ("pin", Some(0))]);
+
+    let answered = understood(lever, &[(&circle.key, "mass"), ("unit", "in")]);
+    let mass = answered.elements.iter().find(|element| element.kind == "mass").expect("a mass");
+    assert_eq!((mass.mass, answered.mm_per_unit), (Some(2.0), 25.4));
+    let pinned = understood(lever, &[(&circle.key, "pin")]);
+    assert_eq!(pinned.mobility, 0);
+
+    let scale = understood(drawing!("parallelogram_b"), &[]);
+    assert!(scale.questions.iter().any(|question| question.key == "scale"));
+    let by_sheet = understood(drawing!("parallelogram_b"), &[("scale", "sheet")]);
+    assert!((by_sheet.mm_per_unit - 2.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_drawing_is_understood_alike_every_time_and_any_bytes_are_faults() {
+    let (name, bytes) = drawing!("watt_b");
+    assert_eq!(understood((name, bytes), &[]), understood((name, bytes), &[]));
+    for cut in [0, 200, bytes.len() / 3, bytes.len() - 40] {
+        // Whatever is left is a drawing or a list of faults.
+        if let Err(faults) = understand(name, &bytes[..cut], &Options::default()) {
+            assert!(!faults.is_empty());
+        }
+    }
+    let answers = vec![("motor".to_owned(), "A".to_owned()), ("drive".to_owned(), "B".to_owned())];
+    let options = Options { answers, ..Options::default() };
+    let faults = understand(name, bytes, &options).expect_err("answers to nothing");
+    let codes: Vec<&str> = faults.iter().map(|fault| fault.code.0).collect();
+    assert_eq!(codes, ["I018", "I019"]);
+}
