@@ -305,9 +305,8 @@ fn pattern(elements: &[f64]) -> Dash {
     let is_short = |length: &&f64| **length < 0.7 * longest;
     let n_short = drawn.iter().filter(is_short).count();
     match (longest > 0.0, n_short) {
-        (false, _) => Dash::Dashed,
         (true, 0) if elements.iter().all(|length| *length >= 0.0) => Dash::Solid,
-        (true, 0) => Dash::Dashed,
+        (false, _) | (true, 0) => Dash::Dashed,
         (true, 1) => Dash::Centre,
         // Two long dashes for each short one are a centre line as well.
         (true, n) if 2 * n <= drawn.len() => Dash::Centre,

@@ -77,6 +77,7 @@ fn series(pieces: &Pieces) -> Vec<Vec<usize>> {
     let near = 0.3 * pieces.tolerance;
     let mut taken = vec![false; pieces.lines.len()];
     let mut found = Vec::new();
+    let mut budget: usize = 20_000_000;
     for (n, &i) in short.iter().enumerate() {
         for &k in &short[n + 1..] {
             if taken[i] || taken[k] {
@@ -91,6 +92,11 @@ fn series(pieces: &Pieces) -> Vec<Vec<usize>> {
             if pitch < near || pitch > 3.0 * length || skew(unit(step), first.direction()) < 0.25 {
                 continue;
             }
+            // Series of real drawings are found long before.
+            budget = budget.saturating_sub(short.len());
+            if budget == 0 {
+                return found;
+            }
             let mut all = vec![i];
             for sign in [1.0, -1.0] {
                 for count in 1..400 {
@@ -100,6 +106,7 @@ fn series(pieces: &Pieces) -> Vec<Vec<usize>> {
                         let ends = pieces.lines[idx].ends;
                         let off = near * (1.0 + 0.2 * f64::from(count));
                         !taken[idx]
+                            && !all.contains(&idx)
                             && (distance(ends[0], wanted[0]) < off
                                 && distance(ends[1], wanted[1]) < off
                                 || distance(ends[1], wanted[0]) < off

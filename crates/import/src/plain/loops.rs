@@ -5,6 +5,9 @@ use bksim_cad::geometry::vector::{along, between, distance, dot, scaled, sub};
 
 use super::pieces::{Pieces, Ring, skew, turned, unit};
 
+/// Most pairs of ends or lines that are held against each other.
+const MAX_PAIRS: usize = 400_000;
+
 /// What an outline looks like.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Form {
@@ -84,6 +87,10 @@ pub(super) fn close_rings(pieces: &mut Pieces, pins: &[Point]) {
                 let gap = distance(first.ends[e], second.ends[f]);
                 // Lines that end at a pin are links of their own.
                 if gap > near || first.is_line && second.is_line && is_pin(first.ends[e]) {
+                    continue;
+                }
+                // Thousands of ends in one place are no outline.
+                if pairs.len() >= MAX_PAIRS {
                     continue;
                 }
                 let bend = 1.0 + dot(first.out[e], second.out[f]);
@@ -212,6 +219,7 @@ pub(super) fn pairs(pieces: &Pieces) -> Vec<([usize; 2], [Point; 2], f64)> {
                 && wide > 0.5 * pieces.pin
                 && wide < 9.0 * pieces.pin
                 && first.length() > 1.4 * wide
+                && found.len() < MAX_PAIRS
             {
                 let ends = [0, 1].map(|e| along(first.ends[e], 0.5, off[e]));
                 found.push(([i, k], ends, 0.5 * wide));

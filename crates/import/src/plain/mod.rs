@@ -47,8 +47,12 @@ pub use questions::{Question, Reading};
 
 use crate::names::Names;
 
-/// Most strokes that are read: a mechanism has hundreds.
-const MAX_STROKES: usize = 8000;
+/// Most lines, arcs and curves that are read: a mechanism has hundreds.
+const MAX_STROKES: usize = 4000;
+
+/// Most texts, and most bodies.
+const MAX_WORDS: usize = 4000;
+const MAX_BODIES: usize = 100;
 
 /// What the user says about a drawing.
 #[derive(Clone, PartialEq, Default, Debug)]
@@ -165,10 +169,20 @@ pub fn understand(
 ) -> Result<Understanding, Vec<Diagnostic>> {
     let (opened, has_unit) = opened(bytes, options)?;
     let sheet = sheet(&opened);
-    if sheet.strokes.len() > MAX_STROKES {
-        return Err(vec![questions::too_many(sheet.strokes.len())]);
+    let n_strokes = sheet.strokes.iter().map(|stroke| stroke.path.curves.len()).sum();
+    for (count, limit, what) in
+        [(n_strokes, MAX_STROKES, "strokes"), (sheet.words.len(), MAX_WORDS, "texts")]
+    {
+        if count > limit {
+            return Err(vec![questions::too_many(count, limit, what)]);
+        }
     }
     let mut found = found(sheet);
+    let n_bodies = found.bodies.all.len();
+    if n_bodies > MAX_BODIES {
+        return Err(vec![questions::too_many(n_bodies, MAX_BODIES, "bodies")]);
+    }
+    straighten::straighten(&mut found);
     if found.joints.is_empty() {
         return Err(vec![questions::no_joints(&found)]);
     }
@@ -229,7 +243,6 @@ fn found(sheet: Sheet) -> Found {
         Found { sheet, pieces, notes, pins, is_fixed, bases, bodies, joints, springs, size: 0.0 };
     found.keep_joined();
     found.measure();
-    straighten::straighten(&mut found);
     found
 }
 

@@ -44,7 +44,7 @@ pub(super) fn name(found: &mut Found, names: &mut Names) -> Named {
     for (pin, it) in found.pins.iter().enumerate() {
         for (k, (idx, _)) in words.iter().enumerate().filter(|(_, (_, text))| is_letter(text)) {
             let away = distance(found.sheet.words[*idx].at, it.at);
-            if away < reach {
+            if away < 1.6 * reach {
                 pairs.push((away, pin, k));
             }
         }
@@ -61,7 +61,9 @@ pub(super) fn name(found: &mut Found, names: &mut Names) -> Named {
 
     // Springs, then bodies, by the nearest text.
     let mut nearest: Vec<(f64, bool, usize, usize)> = Vec::new();
-    for (k, (idx, _)) in words.iter().enumerate().filter(|(k, _)| !is_taken[*k]) {
+    for (k, (idx, _)) in
+        words.iter().enumerate().filter(|(k, (_, text))| !is_taken[*k] && !is_letter(text))
+    {
         let words = &found.sheet.words[*idx];
         let at = [words.at[0], words.at[1] + 0.5 * words.height];
         for (spring, it) in found.springs.iter().enumerate() {

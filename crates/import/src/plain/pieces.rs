@@ -295,7 +295,8 @@ impl Pieces {
             let chain = first.chain;
             self.lines[idx] = Line { ends: [all[0], all[3]], from, chain, is_used: false };
             self.lines.remove(other);
-            idx = 0;
+            // What came before had no partner; the longer line looks for one among all.
+            idx -= usize::from(other < idx);
         }
     }
 

@@ -105,11 +105,12 @@ impl Asked {
     }
 }
 
-pub(super) fn too_many(count: usize) -> Diagnostic {
-    let message = format!("the drawing has {count} strokes; at most 8000 are read as a mechanism");
-    Diagnostic::error(codes::TOO_MANY_STROKES, message).help(
-        "save the mechanism without its surroundings as a drawing of its own, and import that",
-    )
+pub(super) fn too_many(count: usize, limit: usize, what: &str) -> Diagnostic {
+    let message =
+        format!("the drawing has {what} {count}; at most {limit} are read as a mechanism");
+    let help =
+        "save the mechanism without its surroundings as a drawing of its own, and import that";
+    Diagnostic::error(codes::TOO_MANY_STROKES, message).help(help)
 }
 
 pub(super) fn no_joints(found: &Found) -> Diagnostic {
@@ -209,6 +210,7 @@ fn ask_scale(found: &Found, asked: &mut Asked) {
 
 /// Circles on one body alone: holes, marks, pins or masses.
 fn ask_circles(found: &Found, named: &Named, asked: &mut Asked) {
+    let free = found.freedoms(&[]);
     let near = found.pieces.tolerance;
     for (idx, pin) in found.pins.iter().enumerate() {
         let holders: Vec<usize> = (0..found.bodies.all.len())
@@ -237,7 +239,6 @@ fn ask_circles(found: &Found, named: &Named, asked: &mut Asked) {
             .springs
             .iter()
             .any(|spring| spring.ends.iter().any(|end| distance(*end, pin.at) < 2.0 * near));
-        let free = found.freedoms(&[]);
         let fixed = found.freedoms(std::slice::from_ref(&joint));
         let text = format!("a circle on `{name}` where no other body is");
         let mut question = Question::new(&key, text).about(handle, pin.at);

@@ -26,13 +26,15 @@ pub(super) fn springs(pieces: &mut Pieces) -> Vec<Zigzag> {
         }
         // The run of lines through this one, as corners with the lines between them.
         let mut run = vec![start];
+        let mut in_run = vec![false; pieces.lines.len()];
+        in_run[start] = true;
         let mut corners = pieces.lines[start].ends.to_vec();
         seen[start] = true;
         for side in [1, 0] {
             loop {
                 let at = if side == 1 { corners[corners.len() - 1] } else { corners[0] };
                 let next: Vec<(usize, usize)> = (0..pieces.lines.len())
-                    .filter(|idx| !run.contains(idx) && !pieces.lines[*idx].is_used)
+                    .filter(|idx| !in_run[*idx] && !pieces.lines[*idx].is_used)
                     .flat_map(|idx| [(idx, 0), (idx, 1)])
                     .filter(|&(idx, end)| distance(pieces.lines[idx].ends[end], at) < near)
                     .collect();
@@ -41,6 +43,7 @@ pub(super) fn springs(pieces: &mut Pieces) -> Vec<Zigzag> {
                     break;
                 }
                 seen[idx] = true;
+                in_run[idx] = true;
                 let far = pieces.lines[idx].ends[1 - end];
                 if side == 1 {
                     run.push(idx);
