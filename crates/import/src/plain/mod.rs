@@ -48,10 +48,10 @@ pub use questions::{Question, Reading};
 use crate::names::Names;
 
 /// Most lines, arcs and curves that are read: a mechanism has hundreds.
-const MAX_STROKES: usize = 4000;
+const MAX_STROKES: usize = 2000;
 
 /// Most texts, and most bodies.
-const MAX_WORDS: usize = 4000;
+const MAX_WORDS: usize = 2000;
 const MAX_BODIES: usize = 100;
 
 /// What the user says about a drawing.
