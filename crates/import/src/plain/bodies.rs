@@ -106,6 +106,9 @@ pub(super) struct Slot {
     pub(super) from: Vec<usize>,
 }
 
+/// A slot whose body is not known yet: middle line, half its width, strokes, border.
+type OpenSlot = ([Point; 2], f64, Vec<usize>, Vec<Point>);
+
 /// Everything that moves.
 #[derive(Clone, Default, Debug)]
 pub(super) struct Bodies {
@@ -159,7 +162,7 @@ pub(super) fn bodies(
 ) -> Bodies {
     let mut found = Bodies::default();
     let tolerance = pieces.tolerance;
-    let mut slots: Vec<([Point; 2], f64, Vec<usize>, Vec<Point>)> = Vec::new();
+    let mut slots: Vec<OpenSlot> = Vec::new();
     for plate in plates {
         add_plate(&mut found, pieces, pins, plate);
     }
@@ -216,7 +219,7 @@ pub(super) fn bodies(
         let holder = holders.min_by(|a, b| a.1.size().total_cmp(&b.1.size())).map(|(idx, _)| idx);
         let body = holder.unwrap_or_else(|| {
             let mut body = Body::new(Look::Bar, from.clone());
-            body.border = points.clone();
+            body.border.clone_from(&points);
             found.all.push(body);
             found.all.len() - 1
         });

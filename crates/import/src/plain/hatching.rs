@@ -119,7 +119,9 @@ fn series(pieces: &Pieces) -> Vec<Vec<usize>> {
                 }
             }
             if all.len() >= 3 && is_close(pieces, &all) {
-                all.iter().for_each(|&idx| taken[idx] = true);
+                for &idx in &all {
+                    taken[idx] = true;
+                }
                 found.push(all);
             }
         }

@@ -76,7 +76,9 @@ fn rows(joints: &[Joint], n_bodies: usize, size: f64) -> Vec<Vec<f64>> {
     for row in &mut rows {
         let norm = row.iter().map(|x| x * x).sum::<f64>().sqrt();
         if norm > 0.0 {
-            row.iter_mut().for_each(|x| *x /= norm);
+            for x in row {
+                *x /= norm;
+            }
         }
     }
     rows

@@ -189,7 +189,7 @@ pub fn understand(
     let mut names = Names::default();
     let named = naming::name(&mut found, &mut names);
     let asked = questions::ask(&found, &named, (opened.unit, has_unit), options)?;
-    Ok(model::finish(name, found, named, asked, options, opened.warnings))
+    Ok(model::finish(name, found, &named, asked, options, opened.warnings))
 }
 
 /// Opens the drawing; whether it states its unit.
@@ -292,7 +292,9 @@ impl Found {
                 );
             }
         }
-        misses.into_iter().for_each(|miss| self.pieces.note_miss(miss));
+        for miss in misses {
+            self.pieces.note_miss(miss);
+        }
     }
 
     /// Singular values below this are zero within the drawing's own error.

@@ -31,7 +31,7 @@ pub struct Material {
 pub(super) fn finish(
     name: &str,
     mut found: Found,
-    named: Named,
+    named: &Named,
     asked: Asked,
     options: &Options,
     warnings: Vec<Diagnostic>,
@@ -43,12 +43,12 @@ pub(super) fn finish(
         .map(|(joint, _)| joint.clone())
         .collect();
     let mobility = found.freedoms(&answered);
-    let elements = elements(&found, &named, &asked);
+    let elements = elements(&found, named, &asked);
     let mut joints: Vec<FoundJoint> =
         found.joints.iter().map(|joint| found_joint(&found, joint, false)).collect();
     joints
         .extend(asked.joints.iter().map(|(joint, is_there)| found_joint(&found, joint, !is_there)));
-    let bodies = found_bodies(&found, &named);
+    let bodies = found_bodies(&found, named);
     let left_out = left_out(&found);
     let picture = picture::svg(&found, &asked);
     found.joints.extend(answered);

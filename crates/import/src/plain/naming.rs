@@ -114,10 +114,11 @@ fn name_joints(found: &mut Found, names: &mut Names, named: &Named) {
         let letter = pin.and_then(|pin| named.letters[pin].clone());
         let by_letter = matches!(joint.kind, Kind::Pin | Kind::Slot { .. });
         let usual = match joint.kind {
-            Kind::Pin => format!("{}_{}", of(&joint.on[0]), of(&joint.on[1])),
+            Kind::Pin | Kind::Gear { .. } => {
+                format!("{}_{}", of(&joint.on[0]), of(&joint.on[1]))
+            }
             Kind::Slide { .. } => format!("{}_slide", of(&joint.on[1])),
             Kind::Slot { .. } => format!("{}_slot", of(&joint.on[1])),
-            Kind::Gear { .. } => format!("{}_{}", of(&joint.on[0]), of(&joint.on[1])),
             Kind::Rack { .. } => format!("{}_rack", of(&joint.on[0])),
         };
         let wanted = letter.filter(|_| by_letter).unwrap_or(usual);

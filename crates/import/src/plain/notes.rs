@@ -145,7 +145,7 @@ impl Notes {
             }
             // In a frame, the words that are boxed in by its inner lines are those of the title block.
             for idx in inside {
-                if is_table || self.is_boxed(sheet.words[idx].at, pieces, &group) {
+                if is_table || is_boxed(sheet.words[idx].at, pieces, &group) {
                     self.taken[idx] = true;
                 }
             }
@@ -169,18 +169,18 @@ impl Notes {
             }
         }
     }
+}
 
-    /// Whether lines of the group other than the outermost ones are close on several sides.
-    fn is_boxed(&self, p: Point, pieces: &Pieces, group: &[usize]) -> bool {
-        let reach = 12.0 * pieces.pin;
-        let near = group.iter().filter(|&&idx| {
-            let line = &pieces.lines[idx];
-            let d = line.direction();
-            let along = dot(sub(p, line.ends[0]), d);
-            (0.0..=line.length()).contains(&along) && cross(d, sub(p, line.ends[0])).abs() < reach
-        });
-        near.count() >= 2
-    }
+/// Whether lines of the group other than the outermost ones are close on several sides.
+fn is_boxed(p: Point, pieces: &Pieces, group: &[usize]) -> bool {
+    let reach = 12.0 * pieces.pin;
+    let near = group.iter().filter(|&&idx| {
+        let line = &pieces.lines[idx];
+        let d = line.direction();
+        let along = dot(sub(p, line.ends[0]), d);
+        (0.0..=line.length()).contains(&along) && cross(d, sub(p, line.ends[0])).abs() < reach
+    });
+    near.count() >= 2
 }
 
 /// Groups of lines that touch each other, directly or by others.
