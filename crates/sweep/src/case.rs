@@ -17,6 +17,8 @@ use crate::study::Study;
 /// Runs cases with buffers of its own, some together.
 pub(crate) struct Worker<'a> {
     study: &'a Study,
+    /// Points in the place of the cases of the plan: a value for each axis, in its unit.
+    points: Option<&'a [Vec<f64>]>,
     /// The equations that all cases share, with the values of this one.
     shared: Simulation,
     /// By axis: in its unit, and of parameters in SI.
@@ -41,8 +43,14 @@ struct Ready {
 
 impl<'a> Worker<'a> {
     pub(crate) fn new(study: &'a Study) -> Self {
+        Self::at(study, None)
+    }
+
+    /// Runs these points in the place of the cases of the plan, if there are any.
+    pub(crate) fn at(study: &'a Study, points: Option<&'a [Vec<f64>]>) -> Self {
         Self {
             study,
+            points,
             shared: study.simulation.clone(),
             numbers: vec![0.0; study.inputs.len()],
             varied: Vec::new(),
@@ -79,7 +87,10 @@ impl<'a> Worker<'a> {
     /// The row of a case, without results, with its values taken.
     fn row(&mut self, case: u64) -> Row {
         let study = self.study;
-        study.request.plan.case(case, &mut self.numbers);
+        match usize::try_from(case).ok().zip(self.points) {
+            Some((case, points)) => self.numbers.clone_from(&points[case]),
+            None => study.request.plan.case(case, &mut self.numbers),
+        }
         let inputs = study.inputs.iter().zip(&self.numbers);
         let inputs: Vec<f64> = inputs.map(|(input, &number)| input.to_si(number)).collect();
         self.sort(&inputs);

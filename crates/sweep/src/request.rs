@@ -23,6 +23,8 @@ pub struct Request {
     pub fixed: Vec<(String, String)>,
     /// Joints that yield, each by name and stiffness.
     pub compliance: Vec<(String, String)>,
+    /// Whether positions alone are asked for: bodies need no masses then, and no case can be run.
+    pub is_geometry: bool,
     /// The cases.
     pub plan: Plan,
     /// The outputs of each run, as for [`Outputs::read`](crate::Outputs::read).
@@ -41,6 +43,7 @@ impl Request {
             limits: Limits::default(),
             fixed: Vec::new(),
             compliance: Vec::new(),
+            is_geometry: false,
             plan,
             outputs: Vec::new(),
             changes: SolveChanges::default(),
@@ -67,8 +70,8 @@ impl Request {
             return Ok(model);
         }
         let (text, name, limits) = (&self.model, &self.name, self.limits);
-        let (overrides, promoted) = (&self.fixed, &promoted);
-        let source = Source { overrides, promoted, limits, ..Source::new(text, name) };
+        let (overrides, promoted, is_geometry) = (&self.fixed, &promoted, self.is_geometry);
+        let source = Source { overrides, promoted, limits, is_geometry, ..Source::new(text, name) };
         let Reading { model, diagnostics } = read(&source);
         model.ok_or(diagnostics)
     }
@@ -84,6 +87,9 @@ impl Request {
         let overrides = [self.fixed.as_slice(), set].concat();
         let (text, name, limits) = (&self.model, &self.name, self.limits);
         let varied: Vec<String> = set.iter().map(|(name, _)| name.clone()).collect();
-        read_recorded(&Source { overrides: &overrides, limits, ..Source::new(text, name) }, &varied)
+        let is_geometry = self.is_geometry;
+        let source =
+            Source { overrides: &overrides, limits, is_geometry, ..Source::new(text, name) };
+        read_recorded(&source, &varied)
     }
 }

@@ -75,7 +75,24 @@ impl Study {
         assert!(cases.end <= self.n_cases(), "cases {cases:?} of {}", self.n_cases());
         let counter = Counter::new(*monitor);
         let n_cases = cases.end - cases.start;
-        Ok(threads(n_jobs, n_cases)?.install(|| self.rows_counted(cases, &counter)))
+        Ok(threads(n_jobs, n_cases)?.install(|| self.rows_counted(cases, None, &counter)))
+    }
+
+    /// The rows of some points, each a value for every axis in its unit, in order; `None` when `monitor` stopped them.
+    /// `n_jobs` threads, or one per core for 0.
+    ///
+    /// # Errors
+    /// [`SweepError::Threads`].
+    pub fn rows_at(
+        &self,
+        points: &[Vec<f64>],
+        n_jobs: usize,
+        monitor: &Monitor<'_>,
+    ) -> Result<Option<Vec<Row>>, SweepError> {
+        let counter = Counter::new(*monitor);
+        let n = points.len() as u64;
+        let run = || self.rows_counted(0..n, Some(points), &counter);
+        Ok(threads(n_jobs, n)?.install(run))
     }
 
     /// How many parts there are: 64 to 128, or more of 8192 cases. Few enough that writing and joining
@@ -121,14 +138,19 @@ impl Study {
     }
 
     /// Rows ([`Study::rows`]) on the threads that this is called from.
-    fn rows_counted(&self, cases: Range<u64>, counter: &Counter<'_>) -> Option<Vec<Row>> {
+    fn rows_counted(
+        &self,
+        cases: Range<u64>,
+        points: Option<&[Vec<f64>]>,
+        counter: &Counter<'_>,
+    ) -> Option<Vec<Row>> {
         // As many together as leave every thread something to do.
         let (n, n_threads) = (cases.end - cases.start, rayon::current_num_threads() as u64);
         let size = (n / n_threads).clamp(1, ensemble_size() as u64);
         let groups: Vec<Range<u64>> = in_groups(cases, size).collect();
         let rows: Option<Vec<Vec<Row>>> = groups
             .into_par_iter()
-            .map_init(|| Worker::new(self), |worker, cases| counter.counted(worker, cases))
+            .map_init(|| Worker::at(self, points), |worker, cases| counter.counted(worker, cases))
             .collect();
         Some(rows?.into_iter().flatten().collect())
     }

@@ -9,13 +9,14 @@ use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{Reading, Recording};
 use bksim::model::{Model, SolveOptions};
 use bksim::record::Channels;
+use bksim::sim::run::Sample;
 use bksim::{Mechanism, Rejected, Simulation, VERSION};
 use sha2::{Digest, Sha256};
 
 use crate::axis::Axis;
 use crate::codes;
 use crate::input::{Input, Quantity, inputs, overrides};
-use crate::output::{Output, Outputs};
+use crate::output::{Output, Outputs, Reducer};
 use crate::parquet::{Column, Layout, entry};
 use crate::plan::Plan;
 use crate::request::Request;
@@ -75,7 +76,11 @@ impl Study {
 
         // Equations and the channels of their samples.
         let model_name = model.name.clone();
-        let mechanism = Mechanism::derive(model, Vec::new())?;
+        let mechanism = if request.is_geometry {
+            Mechanism::positions(model)?
+        } else {
+            Mechanism::derive(model, Vec::new())?
+        };
         let channels = Channels::new(&mechanism);
 
         // Outputs.
@@ -96,6 +101,47 @@ impl Study {
             layout: OnceLock::new(),
             request,
         })
+    }
+
+    /// The model with its equations, at the values of one case.
+    pub fn mechanism(&self) -> Mechanism {
+        self.simulation.mechanism()
+    }
+
+    /// The parameters of the model where its axes have these values, SI; `None` where the model refuses them or is
+    /// another one there. Initial values have no part in them.
+    pub fn parameters_at(&self, point: &[f64]) -> Option<Vec<f64>> {
+        let of_parameters = self.inputs.iter().zip(point);
+        let is_parameter = |input: &&Input| input.quantity == Quantity::Parameter;
+        let varied: Vec<f64> = of_parameters
+            .filter(|(input, _)| is_parameter(input))
+            .map(|(_, &value)| value)
+            .collect();
+        let mut parameters = self.simulation.parameters().to_vec();
+        let (mut values, mut options) = (Vec::new(), self.options.clone());
+        let is_known = self.recording.replay(&varied, &mut values, &mut parameters, &mut options);
+        is_known.then_some(parameters)
+    }
+
+    /// By axis: the initial value of the model that it varies; `None` of a parameter.
+    pub fn initial_values(&self) -> Vec<Option<usize>> {
+        let of = |input: &Input| match input.quantity {
+            Quantity::Parameter => None,
+            Quantity::Initial(idx) => Some(idx),
+        };
+        self.inputs.iter().map(of).collect()
+    }
+
+    /// The outputs of one sample of a mechanism that is not run, as of a pose, at some parameters.
+    pub fn outputs_of(&self, parameters: &[f64], samples: &[Sample]) -> Vec<f64> {
+        let mut reducer = Reducer::new(&self.outputs, parameters);
+        reducer.begin(&self.outputs, parameters);
+        for sample in samples {
+            reducer.take(&self.outputs, &self.channels, sample);
+        }
+        let mut values = Vec::new();
+        reducer.finish(&self.outputs, &mut values);
+        values
     }
 
     /// Number of cases.

@@ -63,6 +63,15 @@ fn typed(rows: &[(&'static str, &'static [&'static str])]) -> Holds {
     Holds::Named(rows.iter().map(form).collect())
 }
 
+/// Keys of `[optimize]`.
+const OPTIMIZE_KEYS: [&str; 7] =
+    ["minimize", "maximize", "vary", "subject_to", "over", "cases", "starts"];
+/// Keys of `[fit]`.
+const FIT_KEYS: [&str; 8] =
+    ["vary", "unknowns", "compare", "drive", "sigma", "delay", "loss", "scale"];
+/// Keys of `[tolerance]`.
+const TOLERANCE_KEYS: [&str; 6] = ["of", "limits", "at", "distribution", "samples", "seed"];
+
 fn named(keys: &[&'static str]) -> Holds {
     Holds::Named(vec![TableForm { word: None, keys: [keys, &REPEAT_KEYS[..]].concat() }])
 }
@@ -111,6 +120,10 @@ pub fn sections() -> Vec<SectionForm> {
         "drives" => named(&DRIVE_KEYS),
         "solve" => table(SOLVE_KEYS),
         "io" => table(IO_KEYS),
+        // Questions of design, which `crates/design` reads.
+        "optimize" => table(&OPTIMIZE_KEYS),
+        "fit" => table(&FIT_KEYS),
+        "tolerance" => table(&TOLERANCE_KEYS),
         _ => Holds::Open,
     };
     SECTIONS.iter().map(|name| SectionForm { name, holds: holds(name) }).collect()

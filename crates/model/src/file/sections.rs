@@ -38,6 +38,9 @@ pub(super) const SECTIONS: &[&str] = &[
     "initial",
     "solve",
     "io",
+    "optimize",
+    "fit",
+    "tolerance",
 ];
 
 impl Reader<'_> {
