@@ -4,7 +4,7 @@ use bksim_model::diagnostic::Page;
 use bksim_model::file;
 use bksim_sim::codes;
 
-use crate::sweep_codes;
+use crate::{design_codes, sweep_codes};
 
 /// Every code there is, those of models, runs and drawings first, with its page.
 pub fn explained_codes() -> impl Iterator<Item = &'static Page> {
@@ -12,7 +12,7 @@ pub fn explained_codes() -> impl Iterator<Item = &'static Page> {
     let of_runs = file::PAGES.iter().chain(codes::PAGES).chain(bksim_cad::codes::PAGES);
     let of_runs =
         of_runs.chain(bksim_import::PAGES).chain(bksim_edit::PAGES).chain(bksim_fmu::PAGES);
-    of_runs.chain(sweep_codes::PAGES).chain(of_questions)
+    of_runs.chain(sweep_codes::PAGES).chain(design_codes::PAGES).chain(of_questions)
 }
 
 /// The page of a code such as `M012`; letters may be lower case.

@@ -1,0 +1,99 @@
+//! Questions of design as a model states them: the sections `[optimize]`, `[fit]` and `[tolerance]`.
+
+use std::collections::BTreeMap;
+
+use bksim::model::diagnostic::Diagnostic;
+use serde::Deserialize;
+use serde_spanned::Spanned;
+
+use crate::codes;
+use crate::error::DesignError;
+
+/// A text or a number, as values of models are written.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+pub(crate) enum Written {
+    Text(String),
+    Number(f64),
+    Whole(i64),
+}
+
+impl Written {
+    pub(crate) fn text(&self) -> String {
+        match self {
+            Self::Text(text) => text.clone(),
+            Self::Number(number) => number.to_string(),
+            Self::Whole(number) => number.to_string(),
+        }
+    }
+}
+
+/// The section of a text, and where it is; `None` of a text that has none.
+///
+/// # Errors
+/// [`codes::BAD_QUESTION`] for keys and values that the section does not have.
+pub(crate) fn section<T: for<'d> Deserialize<'d>>(
+    text: &str,
+    name: &str,
+    example: &str,
+) -> Result<Option<T>, DesignError> {
+    let bad = |message: String, span: Option<std::ops::Range<usize>>| {
+        let message = message.lines().next().unwrap_or_default().to_owned();
+        let what = format!("`[{name}]` cannot be read: {message}");
+        let fault = Diagnostic::error(codes::BAD_QUESTION, what).help(example);
+        DesignError::from(match span {
+            Some(span) => fault.at(span, ""),
+            None => fault,
+        })
+    };
+    let sections: BTreeMap<String, Spanned<toml::Value>> =
+        toml::from_str(text).map_err(|error| bad(error.message().to_owned(), error.span()))?;
+    if !sections.contains_key(name) {
+        return Ok(None);
+    }
+    // Read from the text, so that faults have their places.
+    let mut all: BTreeMap<String, Section<T>> = {
+        let only = only(text, name);
+        toml::from_str(&only).map_err(|error| bad(error.message().to_owned(), error.span()))?
+    };
+    Ok(all.remove(name).map(|section| section.0))
+}
+
+/// One section.
+#[derive(Deserialize)]
+#[serde(transparent)]
+struct Section<T>(T);
+
+/// The text with blanks in place of all other sections, so that positions stay.
+fn only(text: &str, name: &str) -> String {
+    let mut is_own = false;
+    let mut out = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        if let Some(header) = line.trim_start().strip_prefix('[') {
+            let header = header.trim_start_matches('[').trim_start();
+            let rest = header.strip_prefix(name).map(str::trim_start);
+            is_own = rest.is_some_and(|rest| rest.starts_with([']', '.']));
+        }
+        if is_own {
+            out.push_str(line);
+        } else {
+            out.extend(
+                line.chars()
+                    .flat_map(|c| if c == '\n' { vec!['\n'] } else { vec![' '; c.len_utf8()] }),
+            );
+        }
+    }
+    out
+}
+
+/// A fault with its place, where the text of the model has what it is about.
+pub(crate) fn located(fault: DesignError, text: &str, about: &str) -> DesignError {
+    let DesignError::Rejected(bksim::Rejected(mut faults)) = fault else { return fault };
+    if let ([only], Some(at)) = (faults.as_mut_slice(), text.find(about))
+        && only.labels.is_empty()
+        && !about.is_empty()
+    {
+        *only = only.clone().at(at..at + about.len(), "");
+    }
+    bksim::Rejected(faults).into()
+}

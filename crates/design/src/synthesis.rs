@@ -1,0 +1,110 @@
+//! Linkages from what they are to do: functions, poses, cognates, quick returns, straight lines.
+//!
+//! Each task is a table `[synthesize]`; each linkage that is found is checked and is the text of a model that solves.
+
+mod four_bar;
+mod function;
+mod lines;
+mod polynomial;
+mod poses;
+mod quick_return;
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::base::Quantity;
+use crate::codes;
+use crate::error::DesignError;
+use crate::spec::{Written, section};
+
+/// A linkage that does a task.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct Candidate {
+    /// The name of its model.
+    pub name: String,
+    /// Lengths, angles and places, SI.
+    pub numbers: BTreeMap<String, f64>,
+    /// Grashof's type of a four-bar, as Barker names it.
+    pub kind: Option<String>,
+    /// Facts that hold or do not: order, branch.
+    pub checks: BTreeMap<String, bool>,
+    /// The text of its model.
+    #[serde(skip)]
+    pub model: String,
+}
+
+/// The answer.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct Synthesis {
+    /// The task.
+    pub task: String,
+    /// Numbers of the task as a whole, by name.
+    pub facts: BTreeMap<String, Vec<f64>>,
+    /// The linkages, the best first where they are ranked.
+    pub candidates: Vec<Candidate>,
+}
+
+/// A point.
+type Point = [f64; 2];
+
+/// One task with its numbers.
+#[derive(Deserialize, Debug)]
+#[serde(tag = "task", rename_all = "snake_case", deny_unknown_fields)]
+enum Task {
+    Function(function::Wish),
+    Poses(poses::Wish),
+    Cognates(four_bar::CognateWish),
+    QuickReturn(quick_return::Wish),
+    StraightLine(lines::Wish),
+}
+
+const EXAMPLE: &str = "write a table `[synthesize]` with `task = \"function\"`, `\"poses\"`, `\"cognates\"`, `\"quick_return\"` or `\"straight_line\"`; docs/design.md has the keys of each";
+
+/// Does the task of a text.
+///
+/// # Errors
+/// [`codes::BAD_QUESTION`] for what cannot be read, [`codes::NO_LINKAGE`] where there is no solution.
+pub fn synthesize(text: &str) -> Result<Synthesis, DesignError> {
+    let task: Option<Task> = section(text, "synthesize", EXAMPLE)?;
+    let Some(task) = task else {
+        return Err(DesignError::fault(
+            codes::NOTHING_ASKED,
+            "the file has no table `[synthesize]`",
+            EXAMPLE,
+        ));
+    };
+    match task {
+        Task::Function(wish) => function::solve(&wish),
+        Task::Poses(wish) => poses::solve(&wish),
+        Task::Cognates(wish) => four_bar::cognates(&wish),
+        Task::QuickReturn(wish) => quick_return::solve(&wish),
+        Task::StraightLine(wish) => lines::solve(&wish),
+    }
+}
+
+/// A value in SI.
+fn si(value: &Written) -> Result<f64, DesignError> {
+    let text = value.text();
+    Quantity::read(&text).map(|quantity| quantity.value).ok_or_else(|| {
+        let message = format!("`{text}` is no value");
+        DesignError::fault(
+            codes::BAD_QUESTION,
+            message,
+            "write a number with its unit, as in `\"120 mm\"` or `\"30 deg\"`",
+        )
+    })
+}
+
+fn all_si(values: &[Written]) -> Result<Vec<f64>, DesignError> {
+    values.iter().map(si).collect()
+}
+
+fn optional(value: Option<&Written>) -> Result<Option<f64>, DesignError> {
+    value.map(si).transpose()
+}
+
+/// No linkage does the task.
+fn none(why: &str, help: &str) -> DesignError {
+    DesignError::fault(codes::NO_LINKAGE, why, help)
+}

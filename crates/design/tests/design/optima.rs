@@ -1,0 +1,280 @@
+//! Optima against closed forms.
+
+use bksim_design::{OptimizeWish, Optimized, Source, Watch, optimize};
+
+fn solved(text: &str) -> Optimized {
+    let source = Source { text: text.to_owned(), name: "model".to_owned(), ..Source::default() };
+    let wish = OptimizeWish::of_model(text).expect("a question");
+    optimize(&source, &wish, Watch::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn value(found: &Optimized, name: &str) -> f64 {
+    let of = |q: &&bksim_design::Optimum| q.name == name;
+    found.quantities.iter().find(of).map_or(f64::NAN, |q| q.after)
+}
+
+#[track_caller]
+fn is_close(value: f64, expected: f64, tolerance: f64) {
+    assert!((value - expected).abs() <= tolerance * expected.abs(), "{value} for {expected}");
+}
+
+/// An arm held by a spring over 30 to 150 degrees from the upward vertical: the moment that is left.
+fn arm(question: &str) -> String {
+    format!(
+        r#"
+[parameters]
+mass = "4.5 kg"
+k = "800 N/m"
+L0 = "0.09 m"
+[ground]
+points = {{ H = [0, "0.25 m"] }}
+[bodies.arm]
+mass = "mass"
+inertia = 0
+com = ["0.42 m", 0]
+points = {{ P = ["0.12 m", 0] }}
+[joints.A]
+type = "revolute"
+between = ["ground", "arm"]
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-9.81 m/s^2"]
+[loads.spring]
+type = "spring"
+between = ["ground.H", "arm.P"]
+stiffness = "k"
+length = "L0"
+[drives.motor]
+joint = "A"
+motion = "60 deg - 120 deg/s*t"
+[outputs]
+moment = "drives.motor"
+[solve]
+t_end = "1 s"
+every = "0.2 ms"
+[optimize]
+{question}
+"#
+    )
+}
+
+const RMS: &str = r#"minimize = "rms(outputs.moment)"
+vary = { k = ["100 N/m", "3 kN/m"] }"#;
+const PEAK: &str = r#"minimize = "max(abs(outputs.moment))"
+vary = { k = ["100 N/m", "3 kN/m"] }"#;
+
+#[test]
+fn a_spring_of_least_rms_balances_an_arm() {
+    let found = solved(&arm(RMS));
+    is_close(value(&found, "k"), 930.609421454451, 1e-6);
+    is_close(found.after, 1.75922923355553, 1e-7);
+    assert!(found.converged, "{found:?}");
+    assert!(found.model.contains("k = \"0.930"), "the unit of the range stays: {}", found.model);
+}
+
+#[test]
+fn a_spring_of_least_peak_has_two_equal_peaks() {
+    let found = solved(&arm(PEAK));
+    is_close(value(&found, "k"), 1001.81395207158, 1e-6);
+    is_close(found.after, 2.80742278079187, 1e-7);
+}
+
+#[test]
+fn a_spring_without_length_balances_everywhere() {
+    let text = arm(RMS).replace("L0 = \"0.09 m\"", "L0 = 0");
+    let found = solved(&text);
+    is_close(value(&found, "k"), 618.03, 1e-8);
+    assert!(found.after < 1e-6, "{}", found.after);
+}
+
+#[test]
+fn a_condition_has_its_worth() {
+    // The peak as a condition of the least stiffness.
+    let question = r#"minimize = "k"
+vary = { k = ["100 N/m", "3 kN/m"] }
+subject_to = ["max(abs(outputs.moment)) <= 3.5 N*m"]"#;
+    let found = solved(&arm(question));
+    let condition = &found.conditions[0];
+    assert!(condition.is_active, "{condition:?}");
+    // Against the optimum with a bound that is a little larger.
+    let more = solved(&arm(&question.replace("3.5", "3.51")));
+    let slope = (more.after - found.after) / 0.01;
+    is_close(condition.worth, slope, 2e-2);
+}
+
+#[test]
+fn counterweights_take_the_shaking_force_of_a_four_bar_away() {
+    let text = r#"
+[parameters]
+ux1 = "0 kg*m"
+uy1 = "0 kg*m"
+ux2 = "0 kg*m"
+uy2 = "0 kg*m"
+[ground]
+points = { A = [0, 0], D = ["0.18 m", 0] }
+[bodies.crank]
+mass = "0.3 kg"
+inertia = "1e-4 kg*m^2"
+com = ["0.025 m + ux1/0.3 kg^-1", "0.004 m + uy1/0.3 kg^-1"]
+points = { A = [0, 0], B = ["0.06 m", 0] }
+[bodies.coupler]
+mass = "0.5 kg"
+inertia = "1e-3 kg*m^2"
+com = ["0.07 m", "0.02 m"]
+points = { B = [0, 0], C = ["0.16 m", 0] }
+[bodies.rocker]
+mass = "0.4 kg"
+inertia = "1e-3 kg*m^2"
+com = ["0.05 m + ux2/0.4 kg^-1", "-0.006 m + uy2/0.4 kg^-1"]
+points = { D = [0, 0], C = ["0.11 m", 0] }
+[joints]
+A = { type = "revolute", between = ["ground.A", "crank.A"] }
+B = { type = "revolute", between = ["crank.B", "coupler.B"] }
+C = { type = "revolute", between = ["coupler.C", "rocker.C"] }
+D = { type = "revolute", between = ["ground.D", "rocker.D"] }
+[drives.motor]
+joint = "A"
+motion = "0.1 rad + 40 rad/s*t"
+[initial]
+D = { guess = { angle = "100 deg" } }
+[solve]
+t_end = "0.157 s"
+every = "1 ms"
+[optimize]
+minimize = "rms(hypot(reactions.A.fx + reactions.D.fx, reactions.A.fy + reactions.D.fy))"
+vary = { ux1 = ["-0.1 kg*m", "0.1 kg*m"], uy1 = ["-0.1 kg*m", "0.1 kg*m"], ux2 = ["-0.1 kg*m", "0.1 kg*m"], uy2 = ["-0.1 kg*m", "0.1 kg*m"] }
+"#
+    .replace("ux1/0.3 kg^-1", "ux1/(0.3 kg)")
+    .replace("uy1/0.3 kg^-1", "uy1/(0.3 kg)")
+    .replace("ux2/0.4 kg^-1", "ux2/(0.4 kg)")
+    .replace("uy2/0.4 kg^-1", "uy2/(0.4 kg)");
+    let found = solved(&text);
+    for (name, exact) in
+        [("ux1", -0.024375), ("uy1", 0.00255), ("ux2", -0.0440625), ("uy2", -0.004475)]
+    {
+        let value = value(&found, name);
+        assert!((value - exact).abs() < 1e-7, "{name}: {value} for {exact}");
+    }
+    assert!(found.after < 1e-4 && found.before.is_some_and(|before| before > 40.0), "{found:?}");
+}
+
+#[test]
+fn the_least_flywheel_keeps_a_press_within_its_fluctuation() {
+    let text = r#"
+[parameters]
+J = "60 kg*m^2"
+[bodies.shaft]
+mass = "1 kg"
+inertia = "J"
+[joints.A]
+type = "revolute"
+between = ["ground", "shaft"]
+[loads.torque]
+type = "torque"
+joint = "A"
+value = "900 N m/(6*pi) - if(A.angle > 150 deg, if(A.angle < 180 deg, 900 N m*sin(pi*(A.angle - 150 deg)/(30 deg)), 0 N m), 0 N m)"
+[initial]
+A = { angle = "0 rad", rate = "12 rad/s" }
+[solve]
+t_end = "0.523 s"
+every = "50 us"
+[optimize]
+minimize = "J"
+vary = { J = ["10 kg*m^2", "200 kg*m^2"], "A.rate" = ["8 rad/s", "16 rad/s"] }
+subject_to = [
+  "max(A.rate) - min(A.rate) <= 0.04*12 rad/s",
+  "0.5*(max(A.rate) + min(A.rate)) == 12 rad/s",
+]
+"#;
+    let found = solved(text);
+    is_close(value(&found, "J"), 47.8163664406686, 1e-5);
+    assert!(found.conditions.iter().all(|c| c.is_active), "{found:?}");
+}
+
+#[test]
+fn a_swing_is_met_over_positions_without_masses() {
+    let text = r#"
+[parameters]
+a = "0.03 m"
+[ground]
+points = { A = [0, 0], D = ["0.18 m", 0] }
+[bodies.crank]
+points = { A = [0, 0], B = ["a", 0] }
+[bodies.coupler]
+points = { B = [0, 0], C = ["0.17 m", 0] }
+[bodies.rocker]
+points = { D = [0, 0], C = ["0.12 m", 0] }
+[joints]
+A = { type = "revolute", between = ["ground.A", "crank.A"] }
+B = { type = "revolute", between = ["crank.B", "coupler.B"] }
+C = { type = "revolute", between = ["coupler.C", "rocker.C"] }
+D = { type = "revolute", between = ["ground.D", "rocker.D"] }
+[initial]
+A = { angle = "40 deg" }
+D = { guess = { angle = "85 deg" } }
+[optimize]
+maximize = "a"
+over = "A.angle=0:360 deg:2001"
+vary = { a = ["10 mm", "65 mm"] }
+subject_to = ["peak_to_peak(D.angle) <= 40 deg"]
+"#;
+    let found = solved(text);
+    // The limits of the rocker: crank and coupler in line.
+    let (a, b, c, d) = (value(&found, "a"), 0.17_f64, 0.12_f64, 0.18_f64);
+    let at = |r: f64| ((c * c + d * d - r * r) / (2.0 * c * d)).acos();
+    let swing = (at(b + a) - at(b - a)).to_degrees();
+    assert!((swing - 40.0).abs() < 1e-4, "{swing}, {found:?}");
+    assert!(found.conditions[0].worth > 0.0, "{found:?}");
+}
+
+#[test]
+fn an_equilibrium_is_where_it_is_wanted_in_the_worst_case() {
+    // k φ = m g l cos φ.
+    let text = r#"
+[parameters]
+k = "10 N m/rad"
+m = "2 kg"
+[bodies.bob]
+mass = "m"
+inertia = 0
+com = ["0.5 m", 0]
+[joints.A]
+type = "revolute"
+between = ["ground", "bob"]
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-9.81 m/s^2"]
+[loads.spring]
+type = "torque"
+joint = "A"
+value = "-k*A.angle"
+[initial]
+A = { angle = "-20 deg" }
+[optimize]
+minimize = "k"
+over = "static"
+vary = { k = ["5 N m/rad", "60 N m/rad"] }
+subject_to = ["A.angle >= -30 deg"]
+cases = { light = { m = "1 kg" }, heavy = { m = "2 kg" } }
+"#;
+    let found = solved(text);
+    let exact =
+        2.0 * 9.81 * 0.5 * (std::f64::consts::PI / 6.0).cos() / (std::f64::consts::PI / 6.0);
+    is_close(value(&found, "k"), exact, 1e-8);
+    let active: Vec<bool> = found.conditions.iter().map(|c| c.is_active).collect();
+    assert_eq!(active, [true, false], "heavy, then light: {:?}", found.conditions);
+}
+
+#[test]
+fn conditions_that_exclude_each_other_are_named() {
+    let question = r#"minimize = "k"
+vary = { k = ["100 N/m", "3 kN/m"] }
+subject_to = ["max(abs(outputs.moment)) <= 1 N m"]"#;
+    let text = arm(question);
+    let source = Source { text: text.clone(), name: "model".to_owned(), ..Source::default() };
+    let wish = OptimizeWish::of_model(&text).expect("a question");
+    let error = optimize(&source, &wish, Watch::default()).expect_err("a fault");
+    let fault = &error.diagnostics()[0];
+    assert_eq!(fault.code.0, "O008");
+    assert!(fault.message.contains("<= 1 N m") && fault.message.contains("1.8"), "{fault:?}");
+}
