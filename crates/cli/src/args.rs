@@ -3,6 +3,7 @@
 pub mod analysis;
 pub(crate) mod cad;
 pub(crate) mod code;
+pub mod design;
 pub(crate) mod draw;
 pub(crate) mod edit;
 pub(crate) mod fmu;
@@ -101,6 +102,14 @@ pub(crate) enum Command {
     Solve(Solve),
     /// Solve at many parameter values, on all cores, into one table.
     Sweep(sweep::Sweep),
+    /// Find the best values of parameters under conditions.
+    Optimize(design::Optimize),
+    /// Find parameters from measured curves, with standard errors.
+    Fit(design::Fit),
+    /// Find what limits of lengths do: proved bounds, samples.
+    Tolerance(design::Tolerance),
+    /// Find linkages for a task, each a model that solves.
+    Synthesize(design::Synthesize),
     /// Write a picture or a film, without a window.
     Render(render::Render),
     /// Show a model or a log moving, in a window.

@@ -32,6 +32,7 @@ use std::path::Path;
 use clap::{CommandFactory, FromArgMatches};
 
 use crate::args::analysis::{Bode, Doctor, Inverse, Kinematics, Polygons};
+use crate::args::design::{Fit, Optimize, Synthesize, Tolerance};
 use crate::args::groups::with_groups;
 use crate::args::live::Edit;
 use crate::args::page::Page;
@@ -70,6 +71,14 @@ pub enum StudioCommand<'a> {
     Render(&'a Render),
     /// One model at many parameter values.
     Sweep(&'a Sweep),
+    /// The best values of parameters.
+    Optimize(&'a Optimize),
+    /// Parameters from measured curves.
+    Fit(&'a Fit),
+    /// What limits of lengths do.
+    Tolerance(&'a Tolerance),
+    /// Linkages for a task.
+    Synthesize(&'a Synthesize),
     /// A window.
     View(&'a View),
 }
@@ -90,6 +99,10 @@ impl StudioCommand<'_> {
             Self::Polygons(..) => "polygons",
             Self::Render(_) => "render",
             Self::Sweep(_) => "sweep",
+            Self::Optimize(_) => "optimize",
+            Self::Fit(_) => "fit",
+            Self::Tolerance(_) => "tolerance",
+            Self::Synthesize(_) => "synthesize",
             Self::View(_) => "view",
         }
     }
@@ -232,6 +245,10 @@ fn done(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>) {
         Command::Fmu(args) => own("fmu", commands::fmu::run(args, json, nesting)),
         Command::Solve(args) => own("solve", commands::solve::run(args, json, nesting)),
         Command::Sweep(args) => studio(StudioCommand::Sweep(args)),
+        Command::Optimize(args) => studio(StudioCommand::Optimize(args)),
+        Command::Fit(args) => studio(StudioCommand::Fit(args)),
+        Command::Tolerance(args) => studio(StudioCommand::Tolerance(args)),
+        Command::Synthesize(args) => studio(StudioCommand::Synthesize(args)),
         Command::Render(args) => studio(StudioCommand::Render(args)),
         Command::View(args) => studio(StudioCommand::View(args)),
         Command::Export(args) => match args.parquet() {

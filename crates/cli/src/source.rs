@@ -26,7 +26,10 @@ pub fn load(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failure> {
 }
 
 /// Model as of [`load()`], for positions alone: bodies need no masses.
-pub(crate) fn load_geometry(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failure> {
+///
+/// # Errors
+/// As [`load()`].
+pub fn load_geometry(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failure> {
     load_as(args, max_nesting, true)
 }
 

@@ -1,6 +1,7 @@
 //! One file per command.
 
 pub(crate) mod bode;
+pub(crate) mod design;
 pub(crate) mod edit;
 pub(crate) mod inverse;
 pub(crate) mod module;

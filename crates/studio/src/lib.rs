@@ -60,6 +60,10 @@ fn studio(command: StudioCommand<'_>, common: Common) -> Result<Status, Failure>
         StudioCommand::Modes(args) | StudioCommand::Render(args) => {
             commands::render::run(args, json, nesting)
         }
+        StudioCommand::Optimize(args) => commands::design::optimize(args, json, nesting),
+        StudioCommand::Fit(args) => commands::design::fit(args, json, nesting),
+        StudioCommand::Tolerance(args) => commands::design::tolerance(args, json, nesting),
+        StudioCommand::Synthesize(args) => commands::design::synthesize(args, json),
         StudioCommand::Sweep(args) => commands::sweep::run(args, json, nesting),
         StudioCommand::View(args) => commands::view::run(args, json, nesting),
     }

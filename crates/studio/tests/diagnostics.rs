@@ -102,6 +102,11 @@ fn units() {
 }
 
 #[test]
+fn designs() {
+    check('O');
+}
+
+#[test]
 fn questions() {
     check('Q');
 }

@@ -10,8 +10,21 @@ use common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 /// Objects keyed by names of the model, written `a.*` in the page.
-const BY_NAME: [&str; 8] =
-    ["q", "v", "a", "lambda", "parameters", "options", "results", "attachments[].values"];
+const BY_NAME: [&str; 13] = [
+    "q",
+    "v",
+    "a",
+    "lambda",
+    "parameters",
+    "options",
+    "results",
+    "attachments[].values",
+    "facts",
+    "candidates[].numbers",
+    "candidates[].checks",
+    "poses[].at",
+    "open.null_vectors[]",
+];
 
 type Keys = BTreeMap<String, Vec<String>>;
 
@@ -73,6 +86,66 @@ roller = { type = "cam", law = "lift", base_circle = "30 mm", follower = { kind 
 [joints.O]
 type = "revolute"
 between = ["ground", "cam"]
+"#;
+
+/// A swing with questions of design.
+const SWING: &str = r#"
+[parameters]
+k = "20 N m/rad"
+j = 1.0
+idle = 1.0
+[bodies.bob]
+mass = "2 kg"
+inertia = 0
+com = [0, "-0.5 m"]
+[joints.A]
+type = "revolute"
+between = ["ground", "bob"]
+[loads.spring]
+type = "torque"
+joint = "A"
+value = "-k*j*A.angle"
+[initial]
+A = { angle = "20 deg" }
+[solve]
+t_end = "1 s"
+[optimize]
+minimize = "k"
+vary = { k = ["10 N m/rad", "90 N m/rad"] }
+subject_to = ["max(A.rate) >= 2 rad/s"]
+[fit]
+vary = ["k", "j", "idle", "A.angle"]
+compare = { theta = "A.angle" }
+"#;
+
+/// A four-bar with questions of design.
+const BAR: &str = r#"
+[parameters]
+a = "60 mm"
+b = "170 mm"
+c = "120 mm"
+d = "180 mm"
+[ground]
+points = { A = [0, 0], D = ["d", 0] }
+[bodies.crank]
+points = { A = [0, 0], B = ["a", 0] }
+[bodies.coupler]
+points = { B = [0, 0], C = ["b", 0] }
+[bodies.rocker]
+points = { D = [0, 0], C = ["c", 0] }
+[joints]
+A = { type = "revolute", between = ["ground.A", "crank.A"] }
+B = { type = "revolute", between = ["crank.B", "coupler.B"] }
+C = { type = "revolute", between = ["coupler.C", "rocker.C"] }
+D = { type = "revolute", between = ["ground.D", "rocker.D"] }
+[initial]
+A = { angle = "40 deg" }
+D = { guess = { angle = "85 deg" } }
+[tolerance]
+of = "rocker.angle"
+at = { "A.angle" = "40 deg" }
+limits = { a = "±0.1 mm", c = "±0.15 mm" }
+samples = 100
 "#;
 
 /// A block on two guides in one line, which part where `h` is not zero.
@@ -139,7 +212,33 @@ fn the_page_lists_the_keys_that_are_printed() {
     place.write("guides.toml", GUIDES);
     place.write("cam.toml", CAM);
     place.write("undercut.toml", CAM.replace("30 mm", "5 mm"));
+    place.write("swing.toml", SWING);
+    place.write(
+        "swing.csv",
+        "t [s],theta [deg]\n0,20\n0.1,18.9\n0.2,15.7\n0.3,10.7\n0.4,4.7\n0.5,-2\n",
+    );
+    place.write("bar.toml", BAR);
+    let longer = "[optimize]\nmaximize = \"b\"\nvary = { b = [\"150 mm\", \"200 mm\"] }\nover = \"A.angle=40:50 deg:3\"\n";
+    let open = BAR.replace("b = \"170 mm\"", "b = \"400 mm\"");
+    place.write("open.toml", format!("{BAR}{longer}subject_to = [\"min(D.angle) >= 0 deg\"]\n"));
+    place.write("wide.toml", open.replace("[tolerance]", &format!("{longer}[tolerance]")));
+    place.write(
+        "lever.toml",
+        "[synthesize]\ntask = \"quick_return\"\ntime_ratio = 1.6\nground = 0.3\n",
+    );
+    place.write(
+        "three.toml",
+        "[synthesize]\ntask = \"function\"\nphi = [0.5, 1, 1.5]\npsi = [1, 1.4, 2]\n",
+    );
     let commands = [
+        "optimize swing.toml -o spring.toml",
+        "optimize open.toml",
+        "fit swing.toml --data swing.csv -o fitted.toml",
+        "fit swing.toml --data swing.csv --vary k",
+        "tolerance bar.toml",
+        "tolerance bar.toml --at 'A.angle=250deg'",
+        "synthesize lever.toml -o candidates",
+        "synthesize three.toml",
         "cam cam.toml flat -o flat.csv",
         "cam undercut.toml flat",
         "cam cam.toml knife --cutter 5mm",

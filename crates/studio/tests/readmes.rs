@@ -54,6 +54,11 @@ fn the_page_on_code_shows_what_is_printed() {
 }
 
 #[test]
+fn the_page_on_design_shows_what_is_printed() {
+    check(&root().join("docs/design.md"));
+}
+
+#[test]
 fn the_page_on_reports_shows_what_is_printed() {
     check(&root().join("docs/report.md"));
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use clap::Command;
 
 /// Headings of the help and the commands below each.
-const GROUPS: [(&str, &[&str]); 7] = [
+const GROUPS: [(&str, &[&str]); 8] = [
     ("Models", &["new", "check", "edit", "expand", "parts", "import", "cad"]),
     ("Equations", &["equations", "code", "fmu", "expr"]),
     ("Motion", &["assemble", "solve", "sweep", "gradient", "verify"]),
@@ -24,6 +24,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "cam",
         ],
     ),
+    ("Design", &["optimize", "fit", "tolerance", "synthesize"]),
     ("Results", &["info", "report", "export"]),
     ("Pictures", &["view", "render", "plot", "page"]),
     ("Help and tools", &["explain", "lsp", "schema", "completions", "man", "help"]),

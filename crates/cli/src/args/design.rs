@@ -1,0 +1,131 @@
+//! The arguments of `bksim optimize`, `fit`, `tolerance` and `synthesize`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{ModelArgs, Tuning, assignment};
+
+/// The best values of parameters: an objective, ranges and conditions.
+#[derive(Args, Debug)]
+#[command(after_help = OPTIMIZE_EXAMPLES)]
+pub struct Optimize {
+    /// The model.
+    #[command(flatten)]
+    pub model: ModelArgs,
+    /// Make this number of the mechanism least, in place of what `[optimize]` says.
+    #[arg(long, value_name = "OUTPUT", conflicts_with = "maximize")]
+    pub minimize: Option<String>,
+    /// Make this number largest.
+    #[arg(long, value_name = "OUTPUT")]
+    pub maximize: Option<String>,
+    /// Vary a parameter or a stated initial value, besides those of `[optimize]`: `l1=80 mm:120 mm`.
+    #[arg(long, value_name = "NAME=FROM:TO", value_parser = assignment)]
+    pub vary: Vec<(String, String)>,
+    /// Keep to a condition, besides those of `[optimize]`: "max(A.angle) <= 40 deg".
+    #[arg(long, value_name = "CONDITION")]
+    pub subject_to: Vec<String>,
+    /// `motion`, `static`, or positions over a range: "crank.angle=0:360 deg:361".
+    #[arg(long, value_name = "WHAT")]
+    pub over: Option<String>,
+    /// Try so many points of the ranges and follow the best, besides the model's own values.
+    #[arg(long, value_name = "N")]
+    pub starts: Option<u64>,
+    /// Write the model with the values of the optimum; all else in it stays as it is.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Overwrite an existing file.
+    #[arg(long)]
+    pub force: bool,
+    /// Settings of every run.
+    #[command(flatten)]
+    pub tuning: Tuning,
+}
+
+const OPTIMIZE_EXAMPLES: &str = "\
+Examples:
+  bksim optimize press.toml -o better.toml
+  bksim optimize lamp.toml --minimize 'rms(outputs.moment)' --vary 'k=100:3000 N/m'";
+
+/// Unknowns of a model and of sensors from measured curves.
+#[derive(Args, Debug)]
+#[command(after_help = FIT_EXAMPLES)]
+pub struct Fit {
+    /// The model.
+    #[command(flatten)]
+    pub model: ModelArgs,
+    /// A table of measurements (CSV), units in its first line: `t [s], theta [deg]`. Several are several runs.
+    #[arg(long, value_name = "FILE", required = true)]
+    pub data: Vec<PathBuf>,
+    /// Find a parameter or initial value, besides those of `[fit]`; with a value to begin with if wanted: `k=55 N/m`.
+    #[arg(long, value_name = "NAME[=START]")]
+    pub vary: Vec<String>,
+    /// Compare a column with a formula, besides those of `[fit]`: "theta=A.angle - offset".
+    #[arg(long, value_name = "COLUMN=FORMULA", value_parser = assignment)]
+    pub compare: Vec<(String, String)>,
+    /// Write the model with the estimates; all else in it stays as it is.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Overwrite an existing file.
+    #[arg(long)]
+    pub force: bool,
+    /// Settings of every run.
+    #[command(flatten)]
+    pub tuning: Tuning,
+}
+
+const FIT_EXAMPLES: &str = "\
+Examples:
+  bksim fit pendulum.toml --data swing.csv -o fitted.toml
+  bksim fit drive.toml --data up.csv --data down.csv --vary c --json";
+
+/// The effect of limits of lengths on poses: proved bounds, slopes, samples.
+#[derive(Args, Debug)]
+#[command(after_help = TOLERANCE_EXAMPLES)]
+pub struct Tolerance {
+    /// The model.
+    #[command(flatten)]
+    pub model: ModelArgs,
+    /// A result, besides those of `[tolerance]`: `rocker.angle`, "slider.P.x - d".
+    #[arg(long, value_name = "FORMULA")]
+    pub of: Vec<String>,
+    /// Limits of a parameter, besides those of `[tolerance]`: "l1=±0.1 mm".
+    #[arg(long, value_name = "NAME=LIMIT", value_parser = assignment)]
+    pub limit: Vec<(String, String)>,
+    /// Ask at a position, or at several of a range, in place of `[tolerance]`: "A.angle=0:360 deg:37".
+    #[arg(long, value_name = "NAME=VALUES", value_parser = assignment)]
+    pub at: Vec<(String, String)>,
+    /// `uniform`, `normal` or `triangular`.
+    #[arg(long, value_name = "WORD")]
+    pub distribution: Option<String>,
+    /// Samples of each pose.
+    #[arg(long, value_name = "N")]
+    pub samples: Option<u64>,
+    /// Other samples for each seed.
+    #[arg(long, value_name = "SEED")]
+    pub seed: Option<u64>,
+}
+
+const TOLERANCE_EXAMPLES: &str = "\
+Examples:
+  bksim tolerance clamp.toml
+  bksim tolerance four_bar.toml --of D.angle --limit 'a=±0.1 mm' --at 'A.angle=40 deg'";
+
+/// Linkages for a task, each a model that solves.
+#[derive(Args, Debug)]
+#[command(after_help = SYNTHESIZE_EXAMPLES)]
+pub struct Synthesize {
+    /// The task, a file with a table `[synthesize]`.
+    pub task: PathBuf,
+    /// Write the model of every linkage into this folder: NAME-1.toml, NAME-2.toml, …
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
+    /// Overwrite existing files.
+    #[arg(long)]
+    pub force: bool,
+}
+
+const SYNTHESIZE_EXAMPLES: &str = "\
+Examples:
+  bksim synthesize task.toml
+  bksim synthesize wiper.toml -o candidates";

@@ -1,0 +1,225 @@
+//! `bksim optimize`, `fit`, `tolerance` and `synthesize`: from arguments to questions of `bksim_design`, and answers in
+//! words.
+
+mod words;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use bksim_cli::args::ModelArgs;
+use bksim_cli::args::design::{Fit, Optimize, Synthesize, Tolerance};
+use bksim_cli::commands::solve::changes;
+use bksim_cli::exit::{Failure, Status};
+use bksim_cli::output;
+use bksim_cli::output_file::OutputFile;
+use bksim_cli::progress::{Progress, StopWish};
+use bksim_cli::render;
+use bksim_cli::source::{Loaded, Text, load_geometry, read_bytes};
+use bksim_design::{DataFile, DesignError, FitWish, OptimizeWish, Source, ToleranceWish, Watch};
+use serde::Serialize;
+use serde_json::Value;
+
+/// A model and the question it states, ready to be asked.
+struct Asked {
+    loaded: Loaded,
+    source: Source,
+    file: Option<OutputFile>,
+    stop: StopWish,
+    as_json: bool,
+}
+
+fn asked(
+    model: &ModelArgs,
+    (output, force): (Option<&Path>, bool),
+    (as_json, nesting): (bool, usize),
+) -> Result<Asked, Failure> {
+    let loaded = load_geometry(model, nesting)?;
+    let file = output.map(|path| {
+        OutputFile::plan(path, ("model", &[model.model.as_path()]), force, "nothing was computed")
+    });
+    let file = file.transpose()?;
+    let stop = StopWish::watch().map_err(|e| {
+        Failure::file(&model.model, format!("is not read: signals cannot be handled: {e}"), None)
+    })?;
+    let source = Source {
+        text: loaded.source.text.clone(),
+        name: loaded.model.name.clone(),
+        fixed: model.set.clone(),
+        nesting: Some(nesting),
+        ..Source::default()
+    };
+    Ok(Asked { loaded, source, file, stop, as_json })
+}
+
+fn failure(source: &Text, error: &DesignError) -> Failure {
+    match error.diagnostics() {
+        faults if faults.is_empty() => Failure::usage(error.to_string(), "run the command again"),
+        faults => source.rejected(faults).into(),
+    }
+}
+
+impl Asked {
+    /// Asks with progress on a terminal, until a signal comes.
+    fn answered<T>(
+        &self,
+        work: &str,
+        ask: impl FnOnce(Watch<'_>) -> Result<T, DesignError>,
+    ) -> Result<T, Failure> {
+        let progress = Progress::of(work, 0.0, 1.0);
+        let wish = &self.stop;
+        let stop = || wish.status().is_some();
+        let reached = |_: &str, share: f64| progress.reached(share);
+        let found = ask(Watch { stop: &stop, reached: &reached });
+        progress.finish();
+        found.map_err(|error| failure(&self.loaded.source, &error))
+    }
+
+    /// Writes the model of the answer, and prints the answer.
+    fn told(
+        &self,
+        command: &str,
+        found: &impl Serialize,
+        text: &str,
+        model: Option<&str>,
+    ) -> Result<Status, Failure> {
+        let status = self.stop.status().unwrap_or(Status::Done);
+        let mut written = None;
+        if let (Some(file), Some(model)) = (&self.file, model) {
+            write(file, model)?;
+            written = Some(file.path().display().to_string());
+        }
+        if self.as_json {
+            let mut body = serde_json::to_value(found).unwrap_or(Value::Null);
+            body["model"] = self.source.name.as_str().into();
+            body["output"] = written.into();
+            body["diagnostics"] = render::json_all(&self.loaded.source, &self.loaded.warnings);
+            output::json(command, body)?;
+        } else {
+            render::print_all(&self.loaded.source, &self.loaded.warnings);
+            output::text(text)?;
+            if let Some(name) = written {
+                output::report(&format!("wrote {name}"))?;
+            }
+        }
+        Ok(status)
+    }
+}
+
+fn write(file: &OutputFile, text: &str) -> Result<(), Failure> {
+    let mut out = file.create()?;
+    out.write_all(text.as_bytes()).map_err(|e| Failure::writing(file.path(), &e))?;
+    out.finish()
+}
+
+pub(crate) fn optimize(args: &Optimize, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let mut asked = asked(&args.model, (args.output.as_deref(), args.force), (as_json, nesting))?;
+    let fault = |error: DesignError| failure(&asked.loaded.source, &error);
+    let mut wish = OptimizeWish::of_model(&asked.source.text).map_err(fault)?;
+    if args.minimize.is_some() || args.maximize.is_some() {
+        (wish.minimize, wish.maximize) = (args.minimize.clone(), args.maximize.clone());
+    }
+    for (name, range) in &args.vary {
+        let (from, to) = range.split_once(':').ok_or_else(|| {
+            Failure::usage(
+                format!("`{range}` is no range"),
+                "write both ends, as in `--vary 'l1=80 mm:120 mm'`",
+            )
+        })?;
+        // A number without a unit has that of the other.
+        let unit = to.trim_start_matches(|c: char| c.is_ascii_digit() || "+-.eE ".contains(c));
+        let is_bare = from.trim().parse::<f64>().is_ok();
+        let from = if is_bare { format!("{} {unit}", from.trim()) } else { from.to_owned() };
+        wish.vary.retain(|(known, _)| known != name);
+        wish.vary.push((name.clone(), [from.trim().to_owned(), to.trim().to_owned()]));
+    }
+    wish.subject_to.extend(args.subject_to.iter().cloned());
+    wish.over = args.over.clone().or(wish.over);
+    wish.starts = args.starts.or(wish.starts);
+    asked.source.changes = changes(&args.tuning, asked.loaded.model.solve.t_start)?;
+    let found = asked
+        .answered("optimizing", |watch| bksim_design::optimize(&asked.source, &wish, watch))?;
+    let text = words::optimized(&asked.source.name, &found);
+    asked.told("optimize", &found, &text, Some(&found.model))
+}
+
+pub(crate) fn fit(args: &Fit, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let mut asked = asked(&args.model, (args.output.as_deref(), args.force), (as_json, nesting))?;
+    let fault = |error: DesignError| failure(&asked.loaded.source, &error);
+    let mut wish = FitWish::of_model(&asked.source.text).map_err(fault)?;
+    for vary in &args.vary {
+        let (name, start) = match vary.split_once('=') {
+            Some((name, start)) => (name.trim(), Some(start.trim().to_owned())),
+            None => (vary.trim(), None),
+        };
+        wish.vary.retain(|(known, _)| known != name);
+        wish.vary.push((name.to_owned(), start));
+    }
+    for (column, formula) in &args.compare {
+        wish.compare.retain(|(known, _)| known != column);
+        wish.compare.push((column.clone(), formula.clone()));
+    }
+    let read = |path: &PathBuf| {
+        let text = String::from_utf8_lossy(&read_bytes(path)?).into_owned();
+        Ok(DataFile { name: path.display().to_string(), text, set: Vec::new() })
+    };
+    let data = args.data.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
+    asked.source.changes = changes(&args.tuning, asked.loaded.model.solve.t_start)?;
+    let found =
+        asked.answered("fitting", |watch| bksim_design::fit(&asked.source, &data, &wish, watch))?;
+    let text = words::fitted(&asked.source.name, &found);
+    asked.told("fit", &found, &text, Some(&found.model))
+}
+
+pub(crate) fn tolerance(
+    args: &Tolerance,
+    as_json: bool,
+    nesting: usize,
+) -> Result<Status, Failure> {
+    let asked = asked(&args.model, (None, false), (as_json, nesting))?;
+    let fault = |error: DesignError| failure(&asked.loaded.source, &error);
+    let mut wish = ToleranceWish::of_model(&asked.source.text).map_err(fault)?;
+    wish.of.extend(args.of.iter().cloned());
+    for (name, limit) in &args.limit {
+        wish.limits.retain(|(known, ..)| known != name);
+        wish.limits.push((name.clone(), limit.clone(), None));
+    }
+    if !args.at.is_empty() {
+        wish.at.clone_from(&args.at);
+    }
+    wish.distribution = args.distribution.clone().or(wish.distribution);
+    wish.samples = args.samples.or(wish.samples);
+    wish.seed = args.seed.or(wish.seed);
+    let found =
+        asked.answered("sampling", |watch| bksim_design::tolerance(&asked.source, &wish, watch))?;
+    let text = words::toleranced(&asked.source.name, &found);
+    asked.told("tolerance", &found, &text, None)
+}
+
+pub(crate) fn synthesize(args: &Synthesize, as_json: bool) -> Result<Status, Failure> {
+    let text = String::from_utf8_lossy(&read_bytes(&args.task)?).into_owned();
+    let source = Text::new(args.task.clone(), text.clone());
+    let found = bksim_design::synthesize(&text).map_err(|error| failure(&source, &error))?;
+    let mut written = Vec::new();
+    if let Some(folder) = &args.output {
+        std::fs::create_dir_all(folder).map_err(|e| Failure::writing(folder, &e))?;
+        for candidate in &found.candidates {
+            let path = folder.join(format!("{}.toml", candidate.name));
+            let inputs = [args.task.as_path()];
+            let file =
+                OutputFile::plan(&path, ("task", &inputs), args.force, "nothing more was written")?;
+            write(&file, &candidate.model)?;
+            written.push(path.display().to_string());
+        }
+    }
+    if as_json {
+        let mut body = serde_json::to_value(&found).unwrap_or(Value::Null);
+        body["outputs"] = written.into();
+        output::json("synthesize", body)?;
+    } else {
+        output::text(&words::synthesized(&found))?;
+        for name in written {
+            output::report(&format!("wrote {name}"))?;
+        }
+    }
+    Ok(Status::Done)
+}

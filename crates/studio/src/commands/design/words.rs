@@ -1,0 +1,239 @@
+//! Answers of questions of design in words.
+
+use bksim::report::number;
+use bksim_design::{Fit, Optimized, Synthesis, Tolerance};
+
+/// Rows with a head, columns two spaces apart.
+fn table(head: &[&str], rows: Vec<Vec<String>>) -> String {
+    let head = head.iter().map(|&cell| cell.to_owned()).collect();
+    let all: Vec<Vec<String>> = std::iter::once(head).chain(rows).collect();
+    let n = all.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |k: usize| all.iter().filter_map(|row| row.get(k)).map(|c| c.chars().count()).max();
+    let widths: Vec<usize> = (0..n).map(|k| width(k).unwrap_or(0)).collect();
+    let line = |row: &Vec<String>| {
+        let padded = |(cell, width): (&String, &usize)| {
+            format!("{cell}{}", " ".repeat(width - cell.chars().count()))
+        };
+        let cells: Vec<String> = row.iter().zip(&widths).map(padded).collect();
+        format!("  {}", cells.join("  ")).trim_end().to_owned()
+    };
+    all.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+fn in_unit(value: f64, unit: &str) -> String {
+    if unit.is_empty() { number(value) } else { format!("{} {unit}", number(value)) }
+}
+
+fn per(worth: f64, of: &str, by: &str) -> String {
+    if worth == 0.0 {
+        return String::new();
+    }
+    let by = if by.is_empty() { "1" } else { by };
+    format!("{} per {by}", in_unit(worth, of))
+}
+
+pub(super) fn optimized(name: &str, found: &Optimized) -> String {
+    let before = found.before.map_or("nothing".to_owned(), |before| in_unit(before, &found.unit));
+    let quantities = found
+        .quantities
+        .iter()
+        .map(|q| {
+            vec![
+                q.name.clone(),
+                in_unit(q.before, &q.unit),
+                in_unit(q.after, &q.unit),
+                q.at_bound.unwrap_or("").to_owned(),
+                per(q.worth, &found.unit, &q.unit),
+            ]
+        })
+        .collect();
+    let conditions: Vec<Vec<String>> = found
+        .conditions
+        .iter()
+        .map(|c| {
+            vec![
+                c.condition.clone(),
+                in_unit(c.after, &c.unit),
+                if c.is_active { "active" } else { "" }.to_owned(),
+                per(c.worth, &found.unit, &c.unit),
+            ]
+        })
+        .collect();
+    let conditions = if conditions.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "\n\n{}",
+            table(&["condition", "left less right", "", "worth of the right side"], conditions)
+        )
+    };
+    let [followed, same] = found.starts;
+    let how = match (found.stopped, found.converged) {
+        (true, _) => "stopped: the best so far",
+        (_, true) => "a minimum by its slopes",
+        (..) => "not settled: slopes do not vanish, as where a number has a kink",
+    };
+    format!(
+        "{name}: {} {}\n  from {before} to {}\n\n{}{conditions}\n\n  {how}; {same} of {followed} starts ended here; {} evaluations, slopes by {}",
+        found.goal,
+        found.objective,
+        in_unit(found.after, &found.unit),
+        table(&["quantity", "before", "after", "at bound", "worth of the bound"], quantities),
+        found.evaluations,
+        found.slopes,
+    )
+}
+
+pub(super) fn fitted(name: &str, found: &Fit) -> String {
+    let rows = found
+        .unknowns
+        .iter()
+        .map(|u| {
+            let error = u.standard_error.map_or("not found".to_owned(), |e| in_unit(e, &u.unit));
+            vec![u.name.clone(), in_unit(u.estimate, &u.unit), error]
+        })
+        .collect();
+    let mut notes = Vec::new();
+    for name in &found.open.without_effect {
+        notes.push(format!("  `{name}` has no effect on what is compared"));
+    }
+    for together in &found.open.unidentifiable_together {
+        let names: Vec<String> = together.iter().map(|name| format!("`{name}`")).collect();
+        notes.push(format!(
+            "  the data cannot tell {} apart: give one of them a value",
+            names.join(", ")
+        ));
+    }
+    for vector in &found.open.null_vectors {
+        let parts: Vec<String> =
+            vector.iter().map(|(name, part)| format!("{name} {}", number(*part))).collect();
+        notes.push(format!("  a change that nothing shows: {}", parts.join(", ")));
+    }
+    let n = found.unknowns.len();
+    for i in 0..n {
+        for j in i + 1..n {
+            let r = found.correlation[i][j];
+            if r.abs() > 0.95 {
+                let (a, b) = (&found.unknowns[i].name, &found.unknowns[j].name);
+                notes.push(format!(
+                    "  `{a}` and `{b}` are correlated, {}",
+                    number((r * 1e4).round() / 1e4)
+                ));
+            }
+        }
+    }
+    let notes = if notes.is_empty() { String::new() } else { format!("\n\n{}", notes.join("\n")) };
+    let sigma = if found.sigma_known { "given" } else { "estimated from the differences" };
+    let how = match (found.stopped, found.converged) {
+        (true, _) => "stopped: the best so far",
+        (_, true) => "converged",
+        (..) => "not converged",
+    };
+    format!(
+        "{name}: {} unknowns from {} values\n\n{}{notes}\n\n  {how} after {} iterations, slopes {}; standard deviations {sigma}; sum of squares per degree of freedom {}",
+        n,
+        found.n_values,
+        table(&["unknown", "estimate", "standard error"], rows),
+        found.iterations,
+        found.slopes,
+        number(found.s2),
+    )
+}
+
+pub(super) fn toleranced(name: &str, found: &Tolerance) -> String {
+    let mut parts = vec![format!("{name}: {} samples of each pose", found.samples)];
+    for pose in &found.poses {
+        let at: Vec<String> =
+            pose.at.iter().map(|(name, value)| format!("{name} = {}", number(*value))).collect();
+        let at = if at.is_empty() { "the start".to_owned() } else { at.join(", ") };
+        let assembles = match pose.assembles {
+            Some(true) => "all parts assemble (proved)".to_owned(),
+            Some(false) => format!(
+                "within the limits some parts do not assemble: {} ± {} % of the samples",
+                number(100.0 * pose.share_without_assembly[0]),
+                number(100.0 * pose.share_without_assembly[1])
+            ),
+            None => "all samples assemble".to_owned(),
+        };
+        parts.push(format!("At {at}: {assembles}"));
+        for band in &pose.bands {
+            let of = |x: f64| in_unit(x, &band.unit);
+            let proved = if band.proved { "proved" } else { "searched" };
+            let rows = vec![
+                vec!["nominal".to_owned(), of(band.nominal)],
+                vec![
+                    format!("least to largest ({proved})"),
+                    format!("{} to {}", of(band.exact_interval[0]), of(band.exact_interval[1])),
+                ],
+                vec![
+                    "by slopes alone".to_owned(),
+                    format!("{} to {}", of(band.linear_interval[0]), of(band.linear_interval[1])),
+                ],
+                vec!["root of squares".to_owned(), format!("± {}", of(band.rss))],
+                vec![
+                    "mean of the samples".to_owned(),
+                    format!("{} ± {}", of(band.mean[0]), number(band.mean[1])),
+                ],
+                vec![
+                    "standard deviation".to_owned(),
+                    format!("{} ± {}", of(band.sigma[0]), number(band.sigma[1])),
+                ],
+            ];
+            let contributors = band
+                .contributors
+                .iter()
+                .map(|c| {
+                    vec![
+                        c.name.clone(),
+                        format!("{} to {} {}", number(c.limits[0]), number(c.limits[1]), c.unit),
+                        number(c.sensitivity),
+                        number((c.percent_of_worst * 1e4).round() / 1e4),
+                        number((c.percent_of_variance * 1e4).round() / 1e4),
+                    ]
+                })
+                .collect();
+            let warning = if band.linear_fails {
+                "\n  slopes do not describe this band: use the least and largest value"
+            } else {
+                ""
+            };
+            parts.push(format!(
+                "{}\n{}{warning}\n{}",
+                band.of,
+                table(&[], rows).trim_start_matches('\n'),
+                table(&["part", "limits", "slope", "% of worst", "% of variance"], contributors)
+            ));
+        }
+    }
+    if found.stopped {
+        parts.push("stopped before all was done".to_owned());
+    }
+    parts.join("\n\n")
+}
+
+pub(super) fn synthesized(found: &Synthesis) -> String {
+    let mut parts = vec![format!("{}: {} linkages", found.task, found.candidates.len())];
+    let facts: Vec<Vec<String>> = found
+        .facts
+        .iter()
+        .map(|(name, values)| {
+            let values: Vec<String> = values.iter().map(|value| number(*value)).collect();
+            vec![name.clone(), values.join(", ")]
+        })
+        .collect();
+    if !facts.is_empty() {
+        parts.push(table(&[], facts).trim_start_matches('\n').to_owned());
+    }
+    for candidate in &found.candidates {
+        let numbers =
+            candidate.numbers.iter().map(|(name, value)| vec![name.clone(), number(*value)]);
+        let checks = candidate
+            .checks
+            .iter()
+            .map(|(name, holds)| vec![name.clone(), if *holds { "yes" } else { "no" }.to_owned()]);
+        let kind = candidate.kind.as_ref().map(|kind| vec!["type".to_owned(), kind.clone()]);
+        let rows = numbers.chain(checks).chain(kind).collect();
+        parts.push(format!("{}\n{}", candidate.name, table(&[], rows).trim_start_matches('\n')));
+    }
+    parts.join("\n\n")
+}
