@@ -37,6 +37,7 @@ mod built;
 mod command;
 mod derivatives;
 mod derived;
+mod design;
 mod document;
 mod drawing;
 mod engine;
@@ -107,6 +108,7 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(show::figure, m)?)?;
     m.add_function(wrap_pyfunction!(show::overview, m)?)?;
     m.add_function(wrap_pyfunction!(show::unit_word, m)?)?;
+    m.add_function(wrap_pyfunction!(design::design_answer, m)?)?;
     m.add_function(wrap_pyfunction!(sweep::si_unit, m)?)?;
     m.add_function(wrap_pyfunction!(sweep::column_named, m)?)?;
     m.add_function(wrap_pyfunction!(command::command, m)?)?;

@@ -396,7 +396,7 @@ impl Columns {
 
 /// Does work on threads of its own, while this one looks out for Ctrl-C and tells how many cases have
 /// ended: what came of it, and what stopped it.
-fn watched<T: Send>(
+pub(crate) fn watched<T: Send>(
     py: Python<'_>,
     notify: Option<&Py<PyAny>>,
     work: impl FnOnce(&Monitor<'_>) -> Result<T, Fault> + Send,

@@ -9,6 +9,7 @@ True
 
 from . import expr
 from ._bksim import __version__, explain
+from ._design import Design, fit, optimize, synthesize, tolerance
 from ._ended import LimitError, SolverError
 from ._equations import Equations
 from ._errors import (
@@ -87,6 +88,7 @@ __all__ = [
     "Cylinder",
     "Cylindrical",
     "Damper",
+    "Design",
     "Distance",
     "Diagnostic",
     "Drive",
@@ -147,10 +149,14 @@ __all__ = [
     "WorthWarning",
     "__version__",
     "example",
+    "fit",
     "explain",
     "expr",
     "load",
     "loads",
     "open",
     "sweep",
+    "optimize",
+    "synthesize",
+    "tolerance",
 ]

@@ -1,0 +1,69 @@
+//! Questions of design under Python: a model's text and a question as a section of it; answers as JSON. Ctrl-C ends a search
+//! with the best so far.
+
+use bksim_design::{DataFile, DesignError, FitWish, OptimizeWish, Source, ToleranceWish, Watch};
+use bksim_load::Text;
+use pyo3::prelude::*;
+use serde::Serialize;
+
+use crate::fault::Fault;
+use crate::sweep::watched;
+
+/// A file of measurements: name, text, parameters of its run.
+type Measured = (String, String, Vec<(String, String)>);
+
+/// The answer to `optimize`, `fit`, `tolerance` or `synthesize` as JSON, with the model that it gives, if it gives one.
+/// `question` is the section of that name; of `synthesize` `text` is.
+#[pyfunction]
+pub(crate) fn design_answer(
+    py: Python<'_>,
+    kind: String,
+    text: String,
+    name: String,
+    question: Option<String>,
+    data: Vec<Measured>,
+) -> PyResult<(String, Vec<(String, String)>)> {
+    let (found, raised) = watched(py, None, move |monitor| {
+        let asked = question.as_deref().unwrap_or(&text);
+        let about = Text::new(format!("{name}.toml"), text.clone());
+        let source = Source { text: text.clone(), name, ..Source::default() };
+        let watch = Watch { stop: monitor.stop, reached: &|_, _| () };
+        let model = |text: &str| vec![(source.name.clone(), text.to_owned())];
+        let found = match kind.as_str() {
+            "optimize" => OptimizeWish::of_model(asked)
+                .and_then(|wish| bksim_design::optimize(&source, &wish, watch))
+                .map(|found| (json(&found), model(&found.model))),
+            "fit" => {
+                let data: Vec<DataFile> = data
+                    .into_iter()
+                    .map(|(name, text, set)| DataFile { name, text, set })
+                    .collect();
+                FitWish::of_model(asked)
+                    .and_then(|wish| bksim_design::fit(&source, &data, &wish, watch))
+                    .map(|found| (json(&found), model(&found.model)))
+            }
+            "tolerance" => ToleranceWish::of_model(asked)
+                .and_then(|wish| bksim_design::tolerance(&source, &wish, watch))
+                .map(|found| (json(&found), Vec::new())),
+            _ => bksim_design::synthesize(asked).map(|found| {
+                let models = found.candidates.iter().map(|c| (c.name.clone(), c.model.clone()));
+                (json(&found), models.collect())
+            }),
+        };
+        found.map_err(|error| fault(&about, &error))
+    })?;
+    raised.map_or(Ok(found), |error| {
+        Python::attach(|py| Err(PyErr::from_value(error.into_bound(py))))
+    })
+}
+
+fn json(found: &impl Serialize) -> String {
+    serde_json::to_string(found).unwrap_or_default()
+}
+
+fn fault(source: &Text, error: &DesignError) -> Fault {
+    match error.diagnostics() {
+        faults if faults.is_empty() => Fault::Limit(error.to_string()),
+        faults => Fault::model(source, &faults),
+    }
+}
