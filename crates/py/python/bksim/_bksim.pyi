@@ -33,6 +33,7 @@ __all__ = [
     "compiled_functions",
     "curves_of",
     "derivatives_of",
+    "design_answer",
     "doctor_of",
     "examples",
     "explain",
