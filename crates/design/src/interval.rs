@@ -106,7 +106,8 @@ impl Interval {
 
     fn sine(self) -> Self {
         use std::f64::consts::{FRAC_PI_2, TAU};
-        if !(self.hi - self.lo < TAU) || self.size() > 1e9 {
+        let width = self.hi - self.lo;
+        if width.is_nan() || width >= TAU || self.size() > 1e9 {
             return Self::new(-1.0, 1.0);
         }
         // Extremes at π/2 + 2 k π and −π/2 + 2 k π, a little widened.

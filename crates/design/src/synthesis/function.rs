@@ -271,7 +271,7 @@ fn candidate(
     let b2 = a * a + c * c + d * d - 2.0 * a * c * k3;
     // Lengths without bound are a root of the polynomial, but no linkage.
     let is_bounded = [a, c].iter().all(|length| length.abs() < LONGEST * d.abs());
-    if !(b2 > 0.0) || !is_bounded {
+    if b2.is_nan() || b2 <= 0.0 || !is_bounded {
         return None;
     }
     let lengths = [a, b2.sqrt(), c, d];

@@ -29,7 +29,7 @@ pub(super) struct Wish {
 
 pub(super) fn solve(wish: &Wish) -> Result<Synthesis, DesignError> {
     let q = wish.time_ratio;
-    if !(q > 1.0) {
+    if q.is_nan() || q <= 1.0 {
         return Err(none(
             "no quick return has a ratio of times of one or less",
             "give the time of the slow stroke over that of the quick one",

@@ -161,7 +161,7 @@ impl Job<'_> {
                 .sum::<f64>()
         };
         let e = (0..n).map(row_sum).fold(0.0, f64::max) * (1.0 + 1e-12);
-        if !(e < 1.0) {
+        if e.is_nan() || e >= 1.0 {
             return None;
         }
         let b = times(y, &matrix(values, 0, n, n, n_p));
