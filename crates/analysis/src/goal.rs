@@ -171,7 +171,7 @@ impl Goal {
         Ok(Self { place, reading, more: vec![name.to_owned()] })
     }
 
-    /// Its name, if it is none of the channels that a run has derivatives of.
+    /// Name of the goal, if it is none of the channels that a run has derivatives of.
     pub(crate) fn more(&self) -> &[String] {
         &self.more
     }

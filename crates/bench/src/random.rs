@@ -32,16 +32,16 @@ pub(crate) struct Numbers {
 
 /// Time that a mechanism may take, both runs together, before it is ended.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// What people wait for without wondering.
+/// Time that people wait without wondering.
 const USUAL: Duration = Duration::from_secs(2);
 /// Warnings that say nothing of numbers, as those of models do not: conditions that repeat each other, starts that were moved.
 const OF_SHAPE: [&str; 3] = ["S010", "S014", "S015"];
 
-/// What came of a mechanism.
+/// Outcome of a mechanism at random.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 enum Outcome {
     Agrees,
-    /// As far as differences mean anything, or as both came.
+    /// Agreement as far as differences mean anything, or as both came.
     AgreesInPart,
     Refused,
     Stopped,

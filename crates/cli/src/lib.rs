@@ -75,7 +75,7 @@ pub enum StudioCommand<'a> {
     Optimize(&'a Optimize),
     /// Parameters from measured curves.
     Fit(&'a Fit),
-    /// What limits of lengths do.
+    /// Effects of limits of lengths.
     Tolerance(&'a Tolerance),
     /// Linkages for a task.
     Synthesize(&'a Synthesize),

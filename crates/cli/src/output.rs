@@ -41,7 +41,7 @@ pub fn styled(text: &str) -> Result<(), Failure> {
     put(&visible(text, Styles::Kept))
 }
 
-/// What is printed while a command writes into a file in place of standard output.
+/// Text that is printed while a command writes into a file in place of standard output.
 static CAPTURED: Mutex<Option<String>> = Mutex::new(None);
 
 fn captured() -> MutexGuard<'static, Option<String>> {

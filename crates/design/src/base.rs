@@ -1,4 +1,4 @@
-//! What all questions begin with: the model, its quantities that vary, and their texts.
+//! Common beginning of all questions: the model, its quantities that vary, and their texts.
 
 use bksim::SolveChanges;
 use bksim::model::Model;
@@ -13,9 +13,9 @@ use crate::error::DesignError;
 /// The text of a model, and how it is read.
 #[derive(Clone, Debug, Default)]
 pub struct Source {
-    /// Its text.
+    /// Text of the model.
     pub text: String,
-    /// Its name unless the text states one.
+    /// Name of the model unless the text states one.
     pub name: String,
     /// Parameters with one other value.
     pub fixed: Vec<(String, String)>,
@@ -51,7 +51,7 @@ pub(crate) struct Stated {
     pub(crate) name: String,
     /// SI unit.
     pub(crate) unit: String,
-    /// Its value in the model, SI.
+    /// Value in the model, SI.
     pub(crate) value: f64,
 }
 
@@ -163,7 +163,7 @@ fn stated(model: &Model, name: &str) -> Result<Stated, DesignError> {
 pub(crate) struct Quantity {
     /// SI.
     pub(crate) value: f64,
-    /// As written.
+    /// Unit as written.
     pub(crate) unit: String,
 }
 

@@ -8,9 +8,9 @@ use crate::codes;
 /// A file of measurements, and the run that they are of.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct DataFile {
-    /// Its name, for messages.
+    /// Name of the file, for messages.
     pub name: String,
-    /// Its text: `t [s], theta [deg]` in the first line; commas, semicolons or tabs between cells.
+    /// Text of the file: `t [s], theta [deg]` in the first line; commas, semicolons or tabs between cells.
     pub text: String,
     /// Parameters with other values in this run.
     pub set: Vec<(String, String)>,

@@ -73,7 +73,7 @@ struct Section {
 const EXAMPLE: &str = "write it as `vary = [\"k\", \"c\"]` and `compare = { theta = \"A.angle\" }` below `[fit]`, where `theta` is a column of the data";
 
 impl FitWish {
-    /// What the model asks in `[fit]`; nothing of a model without the section.
+    /// Question that the model asks in `[fit]`; nothing of a model without the section.
     ///
     /// # Errors
     /// [`codes::BAD_QUESTION`].
@@ -116,7 +116,7 @@ pub struct Unknown {
     pub standard_error: Option<f64>,
 }
 
-/// What the data leave open.
+/// Unknowns that the data leave open.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct Unidentifiable {
     /// Number of independent combinations that the data find.
@@ -138,7 +138,7 @@ pub struct Fit {
     pub covariance: Vec<Vec<f64>>,
     /// By unknown.
     pub correlation: Vec<Vec<f64>>,
-    /// What the data leave open.
+    /// Unknowns that the data leave open.
     pub open: Unidentifiable,
     /// Number of compared values.
     pub n_values: usize,

@@ -158,7 +158,7 @@ pub(crate) fn least(
     }
 }
 
-/// What slopes say about unknowns.
+/// Knowledge about unknowns from slopes.
 #[derive(Clone, Debug)]
 pub(crate) struct Knowledge {
     pub(crate) rank: usize,

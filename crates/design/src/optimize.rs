@@ -16,7 +16,7 @@ use crate::spec::{Written, located, section};
 use case::driven;
 use search::Search;
 
-/// What is to be least or largest, what varies, and what must hold.
+/// Question of an optimum: what is to be least or largest, what varies, and what must hold.
 #[derive(Clone, Debug, Default)]
 pub struct OptimizeWish {
     /// An output as of a sweep: `rms(drives.motor.effort)`.
@@ -64,7 +64,7 @@ pub struct Optimum {
     pub before: f64,
     /// At the optimum, SI.
     pub after: f64,
-    /// As it is written into the model.
+    /// Value as it is written into the model.
     pub written: String,
     /// `lower` or `upper` where it is at its bound.
     pub at_bound: Option<&'static str>,
@@ -75,7 +75,7 @@ pub struct Optimum {
 /// A condition at the optimum.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct ConditionAt {
-    /// As written, with its case.
+    /// Condition as written, with its case.
     pub condition: String,
     /// Left side less right side before, SI; `None` where the model has no value there.
     pub before: Option<f64>,
@@ -94,7 +94,7 @@ pub struct ConditionAt {
 pub struct Optimized {
     /// `minimize` or `maximize`.
     pub goal: &'static str,
-    /// What it is of.
+    /// Formula of the objective.
     pub objective: String,
     /// SI unit.
     pub unit: String,
@@ -126,7 +126,7 @@ pub struct Optimized {
 }
 
 impl OptimizeWish {
-    /// What the model asks in `[optimize]`; nothing of a model without the section.
+    /// Question that the model asks in `[optimize]`; nothing of a model without the section.
     ///
     /// # Errors
     /// [`codes::BAD_QUESTION`].
@@ -160,7 +160,7 @@ struct Range {
 
 /// One function of the problem, an output of every case.
 struct Row {
-    /// Its text, for messages.
+    /// Text of the row, for messages.
     text: String,
     /// The factor of the output.
     sign: f64,
@@ -319,7 +319,7 @@ fn sides(text: &str) -> Option<(&str, &str, &str)> {
     (!found.0.is_empty() && !found.2.is_empty()).then_some(found)
 }
 
-/// What stands in the parentheses of a call of `name` that is all of the text.
+/// Text in the parentheses of a call of `name` that is all of the text.
 fn inside<'t>(text: &'t str, name: &str) -> Option<&'t str> {
     let rest = text.trim().strip_prefix(name)?.trim_start().strip_prefix('(')?;
     let mut depth = 1;

@@ -26,7 +26,7 @@ use crate::interval::Steps;
 use crate::poses::Poses;
 use crate::spec::{Written, located, section};
 
-/// What is asked, and the limits of the parts.
+/// Results that are asked, and the limits of the parts.
 #[derive(Clone, Debug, Default)]
 pub struct ToleranceWish {
     /// Formulas over the pose: `rocker.angle`, `slider.P.x - d`.
@@ -77,7 +77,7 @@ const EXAMPLE: &str =
     "write it as `of = \"rocker.angle\"` and `limits = { l1 = \"±0.1 mm\" }` below `[tolerance]`";
 
 impl ToleranceWish {
-    /// What the model asks in `[tolerance]`; nothing of a model without the section.
+    /// Question that the model asks in `[tolerance]`; nothing of a model without the section.
     ///
     /// # Errors
     /// [`codes::BAD_QUESTION`].
@@ -162,7 +162,7 @@ pub struct Contributor {
     pub unit: String,
     /// Least and largest value less the nominal one, SI.
     pub limits: [f64; 2],
-    /// Its distribution.
+    /// Distribution of the part.
     pub distribution: &'static str,
     /// Derivative of the result by it, SI.
     pub sensitivity: f64,
@@ -174,7 +174,7 @@ pub struct Contributor {
     pub percent_of_variance: f64,
 }
 
-/// What limits do to one result in one pose.
+/// Effect of limits on one result in one pose.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Band {
     /// The formula.
@@ -239,7 +239,7 @@ pub struct Tolerance {
 struct Part {
     name: String,
     unit: String,
-    /// Its place among the parameters of the model.
+    /// Place among the parameters of the model.
     place: usize,
     nominal: f64,
     limits: [f64; 2],

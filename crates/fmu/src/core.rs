@@ -19,7 +19,7 @@ use crate::variable::{Variable, identifier};
 /// The most coordinates and conditions together: matrices are full.
 const MOST_UNKNOWNS: usize = 400;
 
-/// What is asked for.
+/// Request for a solver or a unit.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Request {
     /// Parameters of loads that become inputs; those of `[io]` where there are none.
@@ -67,7 +67,7 @@ pub(crate) struct Tables {
 pub struct Core {
     /// Name of the model.
     pub name: String,
-    /// The same as an identifier of C.
+    /// Name as an identifier of C.
     pub identifier: String,
     /// Values that can be set: inputs first, then parameters, then start values.
     pub values: Vec<Variable>,
@@ -88,7 +88,7 @@ pub struct Core {
     pub(crate) sizes: Sizes,
     pub(crate) tables: Tables,
     pub(crate) functions: String,
-    /// Those that only units have.
+    /// Functions that only units have.
     pub(crate) unit_functions: String,
     /// Instants with coordinates and velocities that bksim computes, for tests.
     pub(crate) expected: Vec<(f64, Vec<f64>, Vec<f64>)>,

@@ -23,7 +23,7 @@ pub(crate) struct Shown {
 }
 
 impl Shown {
-    /// Those of a mechanism: the outputs of these names, or all that are usual.
+    /// Quantities of a mechanism: the outputs of these names, or all that are usual.
     pub(crate) fn of(
         model: &Model,
         system: &SymbolicSystem,

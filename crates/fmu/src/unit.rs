@@ -17,7 +17,7 @@ const PARTS: [&str; 2] = [include_str!("../c/choice.c"), include_str!("../c/unit
 pub struct Platform {
     /// Folder of its programs in units of FMI 3.0.
     pub name: &'static str,
-    /// The same in units of FMI 2.0.
+    /// Name of the platform in units of FMI 2.0.
     pub old_name: &'static str,
     /// Ending of its libraries.
     pub ending: &'static str,
@@ -42,7 +42,7 @@ impl Platform {
 
 /// A functional mock-up unit.
 pub struct Unit {
-    /// Its mechanism.
+    /// Mechanism of the unit.
     pub core: Core,
     /// The version of the standard.
     pub version: Version,

@@ -3,7 +3,7 @@
 /// Name, unit and meaning of a number that goes in or comes out.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Variable {
-    /// As the author of the model wrote it: `u`, `crank.angle`.
+    /// Name as the author of the model wrote it: `u`, `crank.angle`.
     pub name: String,
     /// SI unit as text, empty of a pure number.
     pub unit: String,

@@ -68,7 +68,7 @@ fn solvers_in_c_move_as_bksim_does() {
     }
 }
 
-/// The same pendulum by explicit and by implicit steps of one size, with another length set before the start.
+/// Steps of one size, explicit and implicit, with another length set before the start.
 #[test]
 fn steps_of_one_size_follow_values_that_are_set() {
     let (folder, solver) = written(&pendulum(""), "pendulum");

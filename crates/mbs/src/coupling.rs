@@ -56,7 +56,7 @@ pub(crate) fn coupling_rows(model: &Model, kinematics: &Kinematics) -> Vec<Coupl
     model.couplings.iter().enumerate().map(row).collect()
 }
 
-/// What is zero of a condition between rates, of t, q and v: the row of G are its slopes by v, the rest is ∂g/∂t.
+/// Row of a condition between rates, zero, of t, q and v: the row of G are its slopes by v, the rest is ∂g/∂t.
 pub(crate) fn rate_row(model: &Model, kinematics: &Kinematics, id: CouplingId) -> Expr {
     let values = signal_values(model, kinematics);
     model.pool.substitute(model.couplings[id.0].relation, &values)

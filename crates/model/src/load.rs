@@ -107,7 +107,7 @@ pub enum LoadKind {
         rope: RopeId,
         /// Which of its parts.
         section: usize,
-        /// What its way has more than its own length, m: an expression of signals.
+        /// Excess of the way over the rope's own length, m: an expression of signals.
         excess: Expr,
         /// Speed after it has become taut over the speed before, in 0 ..= 1.
         restitution: Expr,

@@ -262,7 +262,7 @@ impl Measure {
         }
     }
 
-    /// Its SI unit; empty of a pure number, and of a state, whose unit is its author's.
+    /// SI unit of the measure; empty of a pure number, and of a state, whose unit is its author's.
     pub fn fixed_unit(self, model: &Model) -> &'static str {
         let turns = |joint: JointId, motion_idx: usize| {
             let motions = model.joints[joint.0].kind.motions();

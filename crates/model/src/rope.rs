@@ -12,11 +12,11 @@ use crate::diagnostic::Span;
 pub struct Rope {
     /// Name as written.
     pub name: String,
-    /// Its ends and what it goes over, in its own order; a span leads from each to the next.
+    /// Ends of the rope and what it goes over, in its own order; a span leads from each to the next.
     pub nodes: Vec<RopeNode>,
     /// The parts between places that it does not slip over; each has one pull.
     pub sections: Vec<RopeSection>,
-    /// Its length at the start, if the author stated it; of an elastic rope without load.
+    /// Length at the start, if the author stated it; of an elastic rope without load.
     pub length: Option<Expr>,
     /// Position of the name.
     pub span: Span,
@@ -36,9 +36,9 @@ pub struct RopeNode {
 pub struct RopeSection {
     /// Name of its pull: that of the rope, with a number where there are several.
     pub name: String,
-    /// Its spans, each by the node that it leads from.
+    /// Spans of the section, each by the node that it leads from.
     pub spans: Range<usize>,
-    /// What its way has more than its own length, m: an expression of signals.
+    /// Excess of the way over the section's own length, m: an expression of signals.
     pub excess: Expr,
     /// Pull of an elastic rope, N: an expression of signals.
     pub pull: Option<Expr>,

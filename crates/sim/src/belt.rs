@@ -18,7 +18,7 @@ pub struct NoStrand(pub usize);
 /// The free part of a belt or rope between two wheels.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct FreeSpan {
-    /// Its direction, a unit vector.
+    /// Direction of the span, a unit vector.
     pub direction: [f64; 2],
     /// Where it leaves the one and comes to the other, m.
     pub touching: [[f64; 2]; 2],

@@ -13,7 +13,7 @@ pub struct Mobility {
     pub gruebler: i64,
     /// nq − rank of the joints' constraints at the start, drives aside: independent velocities.
     pub mobility: usize,
-    /// As many independent positions: more where conditions hold between rates alone.
+    /// Number of independent positions: more where conditions hold between rates alone.
     pub of_positions: usize,
     /// Number of constraint rows, drives included; the lengths of quaternions are none.
     pub n_constraints: usize,

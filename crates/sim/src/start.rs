@@ -59,7 +59,7 @@ pub struct Start {
     pub(crate) modes: Modes,
     /// Degrees of freedom without the drives: nq − rank of the joints' rows.
     pub mobility: usize,
-    /// As many where conditions between rates are left out: the independent positions.
+    /// Number of independent positions: the mobility where conditions between rates are left out.
     pub mobility_of_positions: usize,
     /// The longest link, m: the measure of how far a guess was moved.
     pub longest_link: f64,

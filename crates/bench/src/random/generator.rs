@@ -218,7 +218,7 @@ impl Draft {
         }
     }
 
-    /// What acts on the motion of a joint.
+    /// Loads on the motion of a joint.
     fn on_motion(&mut self, k: usize) {
         let Motion { joint, turns, start } = &self.motions[k];
         let (joint, turns, start) = (joint.clone(), *turns, *start);

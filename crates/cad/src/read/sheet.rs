@@ -29,9 +29,9 @@ pub enum Dash {
 /// A stroke of the pen.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Drawn {
-    /// Its curves.
+    /// Curves of the stroke.
     pub path: Path,
-    /// Its line type.
+    /// Line type of the stroke.
     pub dash: Dash,
     /// Type, handle and position.
     pub location: Location,
@@ -40,7 +40,7 @@ pub struct Drawn {
 /// A filled or hatched area.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Filled {
-    /// Its borders.
+    /// Borders of the filling.
     pub borders: Vec<Path>,
     /// Whether a pattern fills it.
     pub has_pattern: bool,
@@ -85,7 +85,7 @@ pub struct Sheet {
     pub words: Vec<Words>,
     /// In file order.
     pub lengths: Vec<Length>,
-    /// What was passed over: kinds of entities with their places.
+    /// Entities that were passed over: kinds with their places.
     pub unread: Vec<Location>,
 }
 
@@ -298,7 +298,7 @@ impl LineTypes {
     }
 }
 
-/// What a pattern of dashes (above zero), gaps (below) and dots (zero) looks like.
+/// Look of a pattern of dashes (above zero), gaps (below) and dots (zero).
 fn pattern(elements: &[f64]) -> Dash {
     let drawn: Vec<f64> = elements.iter().copied().filter(|length| *length >= 0.0).collect();
     let longest = drawn.iter().copied().fold(0.0, f64::max);
@@ -314,7 +314,7 @@ fn pattern(elements: &[f64]) -> Dash {
     }
 }
 
-/// The same of a line type that the file names without stating its pattern.
+/// Look of a line type that the file names without stating its pattern.
 fn named(name: &str) -> Dash {
     let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
     if has(&["PHANTOM", "DIVIDE", "ISO05", "ISO09", "ISO12"]) {

@@ -106,7 +106,7 @@ pub(crate) enum Format {
     Typst,
     /// MathML, one element per group; the document is an HTML page.
     Mathml,
-    /// The same as --json.
+    /// Short form of --format json.
     Json,
 }
 

@@ -93,7 +93,7 @@ impl FourBar {
         }
     }
 
-    /// Its model: links of one kilogram, which begin to move from this pose.
+    /// Model of the four-bar: links of one kilogram, which begin to move from this pose.
     pub(super) fn model(&self, name: &str) -> String {
         let [crank, coupler, rocker, _] = self.lengths();
         let ([a, d], [b, c]) = (self.pivots, self.pins);

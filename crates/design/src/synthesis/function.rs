@@ -28,7 +28,7 @@ pub(super) struct Wish {
     psi: Vec<Written>,
     /// An expression of `x`: `log10(x)`.
     function: Option<String>,
-    /// Its range.
+    /// Range of x.
     x: Option<[f64; 2]>,
     /// Number of accuracy points, at Chebyshev's places; 3 unless given.
     points: Option<usize>,

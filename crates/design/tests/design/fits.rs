@@ -9,7 +9,7 @@ fn fixture(text: &str) -> Value {
     serde_json::from_str(text).expect("a fixture")
 }
 
-/// Its rows as comma-separated values.
+/// Rows of a fixture as comma-separated values.
 fn data(fixture: &Value) -> DataFile {
     let mut text = String::new();
     let names: Vec<&str> =

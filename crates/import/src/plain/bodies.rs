@@ -25,7 +25,7 @@ impl Pin {
     }
 }
 
-/// What a body is drawn as.
+/// Way in which a body is drawn.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Look {
     /// A bar with a middle line.
@@ -56,7 +56,7 @@ impl Look {
 #[derive(Clone, Debug)]
 pub(super) struct Body {
     pub(super) look: Look,
-    /// Its border, where it has one.
+    /// Border of the body, where it has one.
     pub(super) border: Vec<Point>,
     /// Straight edges and lines.
     pub(super) segments: Vec<[Point; 2]>,

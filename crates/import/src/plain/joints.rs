@@ -16,7 +16,7 @@ pub(super) enum On {
     Body(usize),
 }
 
-/// What a joint allows.
+/// Kind of a joint by what it allows.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Kind {
     Pin,
@@ -75,7 +75,7 @@ impl Joint {
     }
 }
 
-/// What is known for joints to be found.
+/// Scene in which joints are found.
 pub(super) struct Scene<'a> {
     pub(super) pieces: &'a Pieces,
     pub(super) pins: &'a [Pin],

@@ -8,7 +8,7 @@ use super::pieces::{Pieces, Ring, skew, turned, unit};
 /// Most pairs of ends or lines that are held against each other.
 const MAX_PAIRS: usize = 400_000;
 
-/// What an outline looks like.
+/// Form of an outline.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Form {
     /// Two straight sides with a half circle at either end: a bar or a slot.

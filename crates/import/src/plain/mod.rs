@@ -54,7 +54,7 @@ const MAX_STROKES: usize = 2000;
 const MAX_WORDS: usize = 2000;
 const MAX_BODIES: usize = 100;
 
-/// What the user says about a drawing.
+/// Options of the user about a drawing.
 #[derive(Clone, PartialEq, Default, Debug)]
 pub struct Options {
     /// The length of one unit; that of the drawing unless given.
@@ -68,7 +68,7 @@ pub struct Options {
 /// A body that was found.
 #[derive(Clone, PartialEq, Debug)]
 pub struct FoundBody {
-    /// Its name in the model.
+    /// Name in the model.
     pub name: String,
     /// The text next to it.
     pub label: Option<String>,
@@ -81,7 +81,7 @@ pub struct FoundBody {
 /// A joint that was found.
 #[derive(Clone, PartialEq, Debug)]
 pub struct FoundJoint {
-    /// Its name in the model.
+    /// Name in the model.
     pub name: String,
     /// `pin`, `slide`, `pin in slot`, `gear`, `gear inside` or `rack`.
     pub kind: &'static str,
@@ -104,7 +104,7 @@ pub struct FoundJoint {
 /// A spring or a mass.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Element {
-    /// Its name in the model.
+    /// Name in the model.
     pub name: String,
     /// `spring` or `mass`.
     pub kind: &'static str,
@@ -131,9 +131,9 @@ pub struct Understanding {
     pub mm_per_unit: f64,
     /// The file's unit of length; `None` where it has none and millimetres are assumed.
     pub unit: Option<&'static str>,
-    /// What the drawing cannot say.
+    /// Questions that the drawing leaves open.
     pub questions: Vec<Question>,
-    /// What is no part of the mechanism, in words, with the places of its entities.
+    /// Entities that are no part of the mechanism, in words, with their places.
     pub left_out: Vec<(String, Vec<Location>)>,
     /// The text of the model.
     pub model: String,

@@ -1,4 +1,4 @@
-//! What was understood, as the text of a model.
+//! Text of a model of what was understood.
 
 use std::fmt::Write as _;
 

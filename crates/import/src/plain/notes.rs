@@ -1,4 +1,4 @@
-//! What surrounds a mechanism on its sheet: frame, title block, dimensions as lines and arrows, and the scale.
+//! Surroundings of a mechanism on its sheet: frame, title block, dimensions as lines and arrows, and the scale.
 
 use bksim_cad::geometry::Point;
 use bksim_cad::geometry::vector::{between, cross, distance, dot, sub};
@@ -13,7 +13,7 @@ pub(super) struct Shown {
     pub(super) shown: f64,
 }
 
-/// What the sheet says besides the mechanism.
+/// Notes of the sheet besides the mechanism.
 #[derive(Clone, Default, Debug)]
 pub(super) struct Notes {
     pub(super) lengths: Vec<Shown>,

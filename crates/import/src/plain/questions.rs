@@ -1,4 +1,4 @@
-//! What a drawing cannot say: questions with their places, the readings and what each means for the freedoms.
+//! Questions that a drawing leaves open, with their places, the readings and what each means for the freedoms.
 
 use bksim_cad::drawing::LengthUnit;
 use bksim_cad::geometry::Point;
@@ -14,7 +14,7 @@ use crate::codes;
 /// A question.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Question {
-    /// Its name for answers: `drive`, `circle.4A`.
+    /// Key for answers: `drive`, `circle.4A`.
     pub key: String,
     /// In words.
     pub text: String,
@@ -22,7 +22,7 @@ pub struct Question {
     pub handle: Option<u64>,
     /// Where that is.
     pub at: Option<Point>,
-    /// What may be meant; the first is taken until it is answered.
+    /// Readings that may be meant; the first is taken until the question is answered.
     pub readings: Vec<Reading>,
     /// Whether a number may be answered instead.
     pub takes_number: bool,
@@ -73,7 +73,7 @@ impl Question {
 /// One reading of what a question is about.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Reading {
-    /// What to answer for it.
+    /// Answer that chooses the reading.
     pub answer: String,
     /// In words.
     pub meaning: String,

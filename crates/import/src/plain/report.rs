@@ -1,4 +1,4 @@
-//! What was found, as the caller has it.
+//! Report of what was found, as the caller has it.
 
 use bksim_cad::drawing::Location;
 use bksim_cad::geometry::Point;
@@ -96,7 +96,7 @@ fn holder(found: &Found, p: Point) -> On {
     }
 }
 
-/// What is drawn and no part of the mechanism.
+/// Entities that are drawn and no part of the mechanism.
 pub(super) fn left_out(found: &Found) -> Vec<(String, Vec<Location>)> {
     let mut all: Vec<(String, Vec<Location>)> = Vec::new();
     let of = |from: &[usize]| {

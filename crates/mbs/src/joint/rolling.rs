@@ -17,7 +17,7 @@ use super::{JointWrench, Motion, Row, Sides};
 use crate::spatial::{self, Rotation, z_axis};
 use bksim_model::{Joint, JointKind, Vector};
 
-/// None that are coordinates.
+/// No motions that are coordinates.
 pub(super) fn motions(_: &Pool, _: &Joint) -> Vec<Motion> {
     Vec::new()
 }

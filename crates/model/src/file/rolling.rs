@@ -13,7 +13,7 @@ use crate::joint::JointKind;
 /// How the tangents of two curves point where they touch.
 const TANGENTS: [(&str, bool); 2] = [("opposite", false), ("same", true)];
 
-/// What rolls on a plane, and whether it is a ball.
+/// Shapes that roll on a plane, and whether each is a ball.
 const SHAPES: [(&str, bool); 2] = [("disc", false), ("ball", true)];
 
 impl Reader<'_> {

@@ -183,7 +183,7 @@ impl Reader<'_> {
         })
     }
 
-    /// What the rope does when it is pulled, and when it is not.
+    /// Behaviour of a rope when it is pulled, and when it is not.
     fn rope_give(&mut self, fields: &Fields<'_>) -> Option<Give> {
         if fields.conflict(self, "EA", "stiffness") {
             return None;

@@ -144,7 +144,7 @@ impl Piece {
         0.5 * (self.to - self.from)
     }
 
-    /// What the last terms may add, J.
+    /// Energy that the last terms may add, J.
     fn tail(&self) -> f64 {
         let [.., a, b] = self.coefficients;
         self.half().abs() * (a.abs() + b.abs())

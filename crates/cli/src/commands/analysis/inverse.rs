@@ -381,7 +381,7 @@ fn motion_columns(path: &Path, text: &str, names: &[String]) -> Result<[usize; 2
     }
 }
 
-/// What divides the cells of a line.
+/// Letters that divide the cells of a line.
 const DIVIDERS: [char; 3] = [',', ';', '\t'];
 
 /// Two columns of a table, in SI: each has the unit that the first line writes, `x [mm]`, or that of SI.

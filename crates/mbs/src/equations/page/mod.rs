@@ -159,7 +159,7 @@ impl Page {
         Self::with_levels(subject, style, &[])
     }
 
-    /// As [`Page::new`], with further equations after the constraints.
+    /// Page ([`Page::new`]) with further equations after the constraints.
     pub fn with_levels(subject: &Subject<'_>, style: Style, levels: &[Level]) -> Self {
         let mut form = content::form_for(subject, style);
         // Reactions and accelerations of bodies come last in products, as those of coordinates do.
