@@ -4,12 +4,10 @@ use std::collections::BTreeSet;
 
 use bksim_analysis::{AnalysisError, pose_quantities};
 use bksim_expr::Expr;
-use bksim_mbs::constraint::{Constraint, Source};
 use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::quantity::coordinate_units;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{DriveId, Model, MotionKind, Space};
-use bksim_sim::observable::Observable;
+use bksim_model::{ENERGIES, Model, Space, reaction_words};
 use bksim_sim::quantities::Quantities;
 use bksim_sim::start::Start;
 
@@ -33,16 +31,16 @@ impl Shown {
         let quantities = Quantities::new(model, system);
         let asked = if names.is_empty() { &model.io.outputs } else { names };
         let usual = usual(model, system);
-        let others = others(model, system, start, &quantities);
+        let others = others(model, start, &quantities);
         let mut outputs = Vec::new();
         for name in asked {
             let known = usual.iter().chain(&others).find(|(variable, _)| variable.name == *name);
             let found = known.cloned().or_else(|| {
-                let unit = Observable::named(model, name).map_or("", |known| known.unit(model));
-                let variable = Variable::new(name, unit, "output of the model");
-                Some((variable, quantities.named(name)?))
+                let (value, unit) = quantities.named(name)?;
+                Some((Variable::new(name, &unit, "output of the model"), value))
             });
-            let unknown = || AnalysisError::UnknownMeasure { name: name.clone() };
+            let near = || model.did_you_mean(name, |_| true);
+            let unknown = || AnalysisError::UnknownMeasure { name: name.clone(), near: near() };
             outputs.push(found.ok_or_else(unknown)?);
         }
         let (n_asked, n_usual) = (outputs.len(), usual.len());
@@ -85,7 +83,8 @@ fn usual(model: &Model, system: &SymbolicSystem) -> Vec<(Variable, Expr)> {
     for signal in &model.named_signals {
         let description = if signal.is_output { "output" } else { "signal" };
         let variable = Variable::new(&signal.name, &signal.unit, description);
-        all.extend(quantities.named(&format!("signals.{}", signal.name)).map(|e| (variable, e)));
+        let found = quantities.named(&format!("signals.{}", signal.name));
+        all.extend(found.map(|(value, _)| (variable, value)));
     }
     for held in &model.held {
         let variable = Variable::new(&held.name, "", "signal that is held between events");
@@ -95,41 +94,27 @@ fn usual(model: &Model, system: &SymbolicSystem) -> Vec<(Variable, Expr)> {
 }
 
 /// Energies, efforts of drives and couplings, and reactions that are unique.
-fn others(
-    model: &Model,
-    system: &SymbolicSystem,
-    start: &Start,
-    quantities: &Quantities<'_>,
-) -> Vec<(Variable, Expr)> {
-    let mut named: Vec<(String, &str, &str)> = Vec::new();
-    for (field, unit) in [("kinetic", "J"), ("potential", "J"), ("total", "J"), ("power", "W")] {
-        named.push((format!("energy.{field}"), unit, "energy of all bodies, power of all loads"));
+fn others(model: &Model, start: &Start, quantities: &Quantities<'_>) -> Vec<(Variable, Expr)> {
+    let mut named: Vec<(String, &str)> = Vec::new();
+    for (field, _) in ENERGIES {
+        named.push((format!("energy.{field}"), "energy of all bodies, power of all loads"));
     }
     let unique = &start.uniqueness;
-    let effort = |row: &dyn Fn(&Constraint) -> bool| {
-        let found = system.constraints.iter().find(|c| row(c));
-        found.map_or("N", |c| match c.effort {
-            MotionKind::Translation => "N",
-            MotionKind::Rotation => "N m",
-        })
-    };
-    for (idx, drive) in model.drives.iter().enumerate().filter(|(k, _)| unique.drives[*k]) {
-        let unit = effort(&|c| c.source == Source::Drive(DriveId(idx)));
-        named.push((format!("drives.{}", drive.name), unit, "effort of the drive"));
+    for (drive, _) in model.drives.iter().zip(&unique.drives).filter(|(_, is_unique)| **is_unique) {
+        named.push((format!("drives.{}", drive.name), "effort of the drive"));
     }
     let planar = [true, true, false, false, false, true];
     for (joint, is_unique) in model.joints.iter().zip(&unique.reactions) {
-        for (k, word) in ["fx", "fy", "fz", "mx", "my", "mz"].into_iter().enumerate() {
+        for (k, word) in reaction_words().take(6).enumerate() {
             if is_unique[k] && (model.space == Space::Spatial || planar[k]) {
-                let unit = if k < 3 { "N" } else { "N m" };
                 let name = format!("reactions.{}.{word}", joint.name);
-                named.push((name, unit, "reaction on the second body of the joint, world axes"));
+                named.push((name, "reaction on the second body of the joint, world axes"));
             }
         }
     }
-    let found = named.into_iter().filter_map(|(name, unit, description)| {
-        let e = quantities.named(&name)?;
-        Some((Variable::new(&name, unit, description), e))
+    let found = named.into_iter().filter_map(|(name, description)| {
+        let (value, unit) = quantities.named(&name)?;
+        Some((Variable::new(&name, &unit, description), value))
     });
     found.collect()
 }

@@ -3,7 +3,7 @@
 use bksim::Mechanism;
 use bksim::mbs::coordinate::Owner;
 use bksim::model::file::WrittenUnit;
-use bksim::model::{Joint, JointId, Measure, Model, Parameter, ReactionComponent};
+use bksim::model::{Joint, JointId, Measure, Model, Parameter};
 use serde_json::{Value, json};
 
 use super::document::Document;
