@@ -1,7 +1,7 @@
 //! Efforts against friction and stops: those of a run, and ranges at rest.
 
 use crate::support::{difference, model};
-use bksim_analysis::{Actuators, AnalysisError, EffortLimit, Inverse, Range, inverse};
+use bksim_analysis::{Actuators, AnalysisError, EffortLimit, Inverse, Motion, Range, inverse};
 use bksim_dae::Control;
 use bksim_mbs::constraint::Source as RowSource;
 use bksim_model::file::{Source, read};

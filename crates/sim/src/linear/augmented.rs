@@ -132,6 +132,7 @@ mod tests {
             nc: 1,
             mass: vec![(0, 0), (2, 2)],
             jacobian: vec![(0, 0), (0, 1), (0, 2)],
+            of_rates: Vec::new(),
         };
         let (mass, jacobian) = ([2.0, 3.0], [1.0, -1.0, 1.0]);
         let plain = Elimination::new(&shape, &[0]).factor(&mass, &jacobian);

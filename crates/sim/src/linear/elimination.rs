@@ -350,6 +350,7 @@ mod tests {
             nc: 3,
             mass: vec![(0, 0), (1, 0), (1, 1), (2, 2), (3, 3)],
             jacobian: vec![(0, 0), (0, 2), (1, 1), (1, 2), (2, 2), (2, 3)],
+            of_rates: Vec::new(),
         }
     }
 
@@ -424,7 +425,10 @@ mod tests {
         const N: usize = 8;
         let mass: Vec<(usize, usize)> =
             (0..N).flat_map(|i| [(i, i)].into_iter().chain((i > 0).then(|| (i, i - 1)))).collect();
-        let plan = Elimination::new(&Shape { nq: N, nc: 0, mass, jacobian: Vec::new() }, &[]);
+        let plan = Elimination::new(
+            &Shape { nq: N, nc: 0, mass, jacobian: Vec::new(), of_rates: Vec::new() },
+            &[],
+        );
         let Order { starts, rows, .. } = &*plan.order;
         let mut heights = [0; N];
         for k in 0..N {
@@ -455,7 +459,10 @@ mod tests {
     fn a_full_matrix_is_updated_by_whole_columns() {
         const N: usize = 30;
         let mass = (0..N).flat_map(|i| (0..=i).map(move |j| (i, j))).collect();
-        let plan = Elimination::new(&Shape { nq: N, nc: 0, mass, jacobian: Vec::new() }, &[]);
+        let plan = Elimination::new(
+            &Shape { nq: N, nc: 0, mass, jacobian: Vec::new(), of_rates: Vec::new() },
+            &[],
+        );
         // Of the column k below the diagonal all but the last entry change a column of their own.
         let n_columns: usize = (0..N).map(|k| (N - 1 - k).saturating_sub(1)).sum();
         assert_eq!(plan.order.runs.len(), n_columns);

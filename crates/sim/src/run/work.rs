@@ -196,7 +196,7 @@ mod tests {
     #[test]
     fn work_of_many_turns_keeps_to_its_tolerance_at_every_instant() {
         let tolerance = WorkTolerance { rtol: 1e-9, atol: 1e-12, turnover: 0.0 };
-        for ([from, to], least) in [([0.0, 10.0], 100), ([10.0, 0.0], 100), ([0.0, 0.01], 1)] {
+        for ([from, to], least) in [([0.0_f64, 10.0], 100), ([10.0, 0.0], 100), ([0.0, 0.01], 1)] {
             let exact = |t: f64| 2.0 + ((37.0 * from).cos() - (37.0 * t).cos()) / 37.0 + t - from;
             let found = StepWork::new([from, to], 2.0, tolerance, |t| (37.0 * t).sin() + 1.0);
             for t in [from, 0.7 * from + 0.3 * to, 0.5 * (from + to), to] {
