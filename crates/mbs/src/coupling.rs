@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! relation, screw   −∂g/∂s on what the position s measures: along or about the joint's motion
-//! rate              −∂e/∂ṡ on what the rate ṡ measures
+//! rate              −∂(G v)/∂ṡ on what the rate ṡ measures
 //! gear, belt        λ r₂ about the axis of the second wheel, λ r₂ (i − 1) n × d / d² through its centre,
 //!                   and the opposite on the first, with the ratio i and the line of centres d
 //! rack              λ along the rack at the pitch point, and the opposite on the pinion

@@ -230,9 +230,9 @@ impl JointKind {
     pub fn n_taken(&self) -> i64 {
         match self {
             Self::Cylinder => 0,
-            Self::KnifeEdge => 1,
             Self::Rolling { .. } => 3,
-            Self::Link { .. }
+            Self::KnifeEdge
+            | Self::Link { .. }
             | Self::LineOnCurve { .. }
             | Self::CurveOnCurve { arcs: None, .. } => 1,
             Self::PointOnCurve { .. } | Self::CurveOnCurve { arcs: Some(_), .. } => 2,

@@ -123,9 +123,9 @@ mod tests {
         corners.extend([[9.5, 0.0], [12.0, 0.0]]);
         let [first, last] = zigzag(&corners).expect("a spring");
         assert_eq!((first, last), (0, corners.len() - 1));
-        assert_eq!(
-            zigzag(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [3.0, 2.0]]),
-            None
-        );
+        // Too few turns, and turns to one side.
+        assert_eq!(zigzag(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]), None);
+        let ring = [[0.0, 0.0], [5.0, 0.0], [5.0, 5.0], [1.0, 5.0], [1.0, 1.0], [4.0, 1.0]];
+        assert_eq!(zigzag(&ring), None);
     }
 }

@@ -93,7 +93,7 @@ impl Reader<'_> {
             None => None,
         };
         let stops = stops.into_iter().collect::<Option<Vec<_>>>()?;
-        Some(self.lay_rope(name, fields, &stops, give?, length))
+        Some(self.lay_rope(name, fields, &stops, &give?, length))
     }
 
     /// An end, `"body.point"` or a drum; between the ends a pulley, or an eye through which the rope slips.
@@ -243,7 +243,7 @@ impl Reader<'_> {
         name: &str,
         fields: &Fields<'_>,
         stops: &[Stop],
-        give: Give,
+        give: &Give,
         length: Option<Expr>,
     ) -> Vec<Coupling> {
         let n_spans = stops.len() - 1;
@@ -285,20 +285,19 @@ impl Reader<'_> {
             };
             let pool = &self.pool;
             // What a part is longer at the start than it is by itself: rigid ropes have all of it in the last.
-            let more = match (&give, length) {
-                (_, None) => pool.zero(),
+            let more = match (give, length) {
                 (Give::Elastic { .. }, Some(length)) => {
                     let first = part(self, |twin| twin.first);
                     let share = pool.sub(pool.one(), pool.div(length, first_way));
                     pool.mul(first, share)
                 }
                 (_, Some(length)) if is_last => pool.sub(first_way, length),
-                (_, Some(_)) => pool.zero(),
+                _ => pool.zero(),
             };
             let excess = pool.add(gain, more);
             let span = fields.location(&["length", "over"]);
             let mut pull = None;
-            match &give {
+            match give {
                 Give::Rigid => couplings.push(Coupling {
                     name: own.clone(),
                     kind: CouplingKind::Rope(id, number),

@@ -225,13 +225,20 @@ impl Sampler {
         self.work_over = if is_needed { WorkOver::Needed } else { WorkOver::Known };
     }
 
+    /// A step has been taken by an integrator that does not know its work, and nothing of it passed yet.
+    pub(crate) fn begin_step_without_work(&mut self, summary: &Summary) {
+        (self.passed, self.work_start) = (None, summary.energy.work);
+        self.work_tolerance.turnover = summary.energy.turnover;
+        self.work_over = if self.is_powered { WorkOver::Needed } else { WorkOver::Known };
+    }
+
     /// Whether the integrator does not know the work over the step, or not well enough.
     pub(super) fn needs_work(&self) -> bool {
         !matches!(self.work_over, WorkOver::Known)
     }
 
     /// The step has been passed to its end.
-    pub(super) fn end_step(&self, summary: &mut Summary) {
+    pub(crate) fn end_step(&self, summary: &mut Summary) {
         let energy = &mut summary.energy;
         energy.turnover += match &self.work_over {
             WorkOver::Found(work) => work.turnover,

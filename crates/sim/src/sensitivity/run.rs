@@ -234,7 +234,9 @@ impl SensitiveRun<'_> {
         };
         let dense = DenseOutput::from(step.step);
         let Self { sampler, mechanism, summary, .. } = self;
+        sampler.begin_step_without_work(summary);
         let control = sampler.pass(&dense, mechanism, summary, &mut completing);
+        sampler.end_step(summary);
         sampler.is_undefined |= !completing.is_finite;
         summary.stats = dense.stats;
         control
