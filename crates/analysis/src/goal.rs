@@ -260,13 +260,12 @@ fn without_topic(name: &str) -> Option<String> {
 /// The effort of a drive or the force of a coupling: the multiplier of its row.
 fn effort(mechanism: &Mechanism, all: &[Place], name: &str) -> Option<Place> {
     let model = &mechanism.model;
-    let source = match Measure::named(model, name) {
-        Some(Measure::Effort(drive)) => Source::Drive(drive),
-        _ => {
-            let own = name.strip_prefix("couplings.")?;
-            let coupling = model.couplings.iter().position(|coupling| coupling.name == own)?;
-            Source::Coupling(CouplingId(coupling))
-        }
+    let source = if let Some(Measure::Effort(drive)) = Measure::named(model, name) {
+        Source::Drive(drive)
+    } else {
+        let own = name.strip_prefix("couplings.")?;
+        let coupling = model.couplings.iter().position(|coupling| coupling.name == own)?;
+        Source::Coupling(CouplingId(coupling))
     };
     let row = mechanism.system.constraints.iter().position(|row| row.source == source)?;
     let mut multipliers = all.iter().filter(|place| place.part == Part::Multiplier);

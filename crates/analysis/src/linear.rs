@@ -184,7 +184,9 @@ fn with_rows_of_rates(loaded: &Loaded, at: &ForcesAt) -> Option<DMatrix<f64>> {
     let rows = loaded.kept.iter().enumerate().filter(|(_, row)| is_of_rates(**row));
     let rows: Vec<usize> = rows.map(|(k, _)| k).collect();
     let mut jacobian = (!rows.is_empty()).then(|| at.jacobian.clone())?;
-    rows.into_iter().for_each(|k| jacobian.set_row(k, &at.wrenches.row(k)));
+    for k in rows {
+        jacobian.set_row(k, &at.wrenches.row(k));
+    }
     Some(jacobian)
 }
 

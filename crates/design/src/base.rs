@@ -106,7 +106,7 @@ impl Source {
         request.limits = self.limits();
         request.outputs = outputs.to_vec();
         request.is_geometry = is_geometry;
-        request.changes = self.changes.clone();
+        request.changes = self.changes;
         request.changes.rtol = request.changes.rtol.or(Some(RTOL));
         request.changes.atol = request.changes.atol.or(Some(ATOL));
         Ok(Study::prepare(request)?)
@@ -148,12 +148,11 @@ fn stated(model: &Model, name: &str) -> Result<Stated, DesignError> {
         return Err(DesignError::fault(codes::UNKNOWN_QUANTITY, message, suggest(name, &known)));
     };
     let known = |symbol| parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
-    let value = match parameters.iter().find(|p| p.name == name) {
-        Some(parameter) => parameter.value,
-        None => {
-            let initial = model.initial.iter().find(|i| i.name == name);
-            initial.and_then(|i| model.pool.evaluate(i.value, &known).ok()).unwrap_or(f64::NAN)
-        }
+    let value = if let Some(parameter) = parameters.iter().find(|p| p.name == name) {
+        parameter.value
+    } else {
+        let initial = model.initial.iter().find(|i| i.name == name);
+        initial.and_then(|i| model.pool.evaluate(i.value, &known).ok()).unwrap_or(f64::NAN)
     };
     Ok(Stated { name: name.to_owned(), unit, value })
 }

@@ -16,6 +16,9 @@ use crate::spec::{Written, located, section};
 use case::driven;
 use search::Search;
 
+/// Load case by its name: values of parameters, each by its name, as written.
+pub(crate) type NamedCase = (String, Vec<(String, String)>);
+
 /// Question of an optimum: what is to be least or largest, what varies, and what must hold.
 #[derive(Clone, Debug, Default)]
 pub struct OptimizeWish {
@@ -30,7 +33,7 @@ pub struct OptimizeWish {
     /// `motion`, `static`, or a range of a measure as `kinematics --drive` takes it.
     pub over: Option<String>,
     /// Load cases: other values of parameters, by name.
-    pub cases: Vec<(String, Vec<(String, String)>)>,
+    pub cases: Vec<NamedCase>,
     /// Number of points of Sobol's sequence from which the best are followed, besides the start.
     pub starts: Option<u64>,
 }

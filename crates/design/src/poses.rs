@@ -129,7 +129,8 @@ impl Poses {
             .collect();
         let slopes = pool.jacobian(&rows_alone, &q);
         let entries: Vec<Expr> = slopes.entries.iter().map(|entry| entry.2).collect();
-        let tape = Tape::compile(pool, &entries, &symbols, &[]).map_err(uncompiled)?;
+        let tape =
+            Tape::compile(pool, &entries, &symbols, &[]).map_err(|error| uncompiled(&error))?;
         let t = model.solve.t_start;
         let own_values = vec![0.0; own.len()];
         let inputs = [&[t][..], &closed.q, parameters, &own_values].concat();
@@ -164,7 +165,7 @@ impl Poses {
         let slopes = pool.jacobian(&expressions, &symbols[1..]);
         let entries = slopes.entries.iter().map(|entry| entry.2);
         let all: Vec<Expr> = expressions.iter().copied().chain(entries).collect();
-        let tape = Tape::compile(pool, &all, &symbols, &[]).map_err(uncompiled)?;
+        let tape = Tape::compile(pool, &all, &symbols, &[]).map_err(|error| uncompiled(&error))?;
         let unit_of_row = rows.iter().map(|row| if row.is_angle { 1.0 } else { size }).collect();
         let mut poses = Self {
             tape,
@@ -239,7 +240,7 @@ fn independent(jacobian: &DMatrix<f64>) -> Vec<usize> {
     chosen
 }
 
-fn uncompiled(error: bksim::expr::TapeError) -> DesignError {
+fn uncompiled(error: &bksim::expr::TapeError) -> DesignError {
     let help = "leave out what changes in time";
     DesignError::fault(codes::BAD_QUESTION, error.to_string(), help)
 }

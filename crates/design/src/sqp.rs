@@ -14,6 +14,9 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::quadratic::minimum;
 
+/// Functions of unknowns at many points at once; `None` where a point has no values.
+pub(crate) type Evaluate<'a> = dyn Fn(&[Vec<f64>]) -> Vec<Option<Vec<f64>>> + 'a;
+
 /// A problem: how many functions of each kind there are, and their values at many points at once.
 pub(crate) struct Problem<'a> {
     /// Number of unknowns, each from 0 to 1.
@@ -23,7 +26,7 @@ pub(crate) struct Problem<'a> {
     /// Functions that are zero; the rest are not below zero.
     pub(crate) n_equal: usize,
     /// Goals, equations, other conditions at every point; `None` where a point has none.
-    pub(crate) evaluate: &'a dyn Fn(&[Vec<f64>]) -> Vec<Option<Vec<f64>>>,
+    pub(crate) evaluate: &'a Evaluate<'a>,
     pub(crate) stop: &'a dyn Fn() -> bool,
     /// Called with the number of the iteration and the merit.
     pub(crate) reached: &'a dyn Fn(usize, f64),

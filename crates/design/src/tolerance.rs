@@ -274,7 +274,7 @@ fn limits_of(text: &str) -> Option<([f64; 2], Quantity)> {
         upper.to_owned()
     };
     let upper = Quantity::read(&with_unit)?;
-    (lower.value < upper.value).then(|| ([lower.value, upper.value], lower))
+    (lower.value < upper.value).then_some(([lower.value, upper.value], lower))
 }
 
 /// Finds what limits do to the results of a model.
@@ -300,7 +300,7 @@ pub fn tolerance(
     let mut parts = Vec::new();
     for (stated, (name, text, own)) in stated.iter().zip(&wish.limits) {
         let read = limits_of(text).filter(|(_, one)| {
-            one.fits(&stated.unit) && !(one.unit.is_empty() && !stated.unit.is_empty())
+            one.fits(&stated.unit) && (stated.unit.is_empty() || !one.unit.is_empty())
         });
         let (limits, _) = read.ok_or_else(|| {
             let message = format!("`{text}` is no limit of `{name}`");

@@ -43,7 +43,7 @@ impl<'m> Quantities<'m> {
             let measure = Measure::named(model, name)?;
             Some((self.measure(measure), measure.unit(model).to_owned()))
         };
-        let of_signal = || self.signal(model.signal_named(name)?);
+        let of_signal = || Some(self.signal(model.signal_named(name)?));
         let (topic, field) = name.split_once('.').unwrap_or(("", name));
         let found = self.coordinate(topic, field).or_else(|| self.of_topic(topic, field));
         found.or_else(of_measure).or_else(of_signal)
@@ -117,11 +117,11 @@ impl<'m> Quantities<'m> {
         }
     }
 
-    fn signal(&self, signal: &NamedSignal) -> Option<(Expr, String)> {
+    fn signal(&self, signal: &NamedSignal) -> (Expr, String) {
         let Self { model, system, .. } = self;
         let pool = &model.pool;
         let value = pool.substitute(signal.value, &signal_values(model, &system.kinematics));
-        Some((pool.substitute(value, self.reported()), signal.unit.clone()))
+        (pool.substitute(value, self.reported()), signal.unit.clone())
     }
 
     fn multiplier(&self, source: Source) -> Option<Expr> {

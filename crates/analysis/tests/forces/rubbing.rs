@@ -460,11 +460,8 @@ fn examples_need_what_their_runs_take() {
 #[test]
 fn a_screw_jack_takes_the_torque_of_its_lead_and_its_friction() {
     let text = include_str!("../../../../examples/screw-jack/model.toml");
-    let without_hand: String = text
-        .lines()
-        .filter(|line| !line.starts_with("hand"))
-        .map(|line| format!("{line}\n"))
-        .collect();
+    let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with("hand")).collect();
+    let without_hand = lines.join("\n");
     let asked = |motions: &[(&str, &str)]| {
         let jack = model(&without_hand);
         let motions: Vec<Motion> = motions

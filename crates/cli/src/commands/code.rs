@@ -131,8 +131,8 @@ fn of_solver(loaded: Loaded, args: &Code, label: &str, as_json: bool) -> Result<
         counted(core.values.len(), "value", "values"),
         counted(core.outputs.len(), "output", "outputs")
     );
-    let files: String = written.iter().map(|path| format!("wrote {path}\n")).collect();
-    output::report((counts + &files).trim_end())?;
+    let lines: Vec<String> = written.iter().map(|path| format!("wrote {path}")).collect();
+    output::report((counts + &lines.join("\n")).trim_end())?;
     Ok(Status::Done)
 }
 

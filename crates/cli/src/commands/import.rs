@@ -23,7 +23,7 @@ pub(crate) fn run(args: &Import, as_json: bool) -> Result<Status, Failure> {
         (written.clone(), read_bytes(&args.file)?)
     };
     if !is_link && super::import_drawing::is_drawing(&args.file, &bytes) {
-        return super::import_drawing::run(args, as_json, &name, bytes);
+        return super::import_drawing::run(args, as_json, &name, &bytes);
     }
     let places = Places::of(&args.file, &args.paths);
     let base = if args.free { Base::Free } else { Base::Fixed };

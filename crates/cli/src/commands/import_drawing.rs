@@ -25,18 +25,18 @@ pub(super) fn run(
     args: &Import,
     as_json: bool,
     name: &str,
-    bytes: Vec<u8>,
+    bytes: &[u8],
 ) -> Result<Status, Failure> {
     args.picture.iter().try_for_each(|path| check_ending(path, &["svg"]))?;
     let mut options = options(args)?;
     let rejected = |diagnostics| Failure::Model {
-        source: Box::new(Text::new(args.file.clone(), excerpt_text(&bytes))),
+        source: Box::new(Text::new(args.file.clone(), excerpt_text(bytes))),
         diagnostics,
     };
-    let mut understood = understand(name, &bytes, &options).map_err(rejected)?;
+    let mut understood = understand(name, bytes, &options).map_err(rejected)?;
     let may_ask = !as_json && io::stdin().is_terminal() && io::stderr().is_terminal();
     if may_ask && put_questions(&understood, &mut options) {
-        understood = understand(name, &bytes, &options).map_err(rejected)?;
+        understood = understand(name, bytes, &options).map_err(rejected)?;
     }
     for (path, text) in [(&args.output, &understood.model), (&args.picture, &understood.picture)] {
         if let Some(path) = path {
@@ -47,7 +47,7 @@ pub(super) fn run(
         output::json("import", as_object(args, name, &understood))?;
         return Ok(Status::Done);
     }
-    let source = Text::new(args.file.clone(), excerpt_text(&bytes));
+    let source = Text::new(args.file.clone(), excerpt_text(bytes));
     render::print_all(&source, &understood.warnings);
     match &args.output {
         None => output::text(understood.model.trim_end())?,

@@ -7,6 +7,10 @@ use super::{Compared, Curve, FitWish, Kind, Problem, Run, names_in};
 use crate::base::Watch;
 use crate::least_squares::Residuals;
 
+/// Places and weights of differences of fourth order.
+const STENCIL: [(f64, f64); 4] =
+    [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
+
 /// Six points of an even grid around an instant, as weights of their values.
 fn interpolated(values: &[f64], [t_start, step]: [f64; 2], t: f64) -> f64 {
     let at = (t - t_start) / step;
@@ -304,8 +308,6 @@ impl Residuals for Problem<'_> {
             return all;
         }
         // Differences of fourth order, all runs at once.
-        const STENCIL: [(f64, f64); 4] =
-            [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
         let step = |k: usize| 1e-3 * self.scale[k];
         let moved = |k: usize, at: f64| {
             let mut x = x.to_vec();

@@ -1,10 +1,12 @@
 //! The search: starts, ends, and what the best of them is worth.
 
-use super::{Case, Condition, ConditionAt, OptimizeWish, Optimized, Optimum, Range, Row};
+use super::{
+    Case, Condition, ConditionAt, NamedCase, OptimizeWish, Optimized, Optimum, Range, Row,
+};
 use crate::base::{Source, Watch, written};
 use crate::codes;
 use crate::error::DesignError;
-use crate::sqp::{Ended, Problem};
+use crate::sqp::{Ended, Evaluate, Problem};
 
 /// All that a search needs.
 pub(super) struct Search<'a> {
@@ -64,7 +66,7 @@ impl Search<'_> {
         &self,
         source: &Source,
         (goal, objective): (&'static str, &str),
-        (conditions, named): (&[Condition], &[(String, Vec<(String, String)>)]),
+        (conditions, named): (&[Condition], &[NamedCase]),
         wish: &OptimizeWish,
     ) -> Result<Optimized, DesignError> {
         let n_cases = self.cases.len();
@@ -277,7 +279,7 @@ impl Search<'_> {
         &self,
         problem: &Problem<'_>,
         from: &Ended,
-        evaluate: &dyn Fn(&[Vec<f64>]) -> Vec<Option<Vec<f64>>>,
+        evaluate: &Evaluate<'_>,
     ) -> Option<Ended> {
         let (n_goals, n_equal) = (problem.n_goals, problem.n_equal);
         let n_functions = self.rows.len() * self.cases.len();
@@ -310,7 +312,7 @@ impl Search<'_> {
         scale: &[f64],
         order: &[(usize, usize)],
         conditions: &[Condition],
-        named: &[(String, Vec<(String, String)>)],
+        named: &[NamedCase],
     ) -> DesignError {
         let n_goals = self.n_parts * self.cases.len();
         let n_equal = self.n_equal * self.cases.len();

@@ -6,6 +6,9 @@ use super::{Job, Part};
 use crate::interval::{Interval, Steps, times};
 use crate::poses::Pose;
 
+/// Block of a matrix of slopes from bounds of its entries: rows from and to, first column, number of columns.
+type MatrixOf<'a> = dyn Fn(&[Interval], usize, usize, usize, usize) -> Vec<Vec<Interval>> + 'a;
+
 /// Pieces into which the box is cut for a proof.
 const MOST_PIECES: usize = 512;
 
@@ -143,10 +146,7 @@ impl Job<'_> {
     fn signs_of(
         &self,
         k: usize,
-        (values, matrix): (
-            &[Interval],
-            &dyn Fn(&[Interval], usize, usize, usize, usize) -> Vec<Vec<Interval>>,
-        ),
+        (values, matrix): (&[Interval], &MatrixOf<'_>),
         y: &DMatrix<f64>,
         (a, n_p): (&[Vec<Interval>], usize),
     ) -> Option<Vec<f64>> {

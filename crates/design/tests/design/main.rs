@@ -1,5 +1,7 @@
 //! Questions of design against reference problems: optima, fits, tolerances, synthesis.
 
+#![expect(clippy::unreadable_literal, reason = "reference values as they are printed")]
+
 mod fits;
 mod optima;
 mod synthesis;

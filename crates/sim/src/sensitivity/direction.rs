@@ -112,7 +112,7 @@ impl<'a> Direction<'a> {
         if !self.model.inputs.is_empty() {
             return Err(SensitivityError::Inputs);
         }
-        if self.system.constraints.iter().any(|row| row.is_of_rates()) {
+        if self.system.constraints.iter().any(bksim_mbs::constraint::Constraint::is_of_rates) {
             return Err(SensitivityError::Rates);
         }
         let directions: Vec<Vec<Expr>> =
