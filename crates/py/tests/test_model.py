@@ -53,6 +53,7 @@ def test_joints_of_every_kind_survive_the_way_through_their_tables() -> None:
     from bksim._parts import to_table
 
     needed = {"length": "1 m", "lead": "5 mm", "second_": [0, 1, 0], "curve": "track", "second_curve": "rail"}
+    needed |= {"shape": "disc", "radius": "20 cm"}
     for kind in JOINTS:
         own = {name: needed[name] for name in needed if name in kind.__dataclass_fields__}
         joint = kind("ground", "body.P", **own)
