@@ -31,6 +31,10 @@ MORE = {
     "use": ("Use of a part", "Add a mechanism of another file, or one that comes with bksim"),
     "io": ("Inputs and outputs", "Say what goes into the mechanism and comes out"),
     "initial": ("Initial value", "State the start of a coordinate by its name"),
+    "conditions": ("Condition", "Hold a sum of rates at zero"),
+    "optimize": ("Optimum", "Say what is to be least or largest, and what may vary"),
+    "fit": ("Fit", "Say which values follow from measured curves"),
+    "tolerance": ("Tolerance", "Give limits of values, and what they act on"),
 }
 
 

@@ -15,6 +15,9 @@ APART = {"link", "distance", "cylinder", "spring", "damper", "force"}
 # Joints of a plane whose axis is in it.
 SLIDING = {"prismatic", "slot"}
 
+# Properties that objects of FreeCAD have by themselves.
+TAKEN = {"Name", "Shape"}
+
 
 @dataclass(frozen=True)
 class Key:
@@ -28,7 +31,7 @@ class Key:
     def attribute(self):
         """The property of a document's object that holds it."""
         camel = "".join(word.capitalize() for word in self.name.split("_"))
-        return "ModelName" if camel == "Name" else camel
+        return f"Model{camel}" if camel in TAKEN else camel
 
 
 @dataclass(frozen=True)
