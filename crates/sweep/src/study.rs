@@ -123,15 +123,6 @@ impl Study {
         is_known.then_some(parameters)
     }
 
-    /// By axis: the initial value of the model that it varies; `None` of a parameter.
-    pub fn initial_values(&self) -> Vec<Option<usize>> {
-        let of = |input: &Input| match input.quantity {
-            Quantity::Parameter => None,
-            Quantity::Initial(idx) => Some(idx),
-        };
-        self.inputs.iter().map(of).collect()
-    }
-
     /// The outputs of one sample of a mechanism that is not run, as of a pose, at some parameters.
     pub fn outputs_of(&self, parameters: &[f64], samples: &[Sample]) -> Vec<f64> {
         let mut reducer = Reducer::new(&self.outputs, parameters);
