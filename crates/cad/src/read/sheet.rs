@@ -42,7 +42,7 @@ pub struct Drawn {
 pub struct Filled {
     /// Borders of the filling.
     pub borders: Vec<Path>,
-    /// Whether a pattern fills it.
+    /// Whether a pattern fills the outline.
     pub has_pattern: bool,
     /// Type, handle and position.
     pub location: Location,
@@ -66,7 +66,7 @@ pub struct Words {
 pub struct Length {
     /// The points it is between.
     pub ends: [Point; 2],
-    /// Their distance as it measures.
+    /// Distance of the points as the dimension measures it.
     pub measured: f64,
     /// The number that it shows.
     pub shown: f64,

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::args::import::Import;
 use crate::exit::{Failure, Status};
 use crate::output;
-use crate::output_file::{check_ending, put};
+use crate::output_file::check_ending;
 use crate::render;
 use crate::source::{Text, read_bytes};
 
@@ -30,7 +30,7 @@ pub(crate) fn run(args: &Import, as_json: bool) -> Result<Status, Failure> {
     let mut imported = import(&name, &bytes, &|wanted| places.bytes(wanted), base);
     let Some(model) = imported.model.take() else { return Err(rejected(&imported)) };
     if let Some(path) = &args.output {
-        write(path, &args.file, args.force, &model)?;
+        super::import_drawing::write(path, &args.file, args.force, &model)?;
     }
     if as_json {
         output::json("import", as_object(args, &imported, &model))?;
@@ -44,19 +44,6 @@ pub(crate) fn run(args: &Import, as_json: bool) -> Result<Status, Failure> {
         Some(path) => report(path, &imported)?,
     }
     Ok(Status::Done)
-}
-
-pub(super) fn write(path: &Path, input: &Path, force: bool, model: &str) -> Result<(), Failure> {
-    let own = path.canonicalize().ok();
-    if own.is_some() && own == input.canonicalize().ok() {
-        let what = "is read by this command; nothing was written".to_owned();
-        return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
-    }
-    if path.exists() && !force {
-        let help = Some("add --force to overwrite it".to_owned());
-        return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
-    }
-    put(path, model.as_bytes())
 }
 
 /// The counts, names that changed and parts that are left out.

@@ -8,10 +8,9 @@ use bksim::import::plain::{Material, Options, Question, Understanding, understan
 use serde_json::{Value, json};
 
 use crate::args::import::Import;
-use crate::commands::import::write;
 use crate::exit::{Failure, Status};
 use crate::output;
-use crate::output_file::check_ending;
+use crate::output_file::{check_ending, put};
 use crate::render;
 use crate::source::Text;
 
@@ -54,6 +53,20 @@ pub(super) fn run(
         Some(path) => output::report(&report(path, &understood))?,
     }
     Ok(Status::Done)
+}
+
+/// Writes a text that was made of a file next to it, never over that file.
+pub(super) fn write(path: &Path, input: &Path, force: bool, model: &str) -> Result<(), Failure> {
+    let own = path.canonicalize().ok();
+    if own.is_some() && own == input.canonicalize().ok() {
+        let what = "is read by this command; nothing was written".to_owned();
+        return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
+    }
+    if path.exists() && !force {
+        let help = Some("add --force to overwrite it".to_owned());
+        return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
+    }
+    put(path, model.as_bytes())
 }
 
 fn options(args: &Import) -> Result<Options, Failure> {

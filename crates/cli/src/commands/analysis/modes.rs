@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked, failed, lines, text_units};
 use super::linearize::pole;
-use super::state::{self, besides, branches, branches_json};
-use super::statics::{held, word};
+use super::state::{self, besides, branches, branches_json, word};
+use super::statics::held;
 use crate::args::analysis::Modes as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};

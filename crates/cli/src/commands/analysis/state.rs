@@ -1,11 +1,10 @@
 //! The state that an answer is about, in words and as JSON, with values in the units of the file.
 
-use bksim::analysis::{About, OtherState, Place, State, WayRates, in_words};
+use bksim::analysis::{About, OtherState, Place, Stability, State, WayRates, in_words};
 use bksim::model::file::ShownUnits;
 use serde_json::{Value, json};
 
 use super::answer::in_units;
-use super::statics::word;
 use crate::output::number;
 
 /// Most other equilibria, and most coordinates of one, that a report lists.
@@ -126,4 +125,13 @@ pub fn json(state: &State, units: &ShownUnits) -> Value {
         "complete": state.is_complete,
         "left_out": state.left_out.iter().map(left_out).collect::<Vec<_>>(),
     })
+}
+
+/// Stability in a word.
+pub(super) fn word(stability: Stability) -> &'static str {
+    match stability {
+        Stability::Stable => "stable",
+        Stability::Unstable => "unstable",
+        Stability::Neutral => "neutral",
+    }
 }

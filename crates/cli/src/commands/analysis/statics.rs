@@ -2,14 +2,14 @@
 
 use bksim::analysis::{
     AnalysisError, Balanced, BearingStop, BranchPoint, Continuation, CrossingBranch, Equilibrium,
-    Family, OpenReactions, PassedStop, PointKind, Range, ReactionBound, Stability, Statics,
-    WayRates, balanced, compliances, in_words, statics, statics_over,
+    Family, OpenReactions, PassedStop, PointKind, Range, ReactionBound, Statics, WayRates,
+    balanced, compliances, in_words, statics, statics_over,
 };
 use bksim::model::Model;
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked, failed, lines, pose_json, shown};
-use super::state::{branches, branches_json};
+use super::state::{branches, branches_json, word};
 use crate::args::analysis::Static as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
@@ -50,14 +50,6 @@ pub fn bounds(
     written: &[(String, String)],
 ) -> Result<Vec<ReactionBound>, AnalysisError> {
     written.iter().map(|(name, values)| ReactionBound::parse(model, name, values)).collect()
-}
-
-pub(super) fn word(stability: Stability) -> &'static str {
-    match stability {
-        Stability::Stable => "stable",
-        Stability::Unstable => "unstable",
-        Stability::Neutral => "neutral",
-    }
 }
 
 /// The note about stops and friction that hold.
