@@ -18,6 +18,8 @@ mod document;
 mod draft;
 mod draw;
 mod edit;
+mod hand;
+mod live;
 mod names;
 mod numbers;
 mod places;

@@ -7,6 +7,8 @@ use bksim_scene::{Attached, Form, Scene, WrittenSolid};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 use serde_json::Value;
 
+use crate::live::position_of;
+
 /// Part of its length to which a spring may be pressed, and multiple to which it may be drawn out, in a picture.
 const SPAN: [f64; 2] = [0.25, 4.0];
 
@@ -68,6 +70,27 @@ impl Posed {
         names(self) == names(other) && self.drag.go_near(&other.q())
     }
 
+    /// Goes to the pose near coordinates of these names; false where there is none.
+    pub(crate) fn go_near_left(&mut self, left: &crate::live::Left) -> bool {
+        let names: Vec<String> = self.drag.coordinates().iter().map(|c| c.name.clone()).collect();
+        left.q_of(&names).is_some_and(|q| self.drag.go_near(q))
+    }
+
+    /// The longest link, m.
+    pub(crate) fn size(&self) -> f64 {
+        self.drag.size()
+    }
+
+    /// Whether all coordinates are motions of joints.
+    pub(crate) fn is_of_joints(&self) -> bool {
+        self.drag.coordinates().iter().all(|c| matches!(c.owner, Owner::Joint(..)))
+    }
+
+    /// The measures of all coordinates; `None` where one of them cannot be stated.
+    pub(crate) fn measures(&self) -> Option<Vec<Measure>> {
+        self.drag.coordinates().iter().map(|c| position_of(c.owner)).collect()
+    }
+
     /// Takes hold of a point in the frame of a body, m.
     ///
     /// # Errors
@@ -120,7 +143,7 @@ impl Posed {
     pub(crate) fn independent(&mut self) -> Vec<Measure> {
         let columns = self.drag.independent();
         let owner = |column: usize| self.drag.coordinates()[column].owner;
-        columns.into_iter().filter_map(|column| measure_of(owner(column))).collect()
+        columns.into_iter().filter_map(|column| position_of(owner(column))).collect()
     }
 
     /// The shapes as JSON for the script of a page.
@@ -164,18 +187,6 @@ pub(crate) fn numbers(bodies: &[Pose]) -> Vec<f64> {
         pose.origin.into_iter().chain(rotation).chain(pose.velocity).chain(pose.omega)
     };
     bodies.iter().flat_map(of_body).collect()
-}
-
-/// The measure that a coordinate is, where a start can state it.
-fn measure_of(owner: Owner) -> Option<Measure> {
-    use bksim_model::Axis;
-    Some(match owner {
-        Owner::Joint(joint, motion_idx) => Measure::JointPosition(joint, motion_idx),
-        Owner::Body(body, 0) => Measure::PointPosition(body, None, Axis::X),
-        Owner::Body(body, 1) => Measure::PointPosition(body, None, Axis::Y),
-        Owner::Body(body, 2) => Measure::BodyAngle(body),
-        _ => return None,
-    })
 }
 
 /// The limit of a pull in words.

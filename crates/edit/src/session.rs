@@ -5,6 +5,8 @@
 //! {"do": "undo"}  {"do": "redo"}  {"do": "settle"}
 //! {"do": "grab", "body": 1, "point": [x, y, z]}     {"do": "drag", "to": [x, y, z]}    {"do": "release"}
 //! {"do": "pose", "pose": "start"}                   {"do": "start_here"}
+//! {"do": "live", "t": 0.8}                          {"do": "pull", "body": 1, "point": [x, y, z]}
+//! {"do": "step", "dt": 0.02, "to": [x, y, z]}       {"do": "rest"}
 //! {"do": "solve"}  {"do": "freedoms"}  {"do": "equations"}  {"do": "assemblies"}
 //! ```
 //!
@@ -19,12 +21,16 @@ use serde_json::{Value, json};
 use crate::controls::{controls, elements};
 use crate::document::Document;
 use crate::edit::Edit;
+use crate::live::{Live, hold_of};
 use crate::places::Places;
 use crate::pose::{Posed, limit_words};
 use crate::reading::{Readings, own_place_of, readings, rejected};
 use crate::solver::Solver;
 use crate::start::start_here;
 use crate::{answers, codes};
+
+/// Most of a driven motion that is run again when its text changes, s.
+const LONGEST_REPEAT: f64 = 30.0;
 
 /// A request of a page.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
@@ -54,6 +60,20 @@ enum Request {
         pose: Place,
     },
     StartHere {},
+    Live {
+        #[serde(default)]
+        t: Option<f64>,
+    },
+    Pull {
+        body: usize,
+        point: [f64; 3],
+    },
+    Step {
+        dt: f64,
+        #[serde(default)]
+        to: Option<[f64; 3]>,
+    },
+    Rest {},
     Solve {},
     Freedoms {},
     Equations {},
@@ -77,7 +97,7 @@ pub struct Answer {
 }
 
 /// A model that is edited, posed and solved.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct Session {
     name: String,
     document: Document,
@@ -89,6 +109,8 @@ pub struct Session {
     is_whole: bool,
     faults: Vec<Diagnostic>,
     solver: Solver,
+    /// The motion that goes on, if one does.
+    live: Option<Live>,
 }
 
 impl Session {
@@ -134,6 +156,10 @@ impl Session {
                 json!({})
             }),
             Request::StartHere {} => self.start_here(),
+            Request::Live { t } => self.begin_live(t),
+            Request::Pull { body, point } => self.pull(body, point),
+            Request::Step { dt, to } => self.step(dt, to),
+            Request::Rest {} => self.rest(),
             Request::Solve {} => self.solve(),
             Request::Freedoms {} => self.of_mechanism(answers::freedoms),
             Request::Equations {} => {
@@ -195,6 +221,7 @@ impl Session {
                 }
                 self.posed = Some(posed);
                 self.is_current = true;
+                self.go_on();
             }
             Err(error) => {
                 let faults = rejected(&error).into_iter();
@@ -254,6 +281,92 @@ impl Session {
             posed.go_to_start();
         }
         if answer.json.get("fault").is_some() { answer } else { self.state() }
+    }
+
+    /// A motion without an end, from time `t` of that of the model, or from the pose that is shown.
+    fn begin_live(&mut self, t: Option<f64>) -> Answer {
+        let found = readings(self.document.text(), &self.name);
+        let begun = match (found.model, &mut self.posed, t) {
+            (Some(model), _, Some(t)) => Live::begin(model, t),
+            // Drives begin where they begin.
+            (Some(model), Some(posed), None) if model.drives.is_empty() => {
+                Live::begin_in(model, posed, None)
+            }
+            (Some(model), ..) => Live::begin(model, 0.0),
+            (None, ..) => Err(found.faults),
+        };
+        self.take_live(begun)
+    }
+
+    fn take_live(&mut self, begun: Result<Live, Vec<Diagnostic>>) -> Answer {
+        match begun {
+            Ok(live) => {
+                self.live = Some(live);
+                self.of_live(true)
+            }
+            Err(found) => {
+                self.live = None;
+                let fault = found.iter().find(|fault| fault.is_error()).or(found.first());
+                let fault = fault.map(|fault| written_fault(self.document.text(), fault));
+                Answer { json: json!({ "fault": fault }), numbers: Vec::new() }
+            }
+        }
+    }
+
+    /// Where the motion is that goes on.
+    fn of_live(&mut self, is_there: bool) -> Answer {
+        let Some(live) = &mut self.live else { return Answer::default() };
+        let json = json!({ "t": live.t(), "is_there": is_there, "energy": live.energy() });
+        Answer { json, numbers: live.numbers() }
+    }
+
+    /// Takes hold of a body that moves.
+    fn pull(&mut self, body: usize, point: [f64; 3]) -> Answer {
+        let found = readings(self.document.text(), &self.name);
+        let (Some(model), Some(live), Some(posed)) = (found.model, &self.live, &self.posed) else {
+            return Answer { json: json!({}), numbers: Vec::new() };
+        };
+        let Some(hold) = hold_of(&model, body, point).filter(|hold| !live.holds(*hold)) else {
+            return self.of_live(true);
+        };
+        let held = Live::held(model, hold, posed.size(), &live.left());
+        self.take_live(held)
+    }
+
+    fn step(&mut self, dt: f64, to: Option<[f64; 3]>) -> Answer {
+        let Some(live) = &mut self.live else {
+            return Answer { json: json!({}), numbers: Vec::new() };
+        };
+        match live.step(dt, to) {
+            Ok(is_there) => self.of_live(is_there),
+            Err(fault) => {
+                let mut answer = self.of_live(true);
+                answer.json["fault"] = written_fault(self.document.text(), &fault);
+                answer
+            }
+        }
+    }
+
+    /// Ends the motion that goes on; the pose stays where it is.
+    fn rest(&mut self) -> Answer {
+        if let (Some(live), Some(posed)) = (self.live.take(), &mut self.posed) {
+            posed.go_near_left(&live.left());
+        }
+        self.with_pose(|_| json!({}))
+    }
+
+    /// Lets the motion go on with a text that has changed: in the pose near to where it is, with its rates.
+    fn go_on(&mut self) {
+        let (Some(live), Some(posed)) = (self.live.take(), &mut self.posed) else { return };
+        let left = live.left();
+        let Some(model) = readings(self.document.text(), &self.name).model else { return };
+        let next = if live.is_driven() || !model.drives.is_empty() {
+            Live::begin(model, left.t().min(LONGEST_REPEAT))
+        } else {
+            posed.go_near_left(&left);
+            Live::begin_in(model, posed, Some(&left))
+        };
+        self.live = next.ok();
     }
 
     fn solve(&mut self) -> Answer {

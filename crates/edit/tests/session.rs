@@ -209,3 +209,84 @@ fn a_length_under_a_slider_keeps_the_pose_that_the_hand_gave() {
     let off = difference(&before.numbers, &after.numbers);
     assert!(off > 1e-6 && off < 0.05, "{off}");
 }
+
+const PENDULUM: &str = "[parameters]\nl = \"0.5 m\"\n[bodies.arm]\nmass = 1\ninertia = 0.01\ncom = [\"l\", 0]\n\
+    points = { P = [\"l\", 0] }\n[joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"arm\"]\n\
+    [loads.weight]\ntype = \"gravity\"\nacceleration = [0, \"-9.81 m/s^2\"]\n\
+    [initial]\nA = { angle = \"-30 deg\" }\n[solve]\nt_end = 1\n";
+
+/// The place of a body's point in an answer.
+fn place_of(answer: &Answer, body: usize, point: [f64; 3]) -> [f64; 3] {
+    let at = &answer.numbers[18 * body..];
+    [0, 1, 2].map(|i| at[i] + (0..3).map(|j| at[3 + 3 * i + j] * point[j]).sum::<f64>())
+}
+
+fn steps(session: &mut Session, n: usize, to: Option<[f64; 3]>) -> Answer {
+    let mut answer = Answer::default();
+    for _ in 0..n {
+        answer = ask(session, &json!({ "do": "step", "dt": 0.02, "to": to }));
+        assert!(answer.json.get("fault").is_none(), "{}", answer.json);
+    }
+    answer
+}
+
+#[test]
+fn a_live_motion_is_that_of_the_model() {
+    for text in [PENDULUM, FOUR_BAR, SLIDER_CRANK] {
+        let moved = Solver::default().solve(text, "model", model(text)).expect("a motion");
+        let n = moved.frames.len() / moved.times.len();
+        let mut session = opened(text);
+        ask(&mut session, &json!({ "do": "live" }));
+        let answer = steps(&mut session, 10, None);
+        let t = answer.json["t"].as_f64().expect("a time");
+        let k = moved.times.iter().position(|time| (time - t).abs() < 1e-9).expect("a sample");
+        let off = difference(&answer.numbers, &moved.frames[k * n..(k + 1) * n]);
+        assert!((t - 0.2).abs() < 1e-9 && off < 1e-4, "{off} at {t} s");
+    }
+}
+
+#[test]
+fn a_hand_pulls_a_moving_body_and_lets_it_go() {
+    let mut session = opened(PENDULUM);
+    ask(&mut session, &json!({ "do": "live" }));
+    let free = steps(&mut session, 5, None);
+    let held = ask(&mut session, &json!({ "do": "pull", "body": 1, "point": [0.5, 0, 0] }));
+    assert_eq!(held.json["t"], free.json["t"]);
+    assert!(difference(&held.numbers, &free.numbers) < 1e-12);
+    // It comes to rest where the hand is, but for the sag of its weight.
+    let answer = steps(&mut session, 150, Some([0.3, 0.4, 0.0]));
+    let [x, y, _] = place_of(&answer, 1, [0.5, 0.0, 0.0]);
+    assert!((x - 0.3).hypot(y - 0.4) < 0.02, "{x} {y}");
+    // Free again, its energy stays.
+    let energy = |answer: &Answer| -> f64 {
+        answer.json["energy"].as_array().into_iter().flatten().filter_map(Value::as_f64).sum()
+    };
+    let [first, last] = [1, 100].map(|n| steps(&mut session, n, None));
+    assert!((energy(&first) - energy(&last)).abs() < 1e-4, "{} {}", first.json, last.json);
+    assert!(difference(&first.numbers, &last.numbers) > 0.1);
+    // The pose stays when it rests.
+    let rest = ask(&mut session, &json!({ "do": "rest" }));
+    assert!(difference(&rest.numbers, &last.numbers) < 1e-9);
+}
+
+#[test]
+fn a_live_motion_goes_on_with_another_length() {
+    let mut session = opened(PENDULUM);
+    ask(&mut session, &json!({ "do": "live" }));
+    let before = steps(&mut session, 12, None);
+    ask(
+        &mut session,
+        &json!({ "do": "edit", "edit": { "edit": "set", "path": "parameters.l", "value": "0.25 m" } }),
+    );
+    let after = steps(&mut session, 1, None);
+    let angle = |answer: &Answer| answer.numbers[18 + 6].atan2(answer.numbers[18 + 3]);
+    let speed = |answer: &Answer| answer.numbers[18 + 17];
+    assert!((after.json["t"].as_f64().expect("a time") - 0.26).abs() < 1e-9);
+    assert!((angle(&after) - angle(&before) - 0.02 * speed(&before)).abs() < 0.01);
+    assert!((speed(&after) - speed(&before)).abs() < 0.9, "rates go on");
+    // A driven one is where its drive is.
+    let mut session = opened(SLIDER_CRANK);
+    ask(&mut session, &json!({ "do": "live", "t": 0.3 }));
+    let answer = steps(&mut session, 1, None);
+    assert!((answer.json["t"].as_f64().expect("a time") - 0.32).abs() < 1e-9);
+}
