@@ -38,6 +38,7 @@ fn apply(draft: &mut Draft, edit: &Edit) -> Result<(), EditError> {
         Edit::Move { point, to } => move_point(draft, point, *to)?,
         Edit::Point { body, at } => draw::point(draft, body, *at).map(drop)?,
         Edit::Link { from, to } => draw::link(draft, from, to)?,
+        Edit::Plate { corners } => draw::plate(draft, corners)?,
         Edit::Pin { from, to } => draw::pin(draft, from, to)?,
         Edit::Ground { at } => draw::ground(draft, at)?,
         Edit::Slide { at, angle } => draw::slide(draft, at, *angle)?,

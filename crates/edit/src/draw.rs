@@ -136,15 +136,82 @@ pub(crate) fn link(draft: &mut Draft, from: &End, to: &End) -> Result<(), EditEr
     );
     draft.set(&["initial", &body], &guess)?;
 
-    // Pins where it meets others.
-    for (end, own) in [(from, "A"), (to, "B")] {
-        if end.on.is_some() {
-            let on = named(draft, end)?;
-            let own = format!("{body}.{own}");
-            joint(draft, &[("type", quoted("revolute")), ("between", two(&on, &own))])?;
-        }
+    pins(draft, &body, &[(from, "A".to_owned()), (to, "B".to_owned())])
+}
+
+/// Pins of a new body where its ends meet others.
+fn pins(draft: &mut Draft, body: &str, ends: &[(&End, String)]) -> Result<(), EditError> {
+    for (end, own) in ends.iter().filter(|(end, _)| end.on.is_some()) {
+        let on = named(draft, end)?;
+        let own = format!("{body}.{own}");
+        joint(draft, &[("type", quoted("revolute")), ("between", two(&on, &own))])?;
     }
     Ok(())
+}
+
+/// A plate with corners. Its frame begins at the first of them, parallel to the ground.
+pub(crate) fn plate(draft: &mut Draft, corners: &[End]) -> Result<(), EditError> {
+    let Some(first) = corners.first().filter(|_| corners.len() > 2) else {
+        return Err(EditError::missing(&["corners"]));
+    };
+    let body = fresh(&draft.places()?, "plate");
+    let own = |end: &End| [0, 1].map(|i| end.world[i] - first.world[i]);
+    let places: Vec<[f64; 2]> = corners.iter().map(own).collect();
+    let (com, per_mass) = centroid(&places);
+    let letters: Vec<String> = (0..places.len()).map(corner_name).collect();
+    let points: Vec<String> =
+        letters.iter().zip(&places).map(|(name, at)| format!("{name} = {}", place(*at))).collect();
+    let outline: Vec<String> = places.iter().map(|at| place(*at)).collect();
+    let inertia = format!("{MASS}*{} m^2", written(rounded(per_mass)));
+    let mut of = vec![
+        ("mass", quoted(MASS)),
+        ("com", place(com)),
+        ("inertia", quoted(&inertia)),
+        ("points", format!("{{ {} }}", points.join(", "))),
+        ("outline", format!("[{}]", outline.join(", "))),
+    ];
+    if corners.iter().all(|corner| corner.on.is_none()) {
+        of.push(("free", "true".to_owned()));
+    }
+    draft.add_table(&["bodies", &body], &pairs(&of))?;
+    let at = [0, 1].map(|i| quoted(&length(first.world[i] + com[i])));
+    let guess = format!("{{ guess = {{ x = {}, y = {}, angle = 0 }} }}", at[0], at[1]);
+    draft.set(&["initial", &body], &guess)?;
+    let ends: Vec<(&End, String)> = corners.iter().zip(letters).collect();
+    pins(draft, &body, &ends)
+}
+
+/// The name of a corner: A to Z, then by number.
+fn corner_name(idx: usize) -> String {
+    let letter =
+        u8::try_from(idx).ok().and_then(|idx| (idx < 26).then_some(char::from(b'A' + idx)));
+    letter.map_or_else(|| format!("P{idx}"), String::from)
+}
+
+/// Centroid of a polygon and its polar second moment about it over its area; of corners in line, their mean and a
+/// rod's.
+fn centroid(corners: &[[f64; 2]]) -> ([f64; 2], f64) {
+    let sides = corners.iter().zip(corners.iter().cycle().skip(1));
+    let (mut area, mut first, mut second) = (0.0, [0.0; 2], 0.0);
+    for (a, b) in sides {
+        let cross = a[0] * b[1] - a[1] * b[0];
+        area += 0.5 * cross;
+        for i in 0..2 {
+            first[i] += cross * (a[i] + b[i]) / 6.0;
+            second += cross * (a[i] * a[i] + a[i] * b[i] + b[i] * b[i]) / 12.0;
+        }
+    }
+    let n = f64::from(u32::try_from(corners.len()).unwrap_or(u32::MAX));
+    let mean = [0, 1].map(|i| corners.iter().map(|corner| corner[i]).sum::<f64>() / n);
+    let spread = |about: [f64; 2]| {
+        let squares = corners.iter().map(|c| (c[0] - about[0]).powi(2) + (c[1] - about[1]).powi(2));
+        squares.fold(0.0, f64::max)
+    };
+    if area.abs() <= 1e-9 * spread(mean) {
+        return (mean, spread(mean) / 3.0);
+    }
+    let com = first.map(|moment| moment / area);
+    (com, second / area - com[0] * com[0] - com[1] * com[1])
 }
 
 fn load(draft: &mut Draft, stem: &str, of: &[(&str, String)]) -> Result<(), EditError> {

@@ -51,6 +51,11 @@ pub enum Edit {
         /// Where it ends.
         to: End,
     },
+    /// A plate with three corners or more; a corner on a point gets a pin there.
+    Plate {
+        /// Its corners, in order around it.
+        corners: Vec<End>,
+    },
     /// A revolute joint between two ends.
     Pin {
         /// On the first body.

@@ -210,3 +210,23 @@ fn random_scripts_of_edits_stay_readable_and_are_undone_byte_for_byte() {
         }
     }
 }
+
+#[test]
+fn a_plate_has_the_inertia_of_its_corners_and_pins_where_it_meets_points() {
+    let on_ground = edited("", &Edit::Point { body: "ground".to_owned(), at: [0.0, 0.0] });
+    let text = on_ground.expect("an edit");
+    let corners = vec![
+        end(0.0, 0.0, Some("ground.A")),
+        end(0.3, 0.0, None),
+        end(0.3, 0.1, None),
+        end(0.0, 0.1, None),
+    ];
+    let text = edited(&text, &Edit::Plate { corners }).expect("an edit");
+    assert!(is_model(&text), "{text}");
+    // A rectangle of 0.3 m by 0.1 m: (0.09 + 0.01)/12 m².
+    assert!(text.contains("inertia = \"1 kg*0.00833333 m^2\""), "{text}");
+    assert!(text.contains("com = [\"150 mm\", \"50 mm\"]"), "{text}");
+    assert!(text.contains("between = [\"ground.A\", \"plate1.A\"]"), "{text}");
+    let two = Edit::Plate { corners: vec![end(0.0, 0.0, None), end(1.0, 0.0, None)] };
+    assert!(edited(&text, &two).is_err());
+}
