@@ -112,6 +112,7 @@ fn header(title: &str, is_served: bool) -> String {
 <button type="button" id="undo" disabled title="Undo (Ctrl+Z)">Undo</button>
 <button type="button" id="redo" disabled title="Redo (Ctrl+Y)">Redo</button>
 <button type="button" id="share" title="A link that holds this model">Share</button>
+<select id="export" aria-label="Export" title="Files of what is shown"><option value="" selected>Export</option><option value="png">Picture (PNG)</option><option value="svg">Picture (SVG)</option><option value="csv">Curves (CSV)</option><option value="toml">Model (TOML)</option></select>
 <button type="button" id="save" class="main" title="The text as a TOML file (Ctrl+S)">{save}</button>
 <button type="button" id="theme" aria-label="Dark theme" aria-pressed="false" title="Light or dark"></button>
 </header>
@@ -127,6 +128,7 @@ const BODY: &str = r#"<noscript><p>This page lives by JavaScript, which is switc
 <button type="button" data-tool="hand" aria-pressed="true" title="Drag a point or body">Hand</button>
 <button type="button" data-tool="shape" aria-pressed="false" title="Drag points to change lengths">Shape</button>
 <button type="button" data-tool="link" aria-pressed="false" title="Draw a link">Link</button>
+<button type="button" data-tool="plate" aria-pressed="false" title="Draw a plate with three corners or more">Plate</button>
 <button type="button" data-tool="ground" aria-pressed="false" title="Pin a point to the ground">Ground</button>
 <button type="button" data-tool="pin" aria-pressed="false" title="Join two points">Pin</button>
 <button type="button" data-tool="slide" aria-pressed="false" title="Let a point slide along a line">Slide</button>
@@ -136,6 +138,8 @@ const BODY: &str = r#"<noscript><p>This page lives by JavaScript, which is switc
 <button type="button" data-tool="motor" aria-pressed="false" title="Drive a joint">Motor</button>
 <button type="button" id="gravity" title="Gravity along −y">Gravity</button>
 <button type="button" data-tool="delete" aria-pressed="false" title="Delete a body">Delete</button>
+<button type="button" id="under" title="A picture underneath, to draw over">Picture</button>
+<input type="file" id="underlay" accept="image/*" hidden aria-label="Picture underneath">
 </div>
 <div class="picture">
 <canvas id="picture" tabindex="0" role="application" aria-label="The mechanism: N goes to the next point, arrow keys move, Enter takes hold and lets go"></canvas>
@@ -154,9 +158,11 @@ const BODY: &str = r#"<noscript><p>This page lives by JavaScript, which is switc
 <button type="button" id="loop" aria-label="Loop" aria-pressed="true"></button>
 <output id="time" for="scrub"></output>
 <label>Speed <select id="speed"></select></label>
+<button type="button" id="live-run" aria-pressed="false" title="Let it move, and pull at it">Live</button>
 <button type="button" id="to-start" title="Go back to the pose of the start">To start</button>
 <button type="button" id="start-here" title="Write this pose into the model as its start">Start here</button>
 <label><input type="checkbox" id="labels" checked> Names</label>
+<label title="The motion before the last change, faintly"><input type="checkbox" id="ghost"> Before</label>
 <input type="range" id="scrub" min="0" max="1" step="any" value="0" aria-label="Time">
 </div>
 <ul id="faults" hidden aria-label="Faults"></ul>

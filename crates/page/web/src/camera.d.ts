@@ -6,6 +6,7 @@ export class Camera {
   size: number[];
   rows: number[][];
   isPlanar: boolean;
+  reset(isPlanar: boolean): void;
   project(p: number[]): [number, number, number];
   pan(dx: number, dy: number): void;
   zoom(factor: number, at?: number[]): void;

@@ -10,10 +10,15 @@ export const VIEWS = {
 
 export class Camera {
   constructor(isPlanar) {
-    this.isPlanar = isPlanar;
     this.centre = [0, 0, 0];
     this.scale = 1;
     this.size = [1, 1];
+    this.reset(isPlanar);
+  }
+
+  /** The first view of a plane or spatial mechanism. */
+  reset(isPlanar) {
+    this.isPlanar = isPlanar;
     // A spatial mechanism is seen from the front, a little from the side and from above.
     this.azimuth = isPlanar ? 0 : 0.6;
     this.elevation = isPlanar ? 0 : 0.4;

@@ -1,6 +1,7 @@
 // Live pages in a real browser, driven by mouse, touch and keys. What is tested comes in the environment:
 //
-//   BKSIM_LIVE_PAGES   a JSON file: {"browser", "screenshots", "pages": {"four-bar": file, "slider-crank": file, "empty": file}}
+//   BKSIM_LIVE_PAGES   a JSON file: {"browser", "screenshots", "pages": {"four-bar": file, "slider-crank": file,
+//                      "spatial-four-bar": file, "empty": file}}
 
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
@@ -275,3 +276,118 @@ test('poses and motions are quick enough for a hand', { skip }, () =>
     console.log(`# ${rate.toFixed(0)} poses a second; edit ${edit.toFixed(1)} ms, motion ${solve.toFixed(1)} ms`);
     assert.ok(rate > 30, `${rate} poses a second`);
   }));
+
+test('a motion goes on under the hand, and is recorded', { skip }, () =>
+  opened('slider-crank', {}, async (page) => {
+    await page.click('#live-run');
+    await page.waitForFunction(() => globalThis.bksim.isRunning);
+    const at = await place(page, 'crank.B');
+    await page.mouse.move(...(await pixel(page, ...at)));
+    await page.mouse.down();
+    await page.mouse.move(...(await pixel(page, at[0] - 0.05, at[1] + 0.03)), { steps: 5 });
+    await page.waitForTimeout(600);
+    await shot(page, 'pulled');
+    await page.mouse.up();
+    await page.click('#live-run');
+    await page.waitForFunction(() => !globalThis.bksim.isRunning);
+    await idle(page);
+    const [n, t, distance] = await page.evaluate(() => {
+      const { times, frames, nNumbers } = globalThis.bksim.motion;
+      const last = frames.slice(frames.length - nNumbers);
+      return [times.length, times[times.length - 1] - times[0], Math.abs(last[18 + 6] - frames[18 + 6])];
+    });
+    assert.ok(n > 10 && t > 0.2, `${n} pictures, ${t} s`);
+    assert.ok(distance > 1e-3, 'nothing moved');
+    await page.locator('#scrub').fill('0.5');
+    await idle(page);
+  }));
+
+test('the motion before a change is shown faintly', { skip }, () =>
+  opened('four-bar', {}, async (page) => {
+    await page.locator('[data-path="parameters.b"] input[type=text]').fill('0.27 m');
+    await page.locator('[data-path="parameters.b"] input[type=text]').press('Enter');
+    await idle(page);
+    await page.check('#ghost');
+    await page.locator('#scrub').fill('0.3');
+    await idle(page);
+    assert.ok(await page.evaluate(() => globalThis.bksim.ghost !== null));
+    await shot(page, 'ghost');
+  }));
+
+test('a plate is drawn by its corners', { skip }, () =>
+  opened('empty', {}, async (page) => {
+    await page.click('[data-tool=plate]');
+    for (const at of [[-0.1, 0], [0.1, 0], [0.05, 0.1], [-0.1, 0]]) {
+      await page.mouse.move(...(await pixel(page, ...at)));
+      await page.mouse.down();
+      await page.mouse.up();
+      await idle(page);
+    }
+    assert.match(await text(page), /\[bodies\.plate1\]/);
+    assert.match(await text(page), /outline = \[/);
+    await shot(page, 'plate');
+  }));
+
+test('a mechanism in space is turned and held', { skip }, () =>
+  opened('spatial-four-bar', {}, async (page) => {
+    await shot(page, 'space');
+    const rows = () => page.evaluate(() => globalThis.bksim.camera.rows.flat());
+    const before = await rows();
+    const { x, y } = await page.locator('#picture').boundingBox();
+    await page.mouse.move(x + 8, y + 8);
+    await page.mouse.down();
+    await page.mouse.move(x + 68, y + 28, { steps: 5 });
+    await page.mouse.up();
+    const after = await rows();
+    assert.ok(after.some((value, i) => Math.abs(value - before[i]) > 0.1), 'not turned');
+    const poses = await numbers(page);
+    const held = await page.evaluate(() => {
+      const { state, numbers: n, camera } = globalThis.bksim;
+      const moving = state.joints.find(({ is_driven: isDriven }) => isDriven) ?? state.joints[0];
+      const { body, at } = state.points.find((point) => point.body === moving.bodies[1] && point.at.some((v) => v !== 0));
+      const world = [0, 1, 2].map((i) => n[18 * body + i] + [0, 1, 2].reduce((sum, j) => sum + n[18 * body + 3 + 3 * i + j] * at[j], 0));
+      return camera.project(world);
+    });
+    await page.mouse.move(x + held[0], y + held[1]);
+    await page.mouse.down();
+    await page.mouse.move(x + held[0] + 40, y + held[1] - 30, { steps: 8 });
+    await idle(page);
+    await page.mouse.up();
+    await idle(page);
+    const moved = await numbers(page);
+    assert.ok(moved.some((value, i) => Math.abs(value - poses[i]) > 1e-3), 'not moved');
+    await shot(page, 'space-turned');
+  }));
+
+test('pictures and tables are kept as files', { skip }, () =>
+  opened('four-bar', {}, async (page) => {
+    for (const [kind, content] of [['svg', /^<svg[^]*<path/], ['csv', /^t \[s\],/], ['toml', /\[bodies/], ['png', /PNG/]]) {
+      const [download] = await Promise.all([page.waitForEvent('download'), page.selectOption('#export', kind)]);
+      assert.equal(download.suggestedFilename(), `four-bar.${kind}`);
+      const kept = fs.readFileSync(await download.path(), 'latin1');
+      assert.match(kept, content);
+    }
+  }));
+
+test('a frame of lecture notes shows the parts that its address names', { skip }, () =>
+  opened('four-bar', { viewport: { width: 640, height: 420 } }, async (page) => {
+    assert.equal(await page.locator('header').isVisible(), false);
+    assert.equal(await page.locator('.tools').isVisible(), false);
+    assert.equal(await page.locator('#play').isVisible(), true);
+    assert.deepEqual(await page.locator('[role=tab]:visible').allTextContents(), ['Curves']);
+    await shot(page, 'frame');
+  }, '#panels=play,curves'));
+
+test('the page speaks Vietnamese', { skip }, async () => {
+  let english = [];
+  const labels = (page) => page.locator('button, option, label').evaluateAll((all) => all.map((one) => one.textContent.trim()));
+  await opened('four-bar', {}, async (page) => { english = await labels(page); });
+  await opened('four-bar', {}, async (page) => {
+    const vietnamese = await labels(page);
+    const isWord = (label) => /[A-Za-z]{3}/.test(label);
+    const same = vietnamese.filter((label) => isWord(label) && english.includes(label));
+    // Names of curves are those of the model.
+    assert.deepEqual(same.filter((label) => !/[._,]|energy/.test(label)), []);
+    await shot(page, 'vietnamese');
+  }, '#lang=vi');
+});

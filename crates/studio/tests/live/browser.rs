@@ -8,7 +8,7 @@ use super::{browser, installed, screenshots};
 use serde_json::{Map, Value, json};
 
 /// The examples that are opened, and an empty model.
-const EXAMPLES: [&str; 2] = ["four-bar", "slider-crank"];
+const EXAMPLES: [&str; 3] = ["four-bar", "slider-crank", "spatial-four-bar"];
 
 #[test]
 fn the_scripts_of_live_pages_have_sound_types() {

@@ -40,6 +40,12 @@ export class Charts {
     this.show();
   }
 
+  /** Time and the chosen curves as columns of a table. */
+  columns(): Curve[] {
+    const chosen = this.curves.filter(({ name }) => this.chosen.has(name));
+    return this.times.length > 0 ? [{ name: 't', unit: 's', values: this.times }, ...chosen] : [];
+  }
+
   private choices(): void {
     this.list.replaceChildren(...this.curves.map(({ name, unit }) => {
       const label = document.createElement('label');

@@ -1,5 +1,7 @@
 // Keeping the text: as a file to download, or, served by `bksim edit`, in its own file.
 
+import { download } from './files';
+
 /** How often the file is looked at, ms. */
 const EVERY = 1000;
 
@@ -30,11 +32,7 @@ export class Keeper {
   async save(): Promise<void> {
     const text = this.text();
     if (!this.isServed) {
-      const url = URL.createObjectURL(new Blob([text], { type: 'application/toml' }));
-      const link = document.createElement('a');
-      Object.assign(link, { href: url, download: `${this.name}.toml` });
-      link.click();
-      URL.revokeObjectURL(url);
+      download(`${this.name}.toml`, new Blob([text], { type: 'application/toml' }));
       this.kept = text;
       this.changed();
       return;

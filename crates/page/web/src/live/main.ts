@@ -4,12 +4,17 @@ import './live.css';
 import { Clock } from '../clock.js';
 import { element, themes, transport } from '../controls.js';
 import { Charts } from './charts';
+import { embed } from './embed';
 import { Thread, compiled } from './engine';
 import { Elements, Text, Values, showEquations, showFaults, showFreedoms, showWays } from './panels';
 import { Keeper } from './keeper';
-import { fragmentOf, textOf } from './share';
+import { download, saveLines, savePicture, saveTable } from './files';
+import { Running, poseAt, type Recorded } from './running';
+import { fragmentOf, partOf, textOf } from './share';
 import { Stage } from './stage';
 import { tools } from './tools';
+import { Underlay, metresOf } from './underlay';
+import { translate, word } from './words';
 import type { Answer, Dragged, Edit, Equations, Freedoms, Moved, Scene, State, Theme, Ways, World } from './types';
 
 interface Embedded {
@@ -31,7 +36,10 @@ const ORIGIN = new Float64Array([0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0,
 let engine: Thread;
 let solver: Thread;
 let state: State | null = null;
-let motion: { times: Float64Array; frames: Float64Array; nNumbers: number; scene: Scene; isFresh: boolean } | null = null;
+interface Motion extends Recorded { scene: Scene; isFresh: boolean }
+let motion: Motion | null = null;
+/** The motion before the last change, for comparison. */
+let before: Motion | null = null;
 let clock: Clock | null = null;
 let showTime: (() => void) | null = null;
 let isMoving = false;
@@ -43,10 +51,13 @@ const charts = new Charts(element('charts'), element('chosen'), (t) => seek(t));
 const values = new Values(element('values'), (path, value, moving) => edit({ edit: 'set', path, value }, moving), settle);
 const elements = new Elements(element('elements'), (path, value) => edit({ edit: 'set', path, value }, false), (made) => edit(made, false));
 const text = new Text(element('text') as HTMLTextAreaElement, element('lines'), (value) => edit({ edit: 'text', text: value }, false));
+const underlay = new Underlay();
 const keeper = new Keeper(data.served, data.name, () => state?.text ?? '', (newer) => edit({ edit: 'text', text: newer }, false), say);
 
+const running = new Running(() => engine, () => clock?.speed ?? 1, showRunning, say, endRunning);
+
 function say(words: string): void {
-  element('status').textContent = words;
+  element('status').textContent = word(words);
 }
 
 // ——— Edits ———
@@ -97,7 +108,8 @@ function take(next: State, numbers: Float64Array): void {
   const isNew = next.text !== state?.text;
   state = { ...next, scene: next.scene ?? state?.scene, points: next.points ?? state?.points, joints: next.joints ?? state?.joints };
   if (next.scene) {
-    if (isMoving && motion) Object.assign(stage, { points: next.points, joints: next.joints });
+    if (running.isOn) stage.setScene(next.scene);
+    if (running.isOn || (isMoving && motion)) Object.assign(stage, { points: next.points, joints: next.joints });
     else stage.take(next, numbers);
     say('');
   }
@@ -178,10 +190,16 @@ function takeMotion(moved: Moved, numbers: Float64Array): void {
   const nCurves = moved.curves?.length ?? 0;
   const times = numbers.subarray(0, n);
   const frames = numbers.subarray(n * (1 + nCurves));
+  if (motion && !motion.isFresh) before = motion;
   motion = { times, frames, nNumbers: frames.length / n, scene: moved.scene, isFresh: true };
   const curves = (moved.curves ?? []).map((curve, k) => ({ ...curve, values: numbers.subarray(n * (1 + k), n * (2 + k)) }));
   charts.take(times, curves);
-  const [first, last] = [times[0], times[n - 1]];
+  wind(times);
+}
+
+/** Sets the clock to the instants of the motion. */
+function wind(times: Float64Array): void {
+  const [first, last] = [times[0], times[times.length - 1]];
   if (!clock) {
     clock = new Clock(first, last, tick);
     clock.pause();
@@ -191,8 +209,8 @@ function takeMotion(moved: Moved, numbers: Float64Array): void {
     clock.end = last;
     if (clock.t > last || clock.t < first) clock.seek(first);
   }
-  if (isMoving) {
-    stage.setScene(moved.scene);
+  if (isMoving && motion) {
+    stage.setScene(motion.scene);
     frame(clock.t);
   }
   showTime?.();
@@ -226,22 +244,43 @@ function seek(t: number): void {
   clock?.seek(t);
 }
 
-/** The frame at a time, between those next to it. */
+/** The frame at a time, and that of the motion before. */
 function frame(t: number): void {
   if (!motion) return;
-  const { times, frames, nNumbers } = motion;
-  let [low, high] = [0, times.length - 1];
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (times[middle] <= t) low = middle;
-    else high = middle;
+  const isCompared = (element('ghost') as HTMLInputElement).checked && before?.nNumbers === motion.nNumbers;
+  stage.ghost = isCompared && before ? poseAt(before, t) : null;
+  stage.pose(poseAt(motion, t));
+}
+
+// ——— Motion under the hand ———
+
+function showRunning(numbers: Float64Array, t: number): void {
+  stage.pose(numbers);
+  element('time').textContent = `t = ${t.toFixed(2)} s`;
+}
+
+/** What was recorded can be played until the model changes. */
+function endRunning(recorded: Recorded | null): void {
+  element('live-run').setAttribute('aria-pressed', 'false');
+  if (!recorded || !state?.scene) return;
+  motion = { ...recorded, scene: state.scene, isFresh: false };
+  element('transport').classList.remove('off');
+  wind(recorded.times);
+  say('Recorded: play it, or change something to have the model’s own motion again.');
+}
+
+async function toggleRunning(): Promise<void> {
+  if (running.isOn) {
+    await running.end();
+    return;
   }
-  const width = times[high] - times[low];
-  const part = width > 0 ? Math.min(1, Math.max(0, (t - times[low]) / width)) : 0;
-  const [a, b] = [low, high].map((k) => frames.subarray(k * nNumbers, (k + 1) * nNumbers));
-  if (part === 0) stage.pose(a.slice());
-  else if (part === 1) stage.pose(b.slice());
-  else stage.pose(a.map((x, i) => x + part * (b[i] - x)));
+  const t = isMoving && motion?.isFresh ? (clock?.t ?? null) : null;
+  stopMoving();
+  stage.ghost = null;
+  choose('hand');
+  element('live-run').setAttribute('aria-pressed', 'true');
+  say('It moves: pull at it, slide a length; press Live again to stop.');
+  await running.begin(t);
 }
 
 // ——— Poses ———
@@ -253,10 +292,10 @@ async function drag(): Promise<void> {
   if (isDragging) return;
   isDragging = true;
   while (target) {
-    const [x, y] = target;
+    const to = target;
     target = null;
     const began = performance.now();
-    const { json, numbers } = await engine.ask<Dragged>({ do: 'drag', to: [x, y, 0] });
+    const { json, numbers } = await engine.ask<Dragged>({ do: 'drag', to });
     figures.drag = performance.now() - began;
     if (numbers.length > 0) stage.pose(numbers);
     say(json.limit ?? '');
@@ -266,25 +305,47 @@ async function drag(): Promise<void> {
 
 const all = tools({
   stage,
-  grab: ({ body, local }) => {
+  grab: (hit) => {
     stopMoving();
-    void engine.ask({ do: 'grab', body, point: local });
+    stage.ghost = null;
+    if (running.isOn) running.pull(hit);
+    else void engine.ask({ do: 'grab', body: hit.body, point: hit.local });
   },
-  drag: (world) => { target = world; void drag(); },
-  release: () => { void engine.ask({ do: 'release' }); },
+  drag: (world) => {
+    if (running.isOn) {
+      running.to(world);
+      return;
+    }
+    target = world;
+    void drag();
+  },
+  release: () => {
+    if (running.isOn) running.release();
+    else void engine.ask({ do: 'release' });
+  },
   edit: (made, moving) => { stopMoving(); edit(made, moving); },
   settle,
+  measure: (from, to) => {
+    const distance = metresOf(window.prompt(word('How far are these two places apart?'), '100 mm') ?? '');
+    if (distance === null) return;
+    underlay.measure(from, to, distance);
+    choose('link');
+    stage.redraw();
+  },
   say,
 });
 
-function choose(name: string): void {
+function choose(wanted: string): void {
   stage.tool?.cancel();
+  const isDrawing = wanted !== 'hand';
+  const name = isDrawing && state?.scene && !state.scene.planar ? 'hand' : wanted;
+  if (isDrawing && running.isOn) void running.end();
   stage.tool = all.find((tool) => tool.name === name) ?? all[0];
   for (const button of document.querySelectorAll<HTMLElement>('[data-tool]')) {
     button.setAttribute('aria-pressed', String(button.dataset.tool === stage.tool.name));
   }
   stage.canvas.dataset.tool = stage.tool.name;
-  say(stage.tool.hint);
+  say(name === wanted ? stage.tool.hint : 'Mechanisms in space are held and seen, not drawn.');
   if (name !== 'hand') stopMoving();
   stage.redraw();
 }
@@ -340,6 +401,32 @@ function wire(): void {
     void engine.ask({ do: 'pose', pose: 'start' }).then(({ numbers }) => stage.pose(numbers));
   });
   on('save', () => void keeper.save());
+  on('live-run', () => void toggleRunning());
+  element('export').addEventListener('change', ({ target: list }) => {
+    const { value } = list as HTMLSelectElement;
+    (list as HTMLSelectElement).value = '';
+    keep(value);
+  });
+  const picture = element('underlay') as HTMLInputElement;
+  on('under', () => {
+    if (!underlay.isThere) {
+      picture.click();
+      return;
+    }
+    underlay.remove();
+    stage.redraw();
+  });
+  picture.addEventListener('change', () => {
+    const [file] = picture.files ?? [];
+    picture.value = '';
+    if (!file) return;
+    void underlay.take(file, stage.camera).then(() => choose('measure'), () => say('This file is no picture.'));
+  });
+  element('ghost').addEventListener('change', () => {
+    if (isMoving && clock) frame(clock.t);
+    else stage.ghost = null;
+    stage.redraw();
+  });
   on('share', async () => {
     history.replaceState(null, '', `#${await fragmentOf(state?.text ?? '')}`);
     try {
@@ -376,8 +463,18 @@ function wire(): void {
   });
 }
 
+/** Downloads the picture, the curves, or the text. */
+function keep(as: string): void {
+  if (as === 'png') savePicture(data.name, stage.canvas);
+  if (as === 'svg') saveLines(data.name, stage.camera.size, (context) => stage.drawOn(context));
+  if (as === 'csv') saveTable(data.name, charts.columns());
+  if (as === 'toml') download(`${data.name}.toml`, new Blob([state?.text ?? ''], { type: 'application/toml' }));
+}
+
 async function begin(): Promise<void> {
+  translate(partOf(location.hash, 'lang') ?? navigator.language);
   wire();
+  stage.over = (context) => underlay.paint(context, stage.camera);
   stage.setScene(blank);
   stage.numbers = ORIGIN;
   themes((name: 'light' | 'dark') => {
@@ -400,6 +497,8 @@ async function begin(): Promise<void> {
   stage.fit();
   keeper.begin(json.text);
   openTab('values');
+  const panels = partOf(location.hash, 'panels');
+  if (panels !== null) embed(panels.split(','), openTab);
   document.documentElement.dataset.ready = 'yes';
 }
 
@@ -411,7 +510,9 @@ Object.assign(globalThis, {
     get numbers() { return Array.from(stage.numbers); },
     get time() { return clock?.t ?? 0; },
     get isPlaying() { return clock?.isPlaying ?? false; },
-    get isIdle() { return !isEditing && !isDragging && !isSolving && !(engine?.isBusy ?? true) && !(solver?.isBusy ?? true); },
+    get ghost() { return stage.ghost; },
+    get isRunning() { return running.isOn; },
+    get isIdle() { return !isEditing && !isDragging && !isSolving && (running.isOn || !(engine?.isBusy ?? true)) && !(solver?.isBusy ?? true); },
     camera: stage.camera,
     figures,
     ask: (request: object) => engine.ask(request),

@@ -1,5 +1,6 @@
 // The panels next to the picture: values with sliders, elements with their keys, faults, freedoms, equations, ways.
 
+import { word } from './words';
 import type { Control, Element, Equations, Fault, Freedoms, State, Ways } from './types';
 
 type Change = (path: string, value: string, isMoving: boolean) => void;
@@ -43,9 +44,9 @@ export class Values {
       const some = controls.filter((control) => control.kind === kind);
       if (some.length === 0) continue;
       const rows = some.map((control) => this.row(control));
-      this.box.append(make('fieldset', {}, make('legend', {}, title), ...rows));
+      this.box.append(make('fieldset', {}, make('legend', {}, word(title)), ...rows));
     }
-    if (controls.length === 0) this.box.append('No values yet: draw a link.');
+    if (controls.length === 0) this.box.append(word('No values yet: draw a link.'));
   }
 
   private update(control: Control): void {
@@ -105,7 +106,7 @@ export class Elements {
     const open = new Set([...this.box.querySelectorAll('details[open]')].map((d) => d.getAttribute('data-name')));
     const active = document.activeElement?.getAttribute('data-path');
     this.box.replaceChildren(...elements.map((element) => this.element(element, open)));
-    if (elements.length === 0) this.box.append('Nothing yet: choose the tool Link and click twice.');
+    if (elements.length === 0) this.box.append(word('Nothing yet: choose the tool Link and click twice.'));
     if (active) this.box.querySelector<HTMLElement>(`[data-path="${CSS.escape(active)}"]`)?.focus();
   }
 
@@ -119,7 +120,7 @@ export class Elements {
     if (section !== 'ground') {
       const rename = make('input', { type: 'text', value: name, 'aria-label': `New name of ${name}`, spellcheck: 'false' });
       rename.addEventListener('change', () => this.act({ edit: 'rename', name, to: rename.value }));
-      const remove = make('button', { type: 'button', class: 'plain' }, 'Delete');
+      const remove = make('button', { type: 'button', class: 'plain' }, word('Delete'));
       remove.addEventListener('click', () => this.act({ edit: 'delete', name }));
       parts.unshift(make('div', { class: 'row two' }, make('span', { class: 'name' }, 'name'), make('span', { class: 'both' }, rename, remove)));
     }

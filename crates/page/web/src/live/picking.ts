@@ -10,25 +10,24 @@ const NEAR = { mouse: 12, touch: 24 };
 export interface Hit {
   body: number;
   /** Where it is held, in the frame of the body. */
-  local: [number, number, number];
+  local: World;
   /** World position. */
   world: World;
   /** All named points there. */
   names: string[];
 }
 
-/** The world under a pixel of a plane picture. */
-export function worldAt(camera: Camera, [px, py]: Pixel): World {
-  const { size, scale, centre } = camera;
-  return [centre[0] + (px - size[0] / 2) / scale, centre[1] - (py - size[1] / 2) / scale];
+/** The world under a pixel, at a depth towards the eye from the centre of the view, m. */
+export function worldAt({ size, scale, centre, rows }: Camera, [px, py]: Pixel, depth = 0): World {
+  const [right, up, near] = [(px - 0.5 * size[0]) / scale, -(py - 0.5 * size[1]) / scale, depth];
+  return [0, 1, 2].map((i) => centre[i] + right * rows[0][i] + up * rows[1][i] + near * rows[2][i]) as World;
 }
 
 /** A place of the world in the frame of a body. */
-export function localOf(numbers: Float64Array, body: number, [x, y]: World, z = 0): [number, number, number] {
+export function localOf(numbers: Float64Array, body: number, place: World): World {
   const at = 18 * body;
-  const d = [x - numbers[at], y - numbers[at + 1], z - numbers[at + 2]];
-  const column = (i: number) => [0, 1, 2].reduce((sum, row) => sum + numbers[at + 3 + 3 * row + i] * d[row], 0);
-  return [column(0), column(1), column(2)];
+  const d = place.map((x, i) => x - numbers[at + i]);
+  return [0, 1, 2].map((i) => [0, 1, 2].reduce((sum, row) => sum + numbers[at + 3 + 3 * row + i] * d[row], 0)) as World;
 }
 
 /** The point or body under a pixel; `null` on the empty plane. */
@@ -48,32 +47,34 @@ export function hit(
   });
   const nearest = named.filter(({ distance }) => distance <= near).sort((a, b) => a.distance - b.distance)[0];
   if (nearest) {
-    const isThere = ({ world }: { world: number[] }) =>
-      Math.hypot(world[0] - nearest.world[0], world[1] - nearest.world[1]) * camera.scale < 1;
+    const isThere = ({ world }: { world: number[] }) => Math.hypot(...world.map((x, i) => x - nearest.world[i])) * camera.scale < 1;
     const there = named.filter(isThere);
     // A body that moves is held rather than the ground.
     const held = there.find(({ point }) => point.body !== 0) ?? nearest;
     return {
       body: held.point.body,
       local: held.point.at,
-      world: [held.world[0], held.world[1]],
+      world: held.world,
       names: [held, ...there.filter((other) => other !== held)].map(({ point }) => point.name),
     };
   }
-  const world = worldAt(camera, pixel);
   for (const shape of [...scene.shapes].reverse()) {
     if (shape.body === 0) continue;
+    const depths: number[] = [];
     const lines = shape.lines.map((line) => {
       const found: Pixel[] = [];
       for (let i = 0; i + 2 < line.length; i += 3) {
-        const [x, y] = camera.project(positionOf(numbers, shape.body, line[i], line[i + 1], line[i + 2]));
+        const [x, y, near] = camera.project(positionOf(numbers, shape.body, line[i], line[i + 1], line[i + 2]));
         found.push([x, y]);
+        depths.push(near);
       }
       return found;
     });
     const reach = Math.max(shape.kind === 'rod' ? shape.radius * camera.scale : 0, 0.5 * near);
     const isInside = shape.kind === 'region' && lines.filter((ring) => isWithin(pixel, ring)).length % 2 === 1;
     if (isInside || lines.some((line) => distanceTo(pixel, line) < reach)) {
+      // Held in the middle of its depth.
+      const world = worldAt(camera, pixel, depths.reduce((sum, near) => sum + near / depths.length, 0));
       return { body: shape.body, local: localOf(numbers, shape.body, world), world, names: [] };
     }
   }

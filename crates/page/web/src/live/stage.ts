@@ -22,6 +22,8 @@ export interface Tool {
   cancel(): void;
   /** A line from a first click to the hand, while the second is waited for. */
   readonly from: World | null;
+  /** Places that were clicked before it. */
+  readonly way?: World[];
 }
 
 export class Stage {
@@ -37,11 +39,15 @@ export class Stage {
   /** Poses of another motion, shown faintly. */
   ghost: Float64Array | null = null;
   tool: Tool | null = null;
+  /** Is drawn over the picture. */
+  over: ((context: CanvasRenderingContext2D) => void) | null = null;
   private drawing: Drawing | null = null;
   private isFitted = true;
   private isWaiting = false;
   private held: Hit | null = null;
   private hand: World | null = null;
+  /** How far the hand is from the centre of the view towards the eye, m. */
+  private depth = 0;
   private cursor: Pixel | null = null;
   /** The point that the keys went to last. */
   private nth = -1;
@@ -79,6 +85,10 @@ export class Stage {
 
   setScene(scene: Scene): void {
     this.scene = scene;
+    if (scene.planar !== this.camera.isPlanar) {
+      this.camera.reset(scene.planar);
+      this.isFitted = true;
+    }
     this.drawing = new Drawing(this.canvas, scene, this.camera);
     this.drawing.resize();
   }
@@ -127,24 +137,39 @@ export class Stage {
   }
 
   private paint(): void {
-    const { drawing, scene, numbers } = this;
-    if (!drawing || !scene || numbers.length < 18 * scene.bodies.length) return;
+    const { drawing } = this;
+    if (!drawing) return;
+    this.paintOn(this.canvas.getContext('2d') as CanvasRenderingContext2D, drawing);
+  }
+
+  /** Draws what is seen on another context, without the hand. */
+  drawOn(context: CanvasRenderingContext2D): void {
+    const { scene, camera } = this;
+    if (!scene) return;
+    const canvas = { getContext: () => context, clientWidth: camera.size[0], clientHeight: camera.size[1] };
+    const drawing = new Drawing(canvas as unknown as HTMLCanvasElement, scene, camera);
+    drawing.draw(this.numbers, scene.themes[this.theme], { trails: this.trails, arrows: [], hasNames: this.hasNames });
+  }
+
+  private paintOn(context: CanvasRenderingContext2D, drawing: Drawing): void {
+    const { scene, numbers } = this;
+    if (!scene || numbers.length < 18 * scene.bodies.length) return;
     const theme: Theme = scene.themes[this.theme];
-    const context = this.canvas.getContext('2d') as CanvasRenderingContext2D;
     drawing.draw(numbers, theme, { trails: this.trails, arrows: [], hasNames: this.hasNames });
+    this.over?.(context);
     if (this.ghost && this.ghost.length === numbers.length) this.paintGhost(context, theme);
     const accent = css(theme.colors.palette[0]);
     const from = this.tool?.from;
     if (from && this.hand) {
-      const [a, b] = [from, this.hand].map(([x, y]) => this.camera.project([x, y, 0]));
+      const way = [...(this.tool?.way?.slice(0, -1) ?? []), from, this.hand].map((p) => this.camera.project(p));
       context.strokeStyle = accent;
       context.lineWidth = 2;
       context.setLineDash([6, 4]);
       context.beginPath();
-      context.moveTo(a[0], a[1]);
-      context.lineTo(b[0], b[1]);
+      for (const [x, y] of way) context.lineTo(x, y);
       context.stroke();
       context.setLineDash([]);
+      const [a, b] = way.slice(-2);
       const length = Math.hypot(this.hand[0] - from[0], this.hand[1] - from[1]);
       context.fillStyle = css(theme.colors.text);
       context.font = '13px system-ui, sans-serif';
@@ -152,7 +177,7 @@ export class Stage {
     }
     if (this.held && this.hand) {
       const at = positionOf(numbers, this.held.body, ...this.held.local);
-      const [a, b] = [at, [...this.hand, 0]].map((p) => this.camera.project(p as [number, number, number]));
+      const [a, b] = [at, this.hand].map((p) => this.camera.project(p));
       context.strokeStyle = accent;
       context.lineWidth = 1.5;
       context.beginPath();
@@ -202,7 +227,7 @@ export class Stage {
   private at(pixel: Pixel, isTouch: boolean): { found: Hit | null; world: World } {
     const { scene, points, numbers, camera } = this;
     const found = scene && numbers.length > 0 ? hit(scene, points, numbers, camera, pixel, isTouch) : null;
-    return { found, world: worldAt(camera, pixel) };
+    return { found, world: worldAt(camera, pixel, this.depth) };
   }
 
   /** The point or body under a pixel. */
@@ -234,7 +259,8 @@ export class Stage {
     if (this.isPanning) return;
     // The plane stays where it is drawn on.
     if (isDrawing) this.isFitted = false;
-    this.hand = found && isDrawing ? found.world : world;
+    this.depth = found ? this.camera.project(found.world)[2] : 0;
+    this.hand = found ? (isDrawing ? found.world : worldAt(this.camera, pixel, this.depth)) : world;
     this.held = isDrawing ? null : found;
     this.tool?.press(found, this.hand);
     this.redraw();
@@ -261,11 +287,15 @@ export class Stage {
       this.camera.zoom(distance(now) / distance(before), [0.5 * (now[0] + other[0]), 0.5 * (now[1] + other[1])]);
       this.redraw();
     } else if (this.isPanning) {
-      this.isFitted = false;
-      this.camera.pan(dx, dy);
+      if (this.camera.isPlanar || event.shiftKey || event.buttons === 4) {
+        this.isFitted = false;
+        this.camera.pan(dx, dy);
+      } else {
+        this.camera.turn(-0.01 * dx, 0.01 * dy);
+      }
       this.redraw();
     } else {
-      this.hand = worldAt(this.camera, now);
+      this.hand = worldAt(this.camera, now, this.depth);
       this.tool?.move(this.hand);
       this.redraw();
     }
@@ -298,7 +328,7 @@ export class Stage {
     if (arrow) {
       const step = KEY_STEPS[event.shiftKey ? 1 : 0];
       this.cursor = [cursor[0] + step * arrow[0], cursor[1] + step * arrow[1]];
-      this.hand = this.isKeyHeld || this.tool?.from ? worldAt(camera, this.cursor) : null;
+      this.hand = this.isKeyHeld || this.tool?.from ? worldAt(camera, this.cursor, this.depth) : null;
       if (this.isKeyHeld && this.hand) this.tool?.move(this.hand);
     } else if (event.key === 'n' || event.key === 'N') {
       this.cursor = this.nextPoint(cursor);

@@ -13,23 +13,27 @@ export interface Deeds {
   release(): void;
   edit(edit: Edit, isMoving: boolean): void;
   settle(): void;
+  /** Scales the picture underneath by the distance of two of its places. */
+  measure(from: World, to: World): void;
   say(text: string): void;
 }
 
-interface End { world: World; on?: string; local?: World }
+type Flat = [number, number];
+interface End { world: Flat; on?: string; local?: Flat }
+
+const flat = ([x, y]: World): Flat => [x, y];
 
 /** An end at a place: a named point there, a body, or the plane. */
 function endAt(hit: Hit | null, world: World): End {
-  if (!hit) return { world };
-  if (hit.names.length > 0) return { world: hit.world, on: hit.names[0] };
-  return { world };
+  if (hit && hit.names.length > 0) return { world: flat(hit.world), on: hit.names[0] };
+  return { world: flat(world) };
 }
 
 /** An end on a body that gets a point there. */
 function endOn(deeds: Deeds, hit: Hit | null, world: World): End {
   if (!hit || hit.names.length > 0) return endAt(hit, world);
   const name = deeds.stage.scene?.bodies[hit.body];
-  return name ? { world, on: name, local: [hit.local[0], hit.local[1]] } : { world };
+  return name ? { world: flat(world), on: name, local: flat(hit.local) } : { world: flat(world) };
 }
 
 function tool(name: string, hint: string, of: Partial<Tool>): Tool {
@@ -79,7 +83,7 @@ function shape(deeds: Deeds): Tool {
 }
 
 /** Two clicks, or a press at one end and a lift at the other. */
-function between(name: string, hint: string, deeds: Deeds, make: (from: End, to: End) => Edit, of: typeof endOn): Tool {
+function between(name: string, hint: string, deeds: Deeds, make: (from: End, to: End) => Edit | null, of: typeof endOn): Tool {
   let from: End | null = null;
   let isOpen = false;
   let second: Hit | null = null;
@@ -94,17 +98,53 @@ function between(name: string, hint: string, deeds: Deeds, make: (from: End, to:
       const distance = Math.hypot(world[0] - from.world[0], world[1] - from.world[1]);
       if (!isOpen && (isClick || distance * deeds.stage.camera.scale < 8)) return;
       const { stage } = deeds;
-      const [x, y] = stage.camera.project([...world, 0]);
+      const [x, y] = stage.camera.project(world);
       const hit = isClick ? second : stage.found([x, y]);
       const to = of(deeds, hit, world);
       const edit = make(from, to);
       from = null;
-      deeds.edit(edit, false);
+      if (edit) deeds.edit(edit, false);
     },
     cancel: () => { from = null; },
   });
-  Object.defineProperty(made, 'from', { get: () => from?.world ?? null });
+  Object.defineProperty(made, 'from', { get: () => (from ? [...from.world, 0] : null) });
   return made;
+}
+
+/** Corners of a plate by clicks; a click on the first corner, or Enter on it, ends it. */
+function plate(deeds: Deeds): Tool {
+  let corners: End[] = [];
+  let pressed: { hit: Hit | null; world: World } | null = null;
+  const made: Tool = tool('plate', 'Click the corners of a plate; click the first one again to end it.', {
+    press: (hit, world) => { pressed = { hit, world }; },
+    lift: () => {
+      if (!pressed) return;
+      const end = endOn(deeds, pressed.hit, pressed.world);
+      pressed = null;
+      const [first] = corners;
+      const isFirst = first && Math.hypot(end.world[0] - first.world[0], end.world[1] - first.world[1]) * deeds.stage.camera.scale < 12;
+      if (!isFirst) {
+        corners.push(end);
+        return;
+      }
+      const all = corners;
+      corners = [];
+      if (all.length > 2) deeds.edit({ edit: 'plate', corners: all }, false);
+      else deeds.say('A plate has three corners or more.');
+    },
+    cancel: () => { corners = []; },
+  });
+  Object.defineProperty(made, 'from', { get: () => (corners.length > 0 ? [...corners[corners.length - 1].world, 0] : null) });
+  Object.defineProperty(made, 'way', { get: () => corners.map(({ world }) => [...world, 0]) });
+  return made;
+}
+
+/** Two places of the picture underneath, whose distance is asked for. */
+function measure(deeds: Deeds): Tool {
+  return between('measure', 'Click two places of the picture whose distance is known.', deeds, (from, to) => {
+    deeds.measure([...from.world, 0], [...to.world, 0]);
+    return null;
+  }, (_, __, world) => ({ world: flat(world) }));
 }
 
 /** One click on a point or body. */
@@ -124,9 +164,9 @@ function click(name: string, hint: string, deeds: Deeds, make: (hit: Hit | null,
 }
 
 /** A press on a point, and a lift that gives a direction. */
-function directed(name: string, hint: string, deeds: Deeds, make: (at: End, by: World) => Edit): Tool {
+function directed(name: string, hint: string, deeds: Deeds, make: (at: End, by: Flat) => Edit): Tool {
   return between(name, hint, deeds, (from, to) => {
-    const by: World = [to.world[0] - from.world[0], to.world[1] - from.world[1]];
+    const by: Flat = [to.world[0] - from.world[0], to.world[1] - from.world[1]];
     return make(from, by);
   }, endOn);
 }
@@ -156,6 +196,8 @@ export function tools(deeds: Deeds): Tool[] {
     hand(deeds),
     shape(deeds),
     between('link', 'Click both ends of a link; an end on a point gets a pin.', deeds, (from, to) => ({ edit: 'link', from, to }), (d, hit, world) => (hit && hit.names.length === 0 ? endOn(d, hit, world) : endAt(hit, world))),
+    plate(deeds),
+    measure(deeds),
     click('ground', 'Click a point to pin it to the ground.', deeds, (hit, world) => (hit && hit.body !== 0 ? { edit: 'ground', at: endOn(deeds, hit, world) } : null)),
     between('pin', 'Click two points to join them with a pin.', deeds, (from, to) => ({ edit: 'pin', from, to }), endOn),
     directed('slide', 'Click a point, then a place in the direction in which it slides.', deeds, (at, by) => ({ edit: 'slide', at, angle: Math.atan2(by[1], by[0]) })),

@@ -70,4 +70,5 @@ export interface Ways { assemblies?: { number: number; name: string }[]; held?: 
 export type Edit = { edit: string } & Record<string, unknown>;
 export interface Answer<T> { json: T; numbers: Float64Array }
 export type Pixel = [number, number];
-export type World = [number, number];
+/** A place in the world, m. */
+export type World = [number, number, number];

@@ -1,0 +1,18 @@
+// The page in a frame of lecture notes: the parts that its address names.
+
+import { element } from '../controls.js';
+
+/** Shows these parts alone: header, tools, play, and panels by the names of their tabs. */
+export function embed(names: string[], openTab: (name: string) => void): void {
+  const isShown = (name: string) => names.includes(name);
+  document.documentElement.dataset.embedded = 'yes';
+  document.querySelector('header')?.toggleAttribute('hidden', !isShown('header'));
+  document.querySelector('footer')?.toggleAttribute('hidden', !isShown('header'));
+  document.querySelector('.tools')?.toggleAttribute('hidden', !isShown('tools'));
+  element('transport').toggleAttribute('hidden', !isShown('play'));
+  const tabs = [...document.querySelectorAll<HTMLElement>('[role=tab]')];
+  for (const button of tabs) button.hidden = !isShown(button.dataset.tab ?? '');
+  const first = tabs.find((button) => !button.hidden);
+  element('side').toggleAttribute('hidden', !first);
+  if (first) openTab(first.dataset.tab ?? 'values');
+}

@@ -1,0 +1,34 @@
+// Files that a reader keeps: the picture as PNG or SVG, the curves as a table.
+
+import { Context } from 'svgcanvas';
+
+/** Offers a file for download. */
+export function download(name: string, content: Blob): void {
+  const url = URL.createObjectURL(content);
+  const link = document.createElement('a');
+  Object.assign(link, { href: url, download: name });
+  link.click();
+  URL.revokeObjectURL(url);
+}
+
+export function savePicture(name: string, canvas: HTMLCanvasElement): void {
+  canvas.toBlob((blob) => blob && download(`${name}.png`, blob), 'image/png');
+}
+
+/** The picture as lines and text: what a canvas draws is written down. */
+export function saveLines(name: string, [width, height]: number[], draw: (context: CanvasRenderingContext2D) => void): void {
+  const context = new Context(width, height);
+  draw(context as unknown as CanvasRenderingContext2D);
+  download(`${name}.svg`, new Blob([context.getSerializedSvg(true)], { type: 'image/svg+xml' }));
+}
+
+export interface Column { name: string; unit: string; values: Float64Array }
+
+/** A table with a heading for each column: name and unit. */
+export function saveTable(name: string, columns: Column[]): void {
+  if (columns.length === 0) return;
+  const cell = (text: string) => (/[",\n]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text);
+  const head = columns.map((column) => cell(column.unit ? `${column.name} [${column.unit}]` : column.name));
+  const rows = Array.from(columns[0].values, (_, k) => columns.map(({ values }) => String(values[k])).join(','));
+  download(`${name}.csv`, new Blob([`${[head.join(','), ...rows].join('\n')}\n`], { type: 'text/csv' }));
+}

@@ -1,0 +1,59 @@
+// A picture under the mechanism, to draw over: two clicks and a length scale it.
+
+import type { Camera } from '../camera.js';
+import type { World } from './types';
+
+export class Underlay {
+  private image: ImageBitmap | null = null;
+  /** Metres for each pixel of the picture, and the place of its upper left corner. */
+  private scale = 1;
+  private corner: [number, number] = [0, 0];
+
+  get isThere(): boolean {
+    return this.image !== null;
+  }
+
+  /** Takes a picture, as large as the view is. */
+  async take(file: Blob, camera: Camera): Promise<void> {
+    const image = await createImageBitmap(file);
+    this.image = image;
+    const [width, height] = camera.size;
+    this.scale = Math.min(width / image.width, height / image.height) / camera.scale;
+    this.corner = [
+      camera.centre[0] - 0.5 * this.scale * image.width,
+      camera.centre[1] + 0.5 * this.scale * image.height,
+    ];
+  }
+
+  remove(): void {
+    this.image = null;
+  }
+
+  /** Scales the picture about the first of two of its places, so that they have this distance, m. */
+  measure(from: World, to: World, distance: number): void {
+    const shown = Math.hypot(to[0] - from[0], to[1] - from[1]);
+    if (!(shown > 0 && distance > 0)) return;
+    const factor = distance / shown;
+    this.scale *= factor;
+    this.corner = [0, 1].map((i) => from[i] + factor * (this.corner[i] - from[i])) as [number, number];
+  }
+
+  paint(context: CanvasRenderingContext2D, camera: Camera): void {
+    const { image, scale, corner } = this;
+    if (!image) return;
+    const [x, y] = camera.project([corner[0], corner[1], 0]);
+    const [width, height] = [image.width, image.height].map((n) => n * scale * camera.scale);
+    context.save();
+    context.globalAlpha = 0.4;
+    context.drawImage(image, x, y, width, height);
+    context.restore();
+  }
+}
+
+/** Metres of a length as people write it: `120 mm`, `3.5 in`, `0.2`. */
+export function metresOf(text: string): number | null {
+  const found = /^\s*([0-9]*\.?[0-9]+(?:e[-+]?[0-9]+)?)\s*(mm|cm|m|in|ft)?\s*$/i.exec(text);
+  if (!found) return null;
+  const units: Record<string, number> = { mm: 1e-3, cm: 1e-2, m: 1, in: 0.0254, ft: 0.3048 };
+  return Number(found[1]) * units[(found[2] ?? 'm').toLowerCase()];
+}
