@@ -7,6 +7,7 @@
 #     ./release.sh            all
 #     ./release.sh wheel      the wheel alone
 #     ./release.sh programs   the programs alone
+#     ./release.sh extension  the extension of VS Code alone, which serves every machine
 #
 # BKSIM_PROFILE=dev builds in the profile of the tests, to try the script.
 set -euo pipefail
@@ -57,10 +58,22 @@ programs() {
     tar -C target -czf "$out/bksim-$version-$host.tar.gz" "$(basename "$staged")"
 }
 
+# The extension of VS Code, where there is Node.js.
+extension() {
+    if ! command -v npm >/dev/null; then
+        echo "left out: the extension of VS Code, which needs Node.js" >&2
+        return
+    fi
+    cp LICENSE-MIT LICENSE-APACHE editors/vscode
+    (cd editors/vscode && npm ci --silent --no-audit --no-fund && npm run --silent package)
+    cp editors/vscode/bksim.vsix "$out/bksim-$version.vsix"
+}
+
 case $part in
-all) wheel && programs ;;
+all) wheel && programs && extension ;;
 wheel) wheel ;;
 programs) programs ;;
-*) echo "what to release: all, wheel or programs; not $part" >&2 && exit 2 ;;
+extension) extension ;;
+*) echo "what to release: all, wheel, programs or extension; not $part" >&2 && exit 2 ;;
 esac
 ls -l "$out"

@@ -104,6 +104,7 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(drawing::picture, m)?)?;
     m.add_function(wrap_pyfunction!(drawing::render, m)?)?;
     m.add_function(wrap_pyfunction!(show::page, m)?)?;
+    m.add_function(wrap_pyfunction!(show::live_page, m)?)?;
     m.add_function(wrap_pyfunction!(show::report, m)?)?;
     m.add_function(wrap_pyfunction!(show::figure, m)?)?;
     m.add_function(wrap_pyfunction!(show::overview, m)?)?;

@@ -7,6 +7,7 @@ use bksim::playback::Playback;
 use bksim_page::Options;
 use bksim_plot::{Axis, Curve, Figure, Format, Panel, PlotError};
 use numpy::PyReadonlyArray1;
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
 use crate::fault::{Fault, guard};
@@ -36,6 +37,14 @@ pub(crate) fn page(py: Python<'_>, run: Py<Run>, title: Option<String>) -> PyRes
         let page = bksim_page::page(&mut playback, &options);
         page.map(|page| page.html).map_err(|e| Fault::Log(e.to_string()))
     })
+}
+
+/// The live page of a model as HTML; `module` is the WebAssembly of live pages.
+#[pyfunction]
+pub(crate) fn live_page(text: &str, name: &str, title: &str, module: &[u8]) -> PyResult<String> {
+    let options = bksim_page::LiveOptions { title: Some(title.to_owned()), is_served: false };
+    bksim_page::live(text, name, module, &options)
+        .map_err(|e| PyRuntimeError::new_err(e.to_string()))
 }
 
 /// Tables of a report with their names; the first row of each is its heading.

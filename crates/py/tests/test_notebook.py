@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import bksim
 import pytest
 
 nbclient = pytest.importorskip("nbclient")
@@ -26,3 +27,37 @@ def test_a_notebook_runs_and_shows_what_it_promises(path: Path) -> None:
 
 def test_there_are_notebooks() -> None:
     assert NOTEBOOKS
+
+
+@pytest.fixture
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    path = tmp_path / "module.wasm"
+    path.write_bytes(b"\0asm\1\0\0\0")
+    monkeypatch.setenv("BKSIM_LIVE", str(path))
+    return path
+
+
+def test_a_live_page_is_a_widget_with_the_text_of_the_model(module: Path) -> None:
+    model = bksim.example("four-bar")
+    model.parameters["a"] = 0.09
+    widget = bksim.live(model, height=500, title="four <bars>")
+    assert widget.text == model.text and widget.height == 500
+    assert "four &lt;bars>" in widget.page or "four &lt;bars&gt;" in widget.page
+    # What the hand changes there is a model here.
+    widget.text = widget.text.replace("0.09", "0.08")
+    assert bksim.loads(widget.text).parameters["a"] == pytest.approx(0.08)
+
+
+def test_a_live_page_without_widgets_is_a_frame(module: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    page = bksim.live(bksim.example("four-bar"))
+    assert isinstance(page, bksim.LivePage)
+    assert page._repr_html_().startswith("<iframe srcdoc=")
+    page.save(module.with_name("page.html"))
+    assert module.with_name("page.html").read_text("utf-8") == page.html
+
+
+def test_a_missing_module_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("BKSIM_LIVE", "/nowhere/module.wasm")
+    with pytest.raises(FileNotFoundError, match="BKSIM_LIVE"):
+        bksim.live(bksim.example("four-bar"))

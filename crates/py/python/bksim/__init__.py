@@ -66,6 +66,7 @@ from ._parts import (
     Torque,
     Torsion,
 )
+from ._live import LivePage, live
 from ._questions import Answer, Assemblies, LinearSystem, Modes, Response
 from ._report import Report
 from ._show import Animation, Picture, Plot
@@ -110,6 +111,7 @@ __all__ = [
     "LineOnCurve",
     "LinearSystem",
     "Link",
+    "LivePage",
     "Load",
     "LogError",
     "Model",
@@ -152,6 +154,7 @@ __all__ = [
     "fit",
     "explain",
     "expr",
+    "live",
     "load",
     "loads",
     "open",

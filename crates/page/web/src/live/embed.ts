@@ -16,3 +16,28 @@ export function embed(names: string[], openTab: (name: string) => void): void {
   element('side').toggleAttribute('hidden', !first);
   if (first) openTab(first.dataset.tab ?? 'values');
 }
+
+interface Shown { text: string; time: number; selected: string }
+
+/** A page in the cell of a notebook: what is shown goes out to the frame's owner, and a text that it sends comes in. */
+export class Frame {
+  private readonly isFramed = window.parent !== window;
+  private told = '';
+
+  constructor(private readonly shown: () => Shown, take: (text: string) => void) {
+    if (!this.isFramed) return;
+    window.addEventListener('message', ({ source, data }) => {
+      const text: unknown = data?.bksim?.text;
+      if (source === window.parent && typeof text === 'string' && text !== this.shown().text) take(text);
+    });
+  }
+
+  tell(): void {
+    if (!this.isFramed) return;
+    const shown = this.shown();
+    const now = JSON.stringify(shown);
+    if (now === this.told) return;
+    this.told = now;
+    window.parent.postMessage({ bksim: shown }, '*');
+  }
+}

@@ -4,7 +4,7 @@ import './live.css';
 import { Clock } from '../clock.js';
 import { element, themes, transport } from '../controls.js';
 import { Charts } from './charts';
-import { embed } from './embed';
+import { Frame, embed } from './embed';
 import { Thread, compiled } from './engine';
 import { Elements, Text, Values, showEquations, showFaults, showFreedoms, showWays } from './panels';
 import { Keeper } from './keeper';
@@ -54,6 +54,11 @@ const text = new Text(element('text') as HTMLTextAreaElement, element('lines'), 
 const underlay = new Underlay();
 const keeper = new Keeper(data.served, data.name, () => state?.text ?? '', (newer) => edit({ edit: 'text', text: newer }, false), say);
 
+let selected = '';
+const owner = new Frame(
+  () => ({ text: state?.text ?? '', time: clock?.t ?? 0, selected }),
+  (text) => edit({ edit: 'text', text }, false),
+);
 const running = new Running(() => engine, () => clock?.speed ?? 1, showRunning, say, endRunning);
 
 function say(words: string): void {
@@ -123,6 +128,7 @@ function take(next: State, numbers: Float64Array): void {
   text.show(next);
   showFaults(element('faults'), next.faults, goTo);
   if (!isNew) return;
+  owner.tell();
   version += 1;
   keeper.changed();
   if (motion) motion.isFresh = false;
@@ -222,6 +228,7 @@ function tick(): void {
   if (clock.isPlaying && !isMoving) startMoving();
   if (isMoving) frame(clock.t);
   charts.seek(clock.t);
+  if (!clock.isPlaying) owner.tell();
   showTime?.();
 }
 
@@ -306,6 +313,8 @@ async function drag(): Promise<void> {
 const all = tools({
   stage,
   grab: (hit) => {
+    selected = state?.scene?.bodies[hit.body] ?? '';
+    owner.tell();
     stopMoving();
     stage.ghost = null;
     if (running.isOn) running.pull(hit);
