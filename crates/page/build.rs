@@ -62,13 +62,9 @@ fn bundle(web: &Path, out: &Path) -> Result<(), String> {
         esbuild.arg(format!("--outfile={}", out.join(bundle).display()));
         succeed("esbuild", &mut esbuild)?;
     }
-    let licences = ["uplot", "svgcanvas"].map(|name| {
-        let text = fs::read_to_string(folder.join("node_modules").join(name).join("LICENSE"));
-        text.map(|text| format!("{name}\n\n{}", text.trim()))
-            .map_err(|e| format!("the licence of {name}: {e}"))
-    });
-    let licences: Vec<String> = licences.into_iter().collect::<Result<_, String>>()?;
-    fs::write(out.join("LICENCES"), licences.join("\n\n")).map_err(|e| e.to_string())
+    let licence = fs::read_to_string(folder.join("node_modules/uplot/LICENSE"));
+    let licence = licence.map_err(|e| format!("the licence of uPlot: {e}"))?;
+    fs::write(out.join("LICENCES"), licence).map_err(|e| e.to_string())
 }
 
 /// Installs the libraries of the lock file, unless they are there.

@@ -3,14 +3,18 @@
 use bksim_analysis::{AnalysisError, Drag, DragLimit, Dragged};
 use bksim_mbs::coordinate::Owner;
 use bksim_model::{BodyId, Measure, Model};
-use bksim_scene::{Attached, Form, Scene, WrittenSolid};
+use bksim_scene::{Attached, Camera, Extras, Form, Scene, Theme, WrittenSolid, picture, svg};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 use serde_json::Value;
 
 use crate::live::position_of;
+use crate::session::View;
 
 /// Part of its length to which a spring may be pressed, and multiple to which it may be drawn out, in a picture.
 const SPAN: [f64; 2] = [0.25, 4.0];
+
+/// Numbers of a body: origin, rows of the rotation, velocity and angular velocity.
+const N_NUMBERS: usize = 18;
 
 /// A mechanism in a pose.
 #[derive(Debug)]
@@ -146,6 +150,25 @@ impl Posed {
         columns.into_iter().filter_map(|column| position_of(owner(column))).collect()
     }
 
+    /// The picture of other poses, 18 numbers for each body, as SVG.
+    pub(crate) fn svg(&mut self, numbers: &[f64], view: &View) -> String {
+        let n_bodies = self.model().bodies.len();
+        let bodies = if numbers.len() == N_NUMBERS * n_bodies {
+            numbers.chunks_exact(N_NUMBERS).map(pose_of).collect()
+        } else {
+            self.bodies()
+        };
+        let mechanism = self.drag.mechanism();
+        let motion = [bodies];
+        let scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &motion);
+        let View { centre, scale, rows, size, is_dark, has_names } = *view;
+        let camera = Camera { centre, scale, r_view_from_world: rows, size };
+        let theme = if is_dark { Theme::DARK } else { Theme::LIGHT };
+        let extras = Extras { has_labels: has_names, ..Extras::default() };
+        let [bodies] = motion;
+        svg(&picture(&scene, &bodies, &extras, &camera, &theme))
+    }
+
     /// The shapes as JSON for the script of a page.
     pub fn scene(&mut self) -> Value {
         let bodies = self.bodies();
@@ -187,6 +210,17 @@ pub(crate) fn numbers(bodies: &[Pose]) -> Vec<f64> {
         pose.origin.into_iter().chain(rotation).chain(pose.velocity).chain(pose.omega)
     };
     bodies.iter().flat_map(of_body).collect()
+}
+
+/// A body's pose from its numbers.
+fn pose_of(numbers: &[f64]) -> Pose {
+    let three = |first: usize| std::array::from_fn(|i| numbers[first + i]);
+    Pose {
+        origin: three(0),
+        r_world_from_body: [three(3), three(6), three(9)],
+        velocity: three(12),
+        omega: three(15),
+    }
 }
 
 /// The limit of a pull in words.

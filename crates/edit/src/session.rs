@@ -7,6 +7,7 @@
 //! {"do": "pose", "pose": "start"}                   {"do": "start_here"}
 //! {"do": "live", "t": 0.8}                          {"do": "pull", "body": 1, "point": [x, y, z]}
 //! {"do": "step", "dt": 0.02, "to": [x, y, z]}       {"do": "rest"}
+//! {"do": "picture", "numbers": […], "view": {…}}
 //! {"do": "solve"}  {"do": "freedoms"}  {"do": "equations"}  {"do": "assemblies"}
 //! ```
 //!
@@ -74,10 +75,31 @@ enum Request {
         to: Option<[f64; 3]>,
     },
     Rest {},
+    /// The picture of poses as SVG.
+    Picture {
+        numbers: Vec<f64>,
+        view: View,
+    },
     Solve {},
     Freedoms {},
     Equations {},
     Assemblies {},
+}
+
+/// How a page sees the mechanism.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct View {
+    /// In the middle of the picture, m.
+    pub(crate) centre: [f64; 3],
+    /// Pixels for each metre.
+    pub(crate) scale: f64,
+    /// To the right, up, and towards the eye.
+    pub(crate) rows: [[f64; 3]; 3],
+    /// Width and height, pixels.
+    pub(crate) size: [f64; 2],
+    pub(crate) is_dark: bool,
+    pub(crate) has_names: bool,
 }
 
 /// A pose to go to.
@@ -160,6 +182,10 @@ impl Session {
             Request::Pull { body, point } => self.pull(body, point),
             Request::Step { dt, to } => self.step(dt, to),
             Request::Rest {} => self.rest(),
+            Request::Picture { numbers, view } => {
+                let svg = self.posed.as_mut().map(|posed| posed.svg(&numbers, &view));
+                Answer { json: json!({ "svg": svg }), numbers: Vec::new() }
+            }
             Request::Solve {} => self.solve(),
             Request::Freedoms {} => self.of_mechanism(answers::freedoms),
             Request::Equations {} => {

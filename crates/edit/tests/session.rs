@@ -290,3 +290,22 @@ fn a_live_motion_goes_on_with_another_length() {
     let answer = steps(&mut session, 1, None);
     assert!((answer.json["t"].as_f64().expect("a time") - 0.32).abs() < 1e-9);
 }
+
+#[test]
+fn a_picture_is_drawn_as_a_page_sees_it() {
+    let mut session = opened(FOUR_BAR);
+    let view = |dark: bool| {
+        json!({ "centre": [0.1, 0, 0], "scale": 1000, "rows": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+                         "size": [400, 300], "is_dark": dark, "has_names": true })
+    };
+    let ask_for = |session: &mut Session, dark| {
+        ask(session, &json!({ "do": "picture", "numbers": [], "view": view(dark) }))
+    };
+    let [light, dark] = [false, true].map(|dark| ask_for(&mut session, dark).json["svg"].clone());
+    let svg = light.as_str().expect("a picture");
+    assert!(
+        svg.starts_with("<svg") && svg.contains("width=\"400\"") && svg.contains(">A<"),
+        "{svg}"
+    );
+    assert_ne!(light, dark);
+}

@@ -1,7 +1,5 @@
 // Files that a reader keeps: the picture as PNG or SVG, the curves as a table.
 
-import { Context } from 'svgcanvas';
-
 /** Offers a file for download. */
 export function download(name: string, content: Blob): void {
   const url = URL.createObjectURL(content);
@@ -15,11 +13,8 @@ export function savePicture(name: string, canvas: HTMLCanvasElement): void {
   canvas.toBlob((blob) => blob && download(`${name}.png`, blob), 'image/png');
 }
 
-/** The picture as lines and text: what a canvas draws is written down. */
-export function saveLines(name: string, [width, height]: number[], draw: (context: CanvasRenderingContext2D) => void): void {
-  const context = new Context(width, height);
-  draw(context as unknown as CanvasRenderingContext2D);
-  download(`${name}.svg`, new Blob([context.getSerializedSvg(true)], { type: 'image/svg+xml' }));
+export function saveLines(name: string, svg: string): void {
+  download(`${name}.svg`, new Blob([svg], { type: 'image/svg+xml' }));
 }
 
 export interface Column { name: string; unit: string; values: Float64Array }

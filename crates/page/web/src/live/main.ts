@@ -431,6 +431,8 @@ function wire(): void {
     if (!file) return;
     void underlay.take(file, stage.camera).then(() => choose('measure'), () => say('This file is no picture.'));
   });
+  // Who scrubs or steps sees the motion, played or not.
+  for (const id of ['scrub', 'back', 'forth']) element(id).addEventListener(id === 'scrub' ? 'input' : 'click', startMoving);
   element('ghost').addEventListener('change', () => {
     if (isMoving && clock) frame(clock.t);
     else stage.ghost = null;
@@ -475,7 +477,12 @@ function wire(): void {
 /** Downloads the picture, the curves, or the text. */
 function keep(as: string): void {
   if (as === 'png') savePicture(data.name, stage.canvas);
-  if (as === 'svg') saveLines(data.name, stage.camera.size, (context) => stage.drawOn(context));
+  if (as === 'svg') {
+    const { numbers, view } = { numbers: Array.from(stage.numbers), view: stage.view };
+    void engine.ask<{ svg: string | null }>({ do: 'picture', numbers, view }).then(({ json }) => {
+      if (json.svg) saveLines(data.name, json.svg);
+    });
+  }
   if (as === 'csv') saveTable(data.name, charts.columns());
   if (as === 'toml') download(`${data.name}.toml`, new Blob([state?.text ?? ''], { type: 'application/toml' }));
 }

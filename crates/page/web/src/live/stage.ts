@@ -136,25 +136,17 @@ export class Stage {
     });
   }
 
+  /** How the mechanism is seen, for a picture that is drawn elsewhere. */
+  get view(): object {
+    const { centre, scale, rows, size } = this.camera;
+    return { centre, scale, rows, size, is_dark: this.theme === 'dark', has_names: this.hasNames };
+  }
+
   private paint(): void {
-    const { drawing } = this;
-    if (!drawing) return;
-    this.paintOn(this.canvas.getContext('2d') as CanvasRenderingContext2D, drawing);
-  }
-
-  /** Draws what is seen on another context, without the hand. */
-  drawOn(context: CanvasRenderingContext2D): void {
-    const { scene, camera } = this;
-    if (!scene) return;
-    const canvas = { getContext: () => context, clientWidth: camera.size[0], clientHeight: camera.size[1] };
-    const drawing = new Drawing(canvas as unknown as HTMLCanvasElement, scene, camera);
-    drawing.draw(this.numbers, scene.themes[this.theme], { trails: this.trails, arrows: [], hasNames: this.hasNames });
-  }
-
-  private paintOn(context: CanvasRenderingContext2D, drawing: Drawing): void {
-    const { scene, numbers } = this;
-    if (!scene || numbers.length < 18 * scene.bodies.length) return;
+    const { drawing, scene, numbers } = this;
+    if (!drawing || !scene || numbers.length < 18 * scene.bodies.length) return;
     const theme: Theme = scene.themes[this.theme];
+    const context = this.canvas.getContext('2d') as CanvasRenderingContext2D;
     drawing.draw(numbers, theme, { trails: this.trails, arrows: [], hasNames: this.hasNames });
     this.over?.(context);
     if (this.ghost && this.ghost.length === numbers.length) this.paintGhost(context, theme);
