@@ -84,7 +84,7 @@ export class Values {
       slider.addEventListener('change', () => this.settle());
     }
     this.rows.set(path, { control, field, slider });
-    const label = make('span', { class: 'name', title: path }, is_guess ? `${name} (guess)` : name);
+    const label = make('span', { class: 'name', title: path }, is_guess ? `${name} (${word('guess')})` : name);
     return make('div', { class: 'row', 'data-path': path }, label, slider ?? make('span'), field);
   }
 }
@@ -150,10 +150,11 @@ export function showFreedoms(box: HTMLElement, found: Freedoms): void {
     return;
   }
   const { gruebler = 0, mobility, redundant_conditions: repeated = 0, redundant_joints: joints = [], drives = 0 } = found;
-  const count = mobility === 1 ? '1 free motion' : `${mobility} free motions`;
-  const driven = drives > 0 ? `, ${drives === 1 ? 'one' : drives} driven` : '';
-  const formula = gruebler === mobility ? '' : `; Grübler's formula counts ${gruebler}`;
-  const more = repeated > 0 ? `; ${repeated} redundant ${repeated === 1 ? 'condition' : 'conditions'} (${joints.join(', ')})` : '';
+  const say = (words: string, n: number) => word(words).replace('#', String(n));
+  const count = mobility === 1 ? word('1 free motion') : say('# free motions', mobility);
+  const driven = drives > 0 ? `, ${drives === 1 ? word('one driven') : say('# driven', drives)}` : '';
+  const formula = gruebler === mobility ? '' : say('; Grübler’s formula counts #', gruebler);
+  const more = repeated > 0 ? `${say(repeated === 1 ? '; # redundant condition' : '; # redundant conditions', repeated)} (${joints.join(', ')})` : '';
   box.textContent = `${count}${driven}${formula}${more}`;
 }
 

@@ -114,6 +114,14 @@ const VI: Record<string, string> = {
   'The address of this page now holds the model.': 'Địa chỉ của trang này nay chứa mô hình.',
   'Mechanisms in space are held and seen, not drawn.': 'Cơ cấu không gian chỉ được nắm và xem, không vẽ được.',
   'dead point': 'điểm chết',
+  guess: 'ước đoán',
+  '1 free motion': '1 bậc tự do',
+  '# free motions': '# bậc tự do',
+  'one driven': '1 được dẫn động',
+  '# driven': '# được dẫn động',
+  '; Grübler’s formula counts #': '; công thức Grübler đếm được #',
+  '; # redundant condition': '; # ràng buộc thừa',
+  '; # redundant conditions': '; # ràng buộc thừa',
 };
 
 let table: Record<string, string> = {};
