@@ -1,7 +1,6 @@
 //! The consistent start against linkages with all their assemblies; `tests/data/assemblies` says what
 //! they are and what is right.
 
-#[path = "../../crates/bench/src/starts/trials.rs"]
 mod trials;
 
 use trials::{Outcome, Trial, Verdict, trials};

@@ -6,8 +6,8 @@
 use bksim::model::CoordinatePolicy;
 use serde_json::json;
 
-use crate::context::Context;
 use crate::error::BenchError;
+use crate::peers::Context;
 use crate::race::{Case, Peer, compare};
 use crate::report::Report;
 

@@ -2,8 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use bksim_expr::{EvalError, ParseError, TapeError};
-
 /// Error of a benchmark.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -24,15 +22,6 @@ pub(crate) enum BenchError {
         /// First diagnostic.
         message: String,
     },
-    /// An expression of the suite was refused.
-    #[error(transparent)]
-    Parse(#[from] ParseError),
-    /// Outputs could not be compiled.
-    #[error(transparent)]
-    Tape(#[from] TapeError),
-    /// An expression has no value.
-    #[error(transparent)]
-    Eval(#[from] EvalError),
     /// A data file of the suite has unexpected contents.
     #[error("benchmark data: {0}")]
     Data(&'static str),

@@ -9,15 +9,18 @@ use std::f64::consts::PI;
 use std::fmt::Write;
 
 use bksim::Mechanism;
-use bksim::model::CoordinatePolicy;
+use bksim::expr::Expr;
+use bksim::model::{CoordinatePolicy, JointKind, LoadKind, Model, Vector};
 use serde_json::{Value, json};
 
-use crate::context::Context;
 use crate::error::BenchError;
 use crate::models;
+use crate::peers::Context;
 use crate::race::{Case, Peer, compare};
 use crate::report::Report;
-use crate::spatial::{PUMA, description};
+
+/// The arm whose equations the literature counts.
+const PUMA: &str = include_str!("../../../tests/fixtures/puma-560.toml");
 
 const TOLERANCES: [f64; 4] = [1e-3, 1e-5, 1e-7, 1e-9];
 
@@ -74,6 +77,42 @@ fn arm() -> Result<Case, BenchError> {
         peers: &ARM_PEERS,
         request: json!({ "bodies": bodies, "gravity": gravity, "q": START }),
     })
+}
+
+/// The bodies as the peers take them, in the order of the coordinates, and gravity.
+fn description(mechanism: &Mechanism) -> (Vec<Value>, [f64; 3]) {
+    let model = &mechanism.model;
+    let value = |e: Expr| value(model, &mechanism.parameters, e);
+    let three = |v: &Vector| v.map(value);
+    let bodies = model.bodies.iter().enumerate().skip(1).map(|(idx, body)| {
+        let carrying = model.joints.iter().find(|joint| joint.successor.body.0 == idx);
+        let joint = carrying.expect("each body hangs on a joint");
+        assert!(joint.kind == JointKind::Revolute, "a tree of revolutes");
+        let from = &model.bodies[joint.predecessor.body.0];
+        let place = joint.predecessor.point.map(|point| three(&from.points[point.0].position));
+        let inertia = [three(&body.inertia.moments), three(&body.inertia.products)].concat();
+        json!({
+            "parent": joint.predecessor.body.0,
+            "place": place.unwrap_or_default(),
+            "axis": three(&joint.axis),
+            "mass": value(body.mass),
+            "com": three(&body.com),
+            "inertia": inertia,
+        })
+    });
+    let gravity = model.loads.iter().find_map(|load| match &load.kind {
+        LoadKind::Gravity { acceleration } => Some(three(acceleration)),
+        _ => None,
+    });
+    (bodies.collect(), gravity.unwrap_or_default())
+}
+
+fn value(model: &Model, parameters: &[f64], e: Expr) -> f64 {
+    let of = |symbol| {
+        let place = model.parameters.iter().position(|p| p.symbol == symbol)?;
+        Some(parameters[place])
+    };
+    model.pool.evaluate(e, &of).expect("a number of parameters")
 }
 
 /// A body of the platform with its centre on z: mass, kg, place of the centre, m, and moments of inertia, kg m².

@@ -5,17 +5,17 @@
 //! digits. Each program runs at several step sizes or tolerances; the time at an error of 10⁻⁶ is
 //! interpolated. The others are timed without start-up and model building.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use bksim::Mechanism;
 use serde_json::{Value, json};
 
-use crate::context::Context;
 use crate::error::BenchError;
 use crate::models;
-use crate::peers::Workbench;
+use crate::peers::{Context, Workbench};
+use crate::race::{Peer, Run, seconds_at};
 use crate::report::{Check, Report, Table, ratio, seconds};
 
 const MODEL: &str = include_str!("../../../examples/five-link/model.toml");
@@ -25,46 +25,29 @@ const ANGLES: [(&str, usize); 4] = [("ti1", 0), ("ti2", 3), ("ti4", 7), ("ti5", 
 /// Error at which times are compared, rad.
 const LEVEL: f64 = 1e-6;
 
-/// A program to compare with.
-struct Peer {
-    name: &'static str,
-    /// Script in `peers/`.
-    script: &'static str,
-    /// Step sizes, s, or tolerances, from coarse to fine.
-    sizes: &'static [f64],
-    /// Goal of its time over ours.
-    goal: f64,
-}
-
-const PEERS: [Peer; 3] = [
-    Peer {
-        name: "Exudyn, generalised alpha",
-        script: "mechanism_exudyn",
-        sizes: &[1e-3, 2e-4, 1e-4],
-        goal: 100.0,
-    },
-    Peer {
-        name: "MuJoCo, RK4",
-        script: "mechanism_mujoco",
-        sizes: &[1e-3, 5e-4, 2e-4, 1e-4],
-        goal: 100.0,
-    },
-    Peer {
-        name: "Pinocchio, DOP853",
-        script: "mechanism_pinocchio",
-        sizes: &[1e-6, 1e-7, 1e-8, 1e-9, 1e-10],
-        goal: 5.0,
-    },
+/// The programs to compare with, and the goal of the time of each over ours.
+const PEERS: [(Peer, f64); 3] = [
+    (
+        Peer {
+            name: "Exudyn, generalised alpha",
+            script: "mechanism_exudyn",
+            sizes: &[1e-3, 2e-4, 1e-4],
+        },
+        100.0,
+    ),
+    (
+        Peer { name: "MuJoCo, RK4", script: "mechanism_mujoco", sizes: &[1e-3, 5e-4, 2e-4, 1e-4] },
+        100.0,
+    ),
+    (
+        Peer {
+            name: "Pinocchio, DOP853",
+            script: "mechanism_pinocchio",
+            sizes: &[1e-6, 1e-7, 1e-8, 1e-9, 1e-10],
+        },
+        5.0,
+    ),
 ];
-
-/// One run of one program.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Run {
-    /// Step size, s, or tolerance.
-    pub(crate) size: f64,
-    pub(crate) seconds: f64,
-    pub(crate) error: f64,
-}
 
 /// Angles at one instant of the reference.
 struct Row {
@@ -73,14 +56,14 @@ struct Row {
 }
 
 /// Measures all programs.
-pub(crate) fn run(context: &Context, program: Option<&Path>) -> Result<Report, BenchError> {
+pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
     let mut report = Report::new("mechanisms", "Five-link mechanism over 50 s");
     let rows = reference()?;
-    let ours = ours(&rows, context, program, &mut report)?;
+    let ours = ours(&rows, context, &mut report)?;
     let mut all = vec![("bksim, model file to log", ours, None)];
-    for peer in &PEERS {
+    for (peer, goal) in &PEERS {
         match theirs(peer, &rows, context, &mut report) {
-            Ok(runs) => all.push((peer.name, runs, Some(peer.goal))),
+            Ok(runs) => all.push((peer.name, runs, Some(*goal))),
             Err(absent) => report.notes.push(format!("{}: {absent}", peer.name)),
         }
     }
@@ -114,21 +97,6 @@ pub(crate) fn run(context: &Context, program: Option<&Path>) -> Result<Report, B
     Ok(report)
 }
 
-/// Time to reach an error: interpolated between neighbouring runs, logarithm over logarithm; that of
-/// the coarsest run if it is good enough, that of the finest, a lower bound, if none is.
-pub(crate) fn seconds_at(runs: &[Run], error: f64) -> f64 {
-    let pair = runs.windows(2).find(|pair| pair[1].error <= error);
-    match (runs.first(), pair, runs.last()) {
-        (Some(first), ..) if first.error <= error => first.seconds,
-        (_, Some([from, to]), _) => {
-            let share = (from.error / error).ln() / (from.error / to.error).ln();
-            (from.seconds.ln() + share * (to.seconds / from.seconds).ln()).exp()
-        }
-        (_, _, Some(last)) => last.seconds,
-        _ => f64::NAN,
-    }
-}
-
 /// Reads the reference.
 fn reference() -> Result<Vec<Row>, BenchError> {
     const FAULT: BenchError = BenchError::Data("the five-link reference is not as expected");
@@ -142,15 +110,10 @@ fn reference() -> Result<Vec<Row>, BenchError> {
 }
 
 /// Our runs: errors from this process, times of whole processes with the same options.
-fn ours(
-    rows: &[Row],
-    context: &Context,
-    program: Option<&Path>,
-    report: &mut Report,
-) -> Result<Vec<Run>, BenchError> {
+fn ours(rows: &[Row], context: &Context, report: &mut Report) -> Result<Vec<Run>, BenchError> {
     let bench = Workbench::new()?;
     let model = bench.write("five-link.toml", MODEL)?;
-    let program = program.map_or_else(neighbouring_program, Path::to_owned);
+    let program = &context.program;
     if !program.is_file() {
         let path = program.display();
         report.notes.push(format!("`{path}` is missing: cargo build --release -p bksim-cli"));
@@ -160,18 +123,12 @@ fn ours(
     let one = |&tolerance: &f64| {
         let mut seconds = f64::NAN;
         for _ in 0..context.effort.max_runs.min(10) {
-            let took = process(&program, &model, tolerance, &bench.file("log.mcap"));
+            let took = process(program, &model, tolerance, &bench.file("log.mcap"));
             seconds = seconds.min(took.unwrap_or(f64::NAN));
         }
         Ok(Run { size: tolerance, seconds, error: error(rows, tolerance)? })
     };
     tolerances.iter().map(one).collect()
-}
-
-/// `bksim` in the folder of this program, or in the current one where that is unknown.
-pub(crate) fn neighbouring_program() -> PathBuf {
-    let this = std::env::current_exe().unwrap_or_default();
-    this.with_file_name(format!("bksim{}", std::env::consts::EXE_SUFFIX))
 }
 
 /// Wall-clock time of one whole process, s.
@@ -238,16 +195,6 @@ fn theirs(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn times_at_an_error_are_interpolated_in_powers() {
-        let run = |error, seconds| Run { size: 1.0, seconds, error };
-        let runs = [run(1e-4, 1.0), run(1e-8, 100.0)];
-        assert!((seconds_at(&runs, 1e-6) - 10.0).abs() < 1e-9);
-        assert_eq!(seconds_at(&runs, 1e-3), 1.0);
-        assert_eq!(seconds_at(&runs, 1e-9), 100.0);
-        assert!(seconds_at(&[], 1e-6).is_nan());
-    }
 
     #[test]
     fn our_angles_are_those_of_the_reference() -> Result<(), BenchError> {

@@ -7,9 +7,19 @@ use std::process::{Command, Stdio};
 use serde_json::Value;
 
 use crate::error::BenchError;
+use crate::timing::Effort;
 
 /// Folder of the scripts and the C sources.
 const HOME: &str = env!("CARGO_MANIFEST_DIR");
+
+/// Surroundings of a suite: programs to compare with, our own, and how long to measure.
+#[derive(Debug)]
+pub(crate) struct Context {
+    pub(crate) peers: Peers,
+    /// The command `bksim`.
+    pub(crate) program: PathBuf,
+    pub(crate) effort: Effort,
+}
 
 /// The programs to compare with.
 #[derive(Debug)]

@@ -12,10 +12,9 @@ use bksim::sim::observable::Observables;
 use bksim::sim::run::Sample;
 use serde_json::{Value, json};
 
-use crate::context::Context;
 use crate::error::BenchError;
-use crate::mechanisms::{Run, seconds_at};
 use crate::models;
+use crate::peers::Context;
 use crate::report::{Report, Table, ratio, seconds};
 use crate::timing::cpu_time;
 
@@ -46,6 +45,30 @@ pub(crate) struct Peer {
     pub(crate) script: &'static str,
     /// Step sizes, s, or tolerances, from coarse to fine.
     pub(crate) sizes: &'static [f64],
+}
+
+/// One run of one program.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Run {
+    /// Step size, s, or tolerance.
+    pub(crate) size: f64,
+    pub(crate) seconds: f64,
+    pub(crate) error: f64,
+}
+
+/// Time to reach an error: interpolated between neighbouring runs, logarithm over logarithm; that of
+/// the coarsest run if it is good enough, that of the finest, a lower bound, if none is.
+pub(crate) fn seconds_at(runs: &[Run], error: f64) -> f64 {
+    let pair = runs.windows(2).find(|pair| pair[1].error <= error);
+    match (runs.first(), pair, runs.last()) {
+        (Some(first), ..) if first.error <= error => first.seconds,
+        (_, Some([from, to]), _) => {
+            let share = (from.error / error).ln() / (from.error / to.error).ln();
+            (from.seconds.ln() + share * (to.seconds / from.seconds).ln()).exp()
+        }
+        (_, _, Some(last)) => last.seconds,
+        _ => f64::NAN,
+    }
 }
 
 /// Runs all programs on all mechanisms.
@@ -228,4 +251,19 @@ fn theirs(
         evaluation_s: number(&output["evaluation_s"]),
         runs,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_at_an_error_are_interpolated_in_powers() {
+        let run = |error, seconds| Run { size: 1.0, seconds, error };
+        let runs = [run(1e-4, 1.0), run(1e-8, 100.0)];
+        assert!((seconds_at(&runs, 1e-6) - 10.0).abs() < 1e-9);
+        assert_eq!(seconds_at(&runs, 1e-3), 1.0);
+        assert_eq!(seconds_at(&runs, 1e-9), 100.0);
+        assert!(seconds_at(&[], 1e-6).is_nan());
+    }
 }

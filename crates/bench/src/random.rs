@@ -10,10 +10,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use crate::context::Context;
 use crate::error::BenchError;
-use crate::mechanisms::neighbouring_program;
-use crate::peers::Workbench;
+use crate::peers::{Context, Workbench};
 use crate::report::{Check, Report, Table, seconds};
 
 /// The mechanisms that are tried.
@@ -72,14 +70,9 @@ struct Tried {
 }
 
 /// Tries all of them.
-pub(crate) fn measure(
-    context: &Context,
-    numbers: &Numbers,
-    program: Option<&Path>,
-) -> Result<Report, BenchError> {
+pub(crate) fn measure(context: &Context, numbers: &Numbers) -> Result<Report, BenchError> {
     let mut report = Report::new("random", "mechanisms at random beside another formulation");
     let bench = Workbench::new()?;
-    let program = program.map_or_else(neighbouring_program, Path::to_owned);
     let n = if context.effort.is_quick { 5 } else { numbers.count };
     let head = OUTCOMES.map(|(_, word)| word);
     let mut table = Table::new([""].into_iter().chain(head).chain(["median", "longest"]));
@@ -90,7 +83,7 @@ pub(crate) fn measure(
         let mut times = Vec::new();
         for number in numbers.first..numbers.first + n {
             let text = generator::model(number, is_spatial);
-            let tried = try_one(&program, &bench.write("random.toml", &text)?)?;
+            let tried = try_one(&context.program, &bench.write("random.toml", &text)?)?;
             *counts.entry(tried.outcome).or_default() += 1;
             tried.codes.iter().for_each(|code| *by_code.entry(code.clone()).or_default() += 1);
             times.push(tried.time);

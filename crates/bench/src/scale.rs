@@ -2,8 +2,7 @@
 //! until they move, up to 40 000 links.
 //!
 //! Every size runs in a process of its own, which prints its times and its peak memory. The
-//! exponent p between two sizes is that of time ~ Nᵖ. In addition, the four-bar of 100 windows over
-//! ten seconds is compared with MuJoCo.
+//! exponent p between two sizes is that of time ~ Nᵖ.
 
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -14,12 +13,11 @@ use bksim::model::Model;
 use clap::ValueEnum;
 use serde_json::{Value, json};
 
-use crate::context::Context;
 use crate::error::BenchError;
-use crate::models::{self, Coordinates, link_chain, n_four_bar};
+use crate::models::{self, link_chain, n_four_bar};
+use crate::peers::Context;
 use crate::report::{Check, Report, Table, ratio, seconds};
 use crate::timing::cpu_time;
-use crate::windows::angle;
 
 /// A family of mechanisms.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Debug)]
@@ -45,8 +43,8 @@ pub(crate) struct Size {
 impl Size {
     fn text(self) -> String {
         match self.family {
-            Family::Chain => link_chain(self.n, Coordinates::Absolute),
-            Family::FourBar => n_four_bar(self.n, Coordinates::Absolute),
+            Family::Chain => link_chain(self.n),
+            Family::FourBar => n_four_bar(self.n),
         }
     }
 
@@ -80,11 +78,7 @@ pub(crate) fn measure(size: Size) -> Result<(), BenchError> {
     times.push(cpu_time());
     let start = simulation.start().map_err(stop)?;
     times.push(cpu_time());
-    let mut first = f64::NAN;
-    let mut observe = |sample: &bksim::sim::run::Sample| {
-        first = sample.q[0];
-        Control::Continue
-    };
+    let mut observe = |_: &bksim::sim::run::Sample| Control::Continue;
     let summary = simulation
         .run(&start, &mut observe, &|| false)
         .map_err(|failure| refused(size, simulation.diagnose(&failure).message))?;
@@ -95,7 +89,7 @@ pub(crate) fn measure(size: Size) -> Result<(), BenchError> {
         json!({
             "n": size.n, "read_s": spans[0], "derive_s": spans[1], "start_s": spans[2], "run_s": spans[3],
             "n_step": summary.stats.n_step, "peak_kib": peak_memory(),
-            "energy": summary.energy.worst_error / summary.energy.scale, "first": first,
+            "energy": summary.energy.worst_error / summary.energy.scale,
         })
     );
     Ok(())
@@ -108,7 +102,7 @@ fn peak_memory() -> Option<u64> {
     line.trim().trim_end_matches("kB").trim().parse().ok()
 }
 
-/// Measures both families and the comparison.
+/// Measures both families.
 pub(crate) fn run(context: &Context) -> Report {
     let mut report = Report::new("scale", "Growth with size");
     for family in Family::value_variants() {
@@ -117,7 +111,6 @@ pub(crate) fn run(context: &Context) -> Report {
     for family in Family::value_variants() {
         get_ready(*family, context, &mut report);
     }
-    compare(context, &mut report);
     report
 }
 
@@ -257,40 +250,4 @@ fn child(size: Size, context: &Context) -> Result<Value, String> {
         return Err(errors.lines().last().unwrap_or("it printed no error").to_owned());
     }
     serde_json::from_slice(&output.stdout).map_err(|error| error.to_string())
-}
-
-/// Compares the four-bar of 100 windows over ten seconds with MuJoCo.
-fn compare(context: &Context, report: &mut Report) {
-    let (n, t_end) = if context.effort.is_quick { (4, 1.0) } else { (100, 10.0) };
-    let expected = angle(n, t_end);
-    let mut table = Table::new(["windows", "program", "time", "error of the angle, rad"]);
-    let size = Size { family: Family::FourBar, n, t_end, rtol: 1e-6 };
-    match child(size, context) {
-        Ok(found) => {
-            // All uprights begin at the angle 0; x of the first one's centre is sin(θ)/2.
-            let x = found["first"].as_f64().unwrap_or(f64::NAN);
-            let error = (2.0 * x - expected.sin()).abs();
-            let time = found["run_s"].as_f64().unwrap_or(f64::NAN);
-            table.push([n.to_string(), "bksim".to_owned(), seconds(time), format!("{error:.1e}")]);
-            report.numbers.insert("windows, bksim".to_owned(), found);
-        }
-        Err(reason) => report.notes.push(format!("bksim, {n} windows: {reason}")),
-    }
-    let input = json!({"n": n, "t_end": t_end, "h": 1e-3});
-    match context.peers.python("windows_mujoco", &input) {
-        Ok(found) => {
-            let number = |name: &str| found[name].as_f64().unwrap_or(f64::NAN);
-            let error = (number("angle").sin() - expected.sin()).abs();
-            let time = seconds(number("seconds"));
-            table.push([
-                n.to_string(),
-                "MuJoCo, RK4, 1 ms".to_owned(),
-                time,
-                format!("{error:.1e}"),
-            ]);
-            report.numbers.insert("windows, MuJoCo".to_owned(), found);
-        }
-        Err(absent) => report.notes.push(format!("MuJoCo: {absent}")),
-    }
-    report.tables.push(table);
 }

@@ -10,8 +10,8 @@ use bksim::sim::start::Start;
 use bksim::{Mechanism, SensitivityPlan, Simulation};
 use serde_json::json;
 
-use crate::context::Context;
 use crate::error::BenchError;
+use crate::peers::Context;
 use crate::report::{Check, Report, Table, ratio, seconds};
 use crate::timing::{Paired, repeat};
 

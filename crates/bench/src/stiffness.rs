@@ -10,8 +10,8 @@ use bksim::sim::run::Sample;
 use serde_json::json;
 
 use self::models::{StiffModel, all};
-use crate::context::Context;
 use crate::error::BenchError;
+use crate::peers::Context;
 use crate::report::{Check, Report, Table};
 use crate::timing::{Effort, cpu_time, repeat};
 

@@ -12,8 +12,8 @@ use bksim::{Mechanism, Simulation};
 use bksim_sweep::{Axis, Design, Existing, Monitor, Plan, Request, Study, SweepError, write};
 use serde_json::json;
 
-use crate::context::Context;
 use crate::error::BenchError;
+use crate::peers::Context;
 use crate::report::{Check, Report, Table, ratio, seconds};
 use crate::timing::{cpu_time, median};
 

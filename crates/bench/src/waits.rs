@@ -3,126 +3,104 @@
 //! Times are CPU times: of a derivation that of this process, the least of several; of a command that of its process,
 //! the mean of as many runs as last a while, since the system counts it in hundredths of a second.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use bksim_mbs::assemble::assemble;
 use bksim_model::file::{Limits, expand};
 use serde_json::json;
 
-use crate::context::Context;
 use crate::error::BenchError;
-use crate::mechanisms::neighbouring_program;
 use crate::models;
-use crate::peers::Workbench;
+use crate::peers::{Context, Workbench};
 use crate::report::{Check, Report, Table, seconds};
 use crate::timing::cpu_time;
 
-/// The way to an answer.
-enum Way {
-    /// The equations of a model.
-    Derivation,
-    /// A command with these arguments before the model.
-    Command(&'static [&'static str]),
-}
+/// Something to wait for: what, the model, the command with its arguments, and how long it may take, s.
+type Wait = (&'static str, &'static str, &'static [&'static str], f64);
 
-/// Something to wait for, and how long it may take, s.
-struct Wait {
-    name: &'static str,
-    model: &'static str,
-    way: Way,
-    goal: f64,
-}
+/// In place of a command: the equations alone.
+const DERIVATION: &[&str] = &[];
 
-const WAITS: [Wait; 11] = [
-    Wait {
-        name: "derive six bodies with three damped springs",
-        model: include_str!("../models/six-bodies.toml"),
-        way: Way::Derivation,
-        goal: 0.03,
-    },
-    Wait {
-        name: "derive the Stewart platform",
-        model: include_str!("../../../examples/stewart-platform/model.toml"),
-        way: Way::Derivation,
-        goal: 0.06,
-    },
-    Wait {
-        name: "derive the delta robot",
-        model: include_str!("../../../examples/delta-robot/model.toml"),
-        way: Way::Derivation,
-        goal: 0.025,
-    },
-    Wait {
-        name: "derive the double wishbone",
-        model: include_str!("../../../examples/double-wishbone/model.toml"),
-        way: Way::Derivation,
-        goal: 0.02,
-    },
-    Wait {
-        name: "solve the slider-crank",
-        model: include_str!("../../../examples/slider-crank/model.toml"),
-        way: Way::Command(&["solve"]),
-        goal: 0.006,
-    },
-    Wait {
-        name: "solve the Stewart platform",
-        model: include_str!("../../../examples/stewart-platform/model.toml"),
-        way: Way::Command(&["solve"]),
-        goal: 0.1,
-    },
-    Wait {
-        name: "verify the governor",
-        model: include_str!("../../../examples/governor/model.toml"),
-        way: Way::Command(&["verify"]),
-        goal: 1.0,
-    },
-    Wait {
-        name: "modes of a cantilever of 40 lumps",
-        model: include_str!("../models/cantilever.toml"),
-        way: Way::Command(&["modes"]),
-        goal: 0.3,
-    },
-    Wait {
-        name: "linear equations of a six-bar in letters",
-        model: include_str!("../../../tests/fixtures/six-bar.toml"),
-        way: Way::Command(&["linearize", "--letters"]),
-        goal: 1.0,
-    },
-    Wait {
-        name: "freedoms of the Stewart platform",
-        model: include_str!("../../../examples/stewart-platform/model.toml"),
-        way: Way::Command(&["doctor"]),
-        goal: 0.3,
-    },
-    Wait {
-        name: "positions of Jansen's leg",
-        model: include_str!("../../../examples/jansen/model.toml"),
-        way: Way::Command(&["kinematics"]),
-        goal: 0.3,
-    },
+const STEWART: &str = include_str!("../../../examples/stewart-platform/model.toml");
+const JANSEN: &str = include_str!("../../../examples/jansen/model.toml");
+const WAITS: [Wait; 13] = [
+    (
+        "derive six bodies with three damped springs",
+        include_str!("../models/six-bodies.toml"),
+        DERIVATION,
+        0.03,
+    ),
+    ("derive the Stewart platform", STEWART, DERIVATION, 0.06),
+    (
+        "derive the delta robot",
+        include_str!("../../../examples/delta-robot/model.toml"),
+        DERIVATION,
+        0.025,
+    ),
+    (
+        "derive the double wishbone",
+        include_str!("../../../examples/double-wishbone/model.toml"),
+        DERIVATION,
+        0.02,
+    ),
+    (
+        "solve the slider-crank",
+        include_str!("../../../examples/slider-crank/model.toml"),
+        &["solve", "--force", "-o", "log.mcap"],
+        0.006,
+    ),
+    ("solve the Stewart platform", STEWART, &["solve", "--force", "-o", "log.mcap"], 0.1),
+    (
+        "verify the governor",
+        include_str!("../../../examples/governor/model.toml"),
+        &["verify"],
+        1.0,
+    ),
+    (
+        "modes of a cantilever of 40 lumps",
+        include_str!("../models/cantilever.toml"),
+        &["modes"],
+        0.3,
+    ),
+    (
+        "linear equations of a six-bar in letters",
+        include_str!("../../../tests/fixtures/six-bar.toml"),
+        &["linearize", "--letters"],
+        1.0,
+    ),
+    ("freedoms of the Stewart platform", STEWART, &["doctor"], 0.3),
+    ("positions of Jansen's leg", JANSEN, &["kinematics"], 0.3),
+    (
+        "Jansen's leg, 361 positions with all rates as a table",
+        JANSEN,
+        &["kinematics", "--drive", "O.angle=0:360 deg:361", "--force", "-o", "table.csv"],
+        0.02,
+    ),
+    (
+        "a six-bar, all assemblies with their proof",
+        include_str!("../../../examples/beam-engine/model.toml"),
+        &["kinematics", "--assemblies"],
+        0.05,
+    ),
 ];
 
 /// Measures all waits.
-pub(crate) fn measure(context: &Context, program: Option<&Path>) -> Result<Report, BenchError> {
+pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
     let mut report = Report::new("waits", "What a person waits for, CPU time");
     let bench = Workbench::new()?;
-    let program = program.map_or_else(neighbouring_program, Path::to_owned);
     let mut table = Table::new(["wait", "takes", "goal", ""]);
-    for wait in &WAITS {
-        let took = match wait.way {
-            // Minutes of the development profile.
-            Way::Command(_) if context.effort.is_quick => continue,
-            Way::Derivation => derivation(wait, context)?,
-            Way::Command(arguments) => {
-                let model = bench.write("model.toml", wait.model)?;
-                command(&program, arguments, &model, context)
-            }
+    for (name, text, arguments, goal) in WAITS {
+        // Commands take minutes in the development profile.
+        let took = match (arguments, context.effort.is_quick) {
+            (DERIVATION, _) => derivation(name, text, context)?,
+            (_, true) => continue,
+            (_, false) => command(arguments, &bench.write("model.toml", text)?, context),
         };
-        let check = Check::at_most(format!("{}, ms", wait.name), 1e3 * took, 1e3 * wait.goal);
+        let check = Check::at_most(format!("{name}, ms"), 1e3 * took, 1e3 * goal);
         let mark = if check.is_met() == Some(false) { "over" } else { "" };
-        table.push([wait.name.to_owned(), seconds(took), seconds(wait.goal), mark.to_owned()]);
-        report.numbers.insert(wait.name.to_owned(), json!({ "cpu_s": took, "goal_s": wait.goal }));
+        table.push([name.to_owned(), seconds(took), seconds(goal), mark.to_owned()]);
+        report.numbers.insert(name.to_owned(), json!({ "cpu_s": took, "goal_s": goal }));
         report.checks.push(check);
     }
     report.tables.push(table);
@@ -137,10 +115,10 @@ fn whole(text: &str) -> String {
 }
 
 /// The least time of several derivations, s.
-fn derivation(wait: &Wait, context: &Context) -> Result<f64, BenchError> {
+fn derivation(name: &str, text: &str, context: &Context) -> Result<f64, BenchError> {
     let mut least = f64::INFINITY;
     for _ in 0..context.effort.max_runs.min(5) {
-        let model = models::model(&whole(wait.model), wait.name)?;
+        let model = models::model(&whole(text), name)?;
         let began = cpu_time();
         std::hint::black_box(assemble(&model));
         least = least.min(cpu_time() - began);
@@ -148,19 +126,16 @@ fn derivation(wait: &Wait, context: &Context) -> Result<f64, BenchError> {
     Ok(least)
 }
 
-/// The mean time of a command's process, s; NaN where it fails.
-fn command(program: &Path, arguments: &[&str], model: &PathBuf, context: &Context) -> f64 {
+/// The mean time of a command's process in the folder of the model, s; NaN where it fails.
+fn command(arguments: &[&str], model: &Path, context: &Context) -> f64 {
     let began = children_time();
     let mut n = 0.0;
     loop {
-        let mut command = Command::new(program);
-        command.args(arguments).arg(model);
-        if arguments == ["solve"] {
-            command.args(["--force", "-o"]).arg(model.with_extension("mcap"));
-        }
-        let status = command.stdout(Stdio::null()).stderr(Stdio::null()).status();
+        let mut command = Command::new(&context.program);
+        command.args(arguments).arg(model).stdout(Stdio::null()).stderr(Stdio::null());
+        command.current_dir(model.parent().unwrap_or(model));
         // A run that is judged not to agree has answered, too.
-        if !status.is_ok_and(|status| matches!(status.code(), Some(0 | 3))) {
+        if !command.status().is_ok_and(|status| matches!(status.code(), Some(0 | 3))) {
             return f64::NAN;
         }
         n += 1.0;

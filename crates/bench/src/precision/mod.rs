@@ -16,14 +16,13 @@ use std::path::Path;
 use serde_json::Value;
 
 use self::curve::{Curve, PARTS};
-pub(crate) use self::ours::Method;
+use self::ours::Method;
 pub(crate) use self::problem::Definition;
 use self::problem::{PROBLEMS, Problem};
 use self::theirs::{Compiled, Solver};
-use crate::context::Context;
 use crate::diagram::{Diagram, Series};
 use crate::error::BenchError;
-use crate::peers::Workbench;
+use crate::peers::{Context, Workbench};
 use crate::report::{Check, Report, Table, ratio, seconds};
 use crate::timing::Effort;
 

@@ -5,7 +5,20 @@
 
 use std::fmt::Write;
 
-use crate::spatial::Random;
+/// Numbers between −1 and 1, the same in each run: a linear congruence.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    fn three(&mut self, size: f64) -> [f64; 3] {
+        [0; 3].map(|_| size * self.next())
+    }
+}
 
 /// A body where it starts: its origin, m, and its angle about z, rad.
 #[derive(Clone, Copy, Default)]

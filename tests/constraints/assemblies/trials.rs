@@ -1,5 +1,5 @@
 //! Trials of the start: linkages with all their assemblies, and whether the one that was meant is
-//! found. Also read by `tests/constraints/assemblies.rs`.
+//! found.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
