@@ -1,7 +1,7 @@
 //! Examples against the formulas of textbooks that their READMEs name.
 
+use super::worked::{column, meet, near, over};
 use crate::support::example;
-use crate::worked::{column, meet, near, over};
 use bksim::analysis::{
     Actuators, CurvesRequest, LimitsRequest, Range, curves, inverse, limits, statics, workspaces,
 };

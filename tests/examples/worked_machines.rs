@@ -2,8 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::worked::{column, meet, near, over};
 use crate::support::{Measures, at, derive, example, example_text, model, signal, solve};
-use crate::worked::{column, meet, near, over};
 use bksim::analysis::{About, Actuators, Range, inverse, modes};
 use bksim::sim::hybrid::ChangeKind;
 use bksim::sim::run::Sample;

@@ -227,36 +227,53 @@ fn the_list_of_rooms_has_every_module_of_its_crates() {
     }
 }
 
-/// The files next to the `main.rs` of a program of tests that it has no `mod` for: none of their tests runs.
-fn forgotten_tests(program: &Path) -> Vec<PathBuf> {
-    let list = read(&program.join("main.rs"));
-    let modules: BTreeSet<&str> = list
-        .lines()
-        .filter_map(|line| line.strip_prefix("mod ")?.strip_suffix(';'))
-        .chain(["main"])
-        .collect();
-    let files = fs::read_dir(program).expect("a readable folder");
-    let files = files.map(|entry| entry.expect("a readable entry").path());
-    let is_forgotten = |path: &PathBuf| {
-        path.extension().is_some_and(|ending| ending == "rs")
-            && path.file_stem().is_some_and(|name| !modules.contains(&*name.to_string_lossy()))
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).expect("a readable folder");
+    entries.map(|entry| entry.expect("a readable entry").path()).collect()
+}
+
+/// The files in a folder of tests that its `main.rs` or `mod.rs` has no `mod` for, and that are no program of the
+/// manifest: none of their tests runs.
+fn forgotten_tests(place: &Path, list: &Path, manifest: &Path) -> Vec<PathBuf> {
+    let (list, manifest) = (read(list), read(manifest));
+    let between = |line: &'_ str, before, after| {
+        Some(line.strip_prefix(before)?.strip_suffix(after)?.to_owned())
     };
-    files.filter(is_forgotten).collect()
+    let modules = list.lines().map(|line| line.trim_start_matches("pub(crate) "));
+    let modules = modules.map(|line| line.trim_start_matches("pub "));
+    let modules = modules.filter_map(|line| between(line, "mod ", ";"));
+    let programs = manifest.lines().filter_map(|line| between(line, "name = \"", "\""));
+    let named: BTreeSet<String> =
+        modules.chain(programs).chain(["main", "mod"].map(str::to_owned)).collect();
+    entries(place)
+        .into_iter()
+        .filter(|path| {
+            path.extension().is_some_and(|ending| ending == "rs")
+                && path.file_stem().is_some_and(|name| !named.contains(&*name.to_string_lossy()))
+        })
+        .collect()
 }
 
 #[test]
 fn every_file_of_tests_is_a_module_of_its_program() {
-    let mut n_programs = 0;
+    let mut n_lists = 0;
     for member in &storeys() {
-        let Ok(entries) = fs::read_dir(folder(member).join("tests")) else { continue };
-        let folders = entries.map(|entry| entry.expect("a readable entry").path());
-        for program in folders.filter(|folder| folder.join("main.rs").is_file()) {
-            let forgotten = forgotten_tests(&program);
-            assert!(forgotten.is_empty(), "no `mod` in main.rs names {forgotten:?}");
-            n_programs += 1;
+        let manifest = folder(member).join("Cargo.toml");
+        let tests = folder(member).join("tests");
+        if !tests.is_dir() {
+            continue;
+        }
+        for place in entries(&tests).into_iter().filter(|path| path.is_dir()).chain([tests]) {
+            for list in ["main.rs", "mod.rs"].map(|name| place.join(name)) {
+                if list.is_file() {
+                    let forgotten = forgotten_tests(&place, &list, &manifest);
+                    assert!(forgotten.is_empty(), "no `mod` and no manifest names {forgotten:?}");
+                    n_lists += 1;
+                }
+            }
         }
     }
-    assert!(n_programs >= 9, "{n_programs} programs of tests are found");
+    assert!(n_lists >= 20, "{n_lists} lists of tests are found");
 }
 
 /// The modules of the Python package, each with those that it imports, for types alone or not.

@@ -1,6 +1,6 @@
 //! Runs back in time: from the end of a run to its start.
 
-use crate::large::{Coordinates, windows};
+use crate::support::large::{Coordinates, windows};
 use crate::support::{derive, model};
 use bksim::dae::Control;
 use bksim::model::Method;

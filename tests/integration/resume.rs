@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use crate::large::{Coordinates, windows};
+use crate::support::large::{Coordinates, windows};
 use crate::support::{derive, model};
 use bksim::Mechanism;
 use bksim::dae::Control;

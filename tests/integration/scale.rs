@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::large::{Coordinates, LINK, REST, chain, windows};
+use crate::support::large::{Coordinates, LINK, REST, chain, windows};
 use crate::support::{Within, all_close, at, close, coordinate, derive, model, path, solve};
 use bksim::dae::System;
 use bksim::sim::formulate::formulate;

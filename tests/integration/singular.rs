@@ -3,7 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::large::{Coordinates, windows};
+use crate::support::large::{Coordinates, windows};
 use crate::support::{derive, model, path, solve};
 use bksim::model::Method;
 use serde_json::Value;

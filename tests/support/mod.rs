@@ -4,6 +4,7 @@
 #![allow(dead_code, reason = "every program of tests uses its own part of it")]
 
 pub(crate) mod elements;
+pub(crate) mod large;
 
 use std::path::{Path, PathBuf};
 

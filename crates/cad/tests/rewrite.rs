@@ -1,11 +1,10 @@
 //! Edits change what they name and nothing else: judged by an independent reader, and by bytes.
 
-mod common;
-
 use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
+use crate::common::python::python;
 use acadrust::types::DxfVersion;
 use acadrust::{DwgWriter, DxfReader};
 use bksim_cad::codes;
@@ -14,7 +13,6 @@ use bksim_cad::open::{OpenOptions, check};
 use bksim_cad::patch::{Edit, Entry, apply};
 use bksim_cad::tags::Tags;
 use bksim_model::diagnostic::Diagnostic;
-use common::python::python;
 
 const DRAWINGS: [&str; 6] =
     ["R12.dxf", "R12_binary.dxf", "R2000.dxf", "R2010.dxf", "R2010_binary.dxf", "R2018.dxf"];

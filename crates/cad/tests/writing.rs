@@ -1,8 +1,6 @@
 //! Written drawings, judged by an independent reader.
 
-#[path = "common/python.rs"]
-mod python;
-
+use crate::common::python;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;

@@ -1,10 +1,8 @@
 //! Commands that are given again: what bksim made from the same model is replaced, and nothing else is.
 
-mod common;
-
 use std::fs;
 
-use common::{Scratch, text};
+use crate::common::{Scratch, text};
 
 /// A pendulum of this length, m.
 fn pendulum(length: &str) -> String {

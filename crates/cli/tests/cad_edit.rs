@@ -1,12 +1,10 @@
 //! Bodies, joints, loads and drives are attached, changed and removed from the command line.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-use common::{CRATE, Scratch, text};
+use crate::common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 const DRAWING: &str = "R2010.dxf";

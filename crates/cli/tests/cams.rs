@@ -1,10 +1,8 @@
 //! `bksim cam`: its report, table and drawings.
 
-mod common;
-
 use std::fs;
 
-use common::{Scratch, text};
+use crate::common::{Scratch, text};
 use serde_json::Value;
 
 /// A roller of 10 mm on a cam with hollow flanks.

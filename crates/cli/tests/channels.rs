@@ -1,11 +1,9 @@
 //! `bksim solve --channels own` leaves out what is there for other programs, and nothing else.
 
-mod common;
-
 use std::collections::BTreeSet;
 use std::fs;
 
-use common::{CRATE, Scratch, text};
+use crate::common::{CRATE, Scratch, text};
 
 /// Names of the channels of a log.
 fn topics(log: &[u8]) -> BTreeSet<String> {

@@ -1,10 +1,8 @@
 //! Written code is compiled, tests itself, and holds the equations of motion.
 
-mod common;
-
 use std::process::Command;
 
-use common::{CRATE, Scratch, text};
+use crate::common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 /// The functions of an example as C in the folder `code`, as JSON says.

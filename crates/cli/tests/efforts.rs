@@ -1,10 +1,8 @@
 //! Shared reactions and efforts on the command line: what joints that yield share, motions from logs, curves of motors.
 
-mod common;
-
 use std::process::Output;
 
-use common::{Scratch, text};
+use crate::common::{Scratch, text};
 use serde_json::Value;
 
 /// A parallelogram whose bar is held three times, with a motor that swings it.

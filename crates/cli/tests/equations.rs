@@ -1,11 +1,9 @@
 //! `bksim equations` in every format: what is written can be typeset, fits, and says the same.
 
-mod common;
-
 use std::path::PathBuf;
 
+use crate::common::{CRATE, Scratch, text};
 use bksim::expr::{Expr, Pool, SymbolId};
-use common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 fn examples() -> Vec<PathBuf> {

@@ -1,11 +1,9 @@
 //! `bksim expr`: what each operation prints, and where a fault is shown.
 
-mod common;
-
 use std::io::Write;
 use std::process::{Output, Stdio};
 
-use common::{Scratch, text};
+use crate::common::{Scratch, text};
 use serde_json::Value;
 
 fn run(arguments: &[&str]) -> Output {

@@ -19,14 +19,12 @@
 //!
 //! With `BKSIM_BLESS=1` the expected texts are rewritten from what is printed.
 
-mod common;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{CRATE, Scratch, text};
+use crate::common::{CRATE, Scratch, text};
 
 const MARK: &str = "--- stderr\n";
 const GIVEN: &[u8] = b"kept\n";

@@ -2,14 +2,12 @@
 //! sentence where that is missing. The program is a script here, so that it need not be built.
 #![cfg(unix)]
 
-mod common;
-
 use std::fs;
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Stdio};
 
-use common::{PROGRAM, Scratch, text};
+use crate::common::{PROGRAM, Scratch, text};
 
 /// A copy of `bksim` that has no other program in its folder.
 fn alone() -> Scratch {

@@ -1,10 +1,8 @@
 //! `bksim info`, and what `info` and `export` refuse.
 
-mod common;
-
 use std::fs;
 
-use common::{CRATE, Scratch, other_mcap, text};
+use crate::common::{CRATE, Scratch, other_mcap, text};
 use serde_json::Value;
 
 fn run(place: &Scratch, arguments: &str) -> String {

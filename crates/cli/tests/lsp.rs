@@ -1,11 +1,9 @@
 //! The language server, driven by a client over its standard input and output.
 
-mod common;
-
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 
-use common::Scratch;
+use crate::common::Scratch;
 use serde_json::{Value, json};
 
 /// A client with its server.
@@ -554,7 +552,7 @@ fn a_client_that_makes_no_sense_is_told_so() {
         // The client stays there: it ends by itself.
         let output = server.wait_with_output().expect("an end");
         drop(input_end);
-        let said = common::text(&output.stderr);
+        let said = crate::common::text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{said}");
         assert!(said.contains("the client cannot be understood") && said.contains(word), "{said}");
     }

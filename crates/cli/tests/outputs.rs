@@ -2,13 +2,11 @@
 //! each other.
 #![cfg(unix)]
 
-mod common;
-
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::process::{Command, Stdio};
 
-use common::{CRATE, PROGRAM, Scratch, text};
+use crate::common::{CRATE, PROGRAM, Scratch, text};
 
 /// A pendulum, with many samples.
 const LONG: &str = include_str!("../../../tests/fixtures/long-pendulum.toml");

@@ -2,12 +2,10 @@
 //! promise another format.
 #![cfg(unix)]
 
-mod common;
-
 use std::fs;
 use std::os::unix::fs::symlink;
 
-use common::{CRATE, Scratch, text};
+use crate::common::{CRATE, Scratch, text};
 
 /// The first bytes of what a terminal would obey.
 fn is_obeyed(c: char) -> bool {

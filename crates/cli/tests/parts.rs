@@ -1,8 +1,6 @@
 //! Models of several files: parts, rows of tables, elements that repeat; and what is said when they are wrong.
 
-mod common;
-
-use common::{Scratch, text};
+use crate::common::{Scratch, text};
 
 /// A drum with a brake, a model of its own.
 const DRUM: &str = r#"

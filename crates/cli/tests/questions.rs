@@ -1,10 +1,8 @@
 //! Positions, limits and assemblies of linkages without masses, against a textbook's numbers.
 
-mod common;
-
 use std::collections::BTreeMap;
 
-use common::{CRATE, Scratch, text};
+use crate::common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 /// A four-bar of 40, 120, 80 and 100 mm on two pins of the ground; R. L. Norton, *Design of Machinery*,

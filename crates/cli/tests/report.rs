@@ -1,11 +1,9 @@
 //! `bksim report` against closed forms, and tables in the reader's units.
 
-mod common;
-
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fs;
 
-use common::{CRATE, Scratch, text};
+use crate::common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 fn run(place: &Scratch, arguments: &str) -> String {

@@ -1,13 +1,11 @@
 //! `bksim schema`: judged by a validator of JSON Schema from elsewhere, over the examples and over models with a
 //! fault in one line each.
 
-mod common;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use common::{CRATE, Scratch, text};
+use crate::common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 /// The interpreter: `BKSIM_PYTHON`, the one of `target/venv`, or the system's; `None`, with a message, where none

@@ -1,15 +1,13 @@
 //! Stiff equations, ends of runs, failures with their causes, fixed steps, backward runs.
 
-mod common;
-
 use bksim_dae::{
     Cause, Control, End, Layout, NewtonSettings, NotFinite, Pattern, Settings, SolveError, Solver,
     Start, StepControl, System, Tolerance, solve,
 };
 
-use common::dual::Real;
-use common::problems::{Robertson, VanDerPol};
-use common::{Differentiated, Residual, max_error, uniform};
+use crate::common::dual::Real;
+use crate::common::problems::{Robertson, VanDerPol};
+use crate::common::{Differentiated, Residual, max_error, uniform};
 
 fn settings(tolerance: f64) -> Settings {
     Settings { rtol: tolerance, atol: Tolerance::Scalar(tolerance), ..Settings::default() }

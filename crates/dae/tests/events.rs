@@ -1,14 +1,12 @@
 //! Events: times against closed forms, order, double roots, restarts, resuming, both methods.
 
-mod common;
-
 use bksim_dae::{
     Crossing, Event, EventSearch, Events, ExplicitSolver, Layout, NotFinite, Ode, Settings,
     SolveError, Solver, Start, Step, System, Tolerance,
 };
 
-use common::dual::Real;
-use common::{Differentiated, Residual, uniform};
+use crate::common::dual::Real;
+use crate::common::{Differentiated, Residual, uniform};
 
 const G: f64 = 9.81;
 

@@ -1,14 +1,12 @@
 //! The explicit method: order, a long orbit, projection, stiffness, failures, backward runs.
 
-mod common;
-
 use bksim_dae::{
     Cause, Control, ExplicitSolver, Layout, NotFinite, Ode, Outcome, Settings, SolveError, Start,
     StepControl, Tolerance, solve_ode,
 };
 
-use common::reference::Reference;
-use common::{digits, fitted_order, max_error, uniform};
+use crate::common::reference::Reference;
+use crate::common::{digits, fitted_order, max_error, uniform};
 
 /// `y′ = f(t, y)` as a function, with an optional projection.
 struct Function<F, P = fn(&mut [f64])> {

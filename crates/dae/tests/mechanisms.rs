@@ -1,16 +1,14 @@
 //! Published mechanisms against reference values with many digits, in three formulations.
 
-mod common;
-
 use bksim_dae::{
     Control, LinearSolver, Order, Outcome, Settings, Stages, Start, System, Tolerance, solve,
 };
 
-use common::by_hand::AndrewsByHand;
-use common::mechanism::{Form, Formulated, Mechanism};
-use common::problems::{Andrews, CarAxis, Chain, Pendulum, SliderCrank};
-use common::reference::Reference;
-use common::{Differentiated, digits, max_error};
+use crate::common::by_hand::AndrewsByHand;
+use crate::common::mechanism::{Form, Formulated, Mechanism};
+use crate::common::problems::{Andrews, CarAxis, Chain, Pendulum, SliderCrank};
+use crate::common::reference::Reference;
+use crate::common::{Differentiated, digits, max_error};
 
 fn settings(tolerance: f64) -> Settings {
     Settings { rtol: tolerance, atol: Tolerance::Scalar(tolerance), ..Settings::default() }

@@ -1,12 +1,10 @@
 //! Order of convergence with fixed steps, of every part of the state, and of the dense output.
 
-mod common;
-
 use bksim_dae::{Control, Order, Settings, Stages, Start, StepControl, solve};
 
-use common::mechanism::{Form, Formulated};
-use common::problems::{ImplicitCubic, Pendulum};
-use common::{Differentiated, fitted_order, max_error};
+use crate::common::mechanism::{Form, Formulated};
+use crate::common::problems::{ImplicitCubic, Pendulum};
+use crate::common::{Differentiated, fitted_order, max_error};
 
 fn fixed(h: f64, stages: Stages) -> Settings {
     let step = StepControl::Fixed { h, newton_tolerance: 1e-13 };

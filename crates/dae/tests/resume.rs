@@ -1,16 +1,14 @@
 //! Runs saved between two steps and continued: bit for bit as if never interrupted.
 
-mod common;
-
 use bksim_dae::{
     Checkpoint, ExplicitSolver, Layout, Method, NotFinite, Ode, Order, Settings, SolveError,
     Solver, Start, Stats, System, Tolerance,
 };
 
-use common::mechanism::{Form, Formulated};
-use common::problems::{Chain, Pendulum, VanDerPol};
-use common::reference::Reference;
-use common::{Differentiated, uniform};
+use crate::common::mechanism::{Form, Formulated};
+use crate::common::problems::{Chain, Pendulum, VanDerPol};
+use crate::common::reference::Reference;
+use crate::common::{Differentiated, uniform};
 
 fn settings(tolerance: f64, order: Order) -> Settings {
     Settings { rtol: tolerance, atol: Tolerance::Scalar(tolerance), order, ..Settings::default() }

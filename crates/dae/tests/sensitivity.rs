@@ -1,14 +1,12 @@
 //! Sensitivities against closed forms, against differences of tight runs, and their order.
 
-mod common;
-
 use bksim_dae::{
     Layout, NotFinite, Order, Pattern, SensitivitySolver, SensitivityStart, SensitivitySystem,
     Settings, Solver, Stages, Start, StepControl, System, Tolerance,
 };
 
-use common::dual::{Dual, Real};
-use common::{Differentiated, Residual, fitted_order, uniform};
+use crate::common::dual::{Dual, Real};
+use crate::common::{Differentiated, Residual, fitted_order, uniform};
 
 /// A residual with parameters, written once for numbers and for dual numbers.
 trait Parametrised {
@@ -256,7 +254,9 @@ fn sensitivities_have_the_order_of_the_method() {
         for (part, range, expected) in [("q", 0..2, 5.0), ("v", 2..4, 5.0), ("λ", 4..5, 3.0)] {
             let errors: Vec<f64> = ends
                 .iter()
-                .map(|end| common::max_error(&end[k][range.clone()], &reference[k][range.clone()]))
+                .map(|end| {
+                    crate::common::max_error(&end[k][range.clone()], &reference[k][range.clone()])
+                })
                 .collect();
             let order = fitted_order(&steps, &errors);
             let what = format!("p{k}, {part}: order {order:.2} from {errors:?}");

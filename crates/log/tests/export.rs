@@ -1,9 +1,7 @@
 //! Exported tables.
 
-mod common;
-
+use crate::common::{N_SAMPLES, end, run, state, time};
 use bksim_log::{LogError, LogReader, Selection, export::to_csv};
-use common::{N_SAMPLES, end, run, state, time};
 
 #[test]
 fn csv_joins_topics_on_time_and_keeps_every_bit() -> Result<(), LogError> {

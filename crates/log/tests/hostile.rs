@@ -1,9 +1,7 @@
 //! Bytes that no honest writer made: an answer in bounded time and memory, and no panic.
 
-mod common;
-
+use crate::common::{header, write_samples};
 use bksim_log::{Contents, Log, LogError, LogReader, LogWriter, Selection, Survey, export::to_csv};
-use common::{header, write_samples};
 use mcap::{
     MAGIC,
     sans_io::linear_reader::{LinearReadEvent, LinearReader},
@@ -15,7 +13,7 @@ fn honest() -> Result<Vec<u8>, LogError> {
     let (header, topic, energy) = header();
     let mut writer = LogWriter::create(Vec::new(), &header)?;
     write_samples(&mut writer, (topic, energy), 90..110)?;
-    writer.finish(&common::end())
+    writer.finish(&crate::common::end())
 }
 
 /// The records of a log, with their opcodes and lengths, chunks taken apart; no checksum left.

@@ -1,12 +1,10 @@
 //! Channels for other programs: written by rules, and passed over by this reader.
 
-mod common;
-
+use crate::common::end;
 use bksim_log::{
     Area, Entity, Field, Header, Joint, JointState, Level, Line, Log, LogError, LogWriter, Moment,
     Placement, Record, Stage, Topic,
 };
-use common::end;
 
 /// A frame with a triangle and a line, one joint, and something that stretches.
 fn stage() -> Stage {

@@ -1,12 +1,10 @@
 //! Sensitivities of runs in which something switches: closed forms, differences of tight runs, and what has none.
 
-mod both_ways;
-
+use crate::both_ways::{Of, both_ways};
 use bksim_expr::Jit;
 use bksim_model::Method;
 use bksim_sim::sensitivity::StateSensitivity;
 use bksim_sim::{Mechanism, SensitivityMotion};
-use both_ways::{Of, both_ways};
 
 const TIGHT: f64 = 1e-11;
 /// Of terms of both signs, gradients differ from what the derivatives forward sum up to.

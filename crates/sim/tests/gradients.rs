@@ -1,13 +1,11 @@
 //! Gradients back along motions in which nothing switches, and what has none.
 
-mod both_ways;
-
+use crate::both_ways::{Of, both_ways};
 use bksim_dae::Control;
 use bksim_model::{Jit, Method};
 use bksim_sim::Mechanism;
 use bksim_sim::run::Sample;
 use bksim_sim::sensitivity::SampleWeights;
-use both_ways::{Of, both_ways};
 
 fn mechanism(text: &str, t_end: f64, rtol: f64) -> Mechanism {
     let mut mechanism =

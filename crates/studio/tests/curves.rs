@@ -1,11 +1,8 @@
 //! Curves, polygons and modes as the commands write them: numbers, pictures, films, pages, drawings.
 
-#[path = "../../cli/tests/common/mod.rs"]
-mod common;
-
 use std::fs;
 
-use common::{CRATE, Scratch, text};
+use crate::common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 /// The four-bar of the examples, which has masses and gravity, and its run.

@@ -42,12 +42,7 @@
 //! With `BKSIM_BLESS=1` the outputs are rewritten from what is printed.
 #![cfg(unix)]
 
-#[path = "../../cli/tests/common/mod.rs"]
-mod common;
-
-#[path = "diagnostics/drawing.rs"]
 mod drawing;
-#[path = "diagnostics/page.rs"]
 mod page;
 
 use std::collections::BTreeMap;
@@ -55,8 +50,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::common::{CRATE, Scratch, text};
 use bksim::explained_codes;
-use common::{CRATE, Scratch, text};
 use page::{Block, Example, Page, Shown, patched};
 
 fn folder() -> PathBuf {
@@ -222,7 +217,7 @@ fn run_one(room: &Scratch, command: &str) -> (Option<i32>, String) {
     let command_path = binaries.join("bksim");
     if !command_path.exists() {
         fs::create_dir_all(&binaries).expect("a directory");
-        std::os::unix::fs::symlink(common::PROGRAM, &command_path).expect("a link");
+        std::os::unix::fs::symlink(crate::common::PROGRAM, &command_path).expect("a link");
     }
     let path = std::env::var("PATH").unwrap_or_default();
     let output = Command::new("sh")

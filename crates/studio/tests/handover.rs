@@ -1,16 +1,13 @@
 //! The two programs together: `bksim` finds `bksim-studio` in its folder.
 #![cfg(unix)]
 
-#[path = "../../cli/tests/common/mod.rs"]
-mod common;
-
 use std::env;
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{CRATE, PROGRAM, Scratch, text};
+use crate::common::{CRATE, PROGRAM, Scratch, text};
 
 /// The main command in the folder of the studio; built where nobody has yet, which tests of the
 /// whole workspace have.

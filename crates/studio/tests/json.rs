@@ -1,12 +1,9 @@
 //! `docs/json.md` lists exactly the keys that the commands print, each with its type.
 
-#[path = "../../cli/tests/common/mod.rs"]
-mod common;
-
 use std::collections::BTreeMap;
 use std::fs;
 
-use common::{CRATE, Scratch, text};
+use crate::common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 /// Objects keyed by names of the model, written `a.*` in the page.
@@ -331,7 +328,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         if command == "info cut.mcap" {
             let log = fs::read(place.path().join("parallelogram.mcap")).expect("a log");
             place.write("cut.mcap", &log[..log.len() / 2]);
-            place.write("other.mcap", common::other_mcap());
+            place.write("other.mcap", crate::common::other_mcap());
         }
         let output = place.run(&format!("{command} --json"));
         assert_eq!(text(&output.stderr), "", "{command}");

@@ -5,9 +5,6 @@
 //! page are left in `target/page-screenshots`; some are compared with the reference pictures next to the
 //! test, which `BKSIM_BLESS=1` writes again.
 
-#[path = "../../cli/tests/common/mod.rs"]
-mod common;
-
 #[path = "live/browser.rs"]
 mod live;
 #[path = "live/served.rs"]
@@ -19,10 +16,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
+use crate::common::{CRATE, Scratch, text};
 use bksim::log::LogReader;
 use bksim::playback::Playback;
 use bksim::sim::pose::Pose;
-use common::{CRATE, Scratch, text};
 use serde_json::{Value, json};
 
 /// The examples; the first one is played with and photographed.

@@ -5,13 +5,10 @@
 //! pixel, since rounding differs from machine to machine. With `BKSIM_BLESS=1` they are written.
 #![cfg(unix)]
 
-#[path = "../../cli/tests/common/mod.rs"]
-mod common;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::{CRATE, Scratch, text};
+use crate::common::{CRATE, Scratch, text};
 
 /// Largest difference of a number, pixels.
 const TOLERANCE: f64 = 0.5;

@@ -1,11 +1,8 @@
 //! `bksim plot`, from the model to the picture.
 
-#[path = "../../cli/tests/common/mod.rs"]
-mod common;
-
 use std::fs;
 
-use common::{CRATE, Scratch, other_mcap, text};
+use crate::common::{CRATE, Scratch, other_mcap, text};
 use serde_json::Value;
 
 const EXAMPLES: [&str; 6] =

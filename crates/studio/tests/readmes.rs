@@ -14,9 +14,6 @@
 //! With `BKSIM_BLESS=1` the blocks are rewritten from what is printed.
 #![cfg(unix)]
 
-#[path = "../../cli/tests/common/mod.rs"]
-mod common;
-
 #[path = "../../../examples/embed/main.rs"]
 #[expect(dead_code, reason = "a program of its own, whose main is not called")]
 mod embed;
@@ -32,7 +29,7 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{CRATE, PROGRAM, Scratch, text};
+use crate::common::{CRATE, PROGRAM, Scratch, text};
 
 fn root() -> PathBuf {
     Path::new(CRATE).join("../..").canonicalize().expect("the project")

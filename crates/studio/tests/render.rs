@@ -1,11 +1,8 @@
 //! `bksim render`: what it writes, and what it refuses.
 
-#[path = "../../cli/tests/common/mod.rs"]
-mod common;
-
 use std::fs;
 
-use common::{CRATE, Scratch, text};
+use crate::common::{CRATE, Scratch, text};
 
 fn with_model() -> Scratch {
     let place = Scratch::new();

@@ -1,13 +1,10 @@
 //! `bksim sweep` as a process: what it prints, how it ends, and that it goes on where it was killed.
 
-#[path = "../../cli/tests/common/mod.rs"]
-mod common;
-
 use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use common::{CRATE, Scratch, text};
+use crate::common::{CRATE, Scratch, text};
 
 const PENDULUM: &str = include_str!("../../../tests/fixtures/swept-pendulum.toml");
 

@@ -1,16 +1,13 @@
 //! The window under a virtual display with a software adapter: it opens, plays, follows its size and
 //! its file, and survives a broken model. Needs Xvfb, xdotool and a Vulkan driver.
 
-#[path = "../../cli/tests/common/mod.rs"]
-mod common;
-
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::{CRATE, Scratch, text};
+use crate::common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 /// Names of the packages, where they are missing.

@@ -1,7 +1,5 @@
 //! A row of a sweep is what `bksim solve --set` gives for the same values, to the last bit.
 
-mod common;
-
 use bksim::Mechanism;
 use bksim::analysis::compliances;
 use bksim::dae::Control;
@@ -9,7 +7,7 @@ use bksim::model::file::{Source, read};
 use bksim::sim::run::Sample;
 use bksim_sweep::{Ending, Monitor, Request, Row, Study};
 
-use common::{plan, press};
+use crate::common::{plan, press};
 
 /// The solution of the model by itself: values of parameters, and start and samples or the code of
 /// its fault.

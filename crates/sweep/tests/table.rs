@@ -1,7 +1,5 @@
 //! The table of a sweep: what is in it, and that neither threads nor interruptions change a byte.
 
-mod common;
-
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,7 +11,7 @@ use bksim_sweep::{
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::RowAccessor;
 
-use common::{plan, press};
+use crate::common::{plan, press};
 
 /// A directory of its own for each test.
 struct Scratch(PathBuf);

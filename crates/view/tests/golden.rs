@@ -1,6 +1,6 @@
 //! One small picture per primitive, compared with a kept one that was inspected.
 //!
-//! `BKSIM_BLESS=1 cargo test -p bksim-view --test golden` replaces them: inspect them then.
+//! `BKSIM_BLESS=1 cargo test -p bksim-view --test view golden` replaces them: inspect them then.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter};

@@ -4,7 +4,7 @@
 //! equation has no zero in it, or where Krawczyk's operator leaves it; it holds exactly one solution where the operator maps it into
 //! its inside. Source: R. E. Moore, R. B. Kearfott and M. J. Cloud, *Introduction to Interval Analysis* (2009), chapter 8.
 //!
-//! `BKSIM_ASSEMBLIES=10000 cargo test -p bksim-analysis --test positions interval_search` takes as many linkages.
+//! `BKSIM_ASSEMBLIES=10000 cargo test -p bksim-analysis --test analysis interval_search` takes as many linkages.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

@@ -1,6 +1,6 @@
 //! The functions of the editor: its drawing, and the person at the screen.
 
-use crate::interpreter::{
+use super::interpreter::{
     Answer, Lisp, Outcome, V, cons, head, index, items, list, tail, text, thrown,
 };
 

@@ -1,7 +1,7 @@
 //! Shapes with closed forms, to 1e-12.
 
-use crate::known::{Known, assert_near};
-use crate::shapes::{
+use super::known::{Known, assert_near};
+use super::shapes::{
     arc, bar, line, polygon, polyline, properties, rectangle, rounded_rectangle, strokes,
 };
 use bksim_cad::geometry::{Curve, Path, Point};

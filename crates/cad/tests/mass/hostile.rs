@@ -1,6 +1,6 @@
 //! Numbers that a damaged file may bring: answered, never followed by a panic.
 
-use crate::shapes::{Dice, TOLERANCE, rectangle, strokes};
+use super::shapes::{Dice, TOLERANCE, rectangle, strokes};
 use bksim_cad::codes;
 use bksim_cad::geometry::{Affine, Curve, Path, Point, Spline, Vertex, signed_area};
 use bksim_cad::mass::AreaProperties;

@@ -1,7 +1,7 @@
 //! Properties of outlines that are moved, turned, mirrored, scaled and redrawn.
 
-use crate::known::{assert_near, turned};
-use crate::shapes::{Dice, bar, polyline, properties, rounded_rectangle, strokes};
+use super::known::{assert_near, turned};
+use super::shapes::{Dice, bar, polyline, properties, rounded_rectangle, strokes};
 use bksim_cad::geometry::{Affine, Bounds, Curve, Path, Spline};
 use bksim_cad::mass::AreaProperties;
 use bksim_cad::outline::Stroke;

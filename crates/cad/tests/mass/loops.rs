@@ -1,6 +1,6 @@
 //! Chaining and nesting: what is joined, what is refused, and where.
 
-use crate::shapes::{
+use super::shapes::{
     Dice, TOLERANCE, arc, bar, line, outline, polygon, rectangle, rounded_rectangle, strokes,
 };
 use bksim_cad::codes;

@@ -1,6 +1,6 @@
 //! Points in, out of and near outlines.
 
-use crate::shapes::{Dice, bar, outline, rectangle, strokes};
+use super::shapes::{Dice, bar, outline, rectangle, strokes};
 use bksim_cad::geometry::{Curve, Path};
 use std::f64::consts::{PI, TAU};
 

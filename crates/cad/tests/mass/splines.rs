@@ -1,7 +1,7 @@
 //! Splines: against points by the definition of B-splines, and against the circle.
 
-use crate::known::assert_near;
-use crate::shapes::{line, outline, properties, strokes};
+use super::known::assert_near;
+use super::shapes::{line, outline, properties, strokes};
 use bksim_cad::geometry::{Curve, Path, Point, Spline};
 use bksim_cad::mass::AreaProperties;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};

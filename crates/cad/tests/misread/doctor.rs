@@ -2,7 +2,7 @@
 
 use bksim_cad::model::{ModelOptions, sheet};
 
-use crate::{ARM, drawing, words};
+use super::{ARM, drawing, words};
 
 /// The report on a listed drawing.
 fn examined(list: &str) -> bksim_cad::doctor::Report {

@@ -3,7 +3,7 @@
 use bksim_cad::compose::Composition;
 use bksim_model::file::{Source, read};
 
-use crate::{composed, model, only, words};
+use super::{composed, model, only, words};
 
 /// A dimension between two points, aligned or along an angle.
 fn dimension(handle: &str, text: &str, [a, b]: [[f64; 2]; 2], angle: Option<f64>) -> String {

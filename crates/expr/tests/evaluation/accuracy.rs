@@ -3,8 +3,8 @@
 
 #![expect(clippy::disallowed_methods, reason = "the standard library is what is compared with")]
 
-use crate::evaluators::{compile, special_points};
-use crate::ways::{check_agreement, is_same};
+use super::evaluators::{compile, special_points};
+use super::ways::{check_agreement, is_same};
 use bksim_expr::{Expr, Pool};
 
 /// A function as text, the standard library's, and the most units between them.

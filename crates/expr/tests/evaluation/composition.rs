@@ -1,6 +1,6 @@
 //! Arithmetic that is put together without expressions.
 
-use crate::ways::check_agreement;
+use super::ways::check_agreement;
 use bksim_expr::{Composition, Value};
 
 /// 1e16 + 1 − 1e16 is one where the large numbers come first, and none in this order.

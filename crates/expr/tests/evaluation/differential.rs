@@ -1,6 +1,6 @@
 //! Random expressions against two other programs: mpmath computes values, derivatives and series with
 //! 60 digits, SymPy differentiates. A few hundred run with the other tests where Python has SymPy; all
-//! 5000 by `BKSIM_DIFFERENTIAL=5000 cargo test -p bksim-expr --test evaluation differential`.
+//! 5000 by `BKSIM_DIFFERENTIAL=5000 cargo test -p bksim-expr --test expr differential`.
 
 use crate::common::Random;
 use bksim_expr::{Expr, Pool, SymbolId};

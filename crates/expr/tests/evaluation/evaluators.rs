@@ -7,7 +7,7 @@ use bksim_expr::{Expr, Function, Jit, LaneRunner, Pool, Runner, SymbolId, Tape};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-use crate::ways::{by_runner, check_agreement, in_one_batch, interpreted, is_same};
+use super::ways::{by_runner, check_agreement, in_one_batch, interpreted, is_same};
 
 fn id(pool: &Pool, name: &str) -> SymbolId {
     pool.symbol_id(pool.symbol(name)).expect("a symbol was just made")

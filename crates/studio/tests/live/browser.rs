@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::common::{CRATE, Scratch, text};
 use super::{browser, installed, screenshots};
+use crate::common::{CRATE, Scratch, text};
 use serde_json::{Map, Value, json};
 
 /// The examples that are opened, and an empty model.

@@ -6,6 +6,3 @@ mod redundancy;
 mod redundant;
 mod starts;
 mod warnings;
-
-#[path = "../support/mod.rs"]
-mod support;

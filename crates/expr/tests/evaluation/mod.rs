@@ -8,6 +8,3 @@ mod differential;
 mod evaluators;
 mod gradient;
 mod ways;
-
-#[path = "../common/mod.rs"]
-mod common;

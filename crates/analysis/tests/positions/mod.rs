@@ -8,6 +8,3 @@ mod interval_search;
 mod kinematics;
 mod limits;
 mod polygons;
-
-#[path = "../support/mod.rs"]
-mod support;

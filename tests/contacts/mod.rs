@@ -7,6 +7,3 @@ mod geneva;
 mod lifting;
 mod rolling;
 mod rubbing;
-
-#[path = "../support/mod.rs"]
-mod support;

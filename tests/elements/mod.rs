@@ -12,6 +12,3 @@ mod machines;
 mod plain_drawings;
 mod reeving;
 mod ropes;
-
-#[path = "../support/mod.rs"]
-mod support;

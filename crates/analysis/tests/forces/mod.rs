@@ -18,6 +18,3 @@ mod spatial_four_bar;
 mod states;
 mod statics;
 mod verify;
-
-#[path = "../support/mod.rs"]
-mod support;

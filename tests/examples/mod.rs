@@ -10,8 +10,3 @@ mod worked;
 mod worked_examples;
 mod worked_machines;
 mod worth;
-
-#[path = "../../crates/cad/tests/common/python.rs"]
-mod python;
-#[path = "../support/mod.rs"]
-mod support;

@@ -10,8 +10,3 @@ mod scale;
 mod sensitivity;
 mod singular;
 mod switching;
-
-#[path = "../support/large.rs"]
-mod large;
-#[path = "../support/mod.rs"]
-mod support;

@@ -9,6 +9,3 @@ mod space;
 mod spatial;
 mod three_ways;
 mod tumbling;
-
-#[path = "../support/mod.rs"]
-mod support;

@@ -14,6 +14,3 @@ mod series;
 mod simplify;
 mod solve;
 mod values;
-
-#[path = "../common/mod.rs"]
-mod common;

@@ -3,6 +3,3 @@
 mod listing;
 mod notations;
 mod text;
-
-#[path = "../common/mod.rs"]
-mod common;

@@ -7,6 +7,3 @@ mod inputs;
 mod library;
 mod relays;
 mod tables;
-
-#[path = "../support/mod.rs"]
-mod support;

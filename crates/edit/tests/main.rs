@@ -1,0 +1,4 @@
+//! Editing: documents, and sessions.
+
+mod document;
+mod session;

@@ -1,0 +1,7 @@
+//! Scenes: symbols, solids and sections, and any numbers.
+
+mod gallery;
+mod hostile;
+mod section;
+mod solids;
+mod symbols;

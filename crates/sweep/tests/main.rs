@@ -1,0 +1,5 @@
+//! Sweeps: their tables, and cases that equal single runs.
+
+mod common;
+mod equal_to_solve;
+mod table;

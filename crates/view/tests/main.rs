@@ -1,0 +1,4 @@
+//! Pictures of the renderer, and films.
+
+mod films;
+mod golden;
