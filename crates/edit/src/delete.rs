@@ -1,8 +1,10 @@
 //! Taking elements out, with all that cannot be without them.
 
+use bksim_model::file::NAMED;
+
 use crate::draft::Draft;
 use crate::edit::EditError;
-use crate::names::{NAMED, section_of, uses};
+use crate::names::{section_of, uses};
 use crate::places::Places;
 
 /// Takes out an element of this name.

@@ -2,32 +2,10 @@
 
 use std::ops::Range;
 
+use bksim_model::file::{NAMED, SECTIONS};
+
 use crate::edit::EditError;
 use crate::places::{Kind, Place, Places};
-
-/// Sections in the order in which new ones are put into a text.
-const ORDER: [&str; 20] = [
-    "name",
-    "drawing",
-    "space",
-    "coordinates",
-    "units",
-    "parameters",
-    "tables",
-    "curves",
-    "ground",
-    "bodies",
-    "joints",
-    "couplings",
-    "conditions",
-    "states",
-    "clocks",
-    "signals",
-    "loads",
-    "drives",
-    "initial",
-    "solve",
-];
 
 /// A text under change.
 #[derive(Clone, Debug)]
@@ -156,11 +134,11 @@ impl Draft {
         if let Some(place) = places.find(&path[..1]).filter(|place| place.kind != Kind::Table) {
             return Err(EditError::NoTable { path: place.path.join(".") });
         }
-        let rank = |section: &str| ORDER.iter().position(|known| *known == section);
-        let own = rank(path[0]).unwrap_or(ORDER.len());
+        let rank = |section: &str| SECTIONS.iter().position(|known| *known == section);
+        let own = rank(path[0]).unwrap_or(SECTIONS.len());
         let before = |place: &&Place| {
             let section = place.path.first().map_or("", String::as_str);
-            rank(section).unwrap_or(ORDER.len()) <= own
+            rank(section).unwrap_or(SECTIONS.len()) <= own
         };
         let last = places.all.iter().filter(before).map(|place| place.span.end).max();
         // Keys of the root stand above all tables.
@@ -288,21 +266,8 @@ fn is_blank(text: &str) -> bool {
 /// Sections and their elements have headers; what is below is in braces.
 fn is_headed(table: &[&str]) -> bool {
     match table {
-        [section] => ORDER.contains(section),
-        [section, _] => {
-            const NAMED: [&str; 9] = [
-                "bodies",
-                "joints",
-                "loads",
-                "drives",
-                "couplings",
-                "conditions",
-                "curves",
-                "signals",
-                "states",
-            ];
-            NAMED.contains(section)
-        }
+        [section] => SECTIONS.contains(section),
+        [section, _] => !["parameters", "outputs"].contains(section) && NAMED.contains(section),
         _ => false,
     }
 }

@@ -2,57 +2,11 @@
 
 use std::ops::Range;
 
-use bksim_model::file::names_in;
+use bksim_model::file::{NAMED, is_name, is_word, names_in};
 
 use crate::draft::Draft;
 use crate::edit::EditError;
 use crate::places::{Kind, Place, Places};
-
-/// Sections whose keys are names.
-pub(crate) const NAMED: [&str; 12] = [
-    "parameters",
-    "bodies",
-    "joints",
-    "couplings",
-    "conditions",
-    "loads",
-    "drives",
-    "curves",
-    "states",
-    "signals",
-    "clocks",
-    "tables",
-];
-
-/// Keys whose texts are no names of the model.
-const WORDS: [&str; 20] = [
-    "type",
-    "file",
-    "part",
-    "units",
-    "interpolation",
-    "extrapolate",
-    "kind",
-    "sense",
-    "side",
-    "method",
-    "formulation",
-    "jit",
-    "space",
-    "law",
-    "name",
-    "drawing",
-    "axes",
-    "frame",
-    "tangents",
-    "of",
-];
-
-/// Whether a text can be a name.
-fn is_name(name: &str) -> bool {
-    name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
-        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-}
 
 /// All names that the model gives, with their sections.
 pub(crate) fn given(places: &Places<'_>) -> Vec<(&'static str, String)> {
@@ -94,13 +48,10 @@ pub(crate) fn uses<'p>(places: &'p Places<'_>, name: &str) -> Vec<(&'p Place, Ve
     let is_own = |word: &str| word == name || all.iter().any(|(_, own)| own == word);
     let mut found = Vec::new();
     for place in &places.all {
-        let key = place.path.iter().rev().find(|key| key.parse::<usize>().is_err());
-        let is_word = key.is_some_and(|key| WORDS.contains(&key.as_str()));
-        let Some(quoted) = places.quoted(place).filter(|_| !is_word) else { continue };
         // A point of a body may have the name of a joint; after `about` comes a point.
-        if key.is_some_and(|key| key == "about") {
-            continue;
-        }
+        let is_point = place.path.last().is_some_and(|key| key == "about");
+        let is_name = !is_point && !is_word(&place.path);
+        let Some(quoted) = places.quoted(place).filter(|_| is_name) else { continue };
         let inside = place.span.start + 1;
         let spans: Vec<Range<usize>> = names_in(quoted, &is_own)
             .into_iter()

@@ -101,6 +101,9 @@ fn what_hangs_on_an_element_goes_with_it() {
     for kept in ["[bodies.coupler]", "[joints.C]", "[joints.D]", "[loads.gravity]"] {
         assert!(text.contains(kept), "{kept} not in {text}");
     }
+    let with_output = format!("{FOUR_BAR}\n[outputs]\nswing = \"rocker.angle\"\n");
+    let text = edited(&with_output, &delete("rocker")).expect("an edit");
+    assert!(!text.contains("swing"), "{text}");
     let used = edited(FOUR_BAR, &delete("a"));
     assert!(matches!(used, Err(EditError::Used { .. })), "{used:?}");
     let missing = edited(FOUR_BAR, &delete("nothing"));

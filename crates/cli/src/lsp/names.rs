@@ -2,36 +2,11 @@
 
 use std::ops::Range;
 
-use bksim::model::file::names_in;
+use bksim::model::file::{NAMED, is_name, is_word, names_in};
 use serde_json::{Value, json};
 
 use super::document::Document;
 use super::scan::{Kind, Piece, pieces};
-
-/// Sections whose keys are names.
-#[rustfmt::skip]
-const NAMED: [&str; 12] = [
-    "parameters", "tables", "curves", "bodies", "joints", "couplings", "loads", "drives", "states", "signals", "outputs",
-    "clocks",
-];
-
-/// Keys whose texts are no names of the model.
-const WORDS: [&str; 14] = [
-    "type",
-    "file",
-    "part",
-    "units",
-    "interpolation",
-    "extrapolate",
-    "kind",
-    "sense",
-    "side",
-    "method",
-    "formulation",
-    "jit",
-    "space",
-    "law",
-];
 
 /// The section of names that joints give to their coordinates.
 pub(super) const COORDINATES: &str = "coordinates";
@@ -137,7 +112,7 @@ fn uses(text: &str, known: &Defined) -> Vec<Range<usize>> {
     for piece in pieces(text) {
         found.extend(of_key(&piece, known));
         if let Some(inside) = piece.inside(text)
-            && !piece.path.iter().any(|part| WORDS.contains(&part.as_str()))
+            && !is_word(&piece.path)
         {
             let quoted = &text[inside.clone()];
             let names = names_in(quoted, &is_own).into_iter();
@@ -193,9 +168,7 @@ pub(super) fn rename(document: &Document, byte: usize, new: &str) -> Result<Valu
         let word = document.text.get(document.word(byte)).unwrap_or_default();
         return Err(format!("`{word}` is no name that this file gives"));
     };
-    let is_usable = new.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
-        && new.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    if !is_usable {
+    if !is_name(new) {
         return Err(format!(
             "`{new}` is no name: letters a–z, digits and `_`, not starting with a digit"
         ));

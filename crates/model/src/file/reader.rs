@@ -10,6 +10,7 @@ use super::grids::MeasuredTable;
 use super::letters::{first_foreign, spelled, visible};
 use super::misplaced::{misplaced, size_key};
 use super::names::{Names, SampledName};
+use super::naming::is_name;
 use super::replay::{Constant, Constants};
 use super::tree::{Entry, Node, Quoted, Table, Value};
 use super::units::FileUnits;
@@ -239,9 +240,7 @@ impl Reader<'_> {
 
     /// Checks a name that the author chose. Reports and returns `false` when it cannot be used.
     pub(super) fn usable_name(&mut self, name: &str, location: &Span, what: &str) -> bool {
-        let letters = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-        let starts_well = !name.starts_with(|c: char| c.is_ascii_digit());
-        if letters && starts_well && !name.is_empty() {
+        if is_name(name) {
             return true;
         }
         let better = spelled(name, what.chars().next().unwrap_or('n'));

@@ -13,8 +13,8 @@ use crate::io::Io;
 use crate::joint::Joint;
 use crate::model::{CoordinatePolicy, Model, Space};
 
-/// The tables of a model file.
-pub(super) const SECTIONS: &[&str] = &[
+/// Sections of a model file, in the order in which they are documented.
+pub const SECTIONS: &[&str] = &[
     "name",
     "drawing",
     "use",
