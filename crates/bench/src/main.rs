@@ -11,7 +11,6 @@
 //! RADAU5 and others) are optional: a missing one is named.
 
 mod balls;
-mod diagram;
 mod error;
 mod machines;
 mod mechanisms;

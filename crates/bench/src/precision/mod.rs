@@ -13,6 +13,7 @@ mod theirs;
 
 use std::path::Path;
 
+use bksim_plot::{Axis, Figure, Panel, Scale, Theme};
 use serde_json::Value;
 
 use self::curve::{Curve, PARTS};
@@ -20,7 +21,6 @@ use self::ours::Method;
 pub(crate) use self::problem::Definition;
 use self::problem::{PROBLEMS, Problem};
 use self::theirs::{Compiled, Solver};
-use crate::diagram::{Diagram, Series};
 use crate::error::BenchError;
 use crate::peers::{Context, Workbench};
 use crate::report::{Check, Report, Table, ratio, seconds};
@@ -74,7 +74,7 @@ pub(crate) fn run(
     if let Some(directory) = pictures {
         let path = directory.join(format!("{}.svg", definition.name));
         std::fs::create_dir_all(directory).map_err(|source| BenchError::io(directory, source))?;
-        let picture = diagram(&problem, &curves).to_string();
+        let picture = diagram(&problem, &curves);
         std::fs::write(&path, picture).map_err(|source| BenchError::io(&path, source))?;
     }
     Ok(report)
@@ -255,16 +255,15 @@ fn accuracy_checks(curves: &[Curve]) -> Vec<Check> {
     curves.iter().filter(ours).flat_map(one).collect()
 }
 
-/// The diagram of digits of the positions against time.
-fn diagram(problem: &Problem, curves: &[Curve]) -> Diagram {
-    let series = |curve: &Curve| {
-        let point = |point: &curve::Point| (point.digits[0], 1e3 * point.seconds);
-        Series { name: curve.name.to_owned(), points: curve.points.iter().map(point).collect() }
+/// The diagram of digits of the positions against time, as SVG.
+fn diagram(problem: &Problem, curves: &[Curve]) -> String {
+    let curve = |curve: &Curve| {
+        let point = |point: &curve::Point| [point.digits[0], 1e3 * point.seconds];
+        bksim_plot::Curve::new(curve.name, curve.points.iter().map(point).collect())
     };
-    Diagram {
-        title: problem.definition.title.to_owned(),
-        x_label: "correct digits of the positions at the end".to_owned(),
-        y_label: "CPU time, ms".to_owned(),
-        series: curves.iter().map(series).collect(),
-    }
+    let x = Axis::new("correct digits of the positions at the end", "");
+    let y = Axis { scale: Scale::Logarithmic, ..Axis::new("CPU time", "ms") };
+    let curves = curves.iter().map(curve).collect();
+    let figure = Figure::new(problem.definition.title, vec![Panel::new(x, y, curves)]);
+    figure.to_svg(figure.natural_size(), &Theme::LIGHT)
 }
