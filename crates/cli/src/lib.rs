@@ -208,7 +208,7 @@ fn done(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>) {
         Command::Curves(args) => {
             own("curves", commands::analysis::curves::run(args, json, nesting))
         }
-        Command::Polygons(args) => match args.picture() {
+        Command::Polygons(args) => match args.table.picture() {
             Some(path) => studio(StudioCommand::Polygons(args, path)),
             None => own("polygons", commands::analysis::polygons::run(args, None, json, nesting)),
         },
@@ -222,7 +222,7 @@ fn done(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>) {
             Some(render) => studio(StudioCommand::Modes(&render)),
             None => own("modes", commands::analysis::modes::run(args, json, nesting)),
         },
-        Command::Bode(args) => match args.picture() {
+        Command::Bode(args) => match args.table.picture() {
             Some(path) => studio(StudioCommand::Bode(args, path)),
             None => own("bode", commands::analysis::bode::run(args, None, json, nesting)),
         },
@@ -232,11 +232,11 @@ fn done(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>) {
         Command::Gradient(args) => {
             own("gradient", commands::analysis::gradient::run(args, json, nesting))
         }
-        Command::Doctor(args) => match args.picture() {
+        Command::Doctor(args) => match args.table.picture() {
             Some(path) => studio(StudioCommand::Doctor(args, path)),
             None => own("doctor", commands::analysis::doctor::run(args, None, json, nesting)),
         },
-        Command::Inverse(args) => match args.picture() {
+        Command::Inverse(args) => match args.table.picture() {
             Some(path) => studio(StudioCommand::Inverse(args, path)),
             None => own("inverse", commands::analysis::inverse::run(args, None, json, nesting)),
         },

@@ -37,7 +37,7 @@ pub struct ComplianceArgs {
 
 impl TableArgs {
     /// The file, if its ending is that of a figure.
-    fn picture(&self) -> Option<&std::path::Path> {
+    pub(crate) fn picture(&self) -> Option<&std::path::Path> {
         let path = self.file.as_deref()?;
         let ending = path.extension()?.to_str()?;
         ["svg", "png", "pdf"].contains(&ending).then_some(path)
@@ -134,13 +134,6 @@ pub struct Polygons {
     pub(crate) acceleration: Vec<String>,
     #[command(flatten)]
     pub(crate) table: TableArgs,
-}
-
-impl Polygons {
-    /// The file to draw in, by its ending.
-    pub(crate) fn picture(&self) -> Option<&std::path::Path> {
-        self.table.picture()
-    }
 }
 
 #[derive(Args, Debug)]
@@ -273,13 +266,6 @@ pub struct Bode {
     pub(crate) table: TableArgs,
 }
 
-impl Bode {
-    /// The file to draw in, by its ending.
-    pub(crate) fn picture(&self) -> Option<&std::path::Path> {
-        self.table.picture()
-    }
-}
-
 #[derive(Args, Debug)]
 pub(crate) struct Verify {
     #[command(flatten)]
@@ -355,13 +341,6 @@ pub struct Doctor {
     pub(crate) table: TableArgs,
 }
 
-impl Doctor {
-    /// The file to draw in, by its ending.
-    pub(crate) fn picture(&self) -> Option<&std::path::Path> {
-        self.table.picture()
-    }
-}
-
 /// The arguments of `bksim inverse`. A FILE of -o that ends in .svg, .png or .pdf shows efforts over speeds.
 #[derive(Args, Debug)]
 pub struct Inverse {
@@ -393,11 +372,4 @@ pub struct Inverse {
     pub(crate) compliance: ComplianceArgs,
     #[command(flatten)]
     pub(crate) table: TableArgs,
-}
-
-impl Inverse {
-    /// The file to draw in, by its ending.
-    pub(crate) fn picture(&self) -> Option<&std::path::Path> {
-        self.table.picture()
-    }
 }

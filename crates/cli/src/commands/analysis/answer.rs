@@ -119,8 +119,8 @@ pub struct Answer {
     pub table: Table,
 }
 
-/// Panels drawn as the contents of a picture; the title is the name of the model.
-pub type Draw<'a> = &'a dyn Fn(&str, &Panels) -> Result<Vec<u8>, Failure>;
+/// An answer drawn as the contents of a picture; the title is the name of the model.
+pub type Draw<'a, T = Panels> = &'a dyn Fn(&str, &T) -> Result<Vec<u8>, Failure>;
 
 /// Reads the model, after a look at where the table goes.
 pub(super) fn asked(model: &ModelArgs, file: &TableArgs, nesting: usize) -> Result<Asked, Failure> {

@@ -5,7 +5,7 @@ use bksim::model::file::ShownUnits;
 use serde_json::{Value, json};
 
 use super::answer::{
-    Answer, Asked, asked_drawn, columns_json, failed, lines, pose_json, text_units,
+    Answer, Asked, Draw, asked_drawn, columns_json, failed, lines, pose_json, text_units,
 };
 use super::linearize::pole;
 use super::state::{self, besides};
@@ -15,16 +15,13 @@ use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
 use crate::source::load;
 
-/// A response drawn as the contents of a picture; the title is the name of the model.
-pub type Draw<'a> = &'a dyn Fn(&str, &Response) -> Result<Vec<u8>, Failure>;
-
 /// Asks, writes the table or what `draw` makes of the response, and prints the answer.
 ///
 /// # Errors
 /// [`Failure`] when there is no answer, or the file cannot be written.
 pub fn run(
     args: &Args,
-    draw: Option<Draw<'_>>,
+    draw: Option<Draw<'_, Response>>,
     as_json: bool,
     nesting: usize,
 ) -> Result<Status, Failure> {
@@ -37,22 +34,11 @@ pub fn run(
         Channels { inputs: args.input.clone(), outputs: args.output.clone(), states: Vec::new() };
     let frequencies = args.omega.as_deref().map(frequencies).transpose().map_err(&failed)?;
     let found = bode(model, args.at, &channels, frequencies).map_err(&failed)?;
-    let content = match (file, draw) {
-        (Some(file), Some(draw)) => {
-            let summary = counted(2 * found.transfers.len(), "curve", "curves");
-            Some((file, draw(&name, &found)?, summary))
-        }
-        (Some(file), None) => {
-            let table = found.table();
-            let summary = counted(table.rows.len(), "row", "rows");
-            let bytes = file.csv(&table);
-            Some((file, bytes, summary))
-        }
-        (None, _) => None,
-    };
-    let units = text_units();
-    let Answer { command, json, text, .. } = told(&name, &units, &found);
-    Asked::told(&source, &warnings, content, (command, json, text), as_json)
+    let n_curves = counted(2 * found.transfers.len(), "curve", "curves");
+    let picture =
+        draw.map(|draw| Ok::<_, Failure>((draw(&name, &found)?, n_curves))).transpose()?;
+    let answer = told(&name, &text_units(), &found);
+    Asked::drawn(&source, &warnings, (file, picture), answer, as_json)
 }
 
 /// The answer about a model of this name, its state in these units.

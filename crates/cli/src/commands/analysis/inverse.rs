@@ -15,7 +15,7 @@ use bksim::model::{Measure, Model};
 use serde_json::{Value, json};
 
 use super::answer::{
-    Answer, Asked, asked_drawn, failed, lines, refuse_input, shown, table_json, text_units,
+    Answer, Asked, Draw, asked_drawn, failed, lines, refuse_input, shown, table_json, text_units,
 };
 use crate::args::analysis::Inverse as Args;
 use crate::exit::{Failure, Status};
@@ -26,16 +26,13 @@ use crate::source::{Text, load, read_bytes};
 /// Number of times where none is given.
 const N_TIMES: usize = 101;
 
-/// Efforts over speeds drawn as the contents of a picture; the title is the name of the model.
-pub type Draw<'a> = &'a dyn Fn(&str, &Inverse) -> Result<Vec<u8>, Failure>;
-
 /// Asks, writes the table or what `draw` makes of the efforts, and prints the answer.
 ///
 /// # Errors
 /// [`Failure`] when there is no answer, or the file cannot be written.
 pub fn run(
     args: &Args,
-    draw: Option<Draw<'_>>,
+    draw: Option<Draw<'_, Inverse>>,
     as_json: bool,
     nesting: usize,
 ) -> Result<Status, Failure> {
@@ -68,19 +65,9 @@ pub fn run(
         curves: read_curves(&source, &model, &args.curve)?,
     };
     let found = inverse(model, &motions, &times, &actuators).map_err(&failed)?;
-    let content = match (file, draw) {
-        (Some(file), Some(draw)) => {
-            Some((file, draw(&name, &found)?, "efforts over speeds".to_owned()))
-        }
-        (Some(file), None) => {
-            let summary = counted(found.table.rows.len(), "row", "rows");
-            let bytes = file.csv(&found.table);
-            Some((file, bytes, summary))
-        }
-        (None, _) => None,
-    };
-    let Answer { command, json, text, .. } = told(&name, &found);
-    Asked::told(&source, &warnings, content, (command, json, text), as_json)
+    let what = "efforts over speeds".to_owned();
+    let picture = draw.map(|draw| Ok::<_, Failure>((draw(&name, &found)?, what))).transpose()?;
+    Asked::drawn(&source, &warnings, (file, picture), told(&name, &found), as_json)
 }
 
 /// Limits of efforts, each by name and size.

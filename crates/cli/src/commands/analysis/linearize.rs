@@ -34,17 +34,13 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
         let written = letters(twin.to_model(), &channels).map_err(failed(&source))?;
         add_letters(&mut answer, written.as_ref());
     }
-    let Answer { command, json, text, table } = answer;
-    let content = file.map(|file| {
-        let ending = file.path().extension().and_then(|ending| ending.to_str());
-        let (bytes, summary) = match ending {
-            Some("npz") => (found.npz(), "A, B, C, D for NumPy".to_owned()),
-            Some("mat") => (found.mat(), "A, B, C, D for MATLAB".to_owned()),
-            _ => (file.csv(&table), counted(table.rows.len(), "row", "rows")),
-        };
-        (file, bytes, summary)
-    });
-    Asked::told(&source, &warnings, content, (command, json, text), as_json)
+    let ending = file.as_ref().and_then(|file| file.path().extension()?.to_str());
+    let matrices = match ending {
+        Some("npz") => Some((found.npz(), "A, B, C, D for NumPy".to_owned())),
+        Some("mat") => Some((found.mat(), "A, B, C, D for MATLAB".to_owned())),
+        _ => None,
+    };
+    Asked::drawn(&source, &warnings, (file, matrices), answer, as_json)
 }
 
 /// Adds the matrices in letters to an answer; `None` of a mechanism that is too large.

@@ -5,15 +5,12 @@ use bksim::analysis::{
 };
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Asked, asked_drawn, failed, lines};
+use super::answer::{Answer, Asked, Draw, asked_drawn, failed, lines};
 use super::kinematics::prescribed;
 use crate::args::analysis::Polygons as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
 use crate::source::load_geometry;
-
-/// Polygons drawn as the contents of a picture; the title is the name of the model.
-pub type Draw<'a> = &'a dyn Fn(&str, &Polygons) -> Result<Vec<u8>, Failure>;
 
 /// Asks, writes the table or what `draw` makes of the polygons, and prints the answer.
 ///
@@ -21,7 +18,7 @@ pub type Draw<'a> = &'a dyn Fn(&str, &Polygons) -> Result<Vec<u8>, Failure>;
 /// [`Failure`] when there is no answer, or the file cannot be written.
 pub fn run(
     args: &Args,
-    draw: Option<Draw<'_>>,
+    draw: Option<Draw<'_, Polygons>>,
     as_json: bool,
     nesting: usize,
 ) -> Result<Status, Failure> {
@@ -39,20 +36,10 @@ pub fn run(
         return Err(Failure::usage("no pose is asked for", help));
     };
     let found = polygons(model, &drives).map_err(&failed)?;
-    let Answer { command, json, text, table } = told(&name, &found);
-    let content = match (file, draw) {
-        (Some(file), Some(draw)) => {
-            let n = found.velocity.vectors.len() + found.acceleration.vectors.len();
-            Some((file, draw(&name, &found)?, counted(n, "vector", "vectors")))
-        }
-        (Some(file), None) => {
-            let rows = counted(table.rows.len(), "row", "rows");
-            let bytes = file.csv(&table);
-            Some((file, bytes, rows))
-        }
-        (None, _) => None,
-    };
-    Asked::told(&source, &warnings, content, (command, json, text), as_json)
+    let n = found.velocity.vectors.len() + found.acceleration.vectors.len();
+    let n = counted(n, "vector", "vectors");
+    let picture = draw.map(|draw| Ok::<_, Failure>((draw(&name, &found)?, n))).transpose()?;
+    Asked::drawn(&source, &warnings, (file, picture), told(&name, &found), as_json)
 }
 
 /// `v_C/B`; of accelerations also `n`, `t`, `c` and `r` for normal, tangential, of Coriolis, and along a guide.
