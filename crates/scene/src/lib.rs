@@ -34,7 +34,7 @@ pub use color::Color;
 pub use draw::{Arrow, Extras, picture};
 pub use picture::{Align, Item, Picture, Stroke};
 pub use rod::{sheets, silhouette};
-pub use rule::{scale_bar, world_axes};
+pub use rule::scale_bar;
 pub use scene::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape, Span, SpanKind};
 pub use section::{CutSide, HalfSpace, Section};
 pub use solid::{Edge, LIGHT, SeenFace, Solid};

@@ -1,12 +1,10 @@
-//! Size and direction of the view: a bar of a round length, and the axes of the world.
+//! Size of the view: a bar of a round length, and arrows of the vectors of each kind.
 
 use crate::vectors::ArrowKind;
 use crate::{Align, Camera, Item, Stroke, Theme};
 
 /// Distance from the edges of the picture, pixels.
 const EDGE: f32 = 14.0;
-/// Length of an axis that lies in the picture, pixels.
-const AXIS: f64 = 34.0;
 
 /// A bar of a round length, about a fifth of the picture wide, in its lower left corner.
 pub fn scale_bar(camera: &Camera, theme: &Theme) -> Vec<Item> {
@@ -68,33 +66,6 @@ fn quantity(size: f64, unit: &str) -> String {
     // Digits beyond the first are rounding errors.
     let number = format!("{:.0e}", size / factor).parse::<f64>().unwrap_or(size / factor);
     format!("{number} {prefix}{unit}")
-}
-
-/// The axes of the world as the camera sees them, in the lower right corner; an axis along the view
-/// is left out.
-pub fn world_axes(camera: &Camera, theme: &Theme) -> Vec<Item> {
-    #[expect(clippy::cast_possible_truncation, reason = "pixels")]
-    let [right, bottom] = camera.size.map(|x| x as f32 - EDGE - 1.5 * AXIS as f32);
-    let stroke = Stroke { color: theme.faint, width: 1.5 * theme.sizes.lines };
-    let mut items = Vec::new();
-    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        let [x, y] = [camera.r_view_from_world[0][axis], -camera.r_view_from_world[1][axis]];
-        if x.hypot(y) < 0.1 {
-            continue;
-        }
-        #[expect(clippy::cast_possible_truncation, reason = "pixels")]
-        let at = |length: f64| [right + (length * x) as f32, bottom + (length * y) as f32];
-        items.push(Item::Line { points: vec![at(0.0), at(AXIS)], is_closed: false, stroke });
-        let [tx, ty] = at(AXIS + 9.0);
-        items.push(Item::Text {
-            at: [tx, ty + 0.33 * theme.sizes.text],
-            align: Align::Middle,
-            text: name.into(),
-            size: 0.9 * theme.sizes.text,
-            color: theme.faint,
-        });
-    }
-    items
 }
 
 /// The largest of 1, 2 and 5 times a power of ten that is at most `longest`, m, and its text.

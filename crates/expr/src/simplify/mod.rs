@@ -34,7 +34,6 @@ mod rules;
 mod together;
 mod trig;
 mod trig_forms;
-mod unfold;
 
 pub use budget::{Budget, Limit};
 pub use cancel::Cancelled;

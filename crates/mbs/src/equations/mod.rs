@@ -33,7 +33,7 @@ pub use functions::{FunctionText, functions};
 pub use levels::{Level, free_bodies, levels, levels_at};
 pub use proof::{Counts, Proof, Work, proof};
 
-use bksim_expr::{Expr, Printer, SymbolId};
+use bksim_expr::{Printer, SymbolId};
 
 use crate::system::SymbolicSystem;
 use bksim_model::Model;
@@ -54,13 +54,6 @@ pub struct Equations {
 /// Writes the formulas of `system` without named constants.
 pub fn equations(model: &Model, system: &SymbolicSystem, notation: Notation) -> Equations {
     ReadingForm::plain(model, system).write(model, notation)
-}
-
-/// Terms of the i-th Lagrange equation, in the order of the book: accelerations, velocity terms,
-/// potential, loads, constraint forces.
-pub fn lagrange_terms(model: &Model, system: &SymbolicSystem, i: usize) -> Vec<Expr> {
-    let parts = arrange::lagrange_parts(model, system, i);
-    parts.iter().flat_map(|part| part.terms(&model.pool)).collect()
 }
 
 impl ReadingForm {
