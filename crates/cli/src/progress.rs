@@ -1,8 +1,8 @@
 //! Progress of a run, on stderr and only on a terminal; and the wish to stop it.
 
 use std::io::{self, IsTerminal};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -14,6 +14,14 @@ use crate::quiet::is_quiet;
 /// How a run was asked to end.
 const INTERRUPT: usize = 1;
 const TERMINATE: usize = 2;
+
+/// The wish of this process, from when it first watches for signals.
+static WISH: OnceLock<StopWish> = OnceLock::new();
+
+/// The status to end with, if this process watches for signals and one has come; `None` before that.
+pub(crate) fn wished() -> Option<Option<Status>> {
+    WISH.get().map(StopWish::status)
+}
 
 /// The wish to stop: an interrupt or a termination signal, remembered until the next sample.
 #[derive(Clone, Debug, Default)]
@@ -33,6 +41,8 @@ impl StopWish {
         flag::register_usize(SIGTERM, Arc::clone(&wish.0), TERMINATE)?;
         #[cfg(unix)]
         flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
+        // A later one hears of the same signals.
+        WISH.get_or_init(|| wish.clone());
         Ok(wish)
     }
 

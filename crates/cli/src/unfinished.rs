@@ -53,9 +53,13 @@ pub(crate) fn release(path: &Path) {
 
 /// Removes the files and ends as the signal would have.
 fn end(signal: i32) {
-    if IS_WATCHED.load(Ordering::Relaxed) {
-        return;
+    if !IS_WATCHED.load(Ordering::Relaxed) {
+        leave(signal);
     }
+}
+
+/// Removes the files and ends the process as the signal would.
+pub(crate) fn leave(signal: i32) {
     for path in FILES.lock().unwrap_or_else(PoisonError::into_inner).iter() {
         // What is gone already is no fault.
         let _ = fs::remove_file(path);

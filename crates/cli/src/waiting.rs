@@ -1,57 +1,88 @@
-//! [`waiting`]: a word on a terminal about work that takes long, for as long as it does.
+//! [`waiting`]: a word on a terminal about work that takes long, for as long as it does. Signals end it at once, also where
+//! the command watches for them itself.
 
 use std::io::{self, IsTerminal};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::exit::Status;
+use crate::progress::wished;
 use crate::quiet::is_quiet;
 
 /// Time after which a person wants to know.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Does the work; after a second, a terminal says what is being done, and for how long.
+/// Time between two looks at the wish to stop.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Whether some work is spoken of already: parts of it are not.
+static IS_SPOKEN_OF: AtomicBool = AtomicBool::new(false);
+
+/// Does the work; after a second, a terminal says what is being done, and for how long. Where the command watches for
+/// signals, they end the process here: work like this has no part that could be kept.
 pub fn waiting<T>(what: &str, work: impl FnOnce() -> T) -> T {
-    if is_quiet() || !io::stderr().is_terminal() {
+    let speaks = !is_quiet() && io::stderr().is_terminal();
+    if (!speaks && wished().is_none()) || IS_SPOKEN_OF.swap(true, Ordering::Relaxed) {
         return work();
     }
-    let bar = || {
-        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
+    let begin = || {
+        let target = if speaks {
+            ProgressDrawTarget::stderr_with_hz(10)
+        } else {
+            ProgressDrawTarget::hidden()
+        };
+        let bar = ProgressBar::with_draw_target(None, target);
         if let Ok(style) = ProgressStyle::with_template("  {msg}  {elapsed}") {
             bar.set_style(style);
         }
         bar.set_message(what.to_owned());
-        bar.with_elapsed(PATIENCE)
+        let bar = bar.with_elapsed(PATIENCE);
+        bar.enable_steady_tick(Duration::from_millis(200));
+        bar
     };
-    watched(
-        PATIENCE,
-        work,
-        || {
-            let bar = bar();
-            bar.enable_steady_tick(Duration::from_millis(200));
-            bar
-        },
-        |bar| bar.finish_and_clear(),
-    )
+    let result = watched(PATIENCE, work, begin, |bar| bar.finish_and_clear(), leave_if_wished);
+    IS_SPOKEN_OF.store(false, Ordering::Relaxed);
+    result
 }
 
-/// Does the work; `begin` is called from another thread after `patience`, and `end` with its result when the work is done.
+/// Ends the process if a signal has asked for it.
+fn leave_if_wished() {
+    #[cfg(unix)]
+    if let Some(Some(status)) = wished() {
+        use signal_hook::consts::{SIGINT, SIGTERM};
+        crate::unfinished::leave(if status == Status::Terminated { SIGTERM } else { SIGINT });
+    }
+}
+
+/// Does the work; `begin` is called from another thread after `patience`, and `end` with its result when the work is done,
+/// `look` now and then all the while.
 fn watched<T, B>(
     patience: Duration,
     work: impl FnOnce() -> T,
     begin: impl FnOnce() -> B + Send,
     end: impl FnOnce(B) + Send,
+    look: impl Fn() + Send,
 ) -> T {
     thread::scope(|scope| {
         // Dropped when the work is done, or has panicked.
         let (done, wait) = channel::<()>();
         scope.spawn(move || {
-            if wait.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
-                let begun = begin();
-                // Nothing is ever sent.
-                let _ = wait.recv();
+            let since = Instant::now();
+            let (mut begin, mut begun) = (Some(begin), None);
+            // Nothing is ever sent.
+            while wait.recv_timeout(LOOK.min(patience)) == Err(RecvTimeoutError::Timeout) {
+                look();
+                if since.elapsed() >= patience
+                    && let Some(begin) = begin.take()
+                {
+                    begun = Some(begin());
+                }
+            }
+            if let Some(begun) = begun {
                 end(begun);
             }
         });
@@ -73,9 +104,10 @@ mod tests {
             let n_calls = AtomicUsize::new(0);
             let call = || n_calls.fetch_add(1, Ordering::Relaxed);
             let work = || thread::sleep(Duration::from_millis(50));
-            watched(patience, work, call, |_| {
+            let end = |_| {
                 call();
-            });
+            };
+            watched(patience, work, call, end, || ());
             assert_eq!(n_calls.load(Ordering::Relaxed), expected, "{patience:?}");
         }
     }

@@ -18,7 +18,7 @@ use crate::constraint::{Constraint, Source};
 use crate::contact::{self, ContactRow};
 use crate::coordinate::{Coordinate, Owner};
 use crate::coupling::{coupling_rows, rate_row};
-use crate::folding::{MAX_TERMS_OF_FORCE, MAX_TERMS_OF_SLOPE};
+use crate::folding::{MAX_TERMS_OF_FORCE, folded_slope, longest_row, short};
 use crate::force::{AlongLine, Loads, Wrench, efforts_on_curves};
 use crate::joint;
 use crate::kinematics::Kinematics;
@@ -42,12 +42,17 @@ use bksim_model::{
 pub fn assemble(model: &Model) -> SymbolicSystem {
     let tree = Tree::of(model);
     let kinematics = Kinematics::along(model, &tree);
-    let derivation = if recursion::is_shorter(&model.pool, &kinematics) {
+    let derivation = shorter(model, &kinematics);
+    assemble_along(model, tree, kinematics, derivation)
+}
+
+/// The way that makes the equations shorter.
+fn shorter(model: &Model, kinematics: &Kinematics) -> Derivation {
+    if recursion::is_shorter(&model.pool, kinematics) {
         Derivation::Recursion
     } else {
         Derivation::Lagrange
-    };
-    assemble_along(model, tree, kinematics, derivation)
+    }
 }
 
 /// Derives the equations of motion of `model` by `derivation`; both ways give equal equations.
@@ -107,9 +112,11 @@ fn assemble_along(
 
     // Constraints, then G and ∂g/∂t.
     let rows = contact::contact_rows(model, &kinematics, &signals);
-    let constraints = constraints(model, &tree, &kinematics, &rows);
+    let longest = longest_row(derivation);
+    let constraints = constraints(model, &tree, &kinematics, (&rows, longest));
     let contacts = contact::contacts(model, &kinematics, &signals, &rows, &constraints);
-    let constraint_jacobian = constraint_jacobian(model, &tree, &kinematics, &constraints);
+    let constraint_jacobian =
+        constraint_jacobian(model, &tree, &kinematics, (&constraints, longest));
     let constraint_rate = constraint_rates(model, &kinematics, &constraints);
 
     let reaction_values = measured_reactions(model, &kinematics, &constraints);
@@ -151,8 +158,10 @@ pub fn assemble_positions(model: &Model) -> SymbolicSystem {
     let pool = &model.pool;
     let tree = Tree::of(model);
     let kinematics = Kinematics::of_positions(model, &tree);
-    let constraints = constraints(model, &tree, &kinematics, &[]);
-    let constraint_jacobian = constraint_jacobian(model, &tree, &kinematics, &constraints);
+    let longest = longest_row(shorter(model, &kinematics));
+    let constraints = constraints(model, &tree, &kinematics, (&[], longest));
+    let constraint_jacobian =
+        constraint_jacobian(model, &tree, &kinematics, (&constraints, longest));
     let constraint_rate = constraint_rates(model, &kinematics, &constraints);
     let nq = kinematics.coordinates.len();
     let nothing = vec![pool.zero(); nq];
@@ -268,39 +277,42 @@ fn powers(model: &Model, kinematics: &Kinematics, wrenches: &[Wrench]) -> Vec<Ve
     powers
 }
 
-/// G = ∂g/∂q, folded where that is short. A row of wheels or of a rack, where joints are cut, is that of their wrenches, −Gᵀ, and so is that of
-/// an effort in a cut screw, whose turns are counted by its travel: it differs from the gradient by rows of cut
-/// joints, so that multipliers of these are their reactions.
-fn constraint_jacobian(
+/// G = ∂g/∂q, folded where a row has at most `longest` terms. A row of wheels or of a rack, where joints are cut, is
+/// that of their wrenches, −Gᵀ, and so is that of an effort in a cut screw, whose turns are counted by its travel: it
+/// differs from the gradient by rows of cut joints, so that multipliers of these are their reactions.
+pub(crate) fn constraint_jacobian(
     model: &Model,
     tree: &Tree,
     kinematics: &Kinematics,
-    constraints: &[Constraint],
+    (constraints, longest): (&[Constraint], u64),
 ) -> SparseMatrix {
     let pool = &model.pool;
     let n_columns = kinematics.coordinates.len();
     let mut entries = Vec::new();
     for (row, constraint) in constraints.iter().enumerate() {
-        if let (Source::Coupling(id), true) = (constraint.source, constraint.is_of_rates()) {
-            let rate = rate_row(model, kinematics, id);
-            let moving = kinematics.coordinates_in(pool, &[rate]);
-            let slope = |i: usize| pool.simplify(pool.diff(rate, kinematics.coordinates[i].v));
-            entries.extend(moving.into_iter().map(|i| (row, i, slope(i))));
-            continue;
-        }
-        if has_row_of_wrenches(model, tree, constraint) {
-            let powers = powers(model, kinematics, &constraint.wrenches).into_iter().enumerate();
-            let slope = |terms: Vec<Expr>| pool.simplify(pool.neg(pool.sum(terms)));
-            entries.extend(powers.map(|(i, terms)| (row, i, slope(terms))));
-            continue;
-        }
-        let moving = kinematics.coordinates_in(pool, &[constraint.expression]);
-        let symbols: Vec<SymbolId> = moving.iter().map(|&i| kinematics.coordinates[i].q).collect();
-        let gradient = pool.gradient(constraint.expression, &symbols).into_iter();
-        // What is folded has slopes that are folded, or nearly so.
-        let slopes = gradient.map(|slope| pool.simplify_up_to(slope, MAX_TERMS_OF_SLOPE));
-        let gradient = moving.into_iter().zip(slopes);
-        entries.extend(gradient.map(|(i, slope)| (row, i, slope)));
+        let (columns, slopes): (Vec<usize>, Vec<Expr>) = match constraint.source {
+            Source::Coupling(id) if constraint.is_of_rates() => {
+                let rate = rate_row(model, kinematics, id);
+                let moving = kinematics.coordinates_in(pool, &[rate]);
+                let slope = |i: usize| (i, pool.diff(rate, kinematics.coordinates[i].v));
+                moving.into_iter().map(slope).unzip()
+            }
+            _ if has_row_of_wrenches(model, tree, constraint) => {
+                let powers = powers(model, kinematics, &constraint.wrenches).into_iter();
+                powers.map(|terms| pool.neg(pool.sum(terms))).enumerate().unzip()
+            }
+            _ => {
+                let moving = kinematics.coordinates_in(pool, &[constraint.expression]);
+                let symbols: Vec<SymbolId> =
+                    moving.iter().map(|&i| kinematics.coordinates[i].q).collect();
+                let gradient = pool.gradient(constraint.expression, &symbols);
+                (moving, gradient)
+            }
+        };
+        let is_folded = pool.multiplied_out(constraint.expression) <= longest;
+        let folded = |slope| if is_folded { folded_slope(pool, slope) } else { slope };
+        let slopes = slopes.into_iter().map(folded);
+        entries.extend(columns.into_iter().zip(slopes).map(|(i, slope)| (row, i, slope)));
     }
     entries.retain(|&(.., slope)| !pool.is_zero(slope));
     SparseMatrix::new(constraints.len(), n_columns, entries)
@@ -317,9 +329,9 @@ fn constraint_rates(
         Source::Coupling(id) if constraint.is_of_rates() => {
             let at_rest: Vec<(SymbolId, Expr)> =
                 kinematics.coordinates.iter().map(|c| (c.v, pool.zero())).collect();
-            pool.simplify(pool.substitute(rate_row(model, kinematics, id), &at_rest))
+            short(pool, pool.substitute(rate_row(model, kinematics, id), &at_rest))
         }
-        _ => pool.simplify(pool.diff(constraint.expression, model.time)),
+        _ => short(pool, pool.diff(constraint.expression, model.time)),
     };
     constraints.iter().map(rate).collect()
 }
@@ -344,12 +356,12 @@ pub(crate) fn has_row_of_wrenches(model: &Model, tree: &Tree, constraint: &Const
 }
 
 /// Rows of the cut joints, then of the lengths of quaternions, of couplings, and of the drives:
-/// motion(t) − position = 0, so that λ is the effort; then those of contacts.
+/// motion(t) − position = 0, so that λ is the effort; then those of contacts. Rows of at most `longest` terms are folded.
 fn constraints(
     model: &Model,
     tree: &Tree,
     kinematics: &Kinematics,
-    contacts: &[ContactRow],
+    (contacts, longest): (&[ContactRow], u64),
 ) -> Vec<Constraint> {
     let pool = &model.pool;
     let mut constraints = Vec::new();
@@ -370,7 +382,7 @@ fn constraints(
         }
         let lambda = pool.symbol(&name);
         let lambda = pool.symbol_id(lambda).expect("a symbol was just made");
-        let expression = pool.simplify(expression);
+        let expression = pool.simplify_up_to(expression, longest);
         let row = Constraint { expression, lambda, source, direction, effort, wrenches };
         constraints.push(row);
     };

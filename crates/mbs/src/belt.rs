@@ -11,6 +11,7 @@
 use bksim_expr::{Expr, Pool, SymbolId};
 use bksim_model::{Anchor, Belt, BeltId, BeltWheel, BodyId, GROUND, Model, Vector};
 
+use crate::folding::short;
 use crate::force::Wrench;
 use crate::kinematics::Kinematics;
 use crate::spatial;
@@ -49,7 +50,7 @@ pub(crate) fn span_wrenches(
     let z = spatial::z_axis(pool);
     let d = spatial::sub(pool, &centers[1], &centers[0]);
     let delta = pool.sub(second, first);
-    let square = pool.simplify(spatial::dot(pool, &d, &d));
+    let square = short(pool, spatial::dot(pool, &d, &d));
     let length = pool.sqrt(pool.sub(square, pool.mul(delta, delta)));
     let along = spatial::scale(pool, length, &d);
     let across = spatial::scale(pool, delta, &spatial::cross(pool, &z, &d));

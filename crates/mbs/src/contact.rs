@@ -4,6 +4,7 @@ use bksim_expr::{Expr, Function, Pool, SymbolId};
 
 use crate::constraint::{Constraint, Source};
 use crate::coupling::along;
+use crate::folding::short;
 use crate::force::Wrench;
 use crate::joint;
 use crate::kinematics::Kinematics;
@@ -244,7 +245,7 @@ fn on_what_it_follows(
     let mut wrenches = Vec::new();
     for signal in model.signals.iter().filter(|s| pool.depends_on(penetration, s.symbol)) {
         let slope = pool.diff(penetration, signal.symbol);
-        let effort = pool.neg(pool.simplify(pool.substitute(slope, signals)));
+        let effort = pool.neg(short(pool, pool.substitute(slope, signals)));
         let unit = along(model, kinematics, signal.measure);
         wrenches.extend(unit.iter().map(|wrench| wrench.scaled(pool, effort)));
     }

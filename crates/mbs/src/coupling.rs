@@ -21,6 +21,7 @@ use bksim_expr::{Expr, SymbolId};
 
 use crate::belt::strand_wrenches;
 use crate::coordinate::Owner;
+use crate::folding::short;
 use crate::force::Wrench;
 use crate::joint;
 use crate::kinematics::Kinematics;
@@ -98,7 +99,7 @@ fn of_relation(
     let used = used.filter(|signal| !is_of_rates || signal.measure.is_rate());
     let of_signal = |signal: &Signal| {
         let slope = pool.diff(coupling.relation, signal.symbol);
-        let effort = pool.neg(pool.simplify(pool.substitute(slope, values)));
+        let effort = pool.neg(short(pool, pool.substitute(slope, values)));
         along(model, kinematics, signal.measure)
             .into_iter()
             .map(|wrench| wrench.scaled(pool, effort))
@@ -174,7 +175,7 @@ pub fn center_line(
     let are_parallel = across.iter().all(|&part| pool.is_zero(pool.simplify(part)));
     let [from, to] = wheels.wheels.map(|wheel| kinematics.anchor(model, wheel));
     let line = spatial::sub(pool, &to, &from);
-    let square = pool.simplify(spatial::dot(pool, &line, &line));
+    let square = short(pool, spatial::dot(pool, &line, &line));
     (are_parallel && !pool.is_zero(square)).then_some((line, square))
 }
 
@@ -225,7 +226,7 @@ pub fn turn(
     if model.space == Space::Planar {
         let z = spatial::z_axis(pool);
         let [against, body] = poses.map(|rotation| rotation.angle_about(pool, &z));
-        return Some(pool.simplify(pool.sub(body?, against?)));
+        return Some(short(pool, pool.sub(body?, against?)));
     }
     let relative = poses[0].inverse(pool).then(pool, poses[1]);
     let axis = orientation(model, of.predecessor).apply(pool, &of.axis);

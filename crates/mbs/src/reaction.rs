@@ -15,6 +15,7 @@ use bksim_expr::{Expr, Pool, SymbolId};
 
 use crate::constraint::Source;
 use crate::contact::slip_wrenches;
+use crate::folding::short;
 use crate::force::{self, Wrench};
 use crate::inertia::angular_momentum;
 use crate::joint::JointWrench;
@@ -137,7 +138,7 @@ pub fn reported(
     let value = |signal: &Signal| match signal.measure {
         Measure::Reaction(joint, frame, k) => {
             let component = reactions[joint.0].component(model, &system.kinematics, frame, k);
-            Some(pool.simplify(component))
+            Some(short(pool, component))
         }
         Measure::Effort(drive) => {
             let row = system.constraints.iter().find(|row| row.source == Source::Drive(drive));

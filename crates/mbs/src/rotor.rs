@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use bksim_expr::{Expr, SymbolId};
 use bksim_model::{JointId, Measure, Model};
 
+use crate::folding::short;
 use crate::kinematics::Kinematics;
 use crate::sparse::SparseMatrix;
 
@@ -36,7 +37,7 @@ fn rotors(model: &Model, kinematics: &Kinematics) -> Vec<Rotor> {
     let with_rotor = (0..model.joints.len()).map(JointId);
     let with_rotor = with_rotor.filter(|id| !pool.is_zero(model.joints[id.0].armature));
     let rotor = |id: JointId| {
-        let rate = pool.simplify(kinematics.measure(model, Measure::JointVelocity(id, 0)));
+        let rate = short(pool, kinematics.measure(model, Measure::JointVelocity(id, 0)));
         let entries = pool.jacobian(&[rate], &v).entries;
         let slopes = pool.jacobian(&[rate], &q).entries;
         let terms = slopes.into_iter().map(|(_, k, slope)| pool.mul(slope, pool.symbol_expr(v[k])));

@@ -19,6 +19,7 @@ use bksim_model::{Frame, Joint, JointId, JointKind, Measure, Model, MotionKind, 
 use bksim_model::{Surface, Vector};
 
 use crate::constraint::{Constraint, Source};
+use crate::folding::short;
 use crate::joint::OnCurve;
 use crate::kinematics::Kinematics;
 use crate::spatial;
@@ -70,7 +71,7 @@ pub(crate) fn friction(
             let across = match model.space {
                 Space::Planar => {
                     let normal = spatial::cross(pool, &spatial::z_axis(pool), &along);
-                    vec![pool.simplify(spatial::dot(pool, &normal, &force))]
+                    vec![short(pool, spatial::dot(pool, &normal, &force))]
                 }
                 Space::Spatial => {
                     let part = spatial::dot(pool, &along, &force);
@@ -176,7 +177,7 @@ fn reaction<'a, 'c>(
 
 impl Reaction<'_> {
     fn component(&self, vector: &Vector, along: &Vector) -> Expr {
-        self.pool.simplify(spatial::dot(self.pool, vector, along))
+        short(self.pool, spatial::dot(self.pool, vector, along))
     }
 
     /// The components of the force across the motion.

@@ -3,12 +3,13 @@
 use bksim_expr::{Expr, Number, SymbolId};
 use bksim_model::{Measure, Model, Signal};
 
+use crate::folding::short;
 use crate::kinematics::Kinematics;
 
 /// Each signal symbol with the measure it stands for, as an expression; positions at the start among them.
 pub fn signal_values(model: &Model, kinematics: &Kinematics) -> Vec<(SymbolId, Expr)> {
     let value = |signal: &Signal| {
-        (signal.symbol, model.pool.simplify(kinematics.measure(model, signal.measure)))
+        (signal.symbol, short(&model.pool, kinematics.measure(model, signal.measure)))
     };
     let mut values: Vec<_> = model.signals.iter().map(value).collect();
     if !model.at_start.is_empty() {
@@ -26,7 +27,7 @@ pub(crate) fn values_at_start(
     let (pool, start) = (&model.pool, coordinates_at_start(model, kinematics));
     let value = |signal: &Signal| {
         let measured = kinematics.measure(model, signal.measure);
-        (signal.symbol, pool.simplify(pool.substitute(measured, &start)))
+        (signal.symbol, short(pool, pool.substitute(measured, &start)))
     };
     signals.iter().map(value).collect()
 }
@@ -38,7 +39,7 @@ pub fn coordinates_at_start(model: &Model, kinematics: &Kinematics) -> Vec<(Symb
         kinematics.coordinates.iter().map(|c| (c.q, pool.zero())).collect();
     let positions = model.initial.iter().filter(|initial| !initial.measure.is_velocity());
     for initial in positions {
-        let measured = pool.simplify(kinematics.measure(model, initial.measure));
+        let measured = short(pool, kinematics.measure(model, initial.measure));
         let Some(symbol) = pool.symbol_id(measured) else { continue };
         if let Some((_, value)) = start.iter_mut().find(|(q, _)| *q == symbol) {
             *value = initial.value;
@@ -48,7 +49,7 @@ pub fn coordinates_at_start(model: &Model, kinematics: &Kinematics) -> Vec<(Symb
     let begin = pool.number(Number::float(model.solve.t_start));
     for drive in &model.drives {
         let measure = Measure::JointPosition(drive.joint, drive.motion_idx);
-        let measured = pool.simplify(kinematics.measure(model, measure));
+        let measured = short(pool, kinematics.measure(model, measure));
         let Some(symbol) = pool.symbol_id(measured) else { continue };
         if let Some((_, value)) = start.iter_mut().find(|(q, _)| *q == symbol) {
             *value = pool.substitute(drive.motion, &[(model.time, begin)]);

@@ -12,6 +12,7 @@
 use bksim_expr::Expr;
 
 use crate::coupling::along;
+use crate::folding::short;
 use crate::force::Wrench;
 use crate::joint::{self, JointWrench};
 use crate::kinematics::Kinematics;
@@ -87,7 +88,7 @@ impl Sliding {
         let mut wrenches = Vec::new();
         for (radius, measure) in parts {
             let share = pool.mul(pool.rational(1, 2), radius);
-            let measured = pool.simplify(kinematics.measure(model, measure));
+            let measured = short(pool, kinematics.measure(model, measure));
             position = pool.add(position, pool.mul(share, measured));
             let unit = along(model, kinematics, measure);
             wrenches.extend(unit.iter().map(|wrench| wrench.scaled(pool, share)));

@@ -12,11 +12,13 @@ use crate::exit::{Failure, Status};
 use crate::output::{self, column, number, rows_of, size, table};
 use crate::render;
 use crate::source::{derive, load};
+use crate::waiting::waiting;
 
 pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let loaded = load(args, nesting)?;
     let mechanism = derive(&loaded.source, loaded.model)?;
-    let start = mechanism.start().map_err(|rejected| loaded.source.rejected(rejected.0))?;
+    let start = waiting("looking for the start", || mechanism.start());
+    let start = start.map_err(|rejected| loaded.source.rejected(rejected.0))?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
     let mut warnings = mechanism.warnings_of(&start, &found, loaded.warnings);
     warnings.extend(diagnose_singular_start(&mechanism, &start));

@@ -15,6 +15,7 @@ use crate::exit::{Failure, Status};
 use crate::output::{self, table};
 use crate::render;
 use crate::source::{derive, load, load_geometry};
+use crate::waiting::waiting;
 
 pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let loaded = match load(args, nesting) {
@@ -44,7 +45,7 @@ pub(crate) fn at_start(
     mechanism: &Mechanism,
     read: Vec<Diagnostic>,
 ) -> Result<(Mobility, Vec<Diagnostic>), Rejected> {
-    let start = mechanism.start()?;
+    let start = waiting("looking for the start", || mechanism.start())?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
     let mut warnings = mechanism.warnings_of(&start, &found, read);
     warnings.extend(diagnose_singular_start(mechanism, &start));

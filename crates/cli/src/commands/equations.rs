@@ -15,6 +15,7 @@ use crate::exit::{Failure, Status};
 use crate::output;
 use crate::render;
 use crate::source::{derive, load};
+use crate::waiting::waiting;
 
 /// Characters of a line where there is no terminal to ask.
 const WIDTH: usize = 100;
@@ -29,11 +30,14 @@ pub(crate) fn run(args: &Equations, as_json: bool, nesting: usize) -> Result<Sta
     let loaded = load(&args.model, nesting)?;
     let mechanism = derive(&loaded.source, loaded.model)?;
     let Mechanism { model, system, compiled, .. } = &mechanism;
-    let form = match args.groups {
-        Switch::On => ReadingForm::grouped(model, system),
-        Switch::Off => ReadingForm::plain(model, system),
-    };
-    let proof = proof(model, system, &form);
+    let (form, proof) = waiting("writing the equations", || {
+        let form = match args.groups {
+            Switch::On => ReadingForm::grouped(model, system),
+            Switch::Off => ReadingForm::plain(model, system),
+        };
+        let proof = proof(model, system, &form);
+        (form, proof)
+    });
     if as_json {
         let mut body = describe::equations(&mechanism, &form, &proof);
         body["diagnostics"] = render::json_all(&loaded.source, &loaded.warnings);

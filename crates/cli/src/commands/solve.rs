@@ -42,6 +42,7 @@ use crate::output_file::{OutputFile, Written, check_ending, is_same_file};
 use crate::progress::{Progress, StopWish};
 use crate::render;
 use crate::source::{Text, derive, load};
+use crate::waiting::waiting;
 
 /// The option of a log without the channels of other programs.
 const OWN_CHANNELS: [&str; 2] = ["channels", "own"];
@@ -209,7 +210,7 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
     times.compile = clock.lap();
 
     // The start, and what is known about it.
-    let start = simulation.start().map_err(rejected)?;
+    let start = waiting("looking for the start", || simulation.start()).map_err(rejected)?;
     simulation.check_first_sample(&start).map_err(rejected)?;
     let sensitive = mechanism.all_sensitive(&args.sensitivity).map_err(rejected)?;
     let plan = (!sensitive.is_empty()).then(|| simulation.plan_sensitivities(&start, &sensitive));

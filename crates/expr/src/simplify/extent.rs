@@ -17,6 +17,11 @@ impl Pool {
     /// assert_eq!(terms("(a + b)^3/(c + d)"), 8);
     /// ```
     pub fn multiplied_out(&self, e: Expr) -> u64 {
+        self.terms_of_parts(e).pop().unwrap_or(0)
+    }
+
+    /// The same of every part of `e`, which comes last.
+    fn terms_of_parts(&self, e: Expr) -> Vec<u64> {
         let sweep = self.sweep(&[e]);
         let mut terms: Vec<u64> = Vec::with_capacity(sweep.steps.len());
         for step in &sweep.steps {
@@ -28,7 +33,7 @@ impl Pool {
                 _ => 1,
             });
         }
-        terms[sweep.roots[0]]
+        terms
     }
 
     /// Terms of a power whose base has `n_base` terms; one that is no power of a natural number stays a factor.
@@ -40,9 +45,11 @@ impl Pool {
         }
     }
 
-    /// The cheapest form of `e` as by [`Pool::simplify`], if it has at most `max_terms` terms multiplied out; else `e`.
+    /// The cheapest form of `e` as by [`Pool::simplify`], if it has at most `max_terms` terms multiplied out, and so has
+    /// every divisor and argument in it; else `e`.
     #[must_use]
     pub fn simplify_up_to(&self, e: Expr, max_terms: u64) -> Expr {
-        if self.multiplied_out(e) <= max_terms { self.simplify(e) } else { e }
+        let is_short = self.terms_of_parts(e).iter().all(|&n| n <= max_terms);
+        if is_short { self.simplify(e) } else { e }
     }
 }

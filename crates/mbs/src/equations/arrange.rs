@@ -6,6 +6,7 @@
 
 use bksim_expr::{Expr, Pool};
 
+use crate::assemble::constraint_jacobian;
 use crate::coordinate::CoordinateKind;
 use crate::system::SymbolicSystem;
 use bksim_model::Model;
@@ -62,6 +63,22 @@ impl Part {
     }
 }
 
+/// The system with its rows folded, and G from these: long rows run as they are.
+pub(super) fn to_be_read(model: &Model, system: &SymbolicSystem) -> SymbolicSystem {
+    let pool = &model.pool;
+    let mut system = system.clone();
+    for constraint in &mut system.constraints {
+        constraint.expression = pool.simplify(constraint.expression);
+    }
+    let rows = (system.constraints.as_slice(), u64::MAX);
+    let mut slopes = constraint_jacobian(model, &system.tree, &system.kinematics, rows);
+    for slope in slopes.entries_mut() {
+        *slope = pool.simplify(*slope);
+    }
+    system.constraint_jacobian = slopes;
+    system
+}
+
 /// The parts of the i-th equation that are not zero.
 pub(super) fn lagrange_parts(model: &Model, system: &SymbolicSystem, i: usize) -> Vec<Part> {
     let pool = &model.pool;
@@ -76,8 +93,7 @@ pub(super) fn lagrange_parts(model: &Model, system: &SymbolicSystem, i: usize) -
     ];
     let multiplier = |k: usize| pool.symbol_expr(system.constraints[k].lambda);
     let forces = system.constraint_jacobian.column(i);
-    // Long slopes run as they are; to be read, they are folded.
-    let forces = forces.map(|(k, g)| part(Kind::Constraint, multiplier(k), pool.simplify(g)));
+    let forces = forces.map(|(k, g)| part(Kind::Constraint, multiplier(k), g));
     let parts = inertia.chain(others).chain(forces);
     parts.filter(|part| !pool.is_zero(part.sum[0])).collect()
 }

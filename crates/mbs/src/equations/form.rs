@@ -2,7 +2,7 @@
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
-use super::arrange::{Part, kinetic_parts, lagrange_parts, recursive_parts};
+use super::arrange::{Part, kinetic_parts, lagrange_parts, recursive_parts, to_be_read};
 use super::constants::Group;
 use super::trailing;
 use crate::force::Loads;
@@ -33,9 +33,10 @@ impl ReadingForm {
     /// The equations without named constants. Those of a recursion have names for its vectors: written
     /// out, they would be of exponential length.
     pub fn plain(model: &Model, system: &SymbolicSystem) -> Self {
+        let system = to_be_read(model, system);
         match system.derivation {
-            Derivation::Lagrange => Self::solved(model, system),
-            Derivation::Recursion => Self::recursive(model, system),
+            Derivation::Lagrange => Self::solved(model, &system),
+            Derivation::Recursion => Self::recursive(model, &system),
         }
     }
 

@@ -11,6 +11,7 @@
 use bksim_expr::{Expr, Number, SymbolId};
 use bksim_model::{BodyId, JointKind, Model, MotionKind, Space, Vector};
 
+use super::arrange::to_be_read;
 use crate::constraint::Source;
 use crate::force::Wrench;
 use crate::inertia::central_inertia;
@@ -30,6 +31,7 @@ pub struct Level {
 /// The velocity and the acceleration equations of the rows that always hold.
 pub fn levels(model: &Model, system: &SymbolicSystem) -> [Level; 2] {
     let pool = &model.pool;
+    let system = &to_be_read(model, system);
     let rows = |of: &dyn Fn(usize) -> Expr| {
         let row = |k: usize| (pool.symbol_expr(system.constraints[k].lambda), pool.simplify(of(k)));
         (0..system.n_bilateral()).map(row).collect()

@@ -6,6 +6,7 @@
 
 use bksim_expr::{Certificate, Expr, Operations, Pool, SymbolId};
 
+use super::arrange::to_be_read;
 use super::derivation::{UnsimplifiedEquations, derive};
 use super::form::ReadingForm;
 use crate::system::SymbolicSystem;
@@ -55,7 +56,7 @@ impl Counts {
 /// Compares and counts the equations of `system`, shown in the given form.
 pub fn proof(model: &Model, system: &SymbolicSystem, shown: &ReadingForm) -> Proof {
     let pool = &model.pool;
-    let plain = ReadingForm::solved(model, system);
+    let plain = ReadingForm::solved(model, &to_be_read(model, system));
     let UnsimplifiedEquations { kinetic_energy, potential_energy, left_sides, constraints } =
         derive(model, system);
     let derived: Vec<Expr> = left_sides.into_iter().chain(constraints).collect();

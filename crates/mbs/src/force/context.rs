@@ -3,7 +3,7 @@
 use bksim_expr::{Expr, Pool, SymbolId};
 
 use super::Wrench;
-use crate::folding::MAX_TERMS_OF_SQUARE;
+use crate::folding::short;
 use crate::kinematics::Kinematics;
 use crate::spatial;
 use bksim_model::{Anchor, Model, Vector};
@@ -29,8 +29,7 @@ impl Context<'_> {
     pub(super) fn line(&self, ends: [Anchor; 2]) -> (Expr, Vector) {
         let pool = self.pool;
         let d = self.vector(ends);
-        let distance =
-            pool.sqrt(pool.simplify_up_to(spatial::dot(pool, &d, &d), MAX_TERMS_OF_SQUARE));
+        let distance = pool.sqrt(short(pool, spatial::dot(pool, &d, &d)));
         (distance, spatial::scale(pool, pool.div(pool.one(), distance), &d))
     }
 

@@ -4,6 +4,7 @@ use bksim_expr::Expr;
 
 use super::context::Context;
 use super::{Action, AlongLine};
+use crate::folding::short;
 use crate::spatial;
 use bksim_model::{Anchor, Vector};
 
@@ -51,7 +52,7 @@ fn of_no_length(
 ) -> Action {
     let Context { pool, kinematics, .. } = *context;
     let d = context.vector(ends);
-    let square = pool.simplify(spatial::dot(pool, &d, &d));
+    let square = short(pool, spatial::dot(pool, &d, &d));
     let potential = has_potential.then(|| pool.product([pool.rational(1, 2), stiffness, square]));
     let elastic = context.pull_together(ends, &spatial::scale(pool, stiffness, &d));
     if pool.is_zero(damping) {

@@ -4,6 +4,7 @@
 use bksim_expr::Pool;
 
 use super::{JointWrench, Motion, Row, Sides};
+use crate::folding::short;
 use crate::spatial::{self, Rotation, z_axis};
 use bksim_model::{Joint, Vector};
 
@@ -30,6 +31,6 @@ pub(super) fn left(pool: &Pool, joint: &Joint, sides: &Sides) -> Vector {
     let normal = sides.predecessor.rotation.apply(pool, &z_axis(pool));
     let blade = sides.successor.rotation.apply(pool, &joint.axis);
     let left = spatial::cross(pool, &normal, &blade);
-    let length = pool.simplify(pool.sqrt(spatial::dot(pool, &left, &left)));
+    let length = short(pool, pool.sqrt(spatial::dot(pool, &left, &left)));
     spatial::scale(pool, pool.div(pool.one(), length), &left)
 }

@@ -40,6 +40,7 @@ pub(crate) use line_on_curve::Face;
 
 use bksim_expr::{Expr, Pool};
 
+use crate::folding::{is_nothing, short};
 use crate::pose::Pose;
 use crate::spatial::{self, Rotation};
 use bksim_model::{Joint, JointKind, MotionKind, Vector};
@@ -213,7 +214,7 @@ pub fn fixed_turn(pool: &Pool, joint: &Joint) -> Rotation {
 pub fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
     let mut rows = (Mechanics::of(joint).constraint_rows)(pool, joint, sides);
     let is_of_rates = |row: &Row| OF_RATES.contains(&row.direction);
-    rows.retain(|row| is_of_rates(row) || !pool.is_zero(pool.simplify(row.expression)));
+    rows.retain(|row| is_of_rates(row) || !is_nothing(pool, row.expression));
     rows
 }
 
@@ -236,7 +237,7 @@ pub fn alignments(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
         let square = spatial::dot(pool, axis, axis);
         pool.div(spatial::dot(pool, axis, &relative.apply(pool, axis)), square)
     };
-    let cosines = axes.iter().map(|axis| pool.simplify(cosine(axis)));
+    let cosines = axes.iter().map(|axis| short(pool, cosine(axis)));
     cosines.filter(|&cosine| cosine != pool.one()).collect()
 }
 

@@ -14,6 +14,7 @@ use crate::args::analysis::Bode as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
 use crate::source::load;
+use crate::waiting::waiting;
 
 /// Asks, writes the table or what `draw` makes of the response, and prints the answer.
 ///
@@ -33,7 +34,8 @@ pub fn run(
     let channels =
         Channels { inputs: args.input.clone(), outputs: args.output.clone(), states: Vec::new() };
     let frequencies = args.omega.as_deref().map(frequencies).transpose().map_err(&failed)?;
-    let found = bode(model, args.at, &channels, frequencies).map_err(&failed)?;
+    let found = || bode(model, args.at, &channels, frequencies);
+    let found = waiting("computing responses", found).map_err(&failed)?;
     let n_curves = counted(2 * found.transfers.len(), "curve", "curves");
     let picture =
         draw.map(|draw| Ok::<_, Failure>((draw(&name, &found)?, n_curves))).transpose()?;

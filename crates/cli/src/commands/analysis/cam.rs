@@ -14,6 +14,7 @@ use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
 use crate::output_file::OutputFile;
 use crate::source::load_geometry;
+use crate::waiting::waiting;
 
 const COMMAND: &str = "cam";
 
@@ -45,7 +46,7 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
         ));
     }
     let request = CamRequest { curve: args.curve.clone(), n_rows: usize::from(args.rows), cutter };
-    let report = cam(&model, &request).map_err(&failed)?;
+    let report = waiting("examining the cam", || cam(&model, &request)).map_err(&failed)?;
     let content = file.map(|(file, kind)| content(&report, file, kind)).transpose()?;
     let warnings: Vec<_> = loaded.warnings.into_iter().chain(report.warnings.clone()).collect();
     let answer = (COMMAND, told_json(&report), told(&model.name, &report));

@@ -10,6 +10,7 @@ use super::answer::{Answer, Asked, asked_geometry, failed, lines, shown};
 use crate::args::analysis::Curves as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
+use crate::waiting::waiting;
 
 const COMMAND: &str = "curves";
 
@@ -20,9 +21,11 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     let name = model.name.clone();
     let answer = if args.workspace.is_empty() {
         let request = request(&args.point, &args.centrode, &args.swept, args.all);
-        told(&name, &curves(model, &request).map_err(&failed)?)
+        let found = waiting("tracing curves", || curves(model, &request));
+        told(&name, &found.map_err(&failed)?)
     } else {
-        told_workspaces(&name, &workspaces(model, &args.workspace).map_err(&failed)?)
+        let found = waiting("tracing workspaces", || workspaces(model, &args.workspace));
+        told_workspaces(&name, &found.map_err(&failed)?)
     };
     Asked::answer(&source, &warnings, file, answer, as_json)
 }

@@ -11,6 +11,10 @@ use crate::args::analysis::Doctor as Args;
 use crate::exit::{Failure, Status};
 use crate::output::counted;
 use crate::source::load_geometry;
+use crate::waiting::waiting;
+
+/// The work of this command, for those who wait.
+const COUNTING: &str = "looking for free motions";
 
 /// Asks, writes the table or what `draw` makes of the motions and conditions, and prints the answer.
 ///
@@ -31,18 +35,20 @@ pub fn run(
     let failed = failed(&source);
     let singular = match &args.drive {
         Some(drive) => {
-            let poses = singular_poses(model.snapshot().to_model(), drive).map_err(&failed)?;
+            let poses = || singular_poses(model.snapshot().to_model(), drive);
+            let poses = waiting("looking for singular poses", poses).map_err(&failed)?;
             Some((drive.as_str(), poses))
         }
         None => None,
     };
     let (found, picture) = match draw {
         Some(draw) => {
-            let (found, panels) = doctor_panels(model).map_err(&failed)?;
+            let found = waiting(COUNTING, || doctor_panels(model));
+            let (found, panels) = found.map_err(&failed)?;
             let n = panels.panels.len();
             (found, Some((draw(&name, &panels)?, counted(n, "picture", "pictures"))))
         }
-        None => (doctor(model).map_err(&failed)?, None),
+        None => (waiting(COUNTING, || doctor(model)).map_err(&failed)?, None),
     };
     let singular = singular.as_ref().map(|(drive, poses)| (*drive, poses.as_slice()));
     Asked::drawn(&source, &warnings, (file, picture), told(&name, &found, singular), as_json)

@@ -22,6 +22,7 @@ use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
 use crate::source::logged::{is_log, measured};
 use crate::source::{Text, load, read_bytes};
+use crate::waiting::waiting;
 
 /// Number of times where none is given.
 const N_TIMES: usize = 101;
@@ -64,7 +65,8 @@ pub fn run(
         limits: limits(&args.limit).map_err(&failed)?,
         curves: read_curves(&source, &model, &args.curve)?,
     };
-    let found = inverse(model, &motions, &times, &actuators).map_err(&failed)?;
+    let found = || inverse(model, &motions, &times, &actuators);
+    let found = waiting("computing efforts", found).map_err(&failed)?;
     let what = "efforts over speeds".to_owned();
     let picture = draw.map(|draw| Ok::<_, Failure>((draw(&name, &found)?, what))).transpose()?;
     Asked::drawn(&source, &warnings, (file, picture), told(&name, &found), as_json)

@@ -20,8 +20,12 @@ use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
 use crate::render;
 use crate::source::load_geometry;
+use crate::waiting::waiting;
 
 const COMMAND: &str = "kinematics";
+
+/// The search for assemblies, for those who wait.
+const CLOSING: &str = "looking for assemblies";
 
 /// Asks, writes the table or what `draw` makes of the assemblies, and prints the answer.
 ///
@@ -42,21 +46,24 @@ pub fn run(
     let name = model.name.clone();
     let mut picture = None;
     let answer = if let (true, Some(draw)) = (args.assemblies, draw) {
-        let (found, panels) = assembly_panels(model).map_err(&failed)?;
+        let found = waiting(CLOSING, || assembly_panels(model));
+        let (found, panels) = found.map_err(&failed)?;
         picture =
             Some((draw(&name, &panels)?, counted(panels.panels.len(), "assembly", "assemblies")));
         told_assemblies(&name, &found)
     } else if args.assemblies {
-        told_assemblies(&name, &assemblies(model).map_err(&failed)?)
+        told_assemblies(&name, &waiting(CLOSING, || assemblies(model)).map_err(&failed)?)
     } else if !args.solve.is_empty() {
-        told_closing(&name, &closing(model, &args.solve).map_err(&failed)?)
+        let found = waiting(CLOSING, || closing(model, &args.solve));
+        told_closing(&name, &found.map_err(&failed)?)
     } else if args.limits {
         let request = LimitsRequest {
             drive: args.drive.first().map(|(name, _)| name.clone()),
             outputs: args.of.clone(),
             all_assemblies: args.all,
         };
-        told_limits(&name, &limits(model, &request).map_err(&failed)?)
+        let found = waiting("looking for limits", || limits(model, &request));
+        told_limits(&name, &found.map_err(&failed)?)
     } else {
         let rates = [args.rate.as_slice(), &args.acceleration];
         let prescribed = prescribed(&model, &args.drive, rates, args.through).map_err(&failed)?;
@@ -66,7 +73,8 @@ pub fn run(
                 "write `--drive crank.angle=\"0:360 deg:361\"`, `--limits` or `--assemblies`";
             return Err(Failure::usage("nothing is asked for", help));
         };
-        let found = kinematics_along(model, &prescribed, args.branch).map_err(&failed)?;
+        let found = || kinematics_along(model, &prescribed, args.branch);
+        let found = waiting("computing positions", found).map_err(&failed)?;
         if let Some(at) = &found.stopped {
             let values = reached(&args.drive, at);
             render::warning(&format!("the range goes no further than {values}: a dead point"));

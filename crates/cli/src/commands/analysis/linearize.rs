@@ -14,6 +14,7 @@ use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
 use crate::output_file::check_ending;
 use crate::source::load;
+use crate::waiting::waiting;
 
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     // Matrices of NumPy and MATLAB, or the table.
@@ -28,10 +29,12 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
         states: args.state.clone(),
     };
     let twin = args.letters.then(|| model.snapshot());
-    let found = linearize(model, args.at, &channels).map_err(failed(&source))?;
+    let found = waiting("linearizing", || linearize(model, args.at, &channels));
+    let found = found.map_err(failed(&source))?;
     let mut answer = told(&name, &text_units(), &found);
     if let Some(twin) = twin {
-        let written = letters(twin.to_model(), &channels).map_err(failed(&source))?;
+        let written = || letters(twin.to_model(), &channels);
+        let written = waiting("linearizing in letters", written).map_err(failed(&source))?;
         add_letters(&mut answer, written.as_ref());
     }
     let ending = file.as_ref().and_then(|file| file.path().extension()?.to_str());

@@ -11,11 +11,12 @@ use super::statics::held;
 use crate::args::analysis::Modes as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
+use crate::waiting::waiting;
 
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
     let name = model.name.clone();
-    let found = modes(model, args.at).map_err(failed(&source))?;
+    let found = waiting("computing modes", || modes(model, args.at)).map_err(failed(&source))?;
     let units = text_units();
     Asked::answer(&source, &warnings, file, told(&name, &units, &found), as_json)
 }

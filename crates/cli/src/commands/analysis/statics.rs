@@ -13,6 +13,7 @@ use super::state::{branches, branches_json, word};
 use crate::args::analysis::Static as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
+use crate::waiting::waiting;
 
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let (source, mut model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
@@ -21,12 +22,15 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     model.compliances = compliances(&model, &args.compliance.compliance).map_err(&failed)?;
     let answer = if let Some((parameter, values)) = &args.over {
         let range = range(&model, parameter, values).map_err(&failed)?;
-        told_over(&name, &statics_over(model, (parameter, range), &args.by).map_err(&failed)?)
+        let found = || statics_over(model, (parameter, range), &args.by);
+        told_over(&name, &waiting("following equilibria", found).map_err(&failed)?)
     } else if !args.solve.is_empty() {
-        told_balanced(&name, &balanced(model, &args.solve, &args.by).map_err(&failed)?)
+        let found = || balanced(model, &args.solve, &args.by);
+        told_balanced(&name, &waiting("balancing", found).map_err(&failed)?)
     } else {
         let bounds = bounds(&model, &args.bound).map_err(&failed)?;
-        told(&name, &statics(model, &args.by, &bounds).map_err(&failed)?)
+        let found = || statics(model, &args.by, &bounds);
+        told(&name, &waiting("looking for equilibria", found).map_err(&failed)?)
     };
     Asked::answer(&source, &warnings, file, answer, as_json)
 }
