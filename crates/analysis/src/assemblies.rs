@@ -78,6 +78,10 @@ pub(crate) fn assemblies_of(positions: &Positions) -> Result<Assemblies, Analysi
     let mut n_moving = 0;
     if proof.is_none() {
         found.truncate(1);
+    }
+    // Ways that paths found are not lost where there may be more.
+    let proof = proof.filter(Proof::is_complete);
+    if proof.is_none() {
         n_moving = search(positions, &mut rows, &u, &start, &mut found)?;
     }
 

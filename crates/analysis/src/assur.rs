@@ -3,6 +3,7 @@
 //! ```text
 //! dyad    two parts, three pairs       closed form, two ways or none
 //! triad   a platform on three legs     roots of a polynomial in e^(iθ) on the unit circle, at most six
+//! larger  any other parts               ends of paths in complex numbers, as many as ranks allow
 //! single  one part, two pairs          redundant: it closes or it does not
 //! ```
 //!
@@ -15,6 +16,7 @@
 
 mod dyad;
 mod four_bar;
+mod larger;
 mod laurent;
 mod order;
 mod place;
@@ -34,6 +36,7 @@ use crate::scalar::Scalars;
 
 pub(crate) use self::four_bar::four_bars;
 pub use self::four_bar::{BarkerType, FourBar, Rotatability, SliderCrank};
+pub use self::larger::Solution;
 pub use self::laurent::Root;
 
 /// The proof that a linkage has these assemblies and no others.
@@ -43,6 +46,8 @@ pub struct Proof {
     pub dyads: Vec<Dyad>,
     /// Platforms with three legs, in the order in which they close.
     pub triads: Vec<Triad>,
+    /// Other groups, in the order in which they close.
+    pub larger: Vec<Larger>,
     /// Number of assemblies.
     pub n: usize,
     /// Conditions more than needed: what they ask for holds to rounding in every assembly.
@@ -79,6 +84,31 @@ pub struct Triad {
     /// For each way in which what comes before stands all roots of the polynomial in e^(iθ), θ being the turn of the
     /// platform from its pose in the start.
     pub solved: Vec<Vec<Root>>,
+}
+
+/// Parts that close together and are neither a dyad nor a triad.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Larger {
+    /// Names of its bodies, or of the joints that parts without one belong to.
+    pub bodies: Vec<String>,
+    /// For each way in which what comes before stands the largest number of isolated closures in complex numbers.
+    pub bounds: Vec<u64>,
+    /// For each way all closures in complex numbers.
+    pub solved: Vec<Vec<Solution>>,
+}
+
+impl Proof {
+    /// True where no group can have more closures than were found.
+    pub(crate) fn is_complete(&self) -> bool {
+        let is_all = |group: &Larger| {
+            group
+                .bounds
+                .iter()
+                .zip(&group.solved)
+                .all(|(bound, found)| found.len() as u64 == *bound)
+        };
+        self.larger.iter().all(is_all)
+    }
 }
 
 /// 1 − |c|, or a miss, from one that rounding can make.
@@ -135,15 +165,20 @@ impl Apart {
         let mut standing = vec![None; self.structure.n_parts];
         standing[self.root] = Some(Place::START);
         let mut ways = vec![standing];
-        let mut n_triads = 0;
+        let (mut n_triads, mut n_larger) = (0, 0);
         for step in &self.steps {
             let mut next = Vec::new();
-            let triad = matches!(step.group, Group::Triad { .. }).then(|| {
-                n_triads += 1;
-                n_triads - 1
-            });
+            // The number of the group among those of its kind.
+            let kind = match step.group {
+                Group::Triad { .. } => &mut n_triads,
+                _ => &mut n_larger,
+            };
+            let number = *kind;
+            if let Group::Triad { .. } | Group::Larger { .. } = step.group {
+                *kind += 1;
+            }
             for way in &ways {
-                match self.closed(step, triad, way, &mut proof) {
+                match self.closed(step, number, way, &mut proof) {
                     Outcome::Ways(more) => next.extend(more),
                     Outcome::Undecided => return None,
                 }
@@ -163,7 +198,7 @@ impl Apart {
     fn closed(
         &self,
         step: &Step,
-        triad: Option<usize>,
+        number: usize,
         way: &[Option<Place>],
         proof: &mut Proof,
     ) -> Outcome {
@@ -195,10 +230,16 @@ impl Apart {
                 else {
                     return Outcome::Undecided;
                 };
-                if let Some(triad) = triad {
-                    proof.triads[triad].solved.push(roots);
-                }
+                proof.triads[number].solved.push(roots);
                 ways
+            }
+            Group::Larger { parts } => {
+                let Some(closed) = larger::closures(structure, parts, way, self.size) else {
+                    return Outcome::Undecided;
+                };
+                proof.larger[number].bounds.push(closed.bound);
+                proof.larger[number].solved.push(closed.solutions);
+                closed.ways
             }
         };
         let mut next = Vec::new();
@@ -233,7 +274,7 @@ impl Apart {
         let structure = &self.structure;
         let part = |part: usize| structure.name(model, part);
         let joint = |pair| structure.joint_name(model, pair);
-        let (mut dyads, mut triads) = (Vec::new(), Vec::new());
+        let (mut dyads, mut triads, mut larger) = (Vec::new(), Vec::new(), Vec::new());
         for step in &self.steps {
             match &step.group {
                 Group::Dyad { parts, pairs } => dyads.push(Dyad {
@@ -248,11 +289,17 @@ impl Apart {
                     joints: legs.map(|leg| [joint(leg.standing), joint(leg.platform)]),
                     solved: Vec::new(),
                 }),
+                Group::Larger { parts } => larger.push(Larger {
+                    bodies: parts.iter().map(|of| part(*of)).collect(),
+                    bounds: Vec::new(),
+                    solved: Vec::new(),
+                }),
                 Group::Turned { .. } | Group::Single { .. } => {}
             }
         }
         let n_redundant = self.steps.iter().map(|step| step.n_redundant).sum();
-        Proof { dyads, triads, n: 0, n_redundant, margin: f64::INFINITY, refuted_by: None }
+        let margin = f64::INFINITY;
+        Proof { dyads, triads, larger, n: 0, n_redundant, margin, refuted_by: None }
     }
 
     /// True where the coordinates show these places.

@@ -101,7 +101,9 @@ mod workspace;
 pub use about::About;
 pub use actuation::EffortLimit;
 pub use assemblies::{Assemblies, Assembly, assemblies};
-pub use assur::{BarkerType, Dyad, FourBar, Proof, Root, Rotatability, SliderCrank, Triad};
+pub use assur::{
+    BarkerType, Dyad, FourBar, Larger, Proof, Root, Rotatability, SliderCrank, Solution, Triad,
+};
 pub use balancing::{Balanced, balanced};
 pub use bode::{Frequencies, Response, Transfer, bode};
 pub use branches::PointKind;

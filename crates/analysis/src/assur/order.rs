@@ -1,5 +1,7 @@
 //! The order in which a linkage closes, group by group, from a part that stands.
 
+use std::collections::BTreeSet;
+
 use super::structure::{Pair, Structure};
 
 /// A group with what it closes beyond need.
@@ -21,6 +23,8 @@ pub(super) enum Group {
     Dyad { parts: [usize; 2], pairs: [Pair; 3] },
     /// A platform on three legs.
     Triad { platform: usize, legs: [Leg; 3] },
+    /// Parts that close together in another way.
+    Larger { parts: Vec<usize> },
 }
 
 /// A leg of a platform, with its pairs.
@@ -50,6 +54,7 @@ impl Step {
             Group::Triad { platform, legs } => {
                 std::iter::once(*platform).chain(legs.map(|leg| leg.part)).collect()
             }
+            Group::Larger { parts } => parts.clone(),
         }
     }
 }
@@ -58,23 +63,32 @@ impl Step {
 pub(super) fn steps(structure: &Structure) -> Option<(usize, Vec<Step>)> {
     // Angles are held against the ground.
     let n_roots = if structure.angles.is_empty() { structure.n_parts } else { 1 };
-    (0..n_roots).find_map(|root| Some((root, Taking::from(structure, root).all()?)))
+    let all = |largest: usize| {
+        (0..n_roots).find_map(|root| Some((root, Taking::from(structure, root, largest).all()?)))
+    };
+    // Closed forms first, then the smallest groups that lead to all.
+    [0, 4, 6, 8, 10, MOST_PARTS].into_iter().find_map(all)
 }
+
+/// Most parts of a group.
+const MOST_PARTS: usize = 12;
 
 /// A structure that is being taken apart.
 struct Taking<'a> {
     structure: &'a Structure,
     stands: Vec<bool>,
     angles: Vec<usize>,
+    /// Most parts of a group that is no dyad or triad.
+    largest: usize,
 }
 
 impl<'a> Taking<'a> {
-    fn from(structure: &'a Structure, root: usize) -> Self {
+    fn from(structure: &'a Structure, root: usize, largest: usize) -> Self {
         let mut stands = vec![false; structure.n_parts];
         stands[root] = true;
         // The angle of what stands is known.
         let angles = structure.angles.iter().copied().filter(|part| *part != root).collect();
-        Self { structure, stands, angles }
+        Self { structure, stands, angles, largest }
     }
 
     fn all(mut self) -> Option<Vec<Step>> {
@@ -82,15 +96,18 @@ impl<'a> Taking<'a> {
         while self.stands.contains(&false) {
             let mut group = self.turned().or_else(|| self.single());
             group = group.or_else(|| self.dyad()).or_else(|| self.triad());
+            group = group.or_else(|| self.larger());
             let mut step = Step { group: group?, n_redundant: 0 };
             let before = self.n_conditions();
             for part in step.parts() {
                 self.stands[part] = true;
             }
             let mut n_closed = self.n_conditions() - before;
-            if let Group::Turned { part, .. } = step.group {
-                self.angles.retain(|of| *of != part);
-                n_closed += 1;
+            if let Group::Turned { .. } | Group::Larger { .. } = step.group {
+                let parts = step.parts();
+                let n_angles = self.angles.len();
+                self.angles.retain(|of| !parts.contains(of));
+                n_closed += n_angles - self.angles.len();
             }
             step.n_redundant = n_closed - 3 * step.parts().len();
             steps.push(step);
@@ -187,5 +204,55 @@ impl<'a> Taking<'a> {
             let legs: Vec<Leg> = legs.take(3).collect();
             Some(Group::Triad { platform, legs: legs.try_into().ok()? })
         })
+    }
+
+    /// The smallest parts that hang together and have as many conditions as freedoms.
+    fn larger(&self) -> Option<Group> {
+        /// Sets of one size that are looked at.
+        const MOST_SETS: usize = 30_000;
+        let free: Vec<usize> = self.free().collect();
+        if free.len() > 64 || self.largest == 0 {
+            return None;
+        }
+        let members = |set: u64| (0..free.len()).filter(move |k| set >> k & 1 == 1);
+        let parts = |set: u64| members(set).map(|k| free[k]).collect::<Vec<usize>>();
+        let neighbours: Vec<u64> = free
+            .iter()
+            .map(|&a| {
+                let is_next = |k: &usize| free[*k] != a && !self.between(a, free[*k]).is_empty();
+                (0..free.len()).filter(is_next).fold(0, |set, k| set | 1 << k)
+            })
+            .collect();
+        let mut sets: BTreeSet<u64> = (0..free.len()).map(|k| 1 << k).collect();
+        for _ in 1..self.largest {
+            let around = |&set: &u64| {
+                let next = members(set).fold(0, |all, k| all | neighbours[k]) & !set;
+                (0..free.len()).filter(move |k| next >> k & 1 == 1).map(move |k| set | 1 << k)
+            };
+            sets = sets.iter().flat_map(around).collect();
+            if sets.len() > MOST_SETS {
+                return None;
+            }
+            if let Some(found) = sets.iter().find(|&&set| self.is_closed(&parts(set))) {
+                return Some(Group::Larger { parts: parts(*found) });
+            }
+        }
+        None
+    }
+
+    /// True of parts with three conditions each.
+    fn is_closed(&self, parts: &[usize]) -> bool {
+        let here = |part: usize| self.stands[part] || parts.contains(&part);
+        let of_pin = |pin: &super::structure::Pin| {
+            let count = |is: &dyn Fn(usize) -> bool| pin.on.iter().filter(|(p, _)| is(*p)).count();
+            count(&here).saturating_sub(1) - count(&|p| self.stands[p]).saturating_sub(1)
+        };
+        let slides = self.structure.slides.iter();
+        let closed = slides.filter(|slide| {
+            slide.parts.iter().all(|p| here(*p)) && slide.parts.iter().any(|p| parts.contains(p))
+        });
+        let n_held = self.angles.iter().filter(|part| parts.contains(part)).count();
+        let n_pairs = self.structure.pins.iter().map(of_pin).sum::<usize>() + closed.count();
+        2 * n_pairs + n_held == 3 * parts.len()
     }
 }

@@ -1,8 +1,9 @@
 //! `bksim kinematics`: positions with their rates over a range, limits, assemblies.
 
 use bksim::analysis::{
-    AnalysisError, Closing, Drive, Dyad, Kinematics, LimitsRequest, Prescribed, Proof, Range, Root,
-    Table, Triad, assemblies, assembly_panels, closing, kinematics_along, limits, quantity,
+    AnalysisError, Closing, Drive, Dyad, Kinematics, Larger, LimitsRequest, Prescribed, Proof,
+    Range, Root, Solution, Table, Triad, assemblies, assembly_panels, closing, kinematics_along,
+    limits, quantity,
 };
 use bksim::expr::PoolSnapshot;
 use bksim::model::Model;
@@ -262,7 +263,13 @@ fn proof_json(proof: &Proof) -> Value {
             "roots": solved.collect::<Vec<_>>(),
         })
     };
+    let solution = |found: &Solution| json!({ "turns": found.turns, "radius": found.radius, "assembly": found.is_assembly });
+    let larger = |group: &Larger| {
+        let solved = group.solved.iter().map(|all| all.iter().map(solution).collect::<Vec<_>>());
+        json!({ "bodies": group.bodies, "bounds": group.bounds, "solutions": solved.collect::<Vec<_>>() })
+    };
     json!({
+        "larger": proof.larger.iter().map(larger).collect::<Vec<_>>(),
         "dyads": proof.dyads.iter().map(dyad).collect::<Vec<_>>(),
         "triads": proof.triads.iter().map(triad).collect::<Vec<_>>(),
         "n": proof.n,
