@@ -30,5 +30,5 @@ pub use data::DataFile;
 pub use error::DesignError;
 pub use fit::{Curve, Fit, FitWish, Unidentifiable, Unknown, fit};
 pub use optimize::{ConditionAt, OptimizeWish, Optimized, Optimum, optimize};
-pub use synthesis::{Candidate, Synthesis, synthesize};
+pub use synthesis::{Candidate, Synthesis, general_solutions, synthesize};
 pub use tolerance::{Band, Contributor, PoseTolerance, Tolerance, ToleranceWish, tolerance};

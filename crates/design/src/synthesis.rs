@@ -1,10 +1,12 @@
-//! Linkages from what they are to do: functions, poses, cognates, quick returns, straight lines.
+//! Linkages from what they are to do: functions, poses, paths, cognates, quick returns, straight lines.
 //!
 //! Each task is a table `[synthesize]`; each linkage that is found is checked and is the text of a model that solves.
 
 mod four_bar;
 mod function;
 mod lines;
+mod nine_points;
+mod path;
 mod polynomial;
 mod poses;
 mod quick_return;
@@ -17,6 +19,8 @@ use crate::base::Quantity;
 use crate::codes;
 use crate::error::DesignError;
 use crate::spec::{Written, section};
+
+pub use nine_points::general_solutions;
 
 /// A linkage that does a task.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
@@ -54,12 +58,13 @@ type Point = [f64; 2];
 enum Task {
     Function(function::Wish),
     Poses(poses::Wish),
+    Path(path::Wish),
     Cognates(four_bar::CognateWish),
     QuickReturn(quick_return::Wish),
     StraightLine(lines::Wish),
 }
 
-const EXAMPLE: &str = "write a table `[synthesize]` with `task = \"function\"`, `\"poses\"`, `\"cognates\"`, `\"quick_return\"` or `\"straight_line\"`; docs/design.md has the keys of each";
+const EXAMPLE: &str = "write a table `[synthesize]` with `task = \"function\"`, `\"poses\"`, `\"path\"`, `\"cognates\"`, `\"quick_return\"` or `\"straight_line\"`; docs/design.md has the keys of each";
 
 /// Does the task of a text.
 ///
@@ -77,6 +82,7 @@ pub fn synthesize(text: &str) -> Result<Synthesis, DesignError> {
     match task {
         Task::Function(wish) => function::solve(&wish),
         Task::Poses(wish) => poses::solve(&wish),
+        Task::Path(wish) => path::solve(&wish),
         Task::Cognates(wish) => four_bar::cognates(&wish),
         Task::QuickReturn(wish) => quick_return::solve(&wish),
         Task::StraightLine(wish) => lines::solve(&wish),

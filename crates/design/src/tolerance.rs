@@ -7,6 +7,7 @@
 //! samples              each followed from the nominal pose; what does not assemble is counted
 //! ```
 
+mod fits;
 mod job;
 mod proof;
 
@@ -302,12 +303,19 @@ pub fn tolerance(
         let read = limits_of(text).filter(|(_, one)| {
             one.fits(&stated.unit) && (stated.unit.is_empty() || !one.unit.is_empty())
         });
-        let (limits, _) = read.ok_or_else(|| {
+        let by_letters = || {
+            let is_length = stated.unit == "m";
+            fits::limits(text.trim(), stated.value).filter(|_| is_length)
+        };
+        let limits = read.map(|(limits, _)| limits).or_else(by_letters).ok_or_else(|| {
             let message = format!("`{text}` is no limit of `{name}`");
-            let help = format!(
-                "write `±0.1 {0}` or `+0.2/-0.1 {0}`",
-                if stated.unit == "m" { "mm" } else { &stated.unit }
-            );
+            let unit = if stated.unit == "m" { "mm" } else { &stated.unit };
+            let letters = if stated.unit == "m" {
+                ", or of a size up to 500 mm letters such as `H7` and `g6`: d to h, js, k, m, n, p, D to H, JS, with 5 to 13"
+            } else {
+                ""
+            };
+            let help = format!("write `±0.1 {unit}` or `+0.2/-0.1 {unit}`{letters}");
             located(DesignError::fault(codes::BAD_QUESTION, message, help), &source.text, text)
         })?;
         let word = own.as_deref().unwrap_or(common);

@@ -12,12 +12,13 @@
 mod ball;
 mod bilinear;
 mod count;
+mod double;
 mod path;
 
-pub use ball::{Ball, Quadratic};
+pub use ball::{Ball, Enclosed, Quadratic};
 pub use bilinear::solutions;
 pub use count::n_inverse_pairs;
-pub use path::{At, End, Family, polished, track};
+pub use path::{At, End, Family, track};
 
 /// A complex number.
 pub type C = nalgebra::Complex<f64>;

@@ -56,7 +56,7 @@ pub enum End {
 }
 
 /// Follows the solution `x` at zero to the other end.
-pub fn track(family: &impl Family, x: &DVector<C>) -> End {
+pub fn track(family: &dyn Family, x: &DVector<C>) -> End {
     const FIRST: f64 = 0.05;
     const LONGEST: f64 = 0.2;
     const SHORTEST: f64 = 1e-9;
@@ -92,14 +92,14 @@ pub fn track(family: &impl Family, x: &DVector<C>) -> End {
 }
 
 /// dx/ds.
-fn slope(family: &impl Family, x: &DVector<C>, s: f64, at: &mut At) -> Option<DVector<C>> {
+fn slope(family: &dyn Family, x: &DVector<C>, s: f64, at: &mut At) -> Option<DVector<C>> {
     family.at(x, s, at);
     let slope = at.jacobian.clone().lu().solve(&at.rate)?;
     slope.iter().all(|x| x.re.is_finite() && x.im.is_finite()).then(|| -slope)
 }
 
 fn predicted(
-    family: &impl Family,
+    family: &dyn Family,
     x: &DVector<C>,
     s: f64,
     next: f64,
@@ -115,11 +115,14 @@ fn predicted(
 }
 
 /// Newton's iteration; none where the prediction was so far off that another path may be nearer.
-fn corrected(family: &impl Family, mut x: DVector<C>, s: f64, at: &mut At) -> Option<DVector<C>> {
+fn corrected(family: &dyn Family, mut x: DVector<C>, s: f64, at: &mut At) -> Option<DVector<C>> {
     /// Largest first correction and the one that ends the iteration, of the size of x.
     const FARTHEST: f64 = 1e-3;
     const NEAR: f64 = 1e-9;
+    /// Rounding near to a singular point.
+    const NEARLY: f64 = 1e-6;
     const MOST: usize = 3;
+    let mut last = f64::INFINITY;
     for k in 0..MOST {
         family.at(&x, s, at);
         let step = at.jacobian.clone().lu().solve(&at.value)?;
@@ -128,16 +131,19 @@ fn corrected(family: &impl Family, mut x: DVector<C>, s: f64, at: &mut At) -> Op
             return None;
         }
         x -= step;
-        if share < NEAR {
+        if share < NEAR || (share < NEARLY && share > 0.1 * last) {
             return Some(x);
         }
+        last = share;
     }
     None
 }
 
 /// A solution at the end of a path to all digits; none where Newton's iteration leaves it.
-pub fn polished(family: &impl Family, mut x: DVector<C>, at: &mut At) -> Option<DVector<C>> {
+fn polished(family: &dyn Family, mut x: DVector<C>, at: &mut At) -> Option<DVector<C>> {
     const MOST: usize = 6;
+    /// Rounding of a solution that is nearly singular.
+    const NEARLY: f64 = 1e-4;
     let size = 1e-30 + x.norm();
     let mut last = f64::INFINITY;
     for _ in 0..MOST {
@@ -154,5 +160,5 @@ pub fn polished(family: &impl Family, mut x: DVector<C>, at: &mut At) -> Option<
         x -= step;
         last = share;
     }
-    (last < 1e-6).then_some(x)
+    (last < NEARLY).then_some(x)
 }

@@ -29,7 +29,7 @@ use super::structure::Structure;
 pub struct Solution {
     /// Of each part e^(iθ) as real and imaginary part; of size one in an assembly.
     pub turns: Vec<[f64; 2]>,
-    /// One solution is within this distance in all unknowns, in lengths of the longest link.
+    /// One solution is within this distance in all unknowns, in lengths of the longest link or, of larger unknowns, as a share.
     pub radius: f64,
     /// True of an assembly; other solutions are certain to be none.
     pub is_assembly: bool,
@@ -75,6 +75,8 @@ pub(super) fn closures(
 ) -> Option<Closed> {
     /// Other paths that are tried while solutions are missing.
     const N_SEEDS: u64 = 3;
+    /// Relative error of points and of what stands already.
+    const COEFFICIENTS: f64 = 64.0 * f64::EPSILON;
     let unknowns = Unknowns::of(structure, parts, way)?;
     let linear = unknowns.linear(way, size)?;
     let basis = null_space(&linear)?;
@@ -89,10 +91,9 @@ pub(super) fn closures(
     for seed in 1..=N_SEEDS {
         for (p, q) in solutions(&forms, seed, MOST_PATHS)? {
             let Some(mut x) = affine(&basis, &p, &q) else { continue };
-            equations.improve(&mut x);
-            let Some(ball) = equations.ball(&x) else { continue };
-            let is_other =
-                |(y, other): &(DVector<C>, Ball)| apart(&x, y) > ball.radius + other.radius;
+            let Some(enclosed) = equations.enclose(&mut x, COEFFICIENTS) else { continue };
+            let ball = enclosed.ball;
+            let is_other = |(y, other): &(DVector<C>, Ball)| ball.is_apart(&x, other, y);
             if found.iter().all(is_other) {
                 found.push((x, ball));
             }
@@ -117,11 +118,6 @@ pub(super) fn closures(
     Some(Closed { bound, solutions: all, ways })
 }
 
-/// Largest difference of components.
-fn apart(a: &DVector<C>, b: &DVector<C>) -> f64 {
-    a.iter().zip(b.iter()).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
-}
-
 /// Shifts and turns with their conjugates where those of one are one; none at infinity.
 fn affine(basis: &DMatrix<C>, p: &DVector<C>, q: &DVector<C>) -> Option<DVector<C>> {
     const AT_INFINITY: f64 = 1e-9;
@@ -137,11 +133,7 @@ fn affine(basis: &DMatrix<C>, p: &DVector<C>, q: &DVector<C>) -> Option<DVector<
 fn is_real(x: &DVector<C>, ball: &Ball) -> Option<bool> {
     let half = x.len() / 2;
     let mirrored = DVector::from_fn(2 * half, |i, _| x[(i + half) % (2 * half)].conj());
-    let off = apart(x, &mirrored);
-    if off + ball.radius < ball.alone {
-        return Some(true);
-    }
-    (off > 2.0 * ball.radius).then_some(false)
+    ball.is_own(x, &mirrored)
 }
 
 /// Orthonormal basis of the zeros of a matrix; none where its rank is not certain.

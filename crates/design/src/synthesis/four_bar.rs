@@ -140,6 +140,45 @@ impl FourBar {
     }
 }
 
+/// Whether a crank passes its angles one after the other in one sense, within a turn.
+pub(super) fn in_order(bars: &[FourBar], which: usize) -> bool {
+    let angle = |bar: &FourBar| {
+        let (from, to) = (bar.pivots[which], bar.pins[which]);
+        (to[1] - from[1]).atan2(to[0] - from[0])
+    };
+    let angles: Vec<f64> = bars.iter().map(angle).collect();
+    let sum_of = |sense: f64| -> f64 {
+        angles
+            .windows(2)
+            .map(|pair| (sense * (pair[1] - pair[0])).rem_euclid(std::f64::consts::TAU))
+            .sum()
+    };
+    sum_of(1.0) < std::f64::consts::TAU || sum_of(-1.0) < std::f64::consts::TAU
+}
+
+/// Whether poses of one four-bar are on one circuit: in a Grashof linkage the angles at the joints that its shortest link is
+/// not in keep their sense.
+pub(super) fn one_circuit(bars: &[FourBar]) -> bool {
+    let Some(first) = bars.first() else { return true };
+    let [crank, coupler, rocker, ground] = first.lengths();
+    if !first.kind().0 {
+        return true;
+    }
+    let least = crank.min(coupler).min(rocker).min(ground);
+    let sense = |bar: &FourBar| {
+        let ([a, d], [b, c]) = (bar.pivots, bar.pins);
+        if least == crank {
+            side(b, c, d)
+        } else if least == coupler {
+            side(d, a, b)
+        } else {
+            side(a, b, c)
+        }
+    };
+    let signs: Vec<bool> = bars.iter().map(|bar| sense(bar) > 0.0).collect();
+    signs.windows(2).all(|pair| pair[0] == pair[1])
+}
+
 /// A four-bar whose cognates are asked for.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]

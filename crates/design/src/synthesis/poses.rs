@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector, Matrix2, Matrix3, Vector2};
 use serde::Deserialize;
 
-use super::four_bar::{FourBar, distance, side};
+use super::four_bar::{FourBar, distance, in_order, side};
 use super::polynomial::{real_roots, roots, through};
 use super::{DesignError, Point, Synthesis, none, si};
 use crate::codes;
@@ -328,20 +328,4 @@ pub(super) fn solve(wish: &Wish) -> Result<Synthesis, DesignError> {
         return Err(none("no bar keeps its length through these poses", help));
     }
     Ok(Synthesis { task: "poses".to_owned(), facts, candidates })
-}
-
-/// Whether a crank passes its angles one after the other in one sense, within a turn.
-fn in_order(bars: &[FourBar], which: usize) -> bool {
-    let angle = |bar: &FourBar| {
-        let (from, to) = (bar.pivots[which], bar.pins[which]);
-        (to[1] - from[1]).atan2(to[0] - from[0])
-    };
-    let angles: Vec<f64> = bars.iter().map(angle).collect();
-    let sum_of = |sense: f64| -> f64 {
-        angles
-            .windows(2)
-            .map(|pair| (sense * (pair[1] - pair[0])).rem_euclid(std::f64::consts::TAU))
-            .sum()
-    };
-    sum_of(1.0) < std::f64::consts::TAU || sum_of(-1.0) < std::f64::consts::TAU
 }

@@ -4,5 +4,6 @@
 
 mod fits;
 mod optima;
+mod paths;
 mod synthesis;
 mod tolerances;

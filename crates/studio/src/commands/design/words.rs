@@ -1,7 +1,7 @@
 //! Answers of questions of design in words.
 
 use bksim::report::number;
-use bksim_design::{Fit, Optimized, Synthesis, Tolerance};
+use bksim_design::{Candidate, Fit, Optimized, Synthesis, Tolerance};
 
 /// Rows with a head, columns two spaces apart.
 fn table(head: &[&str], rows: Vec<Vec<String>>) -> String {
@@ -211,6 +211,34 @@ pub(super) fn toleranced(name: &str, found: &Tolerance) -> String {
     parts.join("\n\n")
 }
 
+/// Linkages that are printed with all their numbers; of more, some have a row each.
+const FEW: usize = 8;
+
+/// The first linkages of many, a row each.
+fn listed(all: &[Candidate]) -> String {
+    const ROWS: usize = 20;
+    let lengths = ["crank", "coupler", "rocker", "ground"];
+    let checks: Vec<&String> = all.first().map_or_else(Vec::new, |c| c.checks.keys().collect());
+    let yes = |holds: bool| if holds { "yes" } else { "no" }.to_owned();
+    let row = |c: &Candidate| {
+        let length =
+            |name: &&str| c.numbers.get(*name).map_or_else(String::new, |x| format!("{x:.4}"));
+        let facts = checks.iter().map(|name| yes(c.checks.get(*name) == Some(&true)));
+        let kind = c.kind.clone().unwrap_or_default();
+        [c.name.clone(), kind].into_iter().chain(lengths.iter().map(length)).chain(facts).collect()
+    };
+    let head: Vec<&str> = ["", "type"]
+        .into_iter()
+        .chain(lengths)
+        .chain(checks.iter().map(|name| name.as_str()))
+        .collect();
+    let rows = table(&head, all.iter().take(ROWS).map(row).collect());
+    match all.len().saturating_sub(ROWS) {
+        0 => rows,
+        rest => format!("{rows}\n\n  and {rest} more, which `--json` and `-o FOLDER` have"),
+    }
+}
+
 pub(super) fn synthesized(found: &Synthesis) -> String {
     let mut parts = vec![format!("{}: {} linkages", found.task, found.candidates.len())];
     let facts: Vec<Vec<String>> = found
@@ -223,6 +251,10 @@ pub(super) fn synthesized(found: &Synthesis) -> String {
         .collect();
     if !facts.is_empty() {
         parts.push(table(&[], facts).trim_start_matches('\n').to_owned());
+    }
+    if found.candidates.len() > FEW {
+        parts.push(listed(&found.candidates));
+        return parts.join("\n\n");
     }
     for candidate in &found.candidates {
         let numbers =
