@@ -1,6 +1,7 @@
 //! Parts that machines are built of: loads and friction, belts and ropes, couplings, cylinders, and the balance of their energy.
 
 mod belts;
+mod contacts;
 mod couplings;
 mod cylinders;
 mod energy;

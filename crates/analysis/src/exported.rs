@@ -19,6 +19,7 @@ use bksim_sim::compiled::{Terms, solved_accelerations, terms};
 
 use crate::codes;
 use crate::error::AnalysisError;
+use crate::loaded::without_contacts;
 use crate::quantity::pose_quantities;
 
 /// The functions that are asked for.
@@ -59,6 +60,7 @@ pub fn exported(
     match part {
         Part::Dynamics => {
             without_coulomb(&mechanism.model)?;
+            without_contacts(&mechanism.model)?;
             interface.dynamics()
         }
         Part::Kinematics => Ok(vec![interface.kinematics()?]),

@@ -136,7 +136,7 @@ pub use letters::{Letters, letters};
 pub use limits::{Branch, Limits, LimitsRequest, OutputLimits, RangeOf, limits};
 pub use linear::{Linear, linearize};
 pub use linear_code::exported_linear;
-pub use loaded::Loaded;
+pub use loaded::{Loaded, without_contacts};
 pub use mode_motion::{ModeMotion, ModeRequest, mode_motion};
 pub use modes::{Mode, Modes, modes};
 pub use motion::Motion;

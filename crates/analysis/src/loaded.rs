@@ -313,6 +313,7 @@ pub(crate) fn known_along_a_motion(model: &Model, times: &Range) -> Result<(), A
 /// [`AnalysisError::Rejected`] with the first of them.
 pub(crate) fn without_memory(model: &Model) -> Result<(), AnalysisError> {
     model.held.first().map_or(Ok(()), |signal| Err(remembers(signal)))?;
+    without_contacts(model)?;
     without_reactions(model)
 }
 
@@ -321,6 +322,7 @@ pub(crate) fn without_memory(model: &Model) -> Result<(), AnalysisError> {
 /// # Errors
 /// [`AnalysisError::Rejected`] with the first of them.
 pub(crate) fn without_rates(model: &Model) -> Result<(), AnalysisError> {
+    without_contacts(model)?;
     let joint = model.joints.iter().find(|joint| joint.kind.n_rates() > 0);
     let joint = joint.map(|joint| (format!("joint `{}`", joint.name), &joint.span));
     let condition = model.couplings.iter().find(|of| of.kind == CouplingKind::Rate);
@@ -329,6 +331,18 @@ pub(crate) fn without_rates(model: &Model) -> Result<(), AnalysisError> {
     let note = "it holds between rates and leaves every position free, so that positions do not follow from each other";
     let help = "solve the motion in time, or ask for linear equations about the start: `bksim linearize --at start`";
     Err(refused((what, span, "a condition on rates"), note, help))
+}
+
+/// Refuses a model with contacts: which of them bear follows from the motion alone.
+///
+/// # Errors
+/// [`AnalysisError::Rejected`] with the first of them.
+pub fn without_contacts(model: &Model) -> Result<(), AnalysisError> {
+    let Some(contact) = model.contacts.first() else { return Ok(()) };
+    let note = "its outlines touch, part and rub as the motion brings them together; only a run follows that";
+    let help = "solve the motion in time, or put joints and loads of type \"stop\" in place of the contact";
+    let what = format!("contact `{}`", contact.name);
+    Err(refused((what, &contact.span, "outlines that may touch"), note, help))
 }
 
 /// A signal that is held, as a fault.

@@ -64,8 +64,8 @@ fn range(literal: &Literal) -> [f64; 2] {
 
 /// Bodies, joints, loads and other elements as JSON, with their keys and values as written.
 pub(crate) fn elements(places: &Places<'_>) -> Vec<Value> {
-    const SECTIONS: [&str; 7] =
-        ["bodies", "joints", "loads", "drives", "couplings", "conditions", "ground"];
+    const SECTIONS: [&str; 8] =
+        ["bodies", "joints", "loads", "drives", "couplings", "conditions", "contacts", "ground"];
     let mut found = Vec::new();
     for section in SECTIONS {
         let names =

@@ -1,6 +1,6 @@
 //! [`Core`]: a mechanism as functions and tables in C, of which the solver and the units are made.
 
-use bksim_analysis::AnalysisError;
+use bksim_analysis::{AnalysisError, without_contacts};
 use bksim_expr::{Expr, SymbolId};
 use bksim_mbs::contact::Law;
 use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
@@ -102,6 +102,7 @@ impl Core {
     /// mechanism that is too large.
     pub fn of(mechanism: &mut Mechanism, request: &Request) -> Result<Self, AnalysisError> {
         let inputs = inputs_of(mechanism, request)?;
+        without_contacts(&mechanism.model)?;
         forward(&mechanism.model)?;
         let start = mechanism.start()?;
         let mechanism = &*mechanism;

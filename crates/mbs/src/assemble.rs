@@ -257,7 +257,7 @@ fn powers_of_loads(
 
 /// The terms of Σ F · ∂v/∂q̇_i + M · ∂ω/∂q̇_i, by coordinate, with the velocity of the body where the force acts,
 /// which need not be a point of it.
-fn powers(model: &Model, kinematics: &Kinematics, wrenches: &[Wrench]) -> Vec<Vec<Expr>> {
+pub(crate) fn powers(model: &Model, kinematics: &Kinematics, wrenches: &[Wrench]) -> Vec<Vec<Expr>> {
     let pool = &model.pool;
     let mut powers = vec![Vec::new(); kinematics.coordinates.len()];
     for wrench in wrenches {
@@ -343,7 +343,8 @@ pub(crate) fn has_row_of_wrenches(model: &Model, tree: &Tree, constraint: &Const
         Source::Coupling(CouplingId(coupling)) => {
             model.couplings[coupling].kind.has_row_of_wrenches(!tree.cuts.is_empty())
         }
-        Source::Stop(_) if constraint.direction == "rope" => true,
+        Source::Stop(_) if ["rope", "touch"].contains(&constraint.direction) => true,
+        Source::Friction(_) if constraint.is_of_rates() => true,
         Source::Drive(_) | Source::Stop(_) | Source::Friction(_) => {
             source.joint(model).is_some_and(|joint| {
                 let is_screw = matches!(model.joints[joint.0].kind, JointKind::Screw { .. });

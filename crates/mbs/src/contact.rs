@@ -12,6 +12,7 @@ use crate::rope::section_wrenches;
 use crate::rubbing::friction;
 use crate::signal::{signal_values, values_at_start};
 use crate::sliding::Sliding;
+use crate::touch::{Touching, is_on_track, pressing, speed_along};
 use bksim_model::{FrictionLaw, JointId, LoadId, LoadKind, Model, MotionKind, Signal};
 
 /// A constraint row that opens and closes.
@@ -21,8 +22,11 @@ pub struct Contact {
     pub load: LoadId,
     /// The joint it acts in; `None` of a rope.
     pub joint: Option<JointId>,
-    /// Position p of the motion it acts on, rad or m; φ of a rope.
+    /// Position p of the motion it acts on, rad or m; φ of a rope or of a place of a contact, whose friction has its
+    /// coefficient here.
     pub position: Expr,
+    /// φ′ of a stop, p′ of friction.
+    pub rate: Expr,
     /// φ of a stop, whether or not its row holds; p₀ − p of friction.
     pub expression: Expr,
     /// Row among the constraints of the system.
@@ -40,6 +44,8 @@ pub enum Law {
     Stop {
         /// Speed after an impact over the speed before.
         restitution: Expr,
+        /// Positive where there is one: outlines touch as far as their edges reach. One of other stops.
+        reach: Expr,
     },
     /// The row is p₀ − p, its multiplier the friction along p, |λ| no greater than `sticking`.
     Friction {
@@ -143,6 +149,10 @@ pub(crate) struct ContactRow {
     pub(crate) effort: MotionKind,
     /// On the joint's two bodies for λ = 1.
     pub(crate) wrenches: Vec<Wrench>,
+    /// φ′ or p′, where it is not the derivative of the position.
+    rate: Option<Expr>,
+    /// How far a stop reaches, where it has ends.
+    reach: Option<Expr>,
 }
 
 /// The rows of all stops and frictions, in file order; `signals` are the measures as expressions.
@@ -167,7 +177,13 @@ pub(crate) fn contact_rows(
                 direction: "rope",
                 effort: MotionKind::Translation,
                 wrenches: section_wrenches(model, kinematics, rope, section),
+                rate: None,
+                reach: None,
             });
+            continue;
+        }
+        if load.contact().is_some() {
+            rows.extend(row_of_contact(model, kinematics, load_id));
             continue;
         }
         let (LoadKind::Stop { joint, motion_idx, .. }
@@ -197,6 +213,8 @@ pub(crate) fn contact_rows(
                 direction,
                 effort: sliding.kind,
                 wrenches,
+                rate: None,
+                reach: None,
             });
         };
 
@@ -217,11 +235,7 @@ pub(crate) fn contact_rows(
                 }
             }
             LoadKind::Friction { .. } => {
-                let id = |name: String| {
-                    pool.symbol_id(pool.symbol(&name)).expect("a symbol was just made")
-                };
-                let [slip, stuck_at] =
-                    ["slip", "place"].map(|word| id(format!("'{word}{load_idx}")));
+                let [slip, stuck_at] = states_of(pool, load_id);
                 let expression = pool.sub(pool.symbol_expr(stuck_at), position);
                 let states = Some([slip, stuck_at]);
                 let wrenches = sliding.wrenches.clone();
@@ -231,6 +245,54 @@ pub(crate) fn contact_rows(
         }
     }
     rows
+}
+
+/// The symbols of ς and p₀ of a friction.
+fn states_of(pool: &Pool, LoadId(load): LoadId) -> [SymbolId; 2] {
+    let id = |name: String| pool.symbol_id(pool.symbol(&name)).expect("a symbol was just made");
+    ["slip", "place"].map(|word| id(format!("'{word}{load}")))
+}
+
+/// The row of a place of a contact, or of the friction of some of them; `None` of other loads.
+///
+/// Bodies that stick hold the rate of their slip at zero: where they touch, the way along an outline is no function of
+/// their positions alone.
+fn row_of_contact(model: &Model, kinematics: &Kinematics, id: LoadId) -> Option<ContactRow> {
+    let pool = &model.pool;
+    let (contact, place, coefficient) = match model.loads[id.0].kind {
+        LoadKind::Touch { contact, place, .. } => (contact, place, None),
+        LoadKind::Rub { contact, track, sliding, .. } => {
+            (contact, model.contacts[contact.0].tracks[track][0], Some(sliding))
+        }
+        _ => return None,
+    };
+    let touching = Touching::of(model, kinematics, &model.contacts[contact.0].places[place]);
+    let common = ContactRow {
+        load: id,
+        joint: None,
+        position: touching.penetration,
+        states: None,
+        expression: touching.penetration,
+        source: Source::Stop(id),
+        direction: "touch",
+        effort: MotionKind::Translation,
+        wrenches: touching.pushing(pool),
+        rate: None,
+        reach: Some(touching.reach),
+    };
+    let Some(position) = coefficient else { return Some(common) };
+    let wrenches = touching.rubbing(pool);
+    Some(ContactRow {
+        position,
+        states: Some(states_of(pool, id)),
+        expression: pool.zero(),
+        source: Source::Friction(id),
+        direction: "along",
+        rate: Some(speed_along(model, kinematics, &wrenches)),
+        reach: None,
+        wrenches,
+        ..common
+    })
 }
 
 /// The wrenches of a unit multiplier on the positions that a limit follows: −∂φ/∂s along every position s, so
@@ -262,11 +324,20 @@ pub(crate) fn contacts(
 ) -> Vec<Contact> {
     let pool = &model.pool;
     let first = constraints.len() - rows.len();
-    let law_of = |row: usize, ContactRow { load, joint, states, .. }: &ContactRow| {
+    let law_of = |row: usize, ContactRow { load, joint, states, reach, .. }: &ContactRow| {
+        let reach = reach.unwrap_or(pool.one());
         let (law, [slip, stuck_at]) = match (&model.loads[load.0].kind, states) {
             (LoadKind::Friction { law, .. }, Some(states)) => (law, *states),
-            (LoadKind::Stop { restitution, .. } | LoadKind::Rope { restitution, .. }, _) => {
-                return Law::Stop { restitution: *restitution };
+            (
+                LoadKind::Stop { restitution, .. }
+                | LoadKind::Rope { restitution, .. }
+                | LoadKind::Touch { restitution, .. },
+                _,
+            ) => return Law::Stop { restitution: *restitution, reach },
+            (&LoadKind::Rub { contact, track, sliding, sticking }, Some([slip, stuck_at])) => {
+                let pressing = pressing(model, constraints, (contact, track));
+                let [sliding, sticking] = [sliding, sticking].map(|mu| pool.mul(mu, pressing));
+                return Law::Friction { sliding, sticking, slip: *slip, stuck_at: *stuck_at };
             }
             _ => unreachable!("only stops and friction have rows"),
         };
@@ -290,7 +361,9 @@ pub(crate) fn contacts(
         let closed = pool.symbol_id(closed).expect("a symbol was just made");
         let law = law_of(first + k, row);
         let ContactRow { load, joint, position, expression, .. } = *row;
-        Contact { load, joint, position, expression, row: first + k, closed, law }
+        let moving = if matches!(law, Law::Stop { .. }) { expression } else { position };
+        let rate = row.rate.unwrap_or_else(|| kinematics.rate(model, moving));
+        Contact { load, joint, position, rate, expression, row: first + k, closed, law }
     };
     rows.iter().enumerate().map(contact).collect()
 }
@@ -311,4 +384,15 @@ pub(crate) fn slip_wrenches(
         wrenches.extend(row.wrenches.iter().map(|wrench| wrench.scaled(pool, effort)));
     }
     wrenches
+}
+
+/// The contacts whose forces press friction together, by their numbers: none of friction in joints and of stops.
+pub fn pressed_by(model: &Model, contacts: &[Contact], friction: &Contact) -> Vec<usize> {
+    let LoadKind::Rub { contact, track, .. } = model.loads[friction.load.0].kind else {
+        return Vec::new();
+    };
+    let is_on = |other: &Contact| {
+        is_on_track(model, Source::Stop(other.load), (contact, track))
+    };
+    (0..contacts.len()).filter(|&k| is_on(&contacts[k])).collect()
 }

@@ -33,5 +33,6 @@ mod sliding;
 pub mod sparse;
 pub mod spatial;
 pub mod system;
+pub mod touch;
 pub mod transmission;
 pub mod tree;

@@ -93,6 +93,7 @@ impl Kinematics {
             | Measure::Resultant(..)
             | Measure::Effort(_)
             | Measure::Force(_)
+            | Measure::Contact(..)
             | Measure::Moment(_) => {
                 let own = model.signals.iter().find(|signal| signal.measure == measure);
                 own.map_or(pool.zero(), |signal| pool.symbol_expr(signal.symbol))

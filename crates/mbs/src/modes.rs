@@ -59,7 +59,7 @@ fn switching_roots(system: &mut SymbolicSystem) -> Vec<&mut Expr> {
     }
     for contact in &mut system.contacts {
         match &mut contact.law {
-            Law::Stop { restitution } => roots.push(restitution),
+            Law::Stop { restitution, .. } => roots.push(restitution),
             Law::Friction { sliding, sticking, .. } => roots.extend([sliding, sticking]),
         }
     }

@@ -98,6 +98,9 @@ pub fn particles(model: &Model) -> Vec<bool> {
             turns(node.center.body);
         }
     }
+    for shape in model.contacts.iter().flat_map(|pair| &pair.shapes) {
+        shape.anchors().into_iter().for_each(|anchor| turns(anchor.body));
+    }
     // Whatever is stated or measured.
     let measures = model.initial.iter().map(|initial| initial.measure);
     let measures = measures.chain(signals(model).map(|signal| signal.measure));

@@ -108,7 +108,7 @@ fn of_loads(model: &Model, system: &SymbolicSystem, signals: &[(SymbolId, Expr)]
             |contact: &&Contact| contact.load == id && matches!(contact.law, Law::Friction { .. });
         terms.extend(system.contacts.iter().filter(rubs).map(|contact| {
             let lambda = pool.symbol_expr(system.constraints[contact.row].lambda);
-            pool.mul(lambda, kinematics.rate(model, contact.position))
+            pool.mul(lambda, contact.rate)
         }));
         let potential = action.potential.unwrap_or(pool.zero());
         Power { actor: Actor::Load(id), power: pool.sum(terms), potential }

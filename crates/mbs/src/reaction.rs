@@ -25,6 +25,7 @@ use crate::rubbing::component_axis;
 use crate::signal::signal_values;
 use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
+use crate::touch;
 use crate::tree::Branch;
 use bksim_model::{BodyId, Frame, JointId, JointKind, LoadKind, Measure, Model, Signal, Vector};
 
@@ -158,6 +159,9 @@ pub fn reported(
             };
             let rigid = row.map(|row| pool.symbol_expr(row.lambda));
             Some(rigid.or_else(elastic).unwrap_or(pool.zero()))
+        }
+        Measure::Contact(contact, of) => {
+            Some(touch::part(model, &system.kinematics, &system.constraints, contact, of))
         }
         _ => None,
     };

@@ -25,6 +25,8 @@ ids! {
     BeltId,
     /// Index into [`Model::ropes`](crate::Model::ropes).
     RopeId,
+    /// Index into [`Model::contacts`](crate::Model::contacts).
+    ContactId,
     /// Index into [`Model::curves`](crate::Model::curves).
     CurveId,
     /// Index into [`Model::laws`](crate::Model::laws).

@@ -19,6 +19,7 @@ mod assembly;
 mod belt;
 mod body;
 mod compliance;
+mod contact;
 mod coupling;
 pub mod cure;
 mod curve;
@@ -44,18 +45,19 @@ pub use assembly::{AssemblyChoice, ChosenAssembly, FoundAssembly};
 pub use belt::{Belt, BeltWheel};
 pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm};
 pub use compliance::Compliance;
+pub use contact::{Base, ContactPair, EdgesForm, Place, Reach, Round, Shape};
 pub use coupling::{Coupling, CouplingKind, Rack, Wheels};
 pub use curve::{Cam, CamLaw, Curve, FollowerKind, LawSegment};
 pub use drive::Drive;
 pub use file::NoCompliance;
 pub use ids::{
-    BeltId, BodyId, ClockId, CouplingId, CurveId, DriveId, GROUND, JointId, LawId, LoadId,
+    BeltId, BodyId, ClockId, ContactId, CouplingId, CurveId, DriveId, GROUND, JointId, LawId, LoadId,
     ParameterId, PointId, RopeId, StateId, Vector,
 };
 pub use io::Io;
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{FrictionLaw, Load, LoadKind, Surface};
-pub use measure::{Axis, Frame, Initial, Measure, Orientation, Resultant, Signal};
+pub use measure::{Axis, ContactPart, Frame, Initial, Measure, Orientation, Resultant, Signal};
 pub use measure_names::{ENERGIES, free_motion_names, reaction_words};
 pub use mesh::{Mesh, MeshFault, MeshMoments};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};

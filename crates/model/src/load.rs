@@ -4,7 +4,7 @@ use bksim_expr::Expr;
 
 use crate::body::Anchor;
 use crate::diagnostic::Span;
-use crate::ids::{BodyId, CouplingId, JointId, RopeId, Vector};
+use crate::ids::{BodyId, ContactId, CouplingId, JointId, RopeId, Vector};
 
 /// A force law.
 #[derive(Clone, Debug)]
@@ -112,6 +112,26 @@ pub enum LoadKind {
         /// Speed after it has become taut over the speed before, in 0 ..= 1.
         restitution: Expr,
     },
+    /// A place where two bodies may touch: there they push each other apart, and only so.
+    Touch {
+        /// The contact.
+        contact: ContactId,
+        /// Which of its places.
+        place: usize,
+        /// Speed of parting after an impact over the speed of approach, in 0 ..= 1.
+        restitution: Expr,
+    },
+    /// Coulomb's friction of the places of a contact that rub together.
+    Rub {
+        /// The contact.
+        contact: ContactId,
+        /// Which of its tracks.
+        track: usize,
+        /// Coefficient while they slide.
+        sliding: Expr,
+        /// Coefficient while they stick.
+        sticking: Expr,
+    },
     /// Dry friction in one motion of a joint.
     Friction {
         /// The joint whose motion it resists.
@@ -127,6 +147,14 @@ impl Load {
     /// Whether it is a rope that may become slack.
     pub fn is_rope(&self) -> bool {
         matches!(self.kind, LoadKind::Rope { .. })
+    }
+
+    /// The contact that it is a row of.
+    pub fn contact(&self) -> Option<ContactId> {
+        match self.kind {
+            LoadKind::Touch { contact, .. } | LoadKind::Rub { contact, .. } => Some(contact),
+            _ => None,
+        }
     }
 }
 
@@ -145,6 +173,8 @@ impl LoadKind {
                 [min, max, Some(restitution)].into_iter().flatten().collect()
             }
             Self::Rope { excess, restitution, .. } => vec![excess, restitution],
+            Self::Touch { restitution, .. } => vec![restitution],
+            Self::Rub { sliding, sticking, .. } => vec![sliding, sticking],
             Self::Friction { law, .. } => law.expressions(),
         }
     }

@@ -4,7 +4,7 @@ use bksim_expr::{Expr, SymbolId};
 
 use crate::body::FixedTurn;
 use crate::diagnostic::Span;
-use crate::ids::{BodyId, DriveId, JointId, PointId, StateId};
+use crate::ids::{BodyId, ContactId, DriveId, JointId, PointId, StateId};
 
 /// World axis.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -102,6 +102,8 @@ pub enum Measure {
     Force(usize),
     /// The moment of a coupling, N m: the same.
     Moment(usize),
+    /// A quantity of a contact, in results.
+    Contact(ContactId, ContactPart),
 }
 
 impl Measure {
@@ -113,6 +115,7 @@ impl Measure {
             Self::Effort(_)
                 | Self::Force(_)
                 | Self::Moment(_)
+                | Self::Contact(..)
                 | Self::JointAcceleration(..)
                 | Self::AngularAcceleration(..)
                 | Self::PointAcceleration(..)
@@ -166,9 +169,23 @@ impl Measure {
             | Self::Resultant(..)
             | Self::Effort(_)
             | Self::Force(_)
-            | Self::Moment(_) => true,
+            | Self::Moment(_)
+            | Self::Contact(..) => true,
         }
     }
+}
+
+/// A quantity of a contact.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum ContactPart {
+    /// The force with which its bodies push each other apart, N.
+    Force,
+    /// The friction on the second body, N: positive to the right of whoever looks from the first body to the second.
+    Friction,
+    /// The least distance between its outlines, m.
+    Gap,
+    /// Speed of the second body along the first where they touch, m/s, in the sense of the friction; zero while they do not.
+    Slip,
 }
 
 /// A symbol that stands for a measure.

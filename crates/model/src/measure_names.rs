@@ -3,7 +3,7 @@
 use crate::body::Body;
 use crate::ids::{BodyId, DriveId, JointId, PointId, StateId};
 use crate::joint::{MotionKind, motion_words};
-use crate::measure::{Axis, Frame, Initial, Measure, Resultant};
+use crate::measure::{Axis, ContactPart, Frame, Initial, Measure, Resultant};
 use crate::model::{Model, Space};
 use crate::state::NamedSignal;
 
@@ -106,6 +106,17 @@ pub(crate) const REACTIONS: &str = "reactions";
 
 /// The owner of the forces of couplings, where no body or joint has this name: `couplings.pair`.
 pub(crate) const COUPLINGS: &str = "couplings";
+
+/// The owner of the quantities of contacts, where no body or joint has this name: `contacts.floor.force`.
+pub(crate) const CONTACTS: &str = "contacts";
+
+/// The words of quantities of contacts.
+pub(crate) const CONTACT_WORDS: [(&str, ContactPart); 4] = [
+    ("force", ContactPart::Force),
+    ("friction", ContactPart::Friction),
+    ("gap", ContactPart::Gap),
+    ("slip", ContactPart::Slip),
+];
 
 /// The owner of the efforts of drives, where no body or joint has this name: `drives.crank`.
 pub(crate) const DRIVES: &str = "drives";
@@ -289,7 +300,10 @@ impl Measure {
             Self::Reaction(_, _, ..3)
             | Self::Resultant(_, Resultant::Force)
             | Self::Effort(_)
-            | Self::Force(_) => "N",
+            | Self::Force(_)
+            | Self::Contact(_, ContactPart::Force | ContactPart::Friction) => "N",
+            Self::Contact(_, ContactPart::Gap) => "m",
+            Self::Contact(_, ContactPart::Slip) => "m/s",
             Self::Reaction(..) | Self::Resultant(..) | Self::Moment(_) => "N m",
             Self::Momentum(..) => "kg m/s",
             Self::AngularMomentum(..) => "kg m^2/s",

@@ -12,6 +12,7 @@ use crate::assembly::ChosenAssembly;
 use crate::belt::Belt;
 use crate::body::Body;
 use crate::compliance::Compliance;
+use crate::contact::ContactPair;
 use crate::coupling::Coupling;
 use crate::curve::{CamLaw, Curve};
 use crate::diagnostic::Span;
@@ -57,6 +58,8 @@ pub struct Model<P = Pool> {
     pub belts: Vec<Belt>,
     /// Ropes over pulleys, in file order.
     pub ropes: Vec<Rope>,
+    /// Outlines that may touch, in file order.
+    pub contacts: Vec<ContactPair>,
     /// Symbols that stand for what positions are where the start puts them: stated or guessed, else zero.
     pub at_start: Vec<Signal>,
     /// In file order.
@@ -115,6 +118,7 @@ impl<P> Model<P> {
             laws: self.laws.clone(),
             belts: self.belts.clone(),
             ropes: self.ropes.clone(),
+            contacts: self.contacts.clone(),
             at_start: self.at_start.clone(),
             drives: self.drives.clone(),
             states: self.states.clone(),

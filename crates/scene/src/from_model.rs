@@ -9,6 +9,7 @@ mod curves;
 mod ground;
 mod markers;
 mod numbers;
+mod outlines;
 mod rail;
 mod ropes;
 mod sizes;
@@ -64,6 +65,7 @@ impl Scene {
         shapes.extend(sketch.wheels());
         shapes.extend(sketch.belts());
         shapes.extend(sketch.ropes());
+        shapes.extend(sketch.outlines());
         shapes.extend(sketch.stops());
         shapes.extend(sketch.torsion_springs());
         shapes.extend(sketch.pins());
@@ -167,7 +169,9 @@ fn attachments(numbers: &Numbers) -> Vec<Attached> {
         LoadKind::Force { on, .. } => vec![on],
         _ => Vec::new(),
     });
-    joints.chain(loads).map(|anchor| numbers.attached(anchor)).collect()
+    let outlines = numbers.model.contacts.iter().flat_map(|pair| &pair.shapes);
+    let outlines = outlines.flat_map(bksim_model::Shape::anchors);
+    joints.chain(loads).chain(outlines).map(|anchor| numbers.attached(anchor)).collect()
 }
 
 /// Number of different colours.

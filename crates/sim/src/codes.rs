@@ -26,6 +26,7 @@ bksim_model::codes! {
     RATE_JUMPS = "S029", "a drive whose rate jumps";
     POSITIONS_ALONE = "S030", "positions alone can be asked for";
     ROPE_WAY = "S031", "a rope without a way";
+    OVERLAP = "S032", "outlines that overlap at the start";
     DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
     NO_VALUE = "R002", "an expression leaves its domain";
     STEP_TOO_SMALL = "R003", "the step size became too small";
@@ -49,4 +50,5 @@ bksim_model::codes! {
     ROPE_PUSHES = "R021", "a rope that pushes";
     NO_FINITE_NUMBER = "R023", "a result without a finite value";
     LOG_FULL = "R024", "a log that has reached its limit";
+    PARADOX = "R025", "friction that leaves no unique motion";
 }

@@ -147,7 +147,7 @@ fn parts(model: &Model, system: &SymbolicSystem) -> Vec<(String, Vec<Expr>)> {
         }),
         ("a stop or dry friction", {
             let law = |law: ContactLaw| match law {
-                ContactLaw::Stop { restitution } => vec![restitution],
+                ContactLaw::Stop { restitution, .. } => vec![restitution],
                 ContactLaw::Friction { sliding, sticking, .. } => vec![sliding, sticking],
             };
             system.contacts.iter().flat_map(|contact| law(contact.law)).collect()

@@ -137,7 +137,13 @@ impl<'m> Quantities<'m> {
     fn reported(&self) -> &[(SymbolId, Expr)] {
         let is_one = |m: Measure| {
             m.is_reaction()
-                || matches!(m, Measure::Effort(_) | Measure::Force(_) | Measure::Moment(_))
+                || matches!(
+                    m,
+                    Measure::Effort(_)
+                        | Measure::Force(_)
+                        | Measure::Moment(_)
+                        | Measure::Contact(..)
+                )
         };
         if !self.model.signals.iter().any(|signal| is_one(signal.measure)) {
             return &[];

@@ -17,7 +17,7 @@ use crate::hybrid::{
 use crate::linear::dense::Dependence;
 use crate::linear::rank::dependent_rows;
 use crate::linear::rows::SparseRows;
-use crate::modes::Modes;
+use crate::modes::{ContactMode, Modes};
 use crate::modes::indicators::ContactState;
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::pressing::Bearing;
@@ -299,7 +299,10 @@ fn shared_multiplier(
     rank: usize,
 ) -> Option<JointId> {
     let rows = &compiled.pressing.as_ref()?.rows;
-    let is_shared = |&row: &usize| dependent_rows(&jacobian.without(&[row])).rank == rank;
+    // The forces of contacts are found with their modes.
+    let is_shared = |&row: &usize| {
+        row < jacobian.n_rows() && dependent_rows(&jacobian.without(&[row])).rank == rank
+    };
     let shared = rows.iter().copied().find(is_shared)?;
     match compiled.sources[shared] {
         Source::Joint(joint) => Some(joint),
@@ -434,13 +437,27 @@ fn modes_of_start(
         compiled.indicators.at(&before.parameters_with_modes(parameters)).values(t, &q, &v).clone();
     let size = q.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
     for (contact, state) in compiled.indicators.contacts.iter().zip(&values.contacts) {
-        if let ContactState::Stop { penetration, .. } = *state
+        if let ContactState::Stop { penetration, reach, .. } = *state
             && penetration > BEYOND * size
+            && reach > 0.0
         {
             return Err(StartError::BeyondStop { load: contact.load, by: penetration });
         }
     }
     let bands = Bands::new(options.atol, &values, &compiled.indicators);
+    // Outlines that are stated to touch do, whatever rounding makes of their places.
+    let mut before = before.clone();
+    for (k, state) in values.contacts.iter().enumerate() {
+        if let ContactState::Stop { penetration, rate, reach, .. } = *state
+            && compiled.indicators.contacts[k].is_outline
+            && penetration > -BEYOND * size
+            && reach > 0.0
+            && bands.is_at_rest(rate)
+        {
+            before.contacts[k] = ContactMode::Closed;
+        }
+    }
+    let before = &before;
     let instant = Instant { compiled, parameters, t, q, v, before, fired: &[], bands };
     latched_modes(instant, holding, consistent_modes_without_impact)
         .map_err(StartError::NoConsistentModes)

@@ -32,18 +32,19 @@ pub fn contact_texts(
     let pool = &model.pool;
     let text = |contact: &crate::contact::Contact| {
         let (law, quantity, limits) = match contact.law {
-            Law::Stop { restitution } => {
+            Law::Stop { restitution, .. } => {
                 let law = "stop: penetration <= 0, multiplier >= 0, one of them 0; restitution";
                 (law, contact.expression, vec![restitution])
             }
             Law::Friction { sliding, sticking, slip, .. } => {
                 let law = "friction: against the rate while it slides, no greater while it sticks";
-                let rate = system.kinematics.rate(model, contact.position);
-                let sense = pool.call(Function::Sign, &[rate]);
+                let sense = pool.call(Function::Sign, &[contact.rate]);
                 let sense: Vec<_> = sense.map(|sense| (slip, sense)).into_iter().collect();
                 let mut limits = vec![pool.substitute(sliding, &sense), sticking];
                 limits.dedup();
-                (law, contact.position, limits)
+                // Friction of a contact has no position.
+                let moving = if contact.joint.is_some() { contact.position } else { contact.rate };
+                (law, moving, limits)
             }
         };
         ContactText {

@@ -227,8 +227,10 @@ pub fn action(
             joint_spring::action(context, (*joint, *motion_idx), *stiffness, *unloaded, *damping)
         }
         // Rows with multipliers of their own: see `contact`.
-        LoadKind::Stop { .. } | LoadKind::Rope { .. } | LoadKind::Friction { .. } => {
-            Action::default()
-        }
+        LoadKind::Stop { .. }
+        | LoadKind::Rope { .. }
+        | LoadKind::Touch { .. }
+        | LoadKind::Rub { .. }
+        | LoadKind::Friction { .. } => Action::default(),
     }
 }

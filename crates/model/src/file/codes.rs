@@ -79,6 +79,11 @@ crate::codes! {
     AXIS_IN_PLANE = "M105", "the axis of one pin in the plane of the others";
     BAD_RATE = "M106", "a condition on rates that is none";
     NO_ROLLING = "M107", "a shape that does not roll";
+    SELF_CONTACT = "M110", "a contact of one body with itself";
+    NO_TOUCH = "M111", "shapes that cannot touch";
+    MANY_PLACES = "M112", "outlines with too many corners";
+    BAD_SHAPE = "M113", "a shape that is none";
+    CONTACT_IN_SPACE = "M114", "a contact in a spatial model";
 }
 
 #[cfg(test)]

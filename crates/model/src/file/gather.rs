@@ -60,6 +60,8 @@ impl Reader<'_> {
         for (name, _, table) in sub_tables(root, "couplings") {
             self.names.forces.extend(table.map(|table| forces_of(name, table)).unwrap_or_default());
         }
+        self.names.contacts =
+            sub_tables(root, "contacts").into_iter().map(|(name, ..)| name.to_owned()).collect();
     }
 
     /// Gathers the names of drives with the motions that they drive: their efforts are among the results.

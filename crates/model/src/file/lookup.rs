@@ -16,7 +16,8 @@ use crate::ids::JointId;
 use crate::joint::motion_words;
 use crate::measure::{Frame, Measure, Resultant};
 use crate::measure_names::{
-    BODY_WORDS, COUPLINGS, DRIVES, N_POINT_WORDS, REACTIONS, reaction_words,
+    BODY_WORDS, CONTACT_WORDS, CONTACTS, COUPLINGS, DRIVES, N_POINT_WORDS, REACTIONS,
+    reaction_words,
 };
 
 impl Reader<'_> {
@@ -171,6 +172,12 @@ impl Reader<'_> {
             (1, self.names.drives.iter().map(|(name, _)| name.clone()).collect())
         } else if let (None, COUPLINGS, [_, _], true) = (body, owner, parts, is_result) {
             (1, self.names.forces.iter().map(|(name, _)| name.clone()).collect())
+        } else if let (None, CONTACTS, [_, contact, ..], true) = (body, owner, parts, is_result) {
+            if self.names.contacts.iter().any(|known| known == contact) {
+                (2, CONTACT_WORDS.map(|(word, _)| word.to_owned()).to_vec())
+            } else {
+                (1, self.names.contacts.clone())
+            }
         } else if let Some(body) = body {
             let points = self.names.bodies[body.0].points.clone();
             let words = BODY_WORDS.map(|(word, _)| word.to_owned());

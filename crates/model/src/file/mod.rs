@@ -68,6 +68,7 @@ mod needed_unit;
 mod orientation;
 mod other_forms;
 mod outline;
+mod outlines;
 mod parameters;
 mod pieces;
 mod piecewise;

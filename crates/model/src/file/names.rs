@@ -7,12 +7,12 @@ use bksim_expr::{Expr, Pool};
 use super::units::Quantity;
 use super::value::Lowered;
 use crate::diagnostic::Span;
-use crate::ids::{BodyId, ClockId, DriveId, JointId, PointId};
+use crate::ids::{BodyId, ClockId, ContactId, DriveId, JointId, PointId};
 use crate::joint::{MotionKind, motion_words};
-use crate::measure::{Measure, Resultant, Signal};
+use crate::measure::{ContactPart, Measure, Resultant, Signal};
 use crate::measure_names::{
-    ACCELERATION_WORDS, BODY_WORDS, COUPLINGS, DRIVES, N_POINT_ACCELERATIONS, N_POINT_WORDS,
-    REACTIONS,
+    ACCELERATION_WORDS, BODY_WORDS, CONTACT_WORDS, CONTACTS, COUPLINGS, DRIVES,
+    N_POINT_ACCELERATIONS, N_POINT_WORDS, REACTIONS,
 };
 
 /// The meaning of a name in an expression.
@@ -57,7 +57,10 @@ pub(super) fn quantity_of(measure: Measure) -> Quantity {
         Measure::Reaction(_, _, ..3)
         | Measure::Resultant(_, Resultant::Force)
         | Measure::Effort(_)
-        | Measure::Force(_) => Quantity::FORCE,
+        | Measure::Force(_)
+        | Measure::Contact(_, ContactPart::Force | ContactPart::Friction) => Quantity::FORCE,
+        Measure::Contact(_, ContactPart::Gap) => Quantity::LENGTH,
+        Measure::Contact(_, ContactPart::Slip) => Quantity::VELOCITY,
         Measure::Reaction(..) | Measure::Resultant(..) | Measure::Moment(_) => Quantity::TORQUE,
         Measure::Momentum(..) => Quantity::MOMENTUM,
         Measure::AngularMomentum(..) => Quantity::ANGULAR_MOMENTUM,
@@ -118,6 +121,8 @@ pub(super) struct Names {
     pub(super) drives: Vec<(String, Option<MotionKind>)>,
     /// The names of forces of couplings, as far as their tables say them.
     pub(super) forces: Vec<(String, MotionKind)>,
+    /// The names of contacts.
+    pub(super) contacts: Vec<String>,
     /// Parameters, coordinates and the time.
     pub(super) plain: BTreeMap<String, (Meaning, Option<Span>)>,
     /// Quantities of the named coordinates.
@@ -236,6 +241,12 @@ impl Names {
                     MotionKind::Translation => Measure::Force(idx),
                     MotionKind::Rotation => Measure::Moment(idx),
                 };
+                return Some((measure, quantity_of(measure)));
+            }
+            if let (CONTACTS, [name, word]) = (owner, parts) {
+                let idx = self.contacts.iter().position(|known| known == name)?;
+                let (_, part) = CONTACT_WORDS.iter().find(|(known, _)| known == word)?;
+                let measure = Measure::Contact(ContactId(idx), *part);
                 return Some((measure, quantity_of(measure)));
             }
             let (DRIVES, [name]) = (owner, parts) else { return None };

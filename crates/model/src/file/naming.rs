@@ -1,7 +1,7 @@
 //! Names in a file: which sections give them, which texts are none, and what a name may be.
 
 /// Sections whose keys are names that formulas may use.
-pub const NAMED: [&str; 13] = [
+pub const NAMED: [&str; 14] = [
     "parameters",
     "tables",
     "curves",
@@ -9,6 +9,7 @@ pub const NAMED: [&str; 13] = [
     "joints",
     "couplings",
     "conditions",
+    "contacts",
     "states",
     "clocks",
     "signals",

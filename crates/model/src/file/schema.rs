@@ -7,6 +7,7 @@ use super::curves::CURVES;
 use super::io::IO_KEYS;
 use super::joint_types::{DISTANCE, DISTANCE_KEYS, JOINT_KEYS};
 use super::loads::{DRIVE_KEYS, LOADS};
+use super::outlines::CONTACT_KEYS;
 use super::sampled::CLOCK_KEYS;
 use super::sections::SECTIONS;
 use super::solve::SOLVE_KEYS;
@@ -113,6 +114,7 @@ pub fn sections() -> Vec<SectionForm> {
         "joints" => joints(),
         "couplings" => typed(&COUPLINGS),
         "conditions" => named(&CONDITION_KEYS),
+        "contacts" => named(&CONTACT_KEYS),
         "states" => named(&STATE_KEYS),
         "clocks" => named(&CLOCK_KEYS),
         "signals" => named(&SIGNAL_KEYS),

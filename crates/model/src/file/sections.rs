@@ -29,6 +29,7 @@ pub const SECTIONS: &[&str] = &[
     "joints",
     "couplings",
     "conditions",
+    "contacts",
     "states",
     "clocks",
     "signals",
@@ -98,6 +99,8 @@ impl Reader<'_> {
         let connections = Connections { joints: &joints, couplings: &couplings };
         let mut loads = self.read_loads(root, &connections);
         loads.append(&mut self.rope_loads);
+        let facts: Vec<&BodyFacts> = bodies.iter().map(|(_, facts)| facts).collect();
+        let contacts = self.read_contacts(root, &facts, &mut loads);
         let drives = self.read_drives(root);
         let (mut initial, orientations, assembly) = self.read_initial(root);
         initial.extend(controllers.initial);
@@ -105,6 +108,7 @@ impl Reader<'_> {
         let io = self.read_io(root);
         self.read_formulas();
         let space = self.read_space(&top);
+        self.check_plane_of_contacts(space, &contacts);
         let coordinates = self.read_policy(&top);
         let name = self.read_name(&top).unwrap_or_else(|| source.name.to_owned());
         // Checks of the whole; a model only where there was no error.
@@ -132,6 +136,7 @@ impl Reader<'_> {
             loads,
             belts: std::mem::take(&mut self.belts),
             ropes: std::mem::take(&mut self.ropes),
+            contacts,
             at_start: std::mem::take(&mut self.at_start),
             drives,
             states: controllers.states,

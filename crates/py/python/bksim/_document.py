@@ -12,7 +12,7 @@ from ._parts import Body, Drive, Ground, Load, from_table, load_from_table, to_t
 
 
 # Sections without classes of their own.
-OTHERS = ("tables", "curves", "couplings", "conditions", "states", "clocks", "signals", "outputs")
+OTHERS = ("tables", "curves", "couplings", "conditions", "contacts", "states", "clocks", "signals", "outputs")
 
 
 @dataclass

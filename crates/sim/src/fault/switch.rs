@@ -36,6 +36,9 @@ pub(super) fn no_consistent_modes(
                 _ => contacts_exclude(model, &loads, t),
             }
         }
+        NoConsistentModes::Paradox { contact, has_several } => {
+            paradox(model, system.contacts[*contact].load, *has_several, t)
+        }
         NoConsistentModes::Signal { signal } => without_value(model, *signal, t),
         NoConsistentModes::Endless { signal } => changes_without_end(model, *signal, t),
         NoConsistentModes::Jump { row, by } => jump(model, system, *row, *by, t),
@@ -76,6 +79,24 @@ pub(super) fn no_sensitivity(model: &Model, fault: &NoSensitivity) -> Diagnostic
         ))
         .help("end the run earlier, or take the derivatives forward, by few parameters at a time"),
     }
+}
+
+/// Bodies that slide where the friction turns them so that they press the more: Painlevé's paradox.
+fn paradox(model: &Model, load: LoadId, has_several: bool, t: f64) -> Diagnostic {
+    let name = &model.loads[load.0].name;
+    let message = format!(
+        "the bodies and the friction of contact `{name}` have no unique motion at t = {} s",
+        short(t)
+    );
+    let which = if has_several {
+        "two motions fit: one in which the bodies part, and one in which they go on sliding"
+    } else {
+        "no force fits: the more the bodies press, the more their friction presses them together"
+    };
+    Diagnostic::error(codes::PARADOX, message)
+        .at(model.loads[load.0].span.clone(), "these slide, and their friction turns them towards each other")
+        .note(format!("Painlevé's paradox of rigid bodies with dry friction; {which}"))
+        .help("make `mu` smaller, let the body slide the other way, or put a spring between it and its mass")
 }
 
 /// The first friction that follows a reaction.
@@ -141,6 +162,13 @@ pub(super) fn beyond_stop(model: &Model, load: LoadId, by: f64) -> Diagnostic {
             return Diagnostic::error(codes::BEYOND_STOP, message)
                 .at(load.span.clone(), "this rope")
                 .help("start nearer, or write a larger `length`");
+        }
+        LoadKind::Touch { .. } => {
+            let message =
+                format!("the outlines of contact `{}` overlap by {} m at the start", load.name, short(by));
+            return Diagnostic::error(codes::OVERLAP, message)
+                .at(load.span.clone(), "these outlines")
+                .help("move the start of one of the bodies until they touch or are apart");
         }
         _ => "",
     };

@@ -52,7 +52,7 @@ impl Bands {
     }
 
     /// φ′ = 0 or p′ = 0 up to rounding.
-    pub(super) fn is_at_rest(&self, rate: f64) -> bool {
+    pub(crate) fn is_at_rest(&self, rate: f64) -> bool {
         rate.abs() <= SLACK * self.rate
     }
 }

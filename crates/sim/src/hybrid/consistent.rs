@@ -73,6 +73,13 @@ pub enum NoConsistentModes {
         /// The contacts in question.
         contacts: Vec<usize>,
     },
+    /// Friction of a contact that slides leaves no motion, or more than one.
+    Paradox {
+        /// The contact.
+        contact: usize,
+        /// Whether there is more than one.
+        has_several: bool,
+    },
     /// A signal that is held takes no finite value.
     Signal {
         /// The signal.

@@ -68,10 +68,12 @@ impl ImpactEquations<'_> {
         let parting =
             DVector::from_iterator(n, approach.iter().zip(self.restitution).map(|(u, e)| -e * u));
 
+        let momentum = self.mass.times(v);
         ModeSets::new(vec![2; n]).find_map(|left_out| {
             let active: Vec<usize> = (0..n).filter(|&k| left_out[k] == 0).collect();
             let rows = self.stops.select(&active);
-            let (after, impulse) = self.with_active(&rows, &parting.select_rows(&active), v)?;
+            let (after, impulse) =
+                self.with_momentum(&rows, &parting.select_rows(&active), &momentum)?;
 
             // ξ ≤ 0 of every stop, P ≥ 0 of those that take part.
             let reached = rates.times(&after);
@@ -91,19 +93,18 @@ impl ImpactEquations<'_> {
         })
     }
 
-    /// v⁺ and P when all of `rows` end at the speeds `parting`; `None` when rows are dependent.
-    fn with_active(
+    /// v⁺ and P when all of `rows` end at the speeds `parting`, from a momentum M v⁻; `None` when rows are dependent.
+    pub(super) fn with_momentum(
         &self,
         rows: &SparseRows,
         parting: &DVector<f64>,
-        v: &DVector<f64>,
+        momentum: &DVector<f64>,
     ) -> Option<(DVector<f64>, DVector<f64>)> {
-        let momentum = self.mass.times(v);
         let x = match self.mass {
-            Matrix::Dense(mass) => self.solve_dense(mass, rows, parting, &momentum),
-            Matrix::Sparse(mass) => self.solve_sparse(mass, rows, parting, &momentum),
+            Matrix::Dense(mass) => self.solve_dense(mass, rows, parting, momentum),
+            Matrix::Sparse(mass) => self.solve_sparse(mass, rows, parting, momentum),
         }?;
-        let (nq, first_stop) = (v.len(), v.len() + self.g.n_rows());
+        let (nq, first_stop) = (momentum.len(), momentum.len() + self.g.n_rows());
         let is_finite = x.iter().all(|value| value.is_finite());
         is_finite.then(|| {
             let impulse = x.rows(first_stop, rows.n_rows()).into_owned();

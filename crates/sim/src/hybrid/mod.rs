@@ -26,6 +26,7 @@
 //! | `fixed` | the mechanism in fixed modes: inactive rows, accelerations, projection |
 //! | `complementarity` | the conditions on contacts and kinks, one function each |
 //! | `impact` | velocities after an impact |
+//! | `rubbing_impact` | the same where bodies rub |
 //! | `mode_sets` | all combinations of some choices, in order |
 //! | `undecided` | modes that only the motion from an instant on decides |
 //! | `bands` | the sizes of rounding about zero |
@@ -50,6 +51,7 @@ mod mode_search;
 mod mode_sets;
 mod monitor;
 mod passage;
+mod rubbing_impact;
 mod switching;
 mod undecided;
 

@@ -19,6 +19,7 @@ use super::complementarity::{
 use super::consistent::{ConsistentModes, Hit, ImpactRecord, Instant, NoConsistentModes};
 use super::fixed::FixedModes;
 use super::impact::{ImpactEquations, independent_without};
+use super::rubbing_impact::Rubbing;
 use super::mode_sets::ModeSets;
 use super::undecided::{Undecided, none_consistent};
 use crate::linear::matrix::Matrix;
@@ -36,6 +37,10 @@ const JUMP: f64 = 1e-6;
 const HIDDEN: f64 = 1e3;
 /// Rates by which the run lets held stops drift, in those that come to rest.
 const DRIFT: f64 = 10.0;
+/// Part of the largest velocity that is rounding of an impact.
+const STUCK: f64 = 1e-13;
+/// The end of an outline is known to this, m.
+const OF_END: f64 = 1e-12;
 /// Impacts that may follow one another at one instant.
 const MAX_IMPACTS: usize = 8;
 
@@ -78,6 +83,8 @@ struct ModeSearch<'a> {
     impacts: Vec<ImpactRecord>,
     /// By contact: an impact has parted it, for a flight too low to be seen.
     grazes: Vec<bool>,
+    /// By contact: an impact has ended its slip.
+    stuck: Vec<bool>,
 }
 
 /// Accelerations in one set of modes, and the rates that follow from them.
@@ -97,8 +104,9 @@ impl<'a> ModeSearch<'a> {
         // The rate of a limit that follows others is a difference of such rates.
         at.bands.rate = at.bands.rate.max(ROUNDING_OF_RATE * largest(&at.v));
         let grazes = vec![false; at.before.contacts.len()];
+        let stuck = grazes.clone();
         let (modes, hits, impacts) = (at.before.clone(), Vec::new(), Vec::new());
-        Self { modes, at, impact_work: 0.0, hits, impacts, grazes }
+        Self { modes, at, impact_work: 0.0, hits, impacts, grazes, stuck }
     }
 
     fn fixed(&self, modes: &Modes) -> FixedModes<'a> {
@@ -152,8 +160,8 @@ impl<'a> ModeSearch<'a> {
                 ContactState::Friction { rate, .. } if !is_at_rest => {
                     self.modes.contacts[k] = ContactMode::Slip(rate.signum());
                 }
-                ContactState::Stop { penetration, rate, .. }
-                    if !self.is_closed(k, penetration) || rate < 0.0 && !is_at_rest =>
+                ContactState::Stop { rate, .. }
+                    if !self.is_closed(k, state) || rate < 0.0 && !is_at_rest =>
                 {
                     self.modes.contacts[k] = ContactMode::Open;
                 }
@@ -170,6 +178,7 @@ impl<'a> ModeSearch<'a> {
             && self.has_fired(Indicator::Contact(k));
         has_passed
             || self.grazes[k]
+            || self.stuck[k]
             || self.is_kept(k, state)
             || self.at.bands.is_at_rest(state.rate())
     }
@@ -182,8 +191,14 @@ impl<'a> ModeSearch<'a> {
     }
 
     /// True where a stop is closed; one that was held until now is, since the run keeps it so, unless its limit has
-    /// jumped away.
-    fn is_closed(&self, k: usize, penetration: f64) -> bool {
+    /// jumped away. Outlines touch as far as they reach.
+    fn is_closed(&self, k: usize, state: ContactState) -> bool {
+        let ContactState::Stop { penetration, reach, .. } = state else { return false };
+        let has_left =
+            self.at.before.contacts[k].is_active() && self.has_fired(Indicator::Contact(k));
+        if reach < -OF_END || has_left && reach <= OF_END {
+            return false;
+        }
         let is_kept = penetration > -JUMP * largest(&self.at.q).max(1.0);
         self.modes.contacts[k].is_active() && is_kept || self.at.bands.is_closed(penetration)
     }
@@ -192,7 +207,7 @@ impl<'a> ModeSearch<'a> {
     fn closed_stops(&self, values: &IndicatorValues) -> Vec<usize> {
         let contacts = values.contacts.iter().enumerate();
         let closed = contacts.filter(|&(k, &state)| match state {
-            ContactState::Stop { penetration, .. } => self.is_closed(k, penetration),
+            ContactState::Stop { .. } => self.is_closed(k, state),
             ContactState::Friction { .. } => false,
         });
         closed.map(|(k, _)| k).collect()
@@ -209,7 +224,8 @@ impl<'a> ModeSearch<'a> {
             bands.is_approaching(state.rate()) && !self.is_kept(*k, state)
         };
         let hit: Vec<usize> = closed.iter().copied().filter(approaching).collect();
-        let modes = self.modes_of_impact(&closed);
+        let tracks = self.tracks_of(&closed);
+        let modes = self.modes_of_impact(&closed, &tracks);
         let mut fixed = self.fixed(&modes);
 
         // Onto the stops themselves, which the event has passed by rounding.
@@ -218,7 +234,8 @@ impl<'a> ModeSearch<'a> {
         // The rows that hold throughout, and whether the velocities break them.
         let rows: Vec<usize> = closed.iter().map(|&k| self.contacts()[k].row).collect();
         let at = fixed.matrices(t, &self.at.q, &self.at.v);
-        let held = independent_without(&at.jacobian, &rows);
+        let rubbing: Vec<usize> = tracks.iter().map(|&k| self.contacts()[k].row).collect();
+        let held = independent_without(&at.jacobian, &[&rows[..], &rubbing].concat());
         let g = at.jacobian.select(&held);
         let g_rate: Vec<f64> = held.iter().map(|&row| at.rate[row]).collect();
         let velocity = DVector::from_column_slice(&self.at.v);
@@ -238,7 +255,15 @@ impl<'a> ModeSearch<'a> {
             stops: &stops,
             restitution: &restitution,
         };
-        let Some(impact) = equations.solve(&velocity) else {
+        let found = if tracks.is_empty() {
+            equations.solve(&velocity)
+        } else {
+            let rows = at.jacobian.select(&rubbing);
+            let (mu, pressed_by) = self.rubbing(&tracks, &closed, &values);
+            let rubbing = Rubbing { rows: &rows, mu: &mu, pressed_by: &pressed_by };
+            equations.solve_rubbing(&velocity, &rubbing)
+        };
+        let Some(impact) = found else {
             return Err(NoConsistentModes::Contacts { contacts: closed });
         };
         let energy = |v: &DVector<f64>| 0.5 * at.mass.times(v).dot(v);
@@ -252,6 +277,7 @@ impl<'a> ModeSearch<'a> {
         let before = std::mem::replace(&mut self.at.v, after.clone());
         self.impacts.push(ImpactRecord { modes, held, stops, velocities: [before, after] });
         self.note_grazes(&closed);
+        self.note_stuck(&tracks);
         Ok(true)
     }
 
@@ -279,8 +305,8 @@ impl<'a> ModeSearch<'a> {
         HIDDEN * self.at.bands.position
     }
 
-    /// All closed stops hold; friction is bounded, so that it gives no impulse.
-    fn modes_of_impact(&self, closed: &[usize]) -> Modes {
+    /// All closed stops hold; friction is bounded, so that it gives no impulse but where its stops do.
+    fn modes_of_impact(&self, closed: &[usize], tracks: &[usize]) -> Modes {
         let mut modes = self.modes.clone();
         for &k in closed {
             modes.contacts[k] = ContactMode::Closed;
@@ -290,7 +316,60 @@ impl<'a> ModeSearch<'a> {
                 *mode = ContactMode::Slip(0.0);
             }
         }
+        for &k in tracks {
+            modes.contacts[k] = ContactMode::Stick(0.0);
+        }
         modes
+    }
+
+    /// The friction of contacts that some of these stops press together.
+    fn tracks_of(&self, closed: &[usize]) -> Vec<usize> {
+        let pressed_by = &self.at.compiled.indicators.pressed_by;
+        let is_pressed = |k: &usize| pressed_by[*k].iter().any(|stop| closed.contains(stop));
+        (0..pressed_by.len()).filter(is_pressed).collect()
+    }
+
+    /// μ of each of these frictions, and the places among `closed` of the stops that press it together.
+    fn rubbing(
+        &self,
+        tracks: &[usize],
+        closed: &[usize],
+        values: &IndicatorValues,
+    ) -> (Vec<f64>, Vec<Vec<usize>>) {
+        let coefficient = |&k: &usize| match values.contacts[k] {
+            ContactState::Friction { position, .. } => position,
+            ContactState::Stop { .. } => 0.0,
+        };
+        let pressed_by = &self.at.compiled.indicators.pressed_by;
+        let stops = |&k: &usize| {
+            let places = pressed_by[k].iter().map(|stop| closed.iter().position(|c| c == stop));
+            places.flatten().collect()
+        };
+        (tracks.iter().map(coefficient).collect(), tracks.iter().map(stops).collect())
+    }
+
+    /// Notes friction that has ended the slip: its speed is zero up to rounding of the impact.
+    fn note_stuck(&mut self, tracks: &[usize]) {
+        let values = self.indicators(&self.modes);
+        let size = STUCK * largest(&self.at.v).max(f64::MIN_POSITIVE);
+        for &k in tracks {
+            self.stuck[k] = values.contacts[k].rate().abs() <= size;
+        }
+    }
+
+    /// Gives friction of contacts the mode that goes with those of its stops: none where they are open, that of its slip
+    /// where they have closed.
+    fn press_together(&self, values: &IndicatorValues, modes: &mut Modes) {
+        for (k, stops) in self.at.compiled.indicators.pressed_by.iter().enumerate() {
+            if stops.is_empty() {
+                continue;
+            }
+            if !stops.iter().any(|&stop| modes.contacts[stop].is_active()) {
+                modes.contacts[k] = ContactMode::Slip(0.0);
+            } else if modes.contacts[k] == ContactMode::Slip(0.0) {
+                modes.contacts[k] = ContactMode::Slip(values.contacts[k].rate().signum());
+            }
+        }
     }
 
     /// ε of each closed stop; none where the bounces to come are too small to be seen.
@@ -326,12 +405,19 @@ impl<'a> ModeSearch<'a> {
         }
         for (contact, state) in values.contacts.iter().enumerate() {
             if self.is_at_rest(contact, *state)
+                && self.may_rub(contact, &values)
                 && let Some(modes) = self.choices(contact, *state)
             {
                 undecided.push(Undecided::Contact { contact, modes });
             }
         }
         undecided
+    }
+
+    /// False of friction of a contact whose stops are all open.
+    fn may_rub(&self, contact: usize, values: &IndicatorValues) -> bool {
+        let stops = &self.at.compiled.indicators.pressed_by[contact];
+        stops.is_empty() || stops.iter().any(|&stop| self.is_closed(stop, values.contacts[stop]))
     }
 
     /// The modes that a contact at rest may have, held first; `None` for a stop that is open.
@@ -345,7 +431,7 @@ impl<'a> ModeSearch<'a> {
                 };
                 vec![ContactMode::Stick(position), ContactMode::Slip(1.0), ContactMode::Slip(-1.0)]
             }
-            ContactState::Stop { penetration, .. } if self.is_closed(contact, penetration) => {
+            ContactState::Stop { .. } if self.is_closed(contact, state) => {
                 vec![ContactMode::Closed, ContactMode::Open]
             }
             ContactState::Stop { .. } => return None,
@@ -367,6 +453,9 @@ impl<'a> ModeSearch<'a> {
     /// hold by as much. It then goes on holding, and lets go at the next event, found from a state on the rows.
     fn choose(self, undecided: &[Undecided]) -> Result<ConsistentModes, NoConsistentModes> {
         let mut largest_met: f64 = 0.0;
+        let values = self.indicators(&self.modes);
+        let weak = self.weak_contact(&values);
+        let mut found: Option<(Modes, Vec<f64>)> = None;
         for (is_first, may_hold) in [(true, false), (false, false), (false, true)] {
             let scale = if is_first { 0.0 } else { largest_met };
             for set in ModeSets::new(undecided.iter().map(Undecided::n_choices).collect()) {
@@ -374,17 +463,67 @@ impl<'a> ModeSearch<'a> {
                 for (undecided, choice) in undecided.iter().zip(set) {
                     undecided.take(choice, &mut modes);
                 }
+                self.press_together(&values, &mut modes);
                 if !may_hold && self.is_held_after_event(undecided, &modes) {
                     continue;
                 }
                 let Some(motion) = self.motion_in(&modes) else { continue };
                 if self.is_consistent(undecided, &modes, &motion, scale) {
-                    return Ok(self.start_in(modes));
+                    let Some(contact) = weak else { return Ok(self.start_in(modes)) };
+                    match &found {
+                        None => found = Some((modes, motion.a.clone())),
+                        Some((_, first)) if differ(first, &motion.a) => {
+                            return Err(NoConsistentModes::Paradox { contact, has_several: true });
+                        }
+                        Some(_) => (),
+                    }
                 }
                 largest_met = largest_met.max(largest(&motion.a));
             }
         }
-        Err(none_consistent(undecided))
+        if let Some((modes, _)) = found {
+            return Ok(self.start_in(modes));
+        }
+        Err(match weak {
+            Some(contact) => NoConsistentModes::Paradox { contact, has_several: false },
+            None => none_consistent(undecided),
+        })
+    }
+
+    /// A place that slides so that its own force, with the friction that it brings about, does not part the bodies: then
+    /// there may be no motion, or more than one.
+    fn weak_contact(&self, values: &IndicatorValues) -> Option<usize> {
+        let closed = self.closed_stops(values);
+        let tracks = self.tracks_of(&closed);
+        let slips = |k: usize| !self.is_at_rest(k, values.contacts[k]);
+        if !tracks.iter().any(|&k| slips(k)) {
+            return None;
+        }
+        let modes = self.modes_of_impact(&closed, &tracks);
+        let rows: Vec<usize> = closed.iter().map(|&k| self.contacts()[k].row).collect();
+        let rubbing: Vec<usize> = tracks.iter().map(|&k| self.contacts()[k].row).collect();
+        let at = self.fixed(&modes).matrices(self.at.t, &self.at.q, &self.at.v);
+        let held = independent_without(&at.jacobian, &[&rows[..], &rubbing].concat());
+        let zeros = vec![0.0; held.len().max(rows.len())];
+        let equations = ImpactEquations {
+            mass: &at.mass,
+            g: &at.jacobian.select(&held),
+            g_rate: &zeros[..held.len()],
+            stops: &at.jacobian.select(&rows),
+            restitution: &zeros[..rows.len()],
+        };
+        let velocity = DVector::zeros(self.at.v.len());
+        let response = equations.response(&velocity, &at.jacobian.select(&rubbing))?;
+        let (mu, pressed_by) = self.rubbing(&tracks, &closed, values);
+        for (track, &k) in tracks.iter().enumerate().filter(|(_, k)| slips(**k)) {
+            let slip = values.contacts[k].rate().signum();
+            for &stop in &pressed_by[track] {
+                if response.own(stop, track, slip, mu[track]) <= 0.0 {
+                    return Some(closed[stop]);
+                }
+            }
+        }
+        None
     }
 
     /// True where a contact that has let go is held again.
@@ -480,6 +619,12 @@ impl<'a> ModeSearch<'a> {
         let Self { impact_work, hits, impacts, .. } = self;
         ConsistentModes { modes, q, v, a, lambda, inactive, impact_work, hits, impacts }
     }
+}
+
+/// True of accelerations that are not the same up to rounding.
+fn differ(first: &[f64], second: &[f64]) -> bool {
+    let size = largest(first).max(largest(second));
+    first.iter().zip(second).any(|(a, b)| (a - b).abs() > 1e3 * ROUNDING * size)
 }
 
 /// Moves q onto all active rows, which must be near.

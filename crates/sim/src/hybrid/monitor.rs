@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! kink       σ u
-//! stop       −φ apart              λ in contact
+//! stop       −φ, −r apart          λ, r in contact        r: how far it reaches; the larger, the smaller of both
 //! friction   ς p′ slipping         F₀ − |λ| sticking
 //! ```
 
@@ -18,6 +18,8 @@ use crate::compiled::CompiledSystem;
 use crate::modes::indicators::{CompiledContact, ContactState, Indicator, IndicatorEvaluator};
 use crate::modes::{ContactMode, Modes};
 
+/// Newtons for a metre by which a stop ends: a force is smaller until then.
+const STEEP: f64 = 1e9;
 /// Forces within this part of the largest are rounding.
 const FORCE_BAND: f64 = 1e-9;
 
@@ -176,8 +178,10 @@ impl SignedIndicators<'_> {
 /// The indicator of a contact, positive while its mode lasts.
 fn signed(mode: ContactMode, state: ContactState, force: f64) -> f64 {
     match (mode, state) {
-        (ContactMode::Open, ContactState::Stop { penetration, .. }) => -penetration,
-        (ContactMode::Closed, ContactState::Stop { .. }) => force,
+        (ContactMode::Open, ContactState::Stop { penetration, reach, .. }) => {
+            (-penetration).max(-reach)
+        }
+        (ContactMode::Closed, ContactState::Stop { reach, .. }) => force.min(STEEP * reach),
         (ContactMode::Slip(sign), ContactState::Friction { rate, .. }) => sign * rate,
         (ContactMode::Stick(_), ContactState::Friction { sticking, .. }) => sticking - force.abs(),
         _ => unreachable!("stops are open or closed, friction slips or sticks"),

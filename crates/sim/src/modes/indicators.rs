@@ -2,20 +2,24 @@
 //!
 //! ```text
 //! switch     u                 u′
-//! stop       φ, φ′, ε          φ″
+//! stop       φ, φ′, ε, r       φ″
 //! friction   p, p′, F, F₀      p″
 //! ```
 //!
-//! The left column is a function of (t, q, v), F and F₀ of λ too, the right one of the accelerations.
+//! r is positive where a place of a contact is one, and one of other stops; friction of a contact has its coefficient
+//! in the place of p. The left column is a function of (t, q, v), F and F₀ of λ too, the right one of the accelerations.
 
 use bksim_expr::{Expr, SymbolId, TapeError};
 
 use super::{ContactMode, Modes};
 use crate::function::{Buffers, Function};
 use crate::sampled::Held;
-use bksim_mbs::contact::Law;
+use bksim_mbs::contact::{Law, pressed_by};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{LoadId, Model};
+
+/// Outlines that end at one place touch, whichever of them rounding makes longer, m.
+const BEYOND_END: f64 = 1e-9;
 
 /// The indicators of one mechanism.
 #[derive(Clone, Debug)]
@@ -29,6 +33,8 @@ pub(crate) struct EventIndicators {
     /// Whether each switch depends on time alone.
     pub(crate) timed: Vec<bool>,
     pub(crate) contacts: Vec<CompiledContact>,
+    /// Of friction of a contact: the stops whose forces press it together.
+    pub(crate) pressed_by: Vec<Vec<usize>>,
     n_held: usize,
     has_latches: bool,
 }
@@ -40,6 +46,8 @@ pub(crate) struct CompiledContact {
     /// Constraint row of the contact.
     pub(crate) row: usize,
     pub(crate) law: ContactLaw,
+    /// Whether it is a place where outlines touch, or their friction.
+    pub(crate) is_outline: bool,
 }
 
 /// The law of a contact.
@@ -69,6 +77,8 @@ pub(crate) enum ContactState {
         rate: f64,
         /// ε.
         restitution: f64,
+        /// Positive as far as the place reaches.
+        reach: f64,
     },
     /// Dry friction on a motion.
     Friction {
@@ -104,13 +114,16 @@ impl ContactState {
     /// Outputs per contact of the compiled functions.
     const N_OUTPUTS: usize = 4;
 
-    /// From φ, φ′, ε and a number without meaning, or from p, p′, F and F₀.
+    /// From φ, φ′, ε and the reach, or from p, p′, F and F₀.
     fn of(law: ContactLaw, outputs: &[f64]) -> Self {
         let [position, rate, first, second] = *outputs else {
             unreachable!("every contact has four outputs")
         };
         match law {
-            ContactLaw::Stop => Self::Stop { penetration: position, rate, restitution: first },
+            ContactLaw::Stop => {
+                let reach = second + BEYOND_END;
+                Self::Stop { penetration: position, rate, restitution: first, reach }
+            }
             ContactLaw::Friction => {
                 Self::Friction { position, rate, sliding: first, sticking: second.max(0.0) }
             }
@@ -148,6 +161,9 @@ impl EventIndicators {
             idle_lambda: vec![0.0; lambda.len()],
             rates: Function::compile(model, &rates, &[&t, &q, &v, &a], &parameters)?,
             timed: system.switches.iter().map(|switch| switch.is_timed).collect(),
+            pressed_by: (system.contacts.iter())
+                .map(|contact| pressed_by(model, &system.contacts, contact))
+                .collect(),
             contacts,
             n_held: model.held.len(),
             has_latches: model.held.iter().any(|signal| !signal.rows().is_empty()),
@@ -255,19 +271,19 @@ fn indicator_rates(model: &Model, system: &SymbolicSystem, functions: &[Expr]) -
     rates.chain(of_contacts).collect()
 }
 
-/// u of every switch, then φ, φ′, ε and zero of every stop, and p, p′, F and F₀ of every friction, of a system with
+/// u of every switch, then φ, φ′, ε and r of every stop, and p, p′, F and F₀ of every friction, of a system with
 /// modes; and the contacts.
 pub(crate) fn indicator_functions(
     model: &Model,
     system: &SymbolicSystem,
 ) -> (Vec<Expr>, Vec<CompiledContact>) {
-    let (pool, kinematics) = (&model.pool, &system.kinematics);
+    let pool = &model.pool;
     let mut functions: Vec<Expr> = system.switches.iter().map(|s| s.function).collect();
     let mut contacts = Vec::new();
     for contact in &system.contacts {
         let (law, position, numbers) = match contact.law {
-            Law::Stop { restitution } => {
-                (ContactLaw::Stop, contact.expression, [restitution, pool.zero()])
+            Law::Stop { restitution, reach } => {
+                (ContactLaw::Stop, contact.expression, [restitution, reach])
             }
             Law::Friction { sliding, sticking, .. } => {
                 let lambda = system.constraints[contact.row].lambda;
@@ -275,9 +291,10 @@ pub(crate) fn indicator_functions(
                 (ContactLaw::Friction, contact.position, numbers)
             }
         };
-        functions.extend([position, kinematics.rate(model, position)]);
+        functions.extend([position, contact.rate]);
         functions.extend(numbers);
-        contacts.push(CompiledContact { load: contact.load, row: contact.row, law });
+        let is_outline = model.loads[contact.load.0].contact().is_some();
+        contacts.push(CompiledContact { load: contact.load, row: contact.row, law, is_outline });
     }
     (functions, contacts)
 }
@@ -345,7 +362,7 @@ impl IndicatorEvaluator<'_> {
             if let (ContactMode::Slip(sign), ContactState::Friction { sliding, .. }) = (mode, state)
             {
                 lambda[contact.row] = -sign * sliding;
-                if *sign != 0.0 && *sliding < 0.0 {
+                if *sign != 0.0 && *sliding < 0.0 && !contact.is_outline {
                     driving = driving.or(Some(contact.load));
                 }
             }

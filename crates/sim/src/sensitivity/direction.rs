@@ -112,6 +112,9 @@ impl<'a> Direction<'a> {
         if !self.model.inputs.is_empty() {
             return Err(SensitivityError::Inputs);
         }
+        if !self.model.contacts.is_empty() {
+            return Err(SensitivityError::Contacts);
+        }
         if self.system.constraints.iter().any(bksim_mbs::constraint::Constraint::is_of_rates) {
             return Err(SensitivityError::Rates);
         }

@@ -21,6 +21,8 @@ pub enum SensitivityError {
     Sampled,
     /// The model has conditions on rates.
     Rates,
+    /// The model has contacts.
+    Contacts,
     /// The model has inputs.
     Inputs,
     /// The constraints and stated values hold for no other value of this quantity.
@@ -66,6 +68,15 @@ pub fn diagnose_sensitivity(model: &Model, error: &SensitivityError) -> Diagnost
         SensitivityError::Rates => {
             fault("the model has conditions on rates, which leave positions free".to_owned())
                 .help("compare runs at two values of the quantity, as `bksim sweep` does")
+        }
+        SensitivityError::Contacts => {
+            let contact = model.contacts.first();
+            let found = fault("the model has contacts: derivatives are not followed through them".to_owned())
+                .help("compare runs at two values of the quantity, as `bksim sweep` does");
+            match contact {
+                Some(contact) => found.at(contact.span.clone(), "these outlines may touch"),
+                None => found,
+            }
         }
         SensitivityError::Inputs => {
             fault("the model has inputs: nothing is known of their derivatives".to_owned())

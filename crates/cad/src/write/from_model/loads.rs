@@ -70,6 +70,9 @@ impl Sketch<'_> {
                 (self.spring_or_damper(name), self.along(*joint)?, Values::new())
             }
             LoadKind::Rope { .. } => return Err(no_place("the rope", &format!("`{name}`")).into()),
+            LoadKind::Touch { .. } | LoadKind::Rub { .. } => {
+                return Err(no_place("the contact", &format!("`{name}`")).into());
+            }
             LoadKind::Stop { joint, .. } => (kind("stop"), self.at_joint(*joint)?, Values::new()),
             LoadKind::Friction { joint, .. } => {
                 (kind("friction"), self.at_joint(*joint)?, Values::new())

@@ -1,0 +1,248 @@
+//! Places where outlines touch: distance, direction, and how far they reach.
+//!
+//! A point, corner or disc with the centre Q and the radius r meets an edge from A with the unit normal n to its left,
+//! the inside of a ring of radius R about C, or a disc of that kind from outside:
+//!
+//! ```text
+//! edge    φ = r − n·d                    n                  d = Q − A
+//! ring    φ = (d·d − ρ²)/2ρ, ρ = R − r   n = −d/ρ           d = Q − C
+//! disc    φ = (ρ² − d·d)/2ρ, ρ = R + r   n = d/ρ
+//! ```
+//!
+//! φ is the penetration where it is zero, with its right slopes, and has no root that vanishes; n is the direction of the
+//! force on the mover. Friction is along t = (n_y, −n_x): the speed of the mover along t against the base is that of the
+//! second body along the first, whichever of them the mover belongs to.
+
+use bksim_expr::{Expr, Function, Pool};
+
+use crate::assemble::powers;
+use crate::constraint::{Constraint, Source};
+use crate::force::Wrench;
+use crate::kinematics::Kinematics;
+use crate::spatial;
+use bksim_model::{
+    Anchor, Base, BodyId, ContactId, ContactPair, ContactPart, LoadKind, Model, Place, Reach, Vector,
+};
+
+/// A corner may be turned by this sine beyond where its own edge lies on the edge that it touches.
+const TURNED: (i64, i64) = (3, 10);
+/// How deep, as a part of its length, an edge of an open chain is felt by a point.
+const DEPTH: (i64, i64) = (1, 4);
+
+/// A place in the axes of the ground.
+pub(crate) struct Touching {
+    /// φ, m.
+    pub(crate) penetration: Expr,
+    /// Distance of the outlines, m; negative where they overlap.
+    gap: Expr,
+    /// Positive where the place is one: the mover is before the edge, and not past its ends.
+    pub(crate) reach: Expr,
+    /// Unit vector on the mover.
+    normal: Vector,
+    /// Where they touch.
+    at: Vector,
+    /// A point of the line along which they rub.
+    along: Vector,
+    mover: BodyId,
+    base: BodyId,
+}
+
+impl Touching {
+    pub(crate) fn of(model: &Model, kinematics: &Kinematics, place: &Place) -> Self {
+        let pool = &model.pool;
+        let point = |anchor| kinematics.anchor(model, anchor);
+        let center = point(place.mover.center);
+        let radius = place.mover.radius;
+        let origin = point(place.base.anchor());
+        let d = spatial::sub(pool, &center, &origin);
+        let scaled = |s, v: &Vector| spatial::scale(pool, s, v);
+        let mut reaches = Vec::new();
+        let (penetration, gap, normal, at, along) = match &place.base {
+            Base::Edge { ends, reach } => {
+                let (way, length) = direction(model, kinematics, *ends);
+                let normal = spatial::cross(pool, &spatial::z_axis(pool), &way);
+                let above = pool.simplify(spatial::dot(pool, &normal, &d));
+                let penetration = pool.sub(radius, above);
+                match reach {
+                    Reach::Endless => (),
+                    Reach::Ends => {
+                        let foot = pool.simplify(spatial::dot(pool, &way, &d));
+                        // A disc is before the edge as long as its centre is; a point a little beyond it, too.
+                        let depth = if pool.is_zero(radius) {
+                            pool.mul(pool.rational(DEPTH.0, DEPTH.1), length)
+                        } else {
+                            radius
+                        };
+                        reaches.extend([foot, pool.sub(length, foot), pool.sub(depth, penetration)]);
+                    }
+                    Reach::Within(others) => reaches.extend(others.iter().map(|&ends| {
+                        let (way, _) = direction(model, kinematics, ends);
+                        let normal = spatial::cross(pool, &spatial::z_axis(pool), &way);
+                        let from = spatial::sub(pool, &center, &point(ends[0]));
+                        pool.neg(pool.simplify(spatial::dot(pool, &normal, &from)))
+                    })),
+                }
+                let at = spatial::sub(pool, &center, &scaled(radius, &normal));
+                (penetration, pool.neg(penetration), normal, at, origin)
+            }
+            Base::Ring(ring) => {
+                let room = pool.sub(ring.radius, radius);
+                let (penetration, distance) = circle(pool, &d, room);
+                let normal = scaled(pool.neg(pool.div(pool.one(), room)), &d);
+                let to = scaled(pool.div(ring.radius, room), &d);
+                let at = spatial::add(pool, &origin, &to);
+                (penetration, pool.sub(room, distance), normal, at, at)
+            }
+            Base::Round { round, wedge } => {
+                let sum = pool.add(round.radius, radius);
+                let (outside, distance) = circle(pool, &d, sum);
+                let normal = scaled(pool.div(pool.one(), sum), &d);
+                let at = spatial::add(pool, &origin, &scaled(round.radius, &normal));
+                // Between the normals of the edges next to a corner: past the end of one, before the start of the other.
+                for (end, sense) in wedge.iter().zip([1, -1]) {
+                    let Some(end) = *end else { continue };
+                    let ends =
+                        if sense == 1 { [end, round.center] } else { [round.center, end] };
+                    let (way, _) = direction(model, kinematics, ends);
+                    let foot = pool.mul(pool.int(sense), spatial::dot(pool, &way, &d));
+                    reaches.push(pool.simplify(foot));
+                }
+                (pool.neg(outside), pool.sub(distance, sum), normal, at, at)
+            }
+        };
+        // The edges of a corner are before what it touches.
+        if matches!(place.base, Base::Edge { .. } if !reaches.is_empty()) {
+            for &neighbor in &place.neighbors {
+                let ends = [place.mover.center, neighbor];
+                let (way, _) = direction(model, kinematics, ends);
+                let above = spatial::dot(pool, &normal, &way);
+                reaches.push(pool.simplify(pool.add(above, pool.rational(TURNED.0, TURNED.1))));
+            }
+        }
+        let least = |a, b| pool.call(Function::Min, &[a, b]).expect("two arguments");
+        let reach = reaches.into_iter().reduce(least).unwrap_or(pool.one());
+        let [mover, base] = [place.mover.center.body, place.base.anchor().body];
+        Self { penetration, gap, reach, normal, at, along, mover, base }
+    }
+
+    fn pair(&self, pool: &Pool, force: Vector, at: Vector) -> Vec<Wrench> {
+        let moment = spatial::zero(pool);
+        vec![
+            Wrench { body: self.mover, force, at, moment },
+            Wrench { body: self.base, force: spatial::neg(pool, &force), at, moment },
+        ]
+    }
+
+    /// Of a unit force that pushes the bodies apart.
+    pub(crate) fn pushing(&self, pool: &Pool) -> Vec<Wrench> {
+        self.pair(pool, self.normal, self.at)
+    }
+
+    /// Of a unit friction.
+    pub(crate) fn rubbing(&self, pool: &Pool) -> Vec<Wrench> {
+        let [x, y, z] = self.normal;
+        self.pair(pool, [y, pool.neg(x), z], self.along)
+    }
+}
+
+/// The penetration (d·d − ρ²)/2ρ and |d|.
+fn circle(pool: &Pool, d: &Vector, radius: Expr) -> (Expr, Expr) {
+    let square = pool.simplify(spatial::dot(pool, d, d));
+    let difference = pool.sub(square, pool.powi(radius, 2));
+    (pool.div(difference, pool.mul(pool.int(2), radius)), pool.sqrt(square))
+}
+
+/// The unit vector from one point of a body to another, and their distance, which is constant.
+fn direction(
+    model: &Model,
+    kinematics: &Kinematics,
+    ends: [Anchor; 2],
+) -> (Vector, Expr) {
+    let pool = &model.pool;
+    let own = |anchor: Anchor| {
+        let points = &model.bodies[anchor.body.0].points;
+        anchor.point.map_or(spatial::zero(pool), |point| points[point.0].position)
+    };
+    let across = spatial::sub(pool, &own(ends[1]), &own(ends[0]));
+    let length = pool.simplify(pool.sqrt(spatial::dot(pool, &across, &across)));
+    let [from, to] = ends.map(|anchor| kinematics.anchor(model, anchor));
+    let way = spatial::sub(pool, &to, &from);
+    (spatial::scale(pool, pool.div(pool.one(), length), &way), length)
+}
+
+/// The speed of bodies against each other that a wrench of one gives its power at.
+pub(crate) fn speed_along(model: &Model, kinematics: &Kinematics, wrenches: &[Wrench]) -> Expr {
+    let pool = &model.pool;
+    let terms = powers(model, kinematics, wrenches).into_iter().zip(&kinematics.coordinates);
+    let terms = terms.map(|(terms, coordinate)| {
+        pool.mul(pool.simplify(pool.sum(terms)), pool.symbol_expr(coordinate.v))
+    });
+    pool.sum(terms.collect::<Vec<_>>())
+}
+
+/// True of the row of a place of this track.
+pub(crate) fn is_on_track(model: &Model, source: Source, (contact, track): (ContactId, usize)) -> bool {
+    let Source::Stop(load) = source else { return false };
+    let together = &model.contacts[contact.0].tracks[track];
+    let LoadKind::Touch { contact: of, place, .. } = model.loads[load.0].kind else { return false };
+    of == contact && together.contains(&place)
+}
+
+/// The sum of the forces of the places of a track.
+pub(crate) fn pressing(model: &Model, constraints: &[Constraint], track: (ContactId, usize)) -> Expr {
+    let rows = constraints.iter().filter(|row| is_on_track(model, row.source, track));
+    model.pool.sum(rows.map(|row| model.pool.symbol_expr(row.lambda)).collect::<Vec<_>>())
+}
+
+/// A quantity of a contact as an expression of t, q, v and λ.
+pub fn part(
+    model: &Model,
+    kinematics: &Kinematics,
+    constraints: &[Constraint],
+    contact: ContactId,
+    part: ContactPart,
+) -> Expr {
+    let pool = &model.pool;
+    let pair: &ContactPair = &model.contacts[contact.0];
+    let lambdas = |is_force: bool| -> Expr {
+        let of = |row: &&Constraint| match row.source {
+            Source::Stop(load) => is_force && model.loads[load.0].contact() == Some(contact),
+            Source::Friction(load) => !is_force && model.loads[load.0].contact() == Some(contact),
+            _ => false,
+        };
+        let rows = constraints.iter().filter(of).map(|row| pool.symbol_expr(row.lambda));
+        pool.sum(rows.collect::<Vec<_>>())
+    };
+    match part {
+        ContactPart::Force => lambdas(true),
+        ContactPart::Friction => lambdas(false),
+        ContactPart::Gap => {
+            let gap = |place: &Place| {
+                let touching = Touching::of(model, kinematics, place);
+                if pool.is_one(touching.reach) {
+                    return touching.gap;
+                }
+                // Past its ends an edge is no nearer than its first corner.
+                let ends = [place.mover.center, place.base.anchor()];
+                let [a, b] = ends.map(|anchor| kinematics.anchor(model, anchor));
+                let apart = spatial::sub(pool, &a, &b);
+                let apart = pool.sub(pool.sqrt(spatial::dot(pool, &apart, &apart)), place.mover.radius);
+                let reaches = pool.call(Function::Ge, &[touching.reach, pool.zero()]);
+                pool.select(reaches.expect("two arguments"), touching.gap, apart)
+            };
+            let least = |a, b| pool.call(Function::Min, &[a, b]).expect("two arguments");
+            pair.places.iter().map(gap).reduce(least).unwrap_or(pool.zero())
+        }
+        ContactPart::Slip => {
+            let slip = |track: usize| {
+                let pressed = pressing(model, constraints, (contact, track));
+                let first = pair.tracks[track][0];
+                let touching = Touching::of(model, kinematics, &pair.places[first]);
+                let speed = speed_along(model, kinematics, &touching.rubbing(pool));
+                let is_pressed = pool.call(Function::Gt, &[pressed, pool.zero()]);
+                pool.select(is_pressed.expect("two arguments"), speed, pool.zero())
+            };
+            pool.sum((0..pair.tracks.len()).map(slip).collect::<Vec<_>>())
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Contacts: outlines of two bodies that may touch, taken apart into places.
+//!
+//! A place is a point, corner or disc of one body against an edge, a ring, a disc or a corner of the other. All places on
+//! one straight edge rub along it together: they share a [`Track`].
+
+use bksim_expr::Expr;
+
+use crate::body::Anchor;
+use crate::diagnostic::Span;
+
+/// Two outlines that may touch, in the plane.
+#[derive(Clone, Debug)]
+pub struct ContactPair {
+    /// Name as written.
+    pub name: String,
+    /// The outlines, as the author named them.
+    pub shapes: [Shape; 2],
+    /// Where they may touch.
+    pub places: Vec<Place>,
+    /// The places that rub together, by their numbers.
+    pub tracks: Vec<Vec<usize>>,
+    /// Position of the shapes.
+    pub span: Span,
+}
+
+/// The outline of a body.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// A point, or a disc with a radius.
+    Round(Round),
+    /// The inside of a circle.
+    Ring(Round),
+    /// Straight edges from corner to corner; what touches them is to their left.
+    Edges {
+        /// The corners in order.
+        corners: Vec<Anchor>,
+        /// Form of the whole.
+        form: EdgesForm,
+    },
+}
+
+/// The form of some straight edges.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum EdgesForm {
+    /// One line without ends.
+    Line,
+    /// An open chain.
+    Chain,
+    /// A closed outline.
+    Outline,
+}
+
+impl Shape {
+    /// Every point that it is given by.
+    pub fn anchors(&self) -> Vec<Anchor> {
+        match self {
+            Self::Round(round) | Self::Ring(round) => vec![round.center],
+            Self::Edges { corners, .. } => corners.clone(),
+        }
+    }
+}
+
+/// A circle; a point has the radius zero.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Round {
+    /// Its centre.
+    pub center: Anchor,
+    /// Radius, m.
+    pub radius: Expr,
+}
+
+/// A place where two bodies may touch.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// What touches, on one body.
+    pub mover: Round,
+    /// The corners next to it, where it is a corner itself.
+    pub neighbors: Vec<Anchor>,
+    /// What it touches, on the other.
+    pub base: Base,
+    /// Whether the mover belongs to the second shape.
+    pub is_second: bool,
+}
+
+/// What a point, corner or disc touches.
+#[derive(Clone, Debug)]
+pub enum Base {
+    /// A straight edge, with the free side to its left.
+    Edge {
+        /// Its ends, in order.
+        ends: [Anchor; 2],
+        /// How far it reaches.
+        reach: Reach,
+    },
+    /// The inside of a circle.
+    Ring(Round),
+    /// The outside of a circle, or a corner between the edges that come from and lead to these.
+    Round {
+        /// The circle or corner.
+        round: Round,
+        /// The corners before and after it.
+        wedge: [Option<Anchor>; 2],
+    },
+}
+
+/// How far an edge reaches.
+#[derive(Clone, Debug)]
+pub enum Reach {
+    /// Without end.
+    Endless,
+    /// From one end to the other.
+    Ends,
+    /// As far as these edges of the same convex outline leave it.
+    Within(Vec<[Anchor; 2]>),
+}
+
+impl Base {
+    /// A point of it.
+    pub fn anchor(&self) -> Anchor {
+        match self {
+            Self::Edge { ends, .. } => ends[0],
+            Self::Ring(round) | Self::Round { round, .. } => round.center,
+        }
+    }
+}

@@ -1,0 +1,397 @@
+//! `[contacts.…]`: outlines of two bodies that touch, push each other apart, and rub.
+
+use bksim_expr::Expr;
+
+use super::bodies::BodyFacts;
+use super::codes;
+use super::reader::{Fields, Reader};
+use super::tree::{Node, Table, Value};
+use super::units::Quantity;
+use super::value::Scope;
+use crate::body::Anchor;
+use crate::contact::{Base, ContactPair, EdgesForm, Place, Reach, Round, Shape};
+use crate::diagnostic::Diagnostic;
+use crate::ids::{BodyId, ContactId};
+use crate::load::{Load, LoadKind};
+use crate::model::Space;
+
+/// Keys of a contact.
+pub(super) const CONTACT_KEYS: [&str; 4] = ["between", "mu", "static", "restitution"];
+/// Keys of a shape that is no point.
+const SHAPE_KEYS: [&str; 6] = ["disc", "ring", "line", "edges", "outline", "radius"];
+/// How shapes are written.
+const SHAPES: &str = "write a point `\"rod.A\"`, `{ disc = \"ball.C\", radius = \"40 mm\" }`, a `ring` of the same form, or \
+                      `{ line = [\"ground.A\", \"ground.B\"] }`, `edges` or an `outline` of points";
+/// Places that one contact may have.
+const MOST_PLACES: usize = 200;
+
+/// Where the points of bodies are in their own axes, m.
+type Points<'a> = &'a dyn Fn(Anchor) -> [f64; 2];
+
+impl Reader<'_> {
+    /// Reads all contacts, in file order; their rows become loads after those of the author.
+    pub(super) fn read_contacts(
+        &mut self,
+        root: &Table,
+        facts: &[&BodyFacts],
+        loads: &mut Vec<Load>,
+    ) -> Vec<ContactPair> {
+        let points = |anchor: Anchor| {
+            let point = anchor.point.and_then(|point| facts[anchor.body.0].points.get(point.0));
+            point.copied().flatten().map_or([0.0; 2], |at| [at[0], at[1]])
+        };
+        let mut pairs: Vec<ContactPair> = Vec::new();
+        for (name, span, table) in self.own_tables(root, "contact") {
+            self.usable_name(name, &span, "contact");
+            if let Some(load) = loads.iter().find(|load| load.name == name) {
+                let message = format!("`{name}` is a load and a contact");
+                self.report(
+                    Diagnostic::error(codes::DUPLICATE, message)
+                        .at(span, "the same name again")
+                        .at(load.span.clone(), "the load")
+                        .help(format!("rename the contact, for example `{name}_contact`")),
+                );
+                continue;
+            }
+            let fields =
+                Fields::open(self, table, format!("contact `{name}`"), span, &CONTACT_KEYS);
+            let id = ContactId(pairs.len());
+            if let Some((pair, rows)) = self.read_contact(name, &fields, id, &points) {
+                loads.extend(rows);
+                pairs.push(pair);
+            }
+        }
+        pairs
+    }
+
+    /// Outlines are in a plane.
+    pub(super) fn check_plane_of_contacts(&mut self, space: Space, contacts: &[ContactPair]) {
+        let Some(pair) = contacts.first().filter(|_| space == Space::Spatial) else { return };
+        let message = format!("contact `{}` is in a spatial model", pair.name);
+        self.report(
+            Diagnostic::error(codes::CONTACT_IN_SPACE, message)
+                .at(pair.span.clone(), "outlines touch in a plane alone")
+                .help("keep to the plane, or use a joint of type \"rolling\" or a load of type \"stop\""),
+        );
+    }
+
+    fn read_contact(
+        &mut self,
+        name: &str,
+        fields: &Fields<'_>,
+        id: ContactId,
+        points: Points<'_>,
+    ) -> Option<(ContactPair, Vec<Load>)> {
+        let restitution = match fields.get("restitution") {
+            None => Some(self.pool.zero()),
+            Some(node) => self.restitution(node, &fields.what("restitution")),
+        };
+        let friction = match fields.has("mu") || fields.has("static") {
+            true => Some(self.coefficients(fields)?),
+            false => None,
+        };
+        let help = format!("write two shapes, `between = [A, B]`: {SHAPES}");
+        let node = fields.require(self, "between", &help)?;
+        let what = fields.what("between");
+        let nodes = self.array(node, &what, "an array of two shapes", "[\"rod.A\", \"ground.B\"]")?;
+        let [first, second] = nodes else {
+            self.wrong_kind(node, &what, "an array of two shapes", &node.value, &help);
+            return None;
+        };
+        let shapes = [first, second].map(|node| self.shape(node, fields, points));
+        let [first, second] = shapes;
+        let shapes = [first?, second?];
+        let bodies = [0, 1].map(|k| shapes[k].anchors()[0].body);
+        if bodies[0] == bodies[1] {
+            let body = self.names.bodies[bodies[0].0].name.clone();
+            let message = format!("contact `{name}` is between parts of one body, `{body}`");
+            self.report(
+                Diagnostic::error(codes::SELF_CONTACT, message)
+                    .at(node.span.clone(), "these do not move against each other")
+                    .help("name a shape of another body, or of the ground"),
+            );
+            return None;
+        }
+        let span = node.span.clone();
+        let (places, tracks) = places_of(&shapes, points, self.pool.zero());
+        if places.is_empty() {
+            let message = format!("the two shapes of contact `{name}` cannot touch");
+            self.report(
+                Diagnostic::error(codes::NO_TOUCH, message)
+                    .at(span, "two points, two lines, or two rings")
+                    .help("give one of them another shape, for example a point a `disc` with a radius"),
+            );
+            return None;
+        }
+        if places.len() > MOST_PLACES {
+            let message = format!(
+                "contact `{name}` has {} places where corners can meet edges, more than {MOST_PLACES}",
+                places.len()
+            );
+            self.report(
+                Diagnostic::error(codes::MANY_PLACES, message)
+                    .at(span, "outlines with many corners")
+                    .help("use fewer corners, a `disc`, or only the `edges` that can touch"),
+            );
+            return None;
+        }
+        let restitution = restitution?;
+        let load = |kind| Load { name: name.to_owned(), kind, span: span.clone() };
+        let touches = (0..places.len())
+            .map(|place| load(LoadKind::Touch { contact: id, place, restitution }));
+        let mut rows: Vec<Load> = touches.collect();
+        if let Some([sliding, sticking]) = friction {
+            let rubs = (0..tracks.len())
+                .map(|track| load(LoadKind::Rub { contact: id, track, sliding, sticking }));
+            rows.extend(rubs);
+        }
+        Some((ContactPair { name: name.to_owned(), shapes, places, tracks, span }, rows))
+    }
+
+    /// A point as text, or a shape as a table.
+    fn shape(&mut self, node: &Node, fields: &Fields<'_>, points: Points<'_>) -> Option<Shape> {
+        let what = fields.what("between");
+        let Value::Table(table) = &node.value else {
+            if !matches!(node.value, Value::Text(_)) {
+                self.wrong_kind(node, &what, "a shape", &node.value, SHAPES);
+                return None;
+            }
+            let center = self.point_of_shape(node, &what, fields)?;
+            return Some(Shape::Round(Round { center, radius: self.pool.zero() }));
+        };
+        let owner = format!("a shape of {}", fields.owner);
+        let own = Fields::open(self, table, owner, node.span.clone(), &SHAPE_KEYS);
+        let kinds: Vec<&str> =
+            SHAPE_KEYS[..5].iter().copied().filter(|key| own.has(key)).collect();
+        if let [one, other, ..] = kinds[..] {
+            own.conflict(self, one, other);
+            return None;
+        }
+        let Some(&kind) = kinds.first() else {
+            own.require(self, "outline", SHAPES);
+            return None;
+        };
+        let node = own.get(kind)?;
+        if let "disc" | "ring" = kind {
+            let center = self.point_of_shape(node, &own.what(kind), fields);
+            let radius = own.require(self, "radius", "write for example `radius = \"40 mm\"`")?;
+            let what = own.what("radius");
+            let radius = self.scalar(radius, Quantity::LENGTH, &what, Scope::Constant)?;
+            let is_good = self.check_positive(&what, &radius, Quantity::LENGTH);
+            let round = Round { center: center?, radius: radius.expr };
+            let shape = if kind == "disc" { Shape::Round(round) } else { Shape::Ring(round) };
+            return is_good.then_some(shape);
+        }
+        if let Some(entry) = own.entry("radius") {
+            let message = format!("{} has a `radius` and is no disc or ring", own.owner);
+            self.report(
+                Diagnostic::error(codes::KEY_CONFLICT, message)
+                    .at(entry.key_span.clone(), "of no meaning here")
+                    .help("remove it, or name a `disc` or `ring` by its centre"),
+            );
+            return None;
+        }
+        self.edges(kind, node, &own, fields, points)
+    }
+
+    fn edges(
+        &mut self,
+        kind: &str,
+        node: &Node,
+        own: &Fields<'_>,
+        fields: &Fields<'_>,
+        points: Points<'_>,
+    ) -> Option<Shape> {
+        let what = own.what(kind);
+        let nodes = self.array(node, &what, "an array of points", "[\"box.A\", \"box.B\"]")?;
+        let (form, fewest) = match kind {
+            "line" => (EdgesForm::Line, 2),
+            "edges" => (EdgesForm::Chain, 2),
+            _ => (EdgesForm::Outline, 3),
+        };
+        let corners: Vec<Option<Anchor>> =
+            nodes.iter().map(|node| self.point_of_shape(node, &what, fields)).collect();
+        let mut corners = corners.into_iter().collect::<Option<Vec<Anchor>>>()?;
+        let wrong = |message: String, label: &str, help: &str| {
+            Diagnostic::error(codes::BAD_SHAPE, message).at(node.span.clone(), label).help(help)
+        };
+        if corners.len() < fewest || form == EdgesForm::Line && corners.len() > 2 {
+            let message = format!("{what} has {} points", corners.len());
+            let help = match form {
+                EdgesForm::Line => "give two points of the line; what touches it is to its left",
+                EdgesForm::Chain => "give two points at least, in order; what touches them is to their left",
+                EdgesForm::Outline => "give three corners at least, in order",
+            };
+            self.report(wrong(message, "not this number", help));
+            return None;
+        }
+        if let Some(other) = corners.iter().find(|corner| corner.body != corners[0].body) {
+            let names =
+                [corners[0].body, other.body].map(|BodyId(k)| self.names.bodies[k].name.clone());
+            let message = format!("{what} has points of `{}` and of `{}`", names[0], names[1]);
+            self.report(wrong(message, "a shape belongs to one body", "take all points from one body"));
+            return None;
+        }
+        let at: Vec<[f64; 2]> = corners.iter().map(|&corner| points(corner)).collect();
+        let n = at.len();
+        let n_edges = if form == EdgesForm::Outline { n } else { n - 1 };
+        let equal = (0..n_edges).find(|&k| at[k] == at[(k + 1) % n]);
+        if equal.is_some() {
+            let message = format!("{what} has an edge of no length");
+            let help = "give points that are apart, each once; an outline closes by itself";
+            self.report(wrong(message, "two points at one place", help));
+            return None;
+        }
+        if form == EdgesForm::Outline {
+            let area: f64 = (0..n).map(|k| cross(at[k], at[(k + 1) % n])).sum();
+            if area == 0.0 {
+                let message = format!("{what} encloses no area");
+                let help = "give at least three corners that are not in one line, in order";
+                self.report(wrong(message, "encloses nothing", help));
+                return None;
+            }
+            // The outside to the left.
+            if area > 0.0 {
+                corners.reverse();
+            }
+        }
+        Some(Shape::Edges { corners, form })
+    }
+
+    /// A named point of a body or of the ground.
+    fn point_of_shape(&mut self, node: &Node, what: &str, fields: &Fields<'_>) -> Option<Anchor> {
+        let anchor = self.anchor(node, what, &fields.owner)?;
+        if anchor.point.is_none() {
+            let body = self.names.bodies[anchor.body.0].name.clone();
+            let message = format!("{}: this place on `{body}` has no name", fields.owner);
+            self.report(
+                Diagnostic::error(codes::UNKNOWN_POINT, message)
+                    .at(node.span.clone(), "a body, and not one of its points")
+                    .help(format!(
+                        "give it a point there, `points = {{ P = [0, 0] }}`, and write `{body}.P`"
+                    )),
+            );
+            return None;
+        }
+        Some(anchor)
+    }
+}
+
+fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// A corner, point or disc of a shape, with the corners before and after it.
+type Tip = (Round, [Option<Anchor>; 2]);
+
+/// The places where two shapes may touch, and those that rub together.
+fn places_of(
+    shapes: &[Shape; 2],
+    points: Points<'_>,
+    zero: Expr,
+) -> (Vec<Place>, Vec<Vec<usize>>) {
+    let (mut places, mut tracks) = (Vec::new(), Vec::new());
+    let mut add = |together: Vec<Place>, are_straight: bool| {
+        let numbers: Vec<usize> = (places.len()..places.len() + together.len()).collect();
+        places.extend(together);
+        if are_straight && !numbers.is_empty() {
+            tracks.push(numbers);
+        } else {
+            tracks.extend(numbers.into_iter().map(|number| vec![number]));
+        }
+    };
+    for (of_base, is_second) in [(0, true), (1, false)] {
+        let (base, mover) = (&shapes[of_base], &shapes[1 - of_base]);
+        let tips = tips(mover, points, zero);
+        let place = |tip: &Tip, base: Base| Place {
+            mover: tip.0,
+            neighbors: tip.1.iter().flatten().copied().collect(),
+            base,
+            is_second,
+        };
+        match base {
+            Shape::Ring(ring) => {
+                let all = tips.iter().map(|tip| place(tip, Base::Ring(*ring))).collect();
+                add(all, false);
+            }
+            Shape::Round(round) => {
+                // A disc meets a disc or point once; edges have it as their tip.
+                let Shape::Round(other) = mover else { continue };
+                let is_pair = is_second && !(round.radius == zero && other.radius == zero);
+                let base = Base::Round { round: *round, wedge: [None; 2] };
+                add(tips.iter().filter(|_| is_pair).map(|tip| place(tip, base.clone())).collect(), false);
+            }
+            Shape::Edges { corners, form } => {
+                let edges = edges_of(corners, *form);
+                let is_convex = is_convex(corners, *form, points);
+                for (k, &ends) in edges.iter().enumerate() {
+                    let reach = |tip: &Tip| match form {
+                        EdgesForm::Line => Reach::Endless,
+                        EdgesForm::Outline if is_convex && tip.0.radius == zero => {
+                            let others = edges.iter().enumerate().filter(|&(at, _)| at != k);
+                            Reach::Within(others.map(|(_, &ends)| ends).collect())
+                        }
+                        _ => Reach::Ends,
+                    };
+                    let on_edge = |tip: &Tip| place(tip, Base::Edge { ends, reach: reach(tip) });
+                    add(tips.iter().map(on_edge).collect(), true);
+                }
+                // Around its corners.
+                let Shape::Round(disc) = mover else { continue };
+                if disc.radius == zero {
+                    continue;
+                }
+                let corners = self::tips(base, points, zero).into_iter();
+                let around = corners.map(|(round, wedge)| {
+                    place(&(*disc, [None; 2]), Base::Round { round, wedge })
+                });
+                add(around.collect(), false);
+            }
+        }
+    }
+    (places, tracks)
+}
+
+/// What of a shape meets edges and rings: points, discs, and the corners that stand out.
+fn tips(shape: &Shape, points: Points<'_>, zero: Expr) -> Vec<Tip> {
+    match shape {
+        Shape::Ring(_) | Shape::Edges { form: EdgesForm::Line, .. } => Vec::new(),
+        Shape::Round(round) => vec![(*round, [None; 2])],
+        Shape::Edges { corners, form } => {
+            let n = corners.len();
+            let is_closed = *form == EdgesForm::Outline;
+            let next_to = |k: usize| {
+                let before = (is_closed || k > 0).then(|| corners[(k + n - 1) % n]);
+                let after = (is_closed || k + 1 < n).then(|| corners[(k + 1) % n]);
+                [before, after]
+            };
+            let stands_out = |&k: &usize| match next_to(k) {
+                [Some(before), Some(after)] => turn(points, [before, corners[k], after]) < 0.0,
+                _ => true,
+            };
+            let round = |k: usize| Round { center: corners[k], radius: zero };
+            (0..n).filter(stands_out).map(|k| (round(k), next_to(k))).collect()
+        }
+    }
+}
+
+fn edges_of(corners: &[Anchor], form: EdgesForm) -> Vec<[Anchor; 2]> {
+    let mut edges: Vec<[Anchor; 2]> = corners.windows(2).map(|pair| [pair[0], pair[1]]).collect();
+    if form == EdgesForm::Outline {
+        edges.push([corners[corners.len() - 1], corners[0]]);
+    }
+    edges
+}
+
+/// True of a closed outline that turns one way at every corner.
+fn is_convex(corners: &[Anchor], form: EdgesForm, points: Points<'_>) -> bool {
+    let n = corners.len();
+    let turns = |k: usize| turn(points, [corners[k], corners[(k + 1) % n], corners[(k + 2) % n]]);
+    form == EdgesForm::Outline && (0..n).all(|k| turns(k) <= 0.0)
+}
+
+/// Twice the area of three points, positive where they turn left.
+fn turn(points: Points<'_>, at: [Anchor; 3]) -> f64 {
+    let [a, b, c] = at.map(points);
+    cross([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]])
+}

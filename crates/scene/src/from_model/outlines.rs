@@ -1,0 +1,53 @@
+//! Outlines that touch: discs, rings, edges and closed outlines of contacts, on bodies without a shape of their own.
+
+use bksim_model::{EdgesForm, Shape as Outline};
+
+use super::Sketch;
+use super::wheels::fine_circle;
+use crate::geometry::Plane;
+use crate::{Form, Role, Shape};
+
+impl Sketch<'_> {
+    /// The shapes that contacts are between, each once.
+    pub(super) fn outlines(&self) -> Vec<Shape> {
+        let mut shapes: Vec<Shape> = Vec::new();
+        for outline in self.model().contacts.iter().flat_map(|pair| &pair.shapes) {
+            let shape = self.outline_of_contact(outline);
+            shapes.extend(shape.filter(|shape| !shapes.contains(shape)));
+        }
+        shapes
+    }
+
+    fn outline_of_contact(&self, outline: &Outline) -> Option<Shape> {
+        let body = outline.anchors().first()?.body.0;
+        let role = self.role_of(body);
+        let line = |points: Vec<[f64; 3]>, is_closed: bool| {
+            Some(Shape { body, role, form: Form::Line { points, is_closed } })
+        };
+        let has_own = self.has_own_shape(body);
+        match outline {
+            Outline::Round(round) | Outline::Ring(round) => {
+                let radius = self.numbers.value(round.radius).abs();
+                let origin = self.numbers.attached(round.center).position;
+                let plane = Plane { origin, ..Plane::XY };
+                let is_ring = matches!(outline, Outline::Ring(_));
+                if is_ring {
+                    let [x, y, z] = origin;
+                    let points = fine_circle(radius).into_iter();
+                    return line(points.map(|[u, v]| [x + u, y + v, z]).collect(), true);
+                }
+                let is_drawn = radius > 0.0 && !has_own;
+                is_drawn.then(|| Shape::region(body, role, &plane, &[fine_circle(radius)]))
+            }
+            Outline::Edges { corners, form } => {
+                let points: Vec<[f64; 3]> =
+                    corners.iter().map(|&corner| self.numbers.attached(corner).position).collect();
+                if *form != EdgesForm::Outline || role == Role::Ground {
+                    return line(points, *form == EdgesForm::Outline);
+                }
+                let corners = points.iter().rev().map(|&[x, y, _]| [x, y]).collect();
+                (!has_own).then(|| Shape::region(body, role, &Plane::XY, &[corners]))
+            }
+        }
+    }
+}
