@@ -79,7 +79,8 @@ impl Touching {
                         let (way, _) = direction(model, kinematics, ends);
                         let normal = spatial::cross(pool, &spatial::z_axis(pool), &way);
                         let from = spatial::sub(pool, &center, &point(ends[0]));
-                        pool.neg(pool.simplify(spatial::dot(pool, &normal, &from)))
+                        let other = spatial::dot(pool, &normal, &from);
+                        pool.simplify(pool.sub(above, other))
                     })),
                 }
                 let at = spatial::sub(pool, &center, &scaled(radius, &normal));

@@ -37,6 +37,8 @@ const JUMP: f64 = 1e-6;
 const HIDDEN: f64 = 1e3;
 /// Rates by which the run lets held stops drift, in those that come to rest.
 const DRIFT: f64 = 10.0;
+/// Changes of a choice, for each of them, after which they are tried in order.
+const PIVOTS: usize = 8;
 /// Part of the largest velocity that is rounding of an impact.
 const STUCK: f64 = 1e-13;
 /// The end of an outline is known to this, m.
@@ -455,6 +457,12 @@ impl<'a> ModeSearch<'a> {
         let mut largest_met: f64 = 0.0;
         let values = self.indicators(&self.modes);
         let weak = self.weak_contact(&values);
+        if weak.is_none()
+            && self.contacts().iter().any(|contact| contact.is_outline)
+            && let Some(modes) = self.pivoted(undecided, &values)
+        {
+            return Ok(self.start_in(modes));
+        }
         let mut found: Option<(Modes, Vec<f64>)> = None;
         for (is_first, may_hold) in [(true, false), (false, false), (false, true)] {
             let scale = if is_first { 0.0 } else { largest_met };
@@ -526,6 +534,39 @@ impl<'a> ModeSearch<'a> {
         None
     }
 
+    /// A consistent combination, found by changing one choice after the other: always the first that does not fit, which
+    /// finds the one there is where each force parts its own bodies more than those of others press them together.
+    /// `None` where that leads nowhere.
+    fn pivoted(&self, undecided: &[Undecided], values: &IndicatorValues) -> Option<Modes> {
+        let mut set = vec![0; undecided.len()];
+        for _ in 0..PIVOTS * (undecided.len() + 1) {
+            let mut modes = self.modes.clone();
+            undecided.iter().zip(&set).for_each(|(of, &choice)| of.take(choice, &mut modes));
+            self.press_together(values, &mut modes);
+            if self.is_held_after_event(undecided, &modes) {
+                return None;
+            }
+            let motion = self.motion_in(&modes)?;
+            let Some(k) = self.first_misfit(undecided, &modes, &motion, 0.0) else {
+                return Some(modes);
+            };
+            set[k] = match &undecided[k] {
+                Undecided::Kink { .. } => 1 - set[k],
+                Undecided::Contact { contact, modes: choices } => {
+                    let force = motion.lambda[self.contacts()[*contact].row];
+                    let wanted = |mode: &ContactMode| match modes.contacts[*contact] {
+                        ContactMode::Closed => *mode == ContactMode::Open,
+                        ContactMode::Open => *mode == ContactMode::Closed,
+                        ContactMode::Stick(_) => *mode == ContactMode::Slip(-force.signum()),
+                        ContactMode::Slip(_) => matches!(mode, ContactMode::Stick(_)),
+                    };
+                    choices.iter().position(wanted)?
+                }
+            };
+        }
+        None
+    }
+
     /// True where a contact that has let go is held again.
     fn is_held_after_event(&self, undecided: &[Undecided], modes: &Modes) -> bool {
         undecided.iter().any(|undecided| match *undecided {
@@ -538,8 +579,7 @@ impl<'a> ModeSearch<'a> {
         })
     }
 
-    /// Whether every mode that was chosen agrees with the motion that follows; accelerations have the
-    /// rounding of this `scale`, or of their own.
+    /// Whether every mode that was chosen agrees with the motion that follows.
     fn is_consistent(
         &self,
         undecided: &[Undecided],
@@ -547,12 +587,24 @@ impl<'a> ModeSearch<'a> {
         motion: &TrialMotion,
         scale: f64,
     ) -> bool {
+        self.first_misfit(undecided, modes, motion, scale).is_none()
+    }
+
+    /// The first mode that was chosen and does not agree with the motion that follows; accelerations have the
+    /// rounding of this `scale`, or of their own.
+    fn first_misfit(
+        &self,
+        undecided: &[Undecided],
+        modes: &Modes,
+        motion: &TrialMotion,
+        scale: f64,
+    ) -> Option<usize> {
         let Instant { t, q, v, compiled, parameters, .. } = &self.at;
         let mut indicators = compiled.indicators.at(&modes.parameters_with_modes(parameters));
         let values = indicators.values_with(*t, (q, v), &motion.lambda);
         let (a, lambda) = (largest(&motion.a), largest(&motion.lambda));
         let small = ROUNDING * a.max(scale) + f64::MIN_POSITIVE;
-        undecided.iter().all(|undecided| match *undecided {
+        undecided.iter().position(|undecided| !match *undecided {
             Undecided::Kink { kink, .. } => {
                 let rate = motion.kink_rates[kink];
                 leaves_to_its_side(modes.signs[kink], rate, ROUNDING * rate.abs().max(motion.scale))

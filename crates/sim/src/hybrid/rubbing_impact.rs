@@ -152,8 +152,74 @@ impl Response {
         work > GAIN * size
     }
 
-    /// The impulses for which stops part at these speeds, u⁺ = `parting` where they push.
+    /// The impulses for which stops part at these speeds, u⁺ = `parting` where they push: those of each group that
+    /// others leave alone by itself, none where nothing meets.
     fn outcome(&self, parting: &DVector<f64>, rubbing: &Rubbing<'_>) -> Option<Outcome> {
+        let n = self.n_stops;
+        let mut impulses = DVector::zeros(self.rates.len());
+        for group in self.groups(rubbing) {
+            if group.iter().all(|&k| self.rates[k].abs() <= SMALLEST * self.rates.amax()) {
+                continue;
+            }
+            let (stops, tracks): (Vec<usize>, Vec<usize>) = group.iter().partition(|&&k| k < n);
+            let place = |stop: &usize| stops.iter().position(|own| own == stop);
+            let mu: Vec<f64> = tracks.iter().map(|&k| rubbing.mu[k - n]).collect();
+            let pressed_by: Vec<Vec<usize>> = (tracks.iter())
+                .map(|&k| rubbing.pressed_by[k - n].iter().filter_map(place).collect())
+                .collect();
+            let own = [stops.clone(), tracks].concat();
+            let part = Self {
+                n_stops: stops.len(),
+                free: DVector::zeros(0),
+                columns: Vec::new(),
+                rates: self.rates.select_rows(&own),
+                w: self.w.select_rows(&own).select_columns(&own),
+            };
+            let rubbing = Rubbing { rows: rubbing.rows, mu: &mu, pressed_by: &pressed_by };
+            let found = part.outcome_of_group(&parting.select_rows(&stops), &rubbing)?;
+            own.iter().zip(found.impulses.iter()).for_each(|(&k, p)| impulses[k] = *p);
+        }
+        let rates = &self.rates + &self.w * &impulses;
+        Some(Outcome { impulses, rates })
+    }
+
+    /// Stops and tracks in groups that do not feel each other's impulses.
+    fn groups(&self, rubbing: &Rubbing<'_>) -> Vec<Vec<usize>> {
+        let size = self.rates.len();
+        let least = SMALLEST * self.w.amax();
+        let is_linked = |i: usize, j: usize| {
+            let presses = |stop: usize, track: usize| {
+                let track = track.checked_sub(self.n_stops);
+                track.is_some_and(|track| rubbing.pressed_by[track].contains(&stop))
+            };
+            self.w[(i, j)].abs() > least || presses(i, j) || presses(j, i)
+        };
+        let mut group_of: Vec<Option<usize>> = vec![None; size];
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for first in 0..size {
+            if group_of[first].is_some() {
+                continue;
+            }
+            let mut members = vec![first];
+            group_of[first] = Some(groups.len());
+            let mut at = 0;
+            while let Some(&k) = members.get(at) {
+                for other in 0..size {
+                    if group_of[other].is_none() && is_linked(k, other) {
+                        group_of[other] = Some(groups.len());
+                        members.push(other);
+                    }
+                }
+                at += 1;
+            }
+            members.sort_unstable();
+            groups.push(members);
+        }
+        groups
+    }
+
+    /// Impulses of one group.
+    fn outcome_of_group(&self, parting: &DVector<f64>, rubbing: &Rubbing<'_>) -> Option<Outcome> {
         let (n, m) = (self.n_stops, rubbing.mu.len());
         // All stops push, all tracks stick: then whatever does not fit is changed, one thing at a time.
         let mut set = vec![0; n + m];

@@ -175,6 +175,11 @@ impl EventIndicators {
         self.timed.is_empty() && self.contacts.is_empty() && !self.has_latches
     }
 
+    /// Whether outlines rub.
+    pub(crate) fn has_tracks(&self) -> bool {
+        self.pressed_by.iter().any(|stops| !stops.is_empty())
+    }
+
     /// The modes before anything is known: stops open, friction without force, every σ positive, nothing held.
     pub(crate) fn idle(&self) -> Modes {
         let idle = |contact: &CompiledContact| match contact.law {

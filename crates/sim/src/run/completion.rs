@@ -4,6 +4,7 @@
 use bksim_dae::NotFinite;
 
 use super::sample::{Energy, Sample};
+use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;
 use crate::multiplier::projection::{CLOSED, size_of};
@@ -101,6 +102,20 @@ pub(super) fn complete(evaluator: &mut Evaluator<'_>, sample: &mut Sample) {
     refill(inputs, evaluator.inputs(*t, q, v));
     *energy = evaluator.energy(*t, q, v, lambda);
     evaluator.reactions_into(state, AccelerationRef { a, lambda }, reactions);
+}
+
+/// Takes the signals of a sample again where they may measure the friction of contacts, whose multipliers a sample has
+/// only once it is complete.
+pub(super) fn measure_contacts(
+    compiled: &CompiledSystem,
+    evaluator: &mut Evaluator<'_>,
+    sample: &mut Sample,
+) {
+    if sample.signals.is_empty() || !compiled.indicators.has_tracks() {
+        return;
+    }
+    let Sample { t, q, v, a, lambda, signals, .. } = sample;
+    refill(signals, evaluator.signals(StateRef { t: *t, q, v }, AccelerationRef { a, lambda }));
 }
 
 fn refill<T: Copy>(own: &mut Vec<T>, values: &[T]) {

@@ -1,7 +1,7 @@
 //! A run again, at any instant, from its segments: the samples that the run itself would have handed
 //! out there.
 
-use super::completion::complete_state;
+use super::completion::{complete_state, measure_contacts};
 use super::observer::Segment;
 use super::sample::{Energy, Sample};
 use crate::compiled::CompiledSystem;
@@ -85,6 +85,7 @@ impl<'a> Replay<'a> {
         let _ = complete_state(evaluator, multipliers, sample);
         let Sample { q, v, lambda, .. } = sample;
         self.watcher.fill_slip_friction(&self.modes, (t, q, v), lambda);
+        measure_contacts(self.compiled, evaluator, sample);
         if self.compiled.yields() {
             let parameters = self.modes.parameters_with_modes(&self.own);
             let Sample { q, lambda, reactions, .. } = sample;

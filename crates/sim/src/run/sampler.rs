@@ -3,7 +3,7 @@
 use bksim_dae::{Control, Loader, Saver, SolveError};
 use bksim_mbs::constraint::Source;
 
-use super::completion::{complete, complete_state};
+use super::completion::{complete, complete_state, measure_contacts};
 use super::dense::DenseOutput;
 use super::mechanism::PhaseMechanism;
 use super::observer::{Observer, Segment};
@@ -414,6 +414,7 @@ impl Sampler {
         self.driving = self.driving.or(driving.map(|load| (*t, load)));
         let compiled = mechanism.compiled();
         compiled.share(mechanism.parameters(), (*t, q), &|_| true, (reactions, lambda));
+        measure_contacts(compiled, &mut mechanism.evaluator, &mut self.sample);
     }
 
     fn hand_out(&mut self, summary: &mut Summary, observer: &mut dyn Observer) -> Control {

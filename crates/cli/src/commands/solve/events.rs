@@ -13,9 +13,11 @@ const LOADS_TOLD: usize = 6;
 
 /// How often what happened; `None` when nothing switched.
 pub(super) fn told(mechanism: &Mechanism, changes: &[Change], impacts: f64) -> Option<String> {
-    let mut counts: Vec<(Option<LoadId>, &str, usize)> = Vec::new();
+    // The rows of a contact have its name.
+    let mut counts: Vec<(Option<&str>, &str, usize)> = Vec::new();
     for change in changes {
         let (load, word) = words(change.kind);
+        let load = load.map(|LoadId(load)| mechanism.model.loads[load].name.as_str());
         match counts.iter_mut().find(|(l, w, _)| (*l, *w) == (load, word)) {
             Some((.., n)) => *n += 1,
             None => counts.push((load, word, 1)),
@@ -24,8 +26,8 @@ pub(super) fn told(mechanism: &Mechanism, changes: &[Change], impacts: f64) -> O
     if counts.is_empty() {
         return None;
     }
-    let part = |&(load, word, n): &(Option<LoadId>, &str, usize)| {
-        let name = load.map(|load| format!("`{}` ", mechanism.model.loads[load.0].name));
+    let part = |&(load, word, n): &(Option<&str>, &str, usize)| {
+        let name = load.map(|load| format!("`{load}` "));
         format!("{}{word} {n}×", name.unwrap_or_default())
     };
     let mut parts: Vec<String> = counts.iter().take(LOADS_TOLD).map(part).collect();
