@@ -15,7 +15,13 @@ fn check(fixture: &str, data: &str, columns: &[&str]) {
 /// The instants of some changes.
 fn instants(text: &str, is_meant: impl Fn(ChangeKind) -> bool) -> Vec<f64> {
     let motion = solve(&derive(model(text)));
-    motion.summary.changes.iter().filter(|change| is_meant(change.kind)).map(|change| change.t).collect()
+    motion
+        .summary
+        .changes
+        .iter()
+        .filter(|change| is_meant(change.kind))
+        .map(|change| change.t)
+        .collect()
 }
 
 #[test]

@@ -257,7 +257,11 @@ fn powers_of_loads(
 
 /// The terms of Σ F · ∂v/∂q̇_i + M · ∂ω/∂q̇_i, by coordinate, with the velocity of the body where the force acts,
 /// which need not be a point of it.
-pub(crate) fn powers(model: &Model, kinematics: &Kinematics, wrenches: &[Wrench]) -> Vec<Vec<Expr>> {
+pub(crate) fn powers(
+    model: &Model,
+    kinematics: &Kinematics,
+    wrenches: &[Wrench],
+) -> Vec<Vec<Expr>> {
     let pool = &model.pool;
     let mut powers = vec![Vec::new(); kinematics.coordinates.len()];
     for wrench in wrenches {

@@ -391,8 +391,6 @@ pub fn pressed_by(model: &Model, contacts: &[Contact], friction: &Contact) -> Ve
     let LoadKind::Rub { contact, track, .. } = model.loads[friction.load.0].kind else {
         return Vec::new();
     };
-    let is_on = |other: &Contact| {
-        is_on_track(model, Source::Stop(other.load), (contact, track))
-    };
+    let is_on = |other: &Contact| is_on_track(model, Source::Stop(other.load), (contact, track));
     (0..contacts.len()).filter(|&k| is_on(&contacts[k])).collect()
 }

@@ -21,7 +21,8 @@ use crate::force::Wrench;
 use crate::kinematics::Kinematics;
 use crate::spatial;
 use bksim_model::{
-    Anchor, Base, BodyId, ContactId, ContactPair, ContactPart, LoadKind, Model, Place, Reach, Vector,
+    Anchor, Base, BodyId, ContactId, ContactPair, ContactPart, LoadKind, Model, Place, Reach,
+    Vector,
 };
 
 /// A corner may be turned by this sine beyond where its own edge lies on the edge that it touches.
@@ -73,7 +74,11 @@ impl Touching {
                         } else {
                             radius
                         };
-                        reaches.extend([foot, pool.sub(length, foot), pool.sub(depth, penetration)]);
+                        reaches.extend([
+                            foot,
+                            pool.sub(length, foot),
+                            pool.sub(depth, penetration),
+                        ]);
                     }
                     Reach::Within(others) => reaches.extend(others.iter().map(|&ends| {
                         let (way, _) = direction(model, kinematics, ends);
@@ -102,8 +107,7 @@ impl Touching {
                 // Between the normals of the edges next to a corner: past the end of one, before the start of the other.
                 for (end, sense) in wedge.iter().zip([1, -1]) {
                     let Some(end) = *end else { continue };
-                    let ends =
-                        if sense == 1 { [end, round.center] } else { [round.center, end] };
+                    let ends = if sense == 1 { [end, round.center] } else { [round.center, end] };
                     let (way, _) = direction(model, kinematics, ends);
                     let foot = pool.mul(pool.int(sense), spatial::dot(pool, &way, &d));
                     reaches.push(pool.simplify(foot));
@@ -154,11 +158,7 @@ fn circle(pool: &Pool, d: &Vector, radius: Expr) -> (Expr, Expr) {
 }
 
 /// The unit vector from one point of a body to another, and their distance, which is constant.
-fn direction(
-    model: &Model,
-    kinematics: &Kinematics,
-    ends: [Anchor; 2],
-) -> (Vector, Expr) {
+fn direction(model: &Model, kinematics: &Kinematics, ends: [Anchor; 2]) -> (Vector, Expr) {
     let pool = &model.pool;
     let own = |anchor: Anchor| {
         let points = &model.bodies[anchor.body.0].points;
@@ -182,7 +182,11 @@ pub(crate) fn speed_along(model: &Model, kinematics: &Kinematics, wrenches: &[Wr
 }
 
 /// True of the row of a place of this track.
-pub(crate) fn is_on_track(model: &Model, source: Source, (contact, track): (ContactId, usize)) -> bool {
+pub(crate) fn is_on_track(
+    model: &Model,
+    source: Source,
+    (contact, track): (ContactId, usize),
+) -> bool {
     let Source::Stop(load) = source else { return false };
     let together = &model.contacts[contact.0].tracks[track];
     let LoadKind::Touch { contact: of, place, .. } = model.loads[load.0].kind else { return false };
@@ -190,7 +194,11 @@ pub(crate) fn is_on_track(model: &Model, source: Source, (contact, track): (Cont
 }
 
 /// The sum of the forces of the places of a track.
-pub(crate) fn pressing(model: &Model, constraints: &[Constraint], track: (ContactId, usize)) -> Expr {
+pub(crate) fn pressing(
+    model: &Model,
+    constraints: &[Constraint],
+    track: (ContactId, usize),
+) -> Expr {
     let rows = constraints.iter().filter(|row| is_on_track(model, row.source, track));
     model.pool.sum(rows.map(|row| model.pool.symbol_expr(row.lambda)).collect::<Vec<_>>())
 }
@@ -227,7 +235,8 @@ pub fn part(
                 let ends = [place.mover.center, place.base.anchor()];
                 let [a, b] = ends.map(|anchor| kinematics.anchor(model, anchor));
                 let apart = spatial::sub(pool, &a, &b);
-                let apart = pool.sub(pool.sqrt(spatial::dot(pool, &apart, &apart)), place.mover.radius);
+                let apart =
+                    pool.sub(pool.sqrt(spatial::dot(pool, &apart, &apart)), place.mover.radius);
                 let reaches = pool.call(Function::Ge, &[touching.reach, pool.zero()]);
                 pool.select(reaches.expect("two arguments"), touching.gap, apart)
             };

@@ -51,8 +51,8 @@ pub use curve::{Cam, CamLaw, Curve, FollowerKind, LawSegment};
 pub use drive::Drive;
 pub use file::NoCompliance;
 pub use ids::{
-    BeltId, BodyId, ClockId, ContactId, CouplingId, CurveId, DriveId, GROUND, JointId, LawId, LoadId,
-    ParameterId, PointId, RopeId, StateId, Vector,
+    BeltId, BodyId, ClockId, ContactId, CouplingId, CurveId, DriveId, GROUND, JointId, LawId,
+    LoadId, ParameterId, PointId, RopeId, StateId, Vector,
 };
 pub use io::Io;
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};

@@ -17,8 +17,8 @@ use crate::hybrid::{
 use crate::linear::dense::Dependence;
 use crate::linear::rank::dependent_rows;
 use crate::linear::rows::SparseRows;
-use crate::modes::{ContactMode, Modes};
 use crate::modes::indicators::ContactState;
+use crate::modes::{ContactMode, Modes};
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::pressing::Bearing;
 use crate::redundancy::{self, Redundancy, RepeatedCondition, Uniqueness};

@@ -93,7 +93,8 @@ impl Reader<'_> {
         let help = format!("write two shapes, `between = [A, B]`: {SHAPES}");
         let node = fields.require(self, "between", &help)?;
         let what = fields.what("between");
-        let nodes = self.array(node, &what, "an array of two shapes", "[\"rod.A\", \"ground.B\"]")?;
+        let nodes =
+            self.array(node, &what, "an array of two shapes", "[\"rod.A\", \"ground.B\"]")?;
         let [first, second] = nodes else {
             self.wrong_kind(node, &what, "an array of two shapes", &node.value, &help);
             return None;
@@ -161,8 +162,7 @@ impl Reader<'_> {
         };
         let owner = format!("a shape of {}", fields.owner);
         let own = Fields::open(self, table, owner, node.span.clone(), &SHAPE_KEYS);
-        let kinds: Vec<&str> =
-            SHAPE_KEYS[..5].iter().copied().filter(|key| own.has(key)).collect();
+        let kinds: Vec<&str> = SHAPE_KEYS[..5].iter().copied().filter(|key| own.has(key)).collect();
         if let [one, other, ..] = kinds[..] {
             own.conflict(self, one, other);
             return None;
@@ -219,7 +219,9 @@ impl Reader<'_> {
             let message = format!("{what} has {} points", corners.len());
             let help = match form {
                 EdgesForm::Line => "give two points of the line; what touches it is to its left",
-                EdgesForm::Chain => "give two points at least, in order; what touches them is to their left",
+                EdgesForm::Chain => {
+                    "give two points at least, in order; what touches them is to their left"
+                }
                 EdgesForm::Outline => "give three corners at least, in order",
             };
             self.report(wrong(message, "not this number", help));
@@ -229,7 +231,11 @@ impl Reader<'_> {
             let names =
                 [corners[0].body, other.body].map(|BodyId(k)| self.names.bodies[k].name.clone());
             let message = format!("{what} has points of `{}` and of `{}`", names[0], names[1]);
-            self.report(wrong(message, "a shape belongs to one body", "take all points from one body"));
+            self.report(wrong(
+                message,
+                "a shape belongs to one body",
+                "take all points from one body",
+            ));
             return None;
         }
         let at: Vec<[f64; 2]> = corners.iter().map(|&corner| points(corner)).collect();
@@ -285,11 +291,7 @@ fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
 type Tip = (Round, [Option<Anchor>; 2]);
 
 /// The places where two shapes may touch, and those that rub together.
-fn places_of(
-    shapes: &[Shape; 2],
-    points: Points<'_>,
-    zero: Expr,
-) -> (Vec<Place>, Vec<Vec<usize>>) {
+fn places_of(shapes: &[Shape; 2], points: Points<'_>, zero: Expr) -> (Vec<Place>, Vec<Vec<usize>>) {
     let (mut places, mut tracks) = (Vec::new(), Vec::new());
     let mut add = |together: Vec<Place>, are_straight: bool| {
         let numbers: Vec<usize> = (places.len()..places.len() + together.len()).collect();
@@ -319,7 +321,10 @@ fn places_of(
                 let Shape::Round(other) = mover else { continue };
                 let is_pair = is_second && !(round.radius == zero && other.radius == zero);
                 let base = Base::Round { round: *round, wedge: [None; 2] };
-                add(tips.iter().filter(|_| is_pair).map(|tip| place(tip, base.clone())).collect(), false);
+                add(
+                    tips.iter().filter(|_| is_pair).map(|tip| place(tip, base.clone())).collect(),
+                    false,
+                );
             }
             Shape::Edges { corners, form } => {
                 let edges = edges_of(corners, *form);
@@ -342,9 +347,8 @@ fn places_of(
                     continue;
                 }
                 let corners = self::tips(base, points, zero).into_iter();
-                let around = corners.map(|(round, wedge)| {
-                    place(&(*disc, [None; 2]), Base::Round { round, wedge })
-                });
+                let around = corners
+                    .map(|(round, wedge)| place(&(*disc, [None; 2]), Base::Round { round, wedge }));
                 add(around.collect(), false);
             }
         }

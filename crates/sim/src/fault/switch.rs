@@ -164,8 +164,11 @@ pub(super) fn beyond_stop(model: &Model, load: LoadId, by: f64) -> Diagnostic {
                 .help("start nearer, or write a larger `length`");
         }
         LoadKind::Touch { .. } => {
-            let message =
-                format!("the outlines of contact `{}` overlap by {} m at the start", load.name, short(by));
+            let message = format!(
+                "the outlines of contact `{}` overlap by {} m at the start",
+                load.name,
+                short(by)
+            );
             return Diagnostic::error(codes::OVERLAP, message)
                 .at(load.span.clone(), "these outlines")
                 .help("move the start of one of the bodies until they touch or are apart");

@@ -27,11 +27,13 @@
 //! | `complementarity` | the conditions on contacts and kinks, one function each |
 //! | `impact` | velocities after an impact |
 //! | `rubbing_impact` | the same where bodies rub |
+//! | `lemke` | linear complementarity |
 //! | `mode_sets` | all combinations of some choices, in order |
 //! | `undecided` | modes that only the motion from an instant on decides |
 //! | `bands` | the sizes of rounding about zero |
 //! | `consistent` | an instant at which modes are chosen, and the modes that are consistent |
 //! | `mode_search` | the search for them |
+//! | `outline_search` | the same for contacts of outlines |
 //! | `latching` | modes and latched signals that agree |
 //! | `monitor` | the indicators of one phase, as events of the integrator |
 //! | `switching` | the modes of a run, from event to event |
@@ -47,9 +49,11 @@ mod consistent;
 mod fixed;
 mod impact;
 mod latching;
+mod lemke;
 mod mode_search;
 mod mode_sets;
 mod monitor;
+mod outline_search;
 mod passage;
 mod rubbing_impact;
 mod switching;

@@ -19,8 +19,9 @@ use super::complementarity::{
 use super::consistent::{ConsistentModes, Hit, ImpactRecord, Instant, NoConsistentModes};
 use super::fixed::FixedModes;
 use super::impact::{ImpactEquations, independent_without};
-use super::rubbing_impact::Rubbing;
 use super::mode_sets::ModeSets;
+use super::outline_search::differ;
+use super::rubbing_impact::Rubbing;
 use super::undecided::{Undecided, none_consistent};
 use crate::linear::matrix::Matrix;
 use crate::modes::indicators::{CompiledContact, ContactState, Indicator, IndicatorValues};
@@ -28,7 +29,7 @@ use crate::modes::{ContactMode, Modes};
 use crate::multiplier::largest;
 
 /// Relative rounding of forces and accelerations.
-const ROUNDING: f64 = 1e-9;
+pub(super) const ROUNDING: f64 = 1e-9;
 /// Part of the largest velocity that is rounding of a difference.
 const ROUNDING_OF_RATE: f64 = 2.0 * f64::EPSILON;
 /// A drive may jump by this part of the size of the state before it counts as a jump.
@@ -37,10 +38,6 @@ const JUMP: f64 = 1e-6;
 const HIDDEN: f64 = 1e3;
 /// Rates by which the run lets held stops drift, in those that come to rest.
 const DRIFT: f64 = 10.0;
-/// Changes of a choice, for each of them, after which they are tried in order.
-const PIVOTS: usize = 8;
-/// Part of the largest velocity that is rounding of an impact.
-const STUCK: f64 = 1e-13;
 /// The end of an outline is known to this, m.
 const OF_END: f64 = 1e-12;
 /// Impacts that may follow one another at one instant.
@@ -77,26 +74,26 @@ pub(crate) fn consistent_modes_without_impact(
 }
 
 /// The search at one instant, with the modes that are decided so far.
-struct ModeSearch<'a> {
-    at: Instant<'a>,
-    modes: Modes,
+pub(super) struct ModeSearch<'a> {
+    pub(super) at: Instant<'a>,
+    pub(super) modes: Modes,
     impact_work: f64,
     hits: Vec<Hit>,
     impacts: Vec<ImpactRecord>,
     /// By contact: an impact has parted it, for a flight too low to be seen.
     grazes: Vec<bool>,
     /// By contact: an impact has ended its slip.
-    stuck: Vec<bool>,
+    pub(super) stuck: Vec<bool>,
 }
 
 /// Accelerations in one set of modes, and the rates that follow from them.
-struct TrialMotion {
+pub(super) struct TrialMotion {
     a: Vec<f64>,
-    lambda: Vec<f64>,
+    pub(super) lambda: Vec<f64>,
     /// u′ of every switch.
     kink_rates: Vec<f64>,
     /// φ″ or p″ of every contact.
-    contact_accelerations: Vec<f64>,
+    pub(super) contact_accelerations: Vec<f64>,
     /// Size of velocities and accelerations.
     scale: f64,
 }
@@ -111,17 +108,17 @@ impl<'a> ModeSearch<'a> {
         Self { modes, at, impact_work: 0.0, hits, impacts, grazes, stuck }
     }
 
-    fn fixed(&self, modes: &Modes) -> FixedModes<'a> {
+    pub(super) fn fixed(&self, modes: &Modes) -> FixedModes<'a> {
         FixedModes::new(self.at.compiled, &modes.parameters_with_modes(self.at.parameters))
     }
 
-    fn indicators(&self, modes: &Modes) -> IndicatorValues {
+    pub(super) fn indicators(&self, modes: &Modes) -> IndicatorValues {
         let Instant { t, q, v, compiled, parameters, .. } = &self.at;
         let parameters = modes.parameters_with_modes(parameters);
         compiled.indicators.at(&parameters).values(*t, q, v).clone()
     }
 
-    fn contacts(&self) -> &'a [CompiledContact] {
+    pub(super) fn contacts(&self) -> &'a [CompiledContact] {
         &self.at.compiled.indicators.contacts
     }
 
@@ -174,7 +171,7 @@ impl<'a> ModeSearch<'a> {
 
     /// True where the rate of a contact is zero. That of friction which has just fired is: it is known no better than
     /// the instant at which it passes zero, a bit of the time times the acceleration.
-    fn is_at_rest(&self, k: usize, state: ContactState) -> bool {
+    pub(super) fn is_at_rest(&self, k: usize, state: ContactState) -> bool {
         let has_passed = matches!(state, ContactState::Friction { .. })
             && !self.at.before.contacts[k].is_active()
             && self.has_fired(Indicator::Contact(k));
@@ -194,7 +191,7 @@ impl<'a> ModeSearch<'a> {
 
     /// True where a stop is closed; one that was held until now is, since the run keeps it so, unless its limit has
     /// jumped away. Outlines touch as far as they reach.
-    fn is_closed(&self, k: usize, state: ContactState) -> bool {
+    pub(super) fn is_closed(&self, k: usize, state: ContactState) -> bool {
         let ContactState::Stop { penetration, reach, .. } = state else { return false };
         let has_left =
             self.at.before.contacts[k].is_active() && self.has_fired(Indicator::Contact(k));
@@ -206,7 +203,7 @@ impl<'a> ModeSearch<'a> {
     }
 
     /// Closed stops, whether or not they are about to part.
-    fn closed_stops(&self, values: &IndicatorValues) -> Vec<usize> {
+    pub(super) fn closed_stops(&self, values: &IndicatorValues) -> Vec<usize> {
         let contacts = values.contacts.iter().enumerate();
         let closed = contacts.filter(|&(k, &state)| match state {
             ContactState::Stop { .. } => self.is_closed(k, state),
@@ -308,7 +305,7 @@ impl<'a> ModeSearch<'a> {
     }
 
     /// All closed stops hold; friction is bounded, so that it gives no impulse but where its stops do.
-    fn modes_of_impact(&self, closed: &[usize], tracks: &[usize]) -> Modes {
+    pub(super) fn modes_of_impact(&self, closed: &[usize], tracks: &[usize]) -> Modes {
         let mut modes = self.modes.clone();
         for &k in closed {
             modes.contacts[k] = ContactMode::Closed;
@@ -322,56 +319,6 @@ impl<'a> ModeSearch<'a> {
             modes.contacts[k] = ContactMode::Stick(0.0);
         }
         modes
-    }
-
-    /// The friction of contacts that some of these stops press together.
-    fn tracks_of(&self, closed: &[usize]) -> Vec<usize> {
-        let pressed_by = &self.at.compiled.indicators.pressed_by;
-        let is_pressed = |k: &usize| pressed_by[*k].iter().any(|stop| closed.contains(stop));
-        (0..pressed_by.len()).filter(is_pressed).collect()
-    }
-
-    /// μ of each of these frictions, and the places among `closed` of the stops that press it together.
-    fn rubbing(
-        &self,
-        tracks: &[usize],
-        closed: &[usize],
-        values: &IndicatorValues,
-    ) -> (Vec<f64>, Vec<Vec<usize>>) {
-        let coefficient = |&k: &usize| match values.contacts[k] {
-            ContactState::Friction { position, .. } => position,
-            ContactState::Stop { .. } => 0.0,
-        };
-        let pressed_by = &self.at.compiled.indicators.pressed_by;
-        let stops = |&k: &usize| {
-            let places = pressed_by[k].iter().map(|stop| closed.iter().position(|c| c == stop));
-            places.flatten().collect()
-        };
-        (tracks.iter().map(coefficient).collect(), tracks.iter().map(stops).collect())
-    }
-
-    /// Notes friction that has ended the slip: its speed is zero up to rounding of the impact.
-    fn note_stuck(&mut self, tracks: &[usize]) {
-        let values = self.indicators(&self.modes);
-        let size = STUCK * largest(&self.at.v).max(f64::MIN_POSITIVE);
-        for &k in tracks {
-            self.stuck[k] = values.contacts[k].rate().abs() <= size;
-        }
-    }
-
-    /// Gives friction of contacts the mode that goes with those of its stops: none where they are open, that of its slip
-    /// where they have closed.
-    fn press_together(&self, values: &IndicatorValues, modes: &mut Modes) {
-        for (k, stops) in self.at.compiled.indicators.pressed_by.iter().enumerate() {
-            if stops.is_empty() {
-                continue;
-            }
-            if !stops.iter().any(|&stop| modes.contacts[stop].is_active()) {
-                modes.contacts[k] = ContactMode::Slip(0.0);
-            } else if modes.contacts[k] == ContactMode::Slip(0.0) {
-                modes.contacts[k] = ContactMode::Slip(values.contacts[k].rate().signum());
-            }
-        }
     }
 
     /// ε of each closed stop; none where the bounces to come are too small to be seen.
@@ -416,12 +363,6 @@ impl<'a> ModeSearch<'a> {
         undecided
     }
 
-    /// False of friction of a contact whose stops are all open.
-    fn may_rub(&self, contact: usize, values: &IndicatorValues) -> bool {
-        let stops = &self.at.compiled.indicators.pressed_by[contact];
-        stops.is_empty() || stops.iter().any(|&stop| self.is_closed(stop, values.contacts[stop]))
-    }
-
     /// The modes that a contact at rest may have, held first; `None` for a stop that is open.
     fn choices(&self, contact: usize, state: ContactState) -> Option<Vec<ContactMode>> {
         let before = self.at.before.contacts[contact];
@@ -458,13 +399,15 @@ impl<'a> ModeSearch<'a> {
         let values = self.indicators(&self.modes);
         let weak = self.weak_contact(&values);
         if weak.is_none()
-            && self.contacts().iter().any(|contact| contact.is_outline)
-            && let Some(modes) = self.pivoted(undecided, &values)
+            && let Some(modes) = self.modes_of_outlines(undecided, &values)
         {
             return Ok(self.start_in(modes));
         }
         let mut found: Option<(Modes, Vec<f64>)> = None;
         for (is_first, may_hold) in [(true, false), (false, false), (false, true)] {
+            if weak.is_none() && self.is_beyond_trying(undecided) {
+                break;
+            }
             let scale = if is_first { 0.0 } else { largest_met };
             for set in ModeSets::new(undecided.iter().map(Undecided::n_choices).collect()) {
                 let mut modes = self.modes.clone();
@@ -498,77 +441,8 @@ impl<'a> ModeSearch<'a> {
         })
     }
 
-    /// A place that slides so that its own force, with the friction that it brings about, does not part the bodies: then
-    /// there may be no motion, or more than one.
-    fn weak_contact(&self, values: &IndicatorValues) -> Option<usize> {
-        let closed = self.closed_stops(values);
-        let tracks = self.tracks_of(&closed);
-        let slips = |k: usize| !self.is_at_rest(k, values.contacts[k]);
-        if !tracks.iter().any(|&k| slips(k)) {
-            return None;
-        }
-        let modes = self.modes_of_impact(&closed, &tracks);
-        let rows: Vec<usize> = closed.iter().map(|&k| self.contacts()[k].row).collect();
-        let rubbing: Vec<usize> = tracks.iter().map(|&k| self.contacts()[k].row).collect();
-        let at = self.fixed(&modes).matrices(self.at.t, &self.at.q, &self.at.v);
-        let held = independent_without(&at.jacobian, &[&rows[..], &rubbing].concat());
-        let zeros = vec![0.0; held.len().max(rows.len())];
-        let equations = ImpactEquations {
-            mass: &at.mass,
-            g: &at.jacobian.select(&held),
-            g_rate: &zeros[..held.len()],
-            stops: &at.jacobian.select(&rows),
-            restitution: &zeros[..rows.len()],
-        };
-        let velocity = DVector::zeros(self.at.v.len());
-        let response = equations.response(&velocity, &at.jacobian.select(&rubbing))?;
-        let (mu, pressed_by) = self.rubbing(&tracks, &closed, values);
-        for (track, &k) in tracks.iter().enumerate().filter(|(_, k)| slips(**k)) {
-            let slip = values.contacts[k].rate().signum();
-            for &stop in &pressed_by[track] {
-                if response.own(stop, track, slip, mu[track]) <= 0.0 {
-                    return Some(closed[stop]);
-                }
-            }
-        }
-        None
-    }
-
-    /// A consistent combination, found by changing one choice after the other: always the first that does not fit, which
-    /// finds the one there is where each force parts its own bodies more than those of others press them together.
-    /// `None` where that leads nowhere.
-    fn pivoted(&self, undecided: &[Undecided], values: &IndicatorValues) -> Option<Modes> {
-        let mut set = vec![0; undecided.len()];
-        for _ in 0..PIVOTS * (undecided.len() + 1) {
-            let mut modes = self.modes.clone();
-            undecided.iter().zip(&set).for_each(|(of, &choice)| of.take(choice, &mut modes));
-            self.press_together(values, &mut modes);
-            if self.is_held_after_event(undecided, &modes) {
-                return None;
-            }
-            let motion = self.motion_in(&modes)?;
-            let Some(k) = self.first_misfit(undecided, &modes, &motion, 0.0) else {
-                return Some(modes);
-            };
-            set[k] = match &undecided[k] {
-                Undecided::Kink { .. } => 1 - set[k],
-                Undecided::Contact { contact, modes: choices } => {
-                    let force = motion.lambda[self.contacts()[*contact].row];
-                    let wanted = |mode: &ContactMode| match modes.contacts[*contact] {
-                        ContactMode::Closed => *mode == ContactMode::Open,
-                        ContactMode::Open => *mode == ContactMode::Closed,
-                        ContactMode::Stick(_) => *mode == ContactMode::Slip(-force.signum()),
-                        ContactMode::Slip(_) => matches!(mode, ContactMode::Stick(_)),
-                    };
-                    choices.iter().position(wanted)?
-                }
-            };
-        }
-        None
-    }
-
     /// True where a contact that has let go is held again.
-    fn is_held_after_event(&self, undecided: &[Undecided], modes: &Modes) -> bool {
+    pub(super) fn is_held_after_event(&self, undecided: &[Undecided], modes: &Modes) -> bool {
         undecided.iter().any(|undecided| match *undecided {
             Undecided::Contact { contact, .. } => {
                 self.has_fired(Indicator::Contact(contact))
@@ -592,7 +466,7 @@ impl<'a> ModeSearch<'a> {
 
     /// The first mode that was chosen and does not agree with the motion that follows; accelerations have the
     /// rounding of this `scale`, or of their own.
-    fn first_misfit(
+    pub(super) fn first_misfit(
         &self,
         undecided: &[Undecided],
         modes: &Modes,
@@ -640,7 +514,7 @@ impl<'a> ModeSearch<'a> {
     }
 
     /// The accelerations in a set of modes; `None` where there are none.
-    fn motion_in(&self, modes: &Modes) -> Option<TrialMotion> {
+    pub(super) fn motion_in(&self, modes: &Modes) -> Option<TrialMotion> {
         let Instant { t, q, v, compiled, parameters, .. } = &self.at;
         let parameters = modes.parameters_with_modes(parameters);
         let mut fixed = FixedModes::new(compiled, &parameters);
@@ -671,12 +545,6 @@ impl<'a> ModeSearch<'a> {
         let Self { impact_work, hits, impacts, .. } = self;
         ConsistentModes { modes, q, v, a, lambda, inactive, impact_work, hits, impacts }
     }
-}
-
-/// True of accelerations that are not the same up to rounding.
-fn differ(first: &[f64], second: &[f64]) -> bool {
-    let size = largest(first).max(largest(second));
-    first.iter().zip(second).any(|(a, b)| (a - b).abs() > 1e3 * ROUNDING * size)
 }
 
 /// Moves q onto all active rows, which must be near.

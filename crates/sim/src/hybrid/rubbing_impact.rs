@@ -20,6 +20,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::complementarity::{holds, pushes, slips_against_friction, stays_apart};
 use super::impact::{Impact, ImpactEquations};
+use super::lemke::lemke;
 use super::mode_sets::ModeSets;
 use crate::linear::matrix::Matrix;
 use crate::linear::rows::SparseRows;
@@ -40,11 +41,13 @@ const ROUNDING: f64 = 1e-9;
 const SMALLEST: f64 = 1e-11;
 /// Part of the energy of an impact that is rounding.
 const GAIN: f64 = 1e-12;
+/// Parts of the largest that are the distance which keeps complementary rows apart.
+const APART: f64 = 1e-6;
 /// Halvings of the range in which the restitution is made smaller.
 const HALVINGS: usize = 60;
 
 /// The mechanism as contacts feel it.
-pub(super) struct Response {
+pub(crate) struct Response {
     n_stops: usize,
     /// Velocities without impulses of contacts, and their change by unit impulses of each.
     free: DVector<f64>,
@@ -98,11 +101,7 @@ impl ImpactEquations<'_> {
     }
 
     /// The velocities after an impact with friction at the velocities `v`; `None` when no set of choices is consistent.
-    pub(crate) fn solve_rubbing(
-        &self,
-        v: &DVector<f64>,
-        rubbing: &Rubbing<'_>,
-    ) -> Option<Impact> {
+    pub(crate) fn solve_rubbing(&self, v: &DVector<f64>, rubbing: &Rubbing<'_>) -> Option<Impact> {
         let response = self.response(v, rubbing.rows)?;
         let n = response.n_stops;
         let approach = Matrix::of(self.stops.clone()).times(v);
@@ -232,11 +231,99 @@ impl Response {
                 Some((k, choice)) => set[k] = choice,
             }
         }
+        if let Some(set) = self.complementary(parting, rubbing)
+            && let Some(outcome) = self.in_set(&set, parting, rubbing)
+            && self.worst(&set, &outcome, parting, rubbing).is_none()
+        {
+            return Some(outcome);
+        }
         let choices = (0..n + m).map(|k| if k < n { 2 } else { 3 }).collect();
         ModeSets::new(choices).find_map(|set| {
             let outcome = self.in_set(&set, parting, rubbing)?;
             self.worst(&set, &outcome, parting, rubbing).is_none().then_some(outcome)
         })
+    }
+
+    /// The choices that a linear complementarity problem makes: with L = β₁ − β₂, both not negative,
+    ///
+    /// ```text
+    /// u* − u ≥ 0 ⊥ P,   σ + w ≥ 0 ⊥ β₁,   σ − w ≥ 0 ⊥ β₂,   μ Σ P − β₁ − β₂ ≥ 0 ⊥ σ
+    /// ```
+    pub(super) fn complementary(
+        &self,
+        parting: &DVector<f64>,
+        rubbing: &Rubbing<'_>,
+    ) -> Option<Vec<usize>> {
+        let (n, m) = (self.n_stops, rubbing.mu.len());
+        let size = n + 3 * m;
+        let mut matrix = DMatrix::zeros(size, size);
+        let mut right = DVector::zeros(size);
+        for i in 0..n + m {
+            // Rows of u and of w; that of −w again.
+            let sense = if i < n { -1.0 } else { 1.0 };
+            for j in 0..n + m {
+                matrix[(i, j)] = sense * self.w[(i, j)];
+                if j >= n {
+                    matrix[(i, j + m)] = -sense * self.w[(i, j)];
+                }
+            }
+            right[i] = sense * self.rates[i] + if i < n { parting[i] } else { 0.0 };
+        }
+        for k in n..n + m {
+            for j in 0..n + 2 * m {
+                matrix[(k + m, j)] = -matrix[(k, j)];
+            }
+            right[k + m] = -right[k];
+            let bound = k + 2 * m;
+            matrix[(k, bound)] = 1.0;
+            matrix[(k + m, bound)] = 1.0;
+            matrix[(bound, k)] = -1.0;
+            matrix[(bound, k + m)] = -1.0;
+            for &stop in &rubbing.pressed_by[k - n] {
+                matrix[(bound, stop)] += rubbing.mu[k - n];
+            }
+        }
+        // Rows and columns of unit size.
+        let scale = DVector::from_fn(size, |i, _| {
+            let own = matrix[(i, i)].abs();
+            if own > 0.0 { 1.0 / own.sqrt() } else { 1.0 }
+        });
+        let scaled = DMatrix::from_fn(size, size, |i, j| scale[i] * matrix[(i, j)] * scale[j]);
+        let z = lemke(&scaled, &right.component_mul(&scale))?.component_mul(&scale);
+        let largest = z.rows(0, n + 2 * m).amax();
+        let is_there = |k: usize| z[k] > APART * largest;
+        let track = |k: usize| {
+            let slips = z[k + 2 * m] > APART * self.rates.amax().max(f64::MIN_POSITIVE);
+            match (slips, z[k] > z[k + m]) {
+                (false, _) => 0,
+                (true, true) => 2,
+                (true, false) => 1,
+            }
+        };
+        Some((0..n + m).map(|k| if k < n { usize::from(!is_there(k)) } else { track(k) }).collect())
+    }
+
+    /// The same response to steady forces, with these rates: accelerations. Tracks that slide are part of the forces that
+    /// press them, −ς μ of each.
+    pub(super) fn of_forces(
+        mut self,
+        rates: DVector<f64>,
+        slips: &[f64],
+        rubbing: &Rubbing<'_>,
+    ) -> (Self, Vec<usize>) {
+        let n = self.n_stops;
+        for (track, slip) in slips.iter().enumerate().filter(|(_, slip)| **slip != 0.0) {
+            let column = self.w.column(n + track) * (-slip * rubbing.mu[track]);
+            for &stop in &rubbing.pressed_by[track] {
+                let changed = self.w.column(stop) + &column;
+                self.w.column_mut(stop).copy_from(&changed);
+            }
+        }
+        let resting: Vec<usize> = (0..slips.len()).filter(|&track| slips[track] == 0.0).collect();
+        let own: Vec<usize> = (0..n).chain(resting.iter().map(|track| n + track)).collect();
+        self.w = self.w.select_rows(&own).select_columns(&own);
+        self.rates = rates.select_rows(&own);
+        (self, resting)
     }
 
     /// The impulses with these choices: of a stop 0 where it pushes, of a track 0 where it sticks and 1 or 2 where it
