@@ -1,5 +1,6 @@
 //! Parts that machines are built of: loads and friction, belts and ropes, couplings, cylinders, and the balance of their energy.
 
+mod beams;
 mod belts;
 mod contacts;
 mod couplings;
@@ -13,3 +14,4 @@ mod machines;
 mod plain_drawings;
 mod reeving;
 mod ropes;
+mod teeth;

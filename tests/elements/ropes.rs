@@ -2,6 +2,7 @@
 
 use crate::support::elements::{check_outputs, touch_text};
 use crate::support::{Within, at, close, derive, model, signal, solve, with_method};
+use bksim::sim::hybrid::ChangeKind;
 use serde_json::Value;
 
 /// Compares all rows of a reference.
@@ -47,6 +48,33 @@ fn a_hoist_that_stops_too_fast_drops_its_load_into_the_rope() {
 #[test]
 fn a_rope_that_is_wound_up_gets_stiffer() {
     check("winding", "rope_winding_elastic", &["y", "v", "T"]);
+}
+
+#[test]
+fn a_rope_slips_on_a_turning_drum_grips_and_slips_again() {
+    // At 1.6173 s the rope comes to rest on the drum, which stands: it grips, as 117.72 N/98.1 N is below exp(mu pi). The
+    // rows after that go on as if it still slipped forward.
+    let columns = ["x", "v", "phi", "w", "T1", "T2", "slip"];
+    let is_meant = |row: &Value| row[0].as_f64() <= Some(1.6);
+    check_outputs(&touch_text("capstan"), "capstan_drum", &is_meant, &columns);
+    let mechanism = derive(model(&touch_text("capstan")));
+    let motion = solve(&mechanism);
+    for (output, expected) in [("v", 0.0), ("slip", 0.0), ("T1", 12.0 * 9.81), ("T2", 98.1)] {
+        let found = signal(&mechanism, at(&motion, 1.8), output);
+        assert!((found - expected).abs() < 1e-9, "{output}: {found}");
+    }
+    let expected = (1.2_f64).ln() / (0.15 * std::f64::consts::PI);
+    let grip = signal(&mechanism, at(&motion, 1.8), "rope_1_grip");
+    assert!((grip - expected).abs() < 1e-12, "{grip} for {expected}");
+    // Grips, slips again, the drum stands, and the rope on it.
+    let reference = crate::support::elements::reference("touch/capstan_drum");
+    let times = ["t_grip", "t_slip_again", "t_drum_stands"];
+    let changes = motion.summary.changes.iter();
+    let changes = changes.filter(|change| !matches!(change.kind, ChangeKind::Kink(_)));
+    for (name, change) in times.into_iter().zip(changes) {
+        let expected = reference["values"][name].as_f64().expect("a time");
+        assert!((change.t - expected).abs() < 1e-9, "{name}: {} for {expected}", change.t);
+    }
 }
 
 /// Two masses on a rope without friction over a post, as a constraint, as a stiff spring and by hand.

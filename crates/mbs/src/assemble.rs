@@ -14,10 +14,11 @@ use std::ops::Range;
 use bksim_expr::{Expr, SymbolId};
 
 use crate::belt;
+use crate::bending;
 use crate::constraint::{Constraint, Source};
 use crate::contact::{self, ContactRow};
 use crate::coordinate::{Coordinate, Owner};
-use crate::coupling::{coupling_rows, rate_row};
+use crate::coupling::{coupling_rows, rate_row, separating_wrenches};
 use crate::folding::{MAX_TERMS_OF_FORCE, folded_slope, longest_row, short};
 use crate::force::{AlongLine, Loads, Wrench, efforts_on_curves};
 use crate::joint;
@@ -48,7 +49,9 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
 
 /// The way that makes the equations shorter.
 fn shorter(model: &Model, kinematics: &Kinematics) -> Derivation {
-    if recursion::is_shorter(&model.pool, kinematics) {
+    // The recursion knows rigid links alone.
+    let is_rigid = !bending::are_there(model);
+    if is_rigid && recursion::is_shorter(&model.pool, kinematics) {
         Derivation::Recursion
     } else {
         Derivation::Lagrange
@@ -118,6 +121,18 @@ fn assemble_along(
     let constraint_jacobian =
         constraint_jacobian(model, &tree, &kinematics, (&constraints, longest));
     let constraint_rate = constraint_rates(model, &kinematics, &constraints);
+
+    let separating = separating_wrenches(model, &kinematics, &constraints);
+    for (wrenches, is_held) in &separating {
+        // Between centres at a constant distance it does no work.
+        if !is_held {
+            for (sum, terms) in applied_force.iter_mut().zip(powers(model, &kinematics, wrenches)) {
+                *sum = pool.add(*sum, pool.simplify(pool.sum(terms)));
+            }
+        }
+    }
+    let separating = separating.into_iter().flat_map(|(wrenches, _)| wrenches);
+    let wrenches = wrenches.into_iter().chain(separating).collect();
 
     let reaction_values = measured_reactions(model, &kinematics, &constraints);
 
@@ -348,6 +363,9 @@ pub(crate) fn has_row_of_wrenches(model: &Model, tree: &Tree, constraint: &Const
             model.couplings[coupling].kind.has_row_of_wrenches(!tree.cuts.is_empty())
         }
         Source::Stop(_) if ["rope", "touch"].contains(&constraint.direction) => true,
+        Source::Stop(_) if ["forward", "back"].contains(&constraint.direction) => {
+            !tree.cuts.is_empty()
+        }
         Source::Friction(_) if constraint.is_of_rates() => true,
         Source::Drive(_) | Source::Stop(_) | Source::Friction(_) => {
             source.joint(model).is_some_and(|joint| {

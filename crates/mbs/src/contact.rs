@@ -3,12 +3,12 @@
 use bksim_expr::{Expr, Function, Pool, SymbolId};
 
 use crate::constraint::{Constraint, Source};
-use crate::coupling::along;
+use crate::coupling::{along, flank_wrenches};
 use crate::folding::short;
 use crate::force::Wrench;
 use crate::joint;
 use crate::kinematics::Kinematics;
-use crate::rope::section_wrenches;
+use crate::rope::{self, section_wrenches};
 use crate::rubbing::friction;
 use crate::signal::{signal_values, values_at_start};
 use crate::sliding::Sliding;
@@ -98,13 +98,13 @@ pub fn penetrations(model: &Model, kinematics: &Kinematics) -> Vec<Penetration> 
     let pool = &model.pool;
     let mut all = Vec::new();
     for (load_idx, load) in model.loads.iter().enumerate() {
-        if let LoadKind::Rope { excess, .. } = load.kind {
+        if let LoadKind::Rope { excess, .. } | LoadKind::Flank { excess, .. } = load.kind {
             let values = signal_values(model, kinematics);
             all.push(Penetration {
                 load: LoadId(load_idx),
-                direction: "rope",
+                direction: one_sided(&load.kind),
                 expression: pool.substitute(excess, &values),
-                motion: MotionKind::Translation,
+                motion: load.effort(),
             });
             continue;
         }
@@ -132,6 +132,15 @@ pub fn penetrations(model: &Model, kinematics: &Kinematics) -> Vec<Penetration> 
         }));
     }
     all
+}
+
+/// The direction of the row of a coupling on one side.
+fn one_sided(kind: &LoadKind) -> &'static str {
+    match kind {
+        LoadKind::Flank { is_back: false, .. } => "forward",
+        LoadKind::Flank { .. } => "back",
+        _ => "rope",
+    }
 }
 
 /// A row of a contact before it has a multiplier.
@@ -165,8 +174,17 @@ pub(crate) fn contact_rows(
     let mut rows: Vec<ContactRow> = Vec::new();
     for (load_idx, load) in model.loads.iter().enumerate() {
         let load_id = LoadId(load_idx);
-        if let LoadKind::Rope { rope, section, excess, .. } = load.kind {
+        if let LoadKind::Rope { excess, .. } | LoadKind::Flank { excess, .. } = load.kind {
             let expression = pool.substitute(excess, signals);
+            let (direction, wrenches) = match &load.kind {
+                LoadKind::Rope { rope, section, .. } => {
+                    ("rope", section_wrenches(model, kinematics, *rope, *section))
+                }
+                LoadKind::Flank { teeth, is_back, .. } => {
+                    (one_sided(&load.kind), flank_wrenches(model, kinematics, teeth, *is_back))
+                }
+                _ => unreachable!("only these have an excess"),
+            };
             rows.push(ContactRow {
                 load: load_id,
                 joint: None,
@@ -174,9 +192,27 @@ pub(crate) fn contact_rows(
                 states: None,
                 expression,
                 source: Source::Stop(load_id),
-                direction: "rope",
+                direction,
+                effort: load.effort(),
+                wrenches,
+                rate: None,
+                reach: None,
+            });
+            continue;
+        }
+        if let LoadKind::Capstan { rope, section, node, slipped, .. } = load.kind {
+            let position = pool.substitute(slipped, signals);
+            let states = states_of(pool, load_id);
+            rows.push(ContactRow {
+                load: load_id,
+                joint: None,
+                position,
+                states: Some(states),
+                expression: pool.sub(pool.symbol_expr(states[1]), position),
+                source: Source::Friction(load_id),
+                direction: "friction",
                 effort: MotionKind::Translation,
-                wrenches: section_wrenches(model, kinematics, rope, section),
+                wrenches: rope::slip_wrenches(model, kinematics, rope, (section, node)),
                 rate: None,
                 reach: None,
             });
@@ -331,12 +367,22 @@ pub(crate) fn contacts(
             (
                 LoadKind::Stop { restitution, .. }
                 | LoadKind::Rope { restitution, .. }
+                | LoadKind::Flank { restitution, .. }
                 | LoadKind::Touch { restitution, .. },
                 _,
             ) => return Law::Stop { restitution: *restitution, reach },
             (&LoadKind::Rub { contact, track, sliding, sticking }, Some([slip, stuck_at])) => {
                 let pressing = pressing(model, constraints, (contact, track));
                 let [sliding, sticking] = [sliding, sticking].map(|mu| pool.mul(mu, pressing));
+                return Law::Friction { sliding, sticking, slip: *slip, stuck_at: *stuck_at };
+            }
+            (LoadKind::Capstan { mu: [sliding, sticking], .. }, Some([slip, stuck_at])) => {
+                let own = pool.symbol_expr(constraints[row].lambda);
+                let held = pool.call(Function::Sign, &[own]).expect("one argument");
+                let size = |mu, slip| rope::friction(model, constraints, *load, (mu, slip));
+                let sizes =
+                    [size(*sliding, pool.symbol_expr(*slip)), size(*sticking, pool.neg(held))];
+                let [sliding, sticking] = sizes.map(|e| pool.substitute(e, signals));
                 return Law::Friction { sliding, sticking, slip: *slip, stuck_at: *stuck_at };
             }
             _ => unreachable!("only stops and friction have rows"),

@@ -10,6 +10,8 @@
 //! gear, belt        λ r₂ about the axis of the second wheel, λ r₂ (i − 1) n × d / d² through its centre,
 //!                   and the opposite on the first, with the ratio i and the line of centres d
 //! rack              λ along the rack at the pitch point, and the opposite on the pinion
+//! pressure angle    |λ| tan α/cos β on the second away from the first, and the opposite on the first
+//! helix             λ tan β along the axis at the pitch point, and the opposite on the first
 //! strand, rope      λ along the strand on the wheel that it leaves, and the opposite on the next: its tension
 //! ```
 //!
@@ -17,9 +19,10 @@
 //! strands, moved to the second centre; with r₂ = 1 where no radii are stated. Wheels on axes that are not
 //! parallel, or on one axis, bear moments alone, the rest of which the carrier bears.
 
-use bksim_expr::{Expr, SymbolId};
+use bksim_expr::{Expr, Function, SymbolId};
 
 use crate::belt::strand_wrenches;
+use crate::constraint::{Constraint, Source};
 use crate::coordinate::Owner;
 use crate::folding::short;
 use crate::force::Wrench;
@@ -30,8 +33,8 @@ use crate::rope::section_wrenches;
 use crate::signal::signal_values;
 use crate::spatial;
 use bksim_model::{
-    Axis, BodyId, Coupling, CouplingId, CouplingKind, Frame, JointId, Measure, Model, Rack, Signal,
-    Space, Vector, Wheels,
+    Axis, BodyId, Coupling, CouplingId, CouplingKind, Flanks, Frame, JointId, Measure, Model, Rack,
+    Signal, Space, Vector, Wheels,
 };
 
 /// A row of a coupling before it has a multiplier.
@@ -157,6 +160,17 @@ fn of_wheels(model: &Model, kinematics: &Kinematics, wheels: &Wheels) -> Option<
     let side = pool.div(pool.sub(first, radius), square);
     let force = spatial::scale(pool, side, &spatial::cross(pool, &second, &line));
     let moment = spatial::scale(pool, radius, &second);
+    // The axial force acts where the pitch circles touch.
+    let (force, moment) = match wheels.flanks {
+        Some(Flanks { axial, .. }) if is_felt(model, axial) => {
+            let axial = spatial::scale(pool, axial, &second);
+            let part = pool.div(radius, pool.sub(first, radius));
+            let arm = spatial::scale(pool, part, &line);
+            let turning = spatial::cross(pool, &arm, &axial);
+            (spatial::add(pool, &force, &axial), spatial::add(pool, &moment, &turning))
+        }
+        _ => (force, moment),
+    };
     let on_second = Wrench { body: wheels.wheels[1].body, force, at: center, moment };
     let on_first = Wrench { body: wheels.wheels[0].body, ..on_second.scaled(pool, pool.int(-1)) };
     Some(vec![on_second, on_first])
@@ -188,7 +202,86 @@ fn of_rack(model: &Model, kinematics: &Kinematics, rack: &Rack) -> Vec<Wrench> {
     let at = spatial::add(pool, &center, &arm);
     let zero = spatial::zero(pool);
     let on = |body: BodyId, force: Vector| Wrench { body, force, at, moment: zero };
-    vec![on(rack.bodies[1], travel), on(rack.bodies[0], spatial::neg(pool, &travel))]
+    let force = match rack.flanks {
+        Some(Flanks { axial, .. }) if is_felt(model, axial) => {
+            spatial::add(pool, &travel, &spatial::scale(pool, axial, &pinion))
+        }
+        _ => travel,
+    };
+    vec![on(rack.bodies[1], force), on(rack.bodies[0], spatial::neg(pool, &force))]
+}
+
+/// True where bearings carry an axial force: in the plane nothing says where.
+fn is_felt(model: &Model, axial: Expr) -> bool {
+    model.space == Space::Spatial && !model.pool.is_zero(axial)
+}
+
+/// The forces that part the members of a gear or rack for a tooth force of size one, away from the first on the second,
+/// and whether they do no work as the distance of the centres is constant; `None` without a pressure angle.
+fn parting(
+    model: &Model,
+    kinematics: &Kinematics,
+    kind: &CouplingKind,
+) -> Option<(Vec<Wrench>, bool)> {
+    let pool = &model.pool;
+    let Flanks { radial, .. } = kind.flanks()?;
+    let (at, along, bodies, is_held) = match kind {
+        CouplingKind::Gear(wheels) => {
+            let (line, square) = center_line(model, kinematics, wheels)?;
+            let along = spatial::scale(pool, pool.div(pool.one(), pool.sqrt(square)), &line);
+            let at = kinematics.anchor(model, wheels.wheels[1]);
+            let is_held = kinematics.coordinates_in(pool, &[square]).is_empty();
+            (at, along, wheels.wheels.map(|wheel| wheel.body), is_held)
+        }
+        CouplingKind::Rack(rack) => {
+            let [pinion, travel] = rack.joints.map(|joint| axis_of(model, kinematics, joint));
+            let along = spatial::cross(pool, &travel, &pinion);
+            let center = kinematics.anchor(model, model.joints[rack.joints[0].0].successor);
+            (center, along, rack.bodies, false)
+        }
+        _ => return None,
+    };
+    let force = spatial::scale(pool, radial, &along);
+    let on = |body: BodyId, force: Vector| Wrench { body, force, at, moment: spatial::zero(pool) };
+    Some((vec![on(bodies[1], force), on(bodies[0], spatial::neg(pool, &force))], is_held))
+}
+
+/// The wrenches of one side of teeth with play, for a unit force that pushes them apart.
+pub(crate) fn flank_wrenches(
+    model: &Model,
+    kinematics: &Kinematics,
+    teeth: &Coupling,
+    is_back: bool,
+) -> Vec<Wrench> {
+    let pool = &model.pool;
+    let values = signal_values(model, kinematics);
+    let sense = pool.int(if is_back == teeth.kind.is_reversed() { 1 } else { -1 });
+    let along = wrenches(model, kinematics, teeth, &values);
+    let mut all: Vec<Wrench> = along.iter().map(|wrench| wrench.scaled(pool, sense)).collect();
+    all.extend(
+        parting(model, kinematics, &teeth.kind).into_iter().flat_map(|(parting, _)| parting),
+    );
+    all
+}
+
+/// The forces that part gears and racks without play, by the sizes of their multipliers, and whether they do no work.
+///
+/// # Panics
+/// Never: `abs` has one argument.
+pub(crate) fn separating_wrenches(
+    model: &Model,
+    kinematics: &Kinematics,
+    constraints: &[Constraint],
+) -> Vec<(Vec<Wrench>, bool)> {
+    let pool = &model.pool;
+    let of_row = |row: &Constraint| {
+        let Source::Coupling(id) = row.source else { return None };
+        let (unit, is_held) = parting(model, kinematics, &model.couplings[id.0].kind)?;
+        let size = pool.call(Function::Abs, &[pool.symbol_expr(row.lambda)]);
+        let size = size.expect("one argument");
+        Some((unit.iter().map(|wrench| wrench.scaled(pool, size)).collect(), is_held))
+    };
+    constraints.iter().filter_map(of_row).collect()
 }
 
 /// The axis of a joint in world axes.

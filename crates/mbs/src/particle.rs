@@ -73,7 +73,7 @@ pub fn particles(model: &Model) -> Vec<bool> {
         turned.into_iter().for_each(&mut turns);
     }
     // Wheels.
-    for coupling in &model.couplings {
+    for coupling in model.all_couplings() {
         match coupling.kind {
             CouplingKind::Gear(wheels) | CouplingKind::Belt(wheels) => {
                 wheels.wheels.into_iter().for_each(|wheel| turns(wheel.body));

@@ -13,7 +13,8 @@
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
-use crate::constraint::Source;
+use crate::bending;
+use crate::constraint::{Constraint, Source};
 use crate::contact::slip_wrenches;
 use crate::folding::short;
 use crate::force::{self, Wrench};
@@ -21,13 +22,16 @@ use crate::inertia::angular_momentum;
 use crate::joint::JointWrench;
 use crate::kinematics::Kinematics;
 use crate::recursion::{self, BodyAcceleration};
+use crate::rope;
 use crate::rubbing::component_axis;
 use crate::signal::signal_values;
 use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::touch;
 use crate::tree::Branch;
-use bksim_model::{BodyId, Frame, JointId, JointKind, LoadKind, Measure, Model, Signal, Vector};
+use bksim_model::{
+    BodyId, Frame, JointId, JointKind, LoadId, LoadKind, Measure, Model, Signal, Vector,
+};
 
 /// Reaction on the successor of a joint at its joint point, world axes.
 #[derive(Clone, Debug)]
@@ -108,7 +112,7 @@ pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
         };
         let action = force::action(model, &system.kinematics, &signals, &load.kind);
         let wrenches = [action.conservative, action.applied].concat().into_iter();
-        let on = model.joints[joint.0].successor.body;
+        let [_, on] = bending::bearers(model, &model.joints[joint.0]);
         if model.joints[joint.0].kind == JointKind::Cylinder {
             wrenches.filter(|w| w.body == on).for_each(|w| reactions[joint.0].add(pool, &w));
         }
@@ -147,18 +151,12 @@ pub fn reported(
         }
         Measure::Force(idx) | Measure::Moment(idx) => {
             let name = &model.force_names[idx];
-            let row = system.constraints.iter().find(|row| match row.source {
-                Source::Coupling(id) => model.couplings[id.0].name == *name,
-                Source::Stop(id) => model.loads[id.0].is_rope() && model.loads[id.0].name == *name,
-                _ => false,
-            });
             let elastic = || {
                 let mut sections = model.ropes.iter().flat_map(|rope| &rope.sections);
                 let pull = sections.find(|section| section.name == *name)?.pull?;
                 Some(pool.substitute(pull, &signal_values(model, &system.kinematics)))
             };
-            let rigid = row.map(|row| pool.symbol_expr(row.lambda));
-            Some(rigid.or_else(elastic).unwrap_or(pool.zero()))
+            Some(force_of(model, system, name).or_else(elastic).unwrap_or(pool.zero()))
         }
         Measure::Contact(contact, of) => {
             Some(touch::part(model, &system.kinematics, &system.constraints, contact, of))
@@ -167,6 +165,38 @@ pub fn reported(
     };
     let values = model.signals.iter().filter_map(|signal| Some((signal.symbol, value(signal)?)));
     values.collect()
+}
+
+/// The force of a coupling, a slack rope or teeth with play by its name, as multipliers; of both flanks together that
+/// which turns the second forward.
+pub fn force_of(model: &Model, system: &SymbolicSystem, name: &str) -> Option<Expr> {
+    let pool = &model.pool;
+    let part = |row: &Constraint| {
+        let lambda = pool.symbol_expr(row.lambda);
+        match row.source {
+            Source::Coupling(id) => (model.couplings[id.0].name == name).then_some(lambda),
+            Source::Stop(id) => {
+                let load = &model.loads[id.0];
+                let is_own = load.is_coupling() && load.name == name;
+                match &load.kind {
+                    LoadKind::Flank { teeth, is_back, .. } if teeth.name == name => {
+                        let is_forward = *is_back == teeth.kind.is_reversed();
+                        Some(if is_forward { lambda } else { pool.neg(lambda) })
+                    }
+                    _ => is_own.then_some(lambda),
+                }
+            }
+            _ => None,
+        }
+    };
+    // The pull of a rope before a place at which it rubs.
+    let mut loads = model.loads.iter().enumerate();
+    if let Some((id, _)) = loads.find(|(_, of)| of.is_capstan() && of.name == name) {
+        let [before, _] = rope::pulls(model, &system.constraints, LoadId(id));
+        return Some(pool.substitute(before, &signal_values(model, &system.kinematics)));
+    }
+    let parts: Vec<Expr> = system.constraints.iter().filter_map(part).collect();
+    (!parts.is_empty()).then(|| pool.sum(parts))
 }
 
 /// The joint whose reaction the multiplier of a row is part of.

@@ -3,10 +3,14 @@
 //! Each span pulls along itself at the place where it leaves or meets a pulley, as a [strand](crate::belt) does. Over what
 //! a rope slips, both spans pull alike, and their moments about its centre are equal and opposite.
 
-use bksim_expr::{Expr, SymbolId};
-use bksim_model::{Model, RopeId};
+use std::ops::Range;
+
+use bksim_expr::{Expr, Function, Pool, SymbolId};
+use bksim_model::{CouplingKind, LoadId, LoadKind, Model, RopeId};
 
 use crate::belt::span_wrenches;
+use crate::bending::bearer;
+use crate::constraint::{Constraint, Source};
 use crate::force::Wrench;
 use crate::kinematics::Kinematics;
 
@@ -17,12 +21,101 @@ pub(crate) fn section_wrenches(
     rope: RopeId,
     section: usize,
 ) -> Vec<Wrench> {
+    let spans = model.ropes[rope.0].sections[section].spans.clone();
+    wrenches_of(model, kinematics, rope, spans)
+}
+
+/// The wrenches of a unit friction along the way that a rope has slipped back over a node: its part up to there pulls
+/// less.
+pub(crate) fn slip_wrenches(
+    model: &Model,
+    kinematics: &Kinematics,
+    rope: RopeId,
+    (section, node): (usize, usize),
+) -> Vec<Wrench> {
+    let first = model.ropes[rope.0].sections[section].spans.start;
+    let pull = wrenches_of(model, kinematics, rope, first..node);
+    pull.iter().map(|wrench| wrench.scaled(&model.pool, model.pool.int(-1))).collect()
+}
+
+/// The pulls of a rope before and after the node at which a load of friction acts.
+///
+/// ```text
+/// T₋ = T₊ − λ + ς F       F = |T₊| ς (exp(ς μ φ) − 1)
+/// ```
+///
+/// λ is the friction while it grips, F that while it slips.
+pub(crate) fn pulls(model: &Model, constraints: &[Constraint], load: LoadId) -> [Expr; 2] {
+    let pool = &model.pool;
+    let LoadKind::Capstan { rope, section, node, .. } = model.loads[load.0].kind else {
+        unreachable!("the friction of a rope")
+    };
+    // The pull after the last node that rubs is the multiplier of the whole part; nodes before it follow from there.
+    let is_whole = |row: &&Constraint| match row.source {
+        Source::Coupling(id) => model.couplings[id.0].kind == CouplingKind::Rope(rope, section),
+        _ => false,
+    };
+    let whole = constraints.iter().find(is_whole);
+    let mut pull = whole.map_or(pool.zero(), |row| pool.symbol_expr(row.lambda));
+    let later = model.loads.iter().enumerate().rev().filter_map(|(k, load)| match load.kind {
+        LoadKind::Capstan { rope: of, section: part, node: at, mu: [sliding, _], .. }
+            if (of, part) == (rope, section) && at >= node =>
+        {
+            Some((LoadId(k), sliding))
+        }
+        _ => None,
+    });
+    let mut after = pull;
+    for (id, sliding) in later {
+        let row = constraints.iter().find(|row| row.source == Source::Friction(id));
+        let lambda = row.map_or(pool.zero(), |row| pool.symbol_expr(row.lambda));
+        let slip = pool.symbol(&format!("'slip{}", id.0));
+        let friction =
+            pool.mul(slip, friction_of(model, id, after_of(pool, pull), (sliding, slip)));
+        after = pull;
+        pull = pool.sum([pull, pool.neg(lambda), friction]);
+    }
+    [pull, after]
+}
+
+/// Friction for a pull after the node, in a sense of slipping.
+fn friction_of(model: &Model, load: LoadId, after: Expr, (mu, slip): (Expr, Expr)) -> Expr {
+    let pool = &model.pool;
+    let LoadKind::Capstan { wrap, .. } = model.loads[load.0].kind else {
+        unreachable!("the friction of a rope")
+    };
+    let exponent = pool.product([slip, mu, wrap]);
+    let growth = pool.call(Function::Exp, &[exponent]).expect("one argument");
+    pool.product([after, slip, pool.sub(growth, pool.one())])
+}
+
+/// Friction at a node of a rope for a coefficient of friction and a sense of slipping, N.
+pub(crate) fn friction(
+    model: &Model,
+    constraints: &[Constraint],
+    load: LoadId,
+    law: (Expr, Expr),
+) -> Expr {
+    let [_, after] = pulls(model, constraints, load);
+    friction_of(model, load, after_of(&model.pool, after), law)
+}
+
+/// Size of a pull.
+fn after_of(pool: &Pool, pull: Expr) -> Expr {
+    pool.call(Function::Abs, &[pull]).expect("one argument")
+}
+
+fn wrenches_of(
+    model: &Model,
+    kinematics: &Kinematics,
+    rope: RopeId,
+    spans: Range<usize>,
+) -> Vec<Wrench> {
     let rope = &model.ropes[rope.0];
-    let spans = rope.sections[section].spans.clone();
     let of_span = |k: usize| {
         let nodes = [&rope.nodes[k], &rope.nodes[k + 1]];
         let centers = nodes.map(|node| kinematics.anchor(model, node.center));
-        let bodies = nodes.map(|node| node.center.body);
+        let bodies = nodes.map(|node| bearer(model, node.center));
         span_wrenches(&model.pool, centers, centers, bodies, nodes.map(|node| node.radius))
     };
     spans.flat_map(of_span).collect()

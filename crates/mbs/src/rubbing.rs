@@ -18,6 +18,7 @@ use bksim_expr::{Expr, Function, Pool, SymbolId};
 use bksim_model::{Frame, Joint, JointId, JointKind, Measure, Model, MotionKind, Signal, Space};
 use bksim_model::{Surface, Vector};
 
+use crate::bending;
 use crate::constraint::{Constraint, Source};
 use crate::folding::short;
 use crate::joint::OnCurve;
@@ -154,8 +155,9 @@ fn reaction<'a, 'c>(
 ) -> Reaction<'a> {
     let pool = &model.pool;
     let [mut force, mut moment] = [spatial::zero(pool); 2];
+    let [_, successor] = bending::bearers(model, joint);
     for row in rows {
-        let wrench = row.wrenches.iter().find(|wrench| wrench.body == joint.successor.body);
+        let wrench = row.wrenches.iter().find(|wrench| wrench.body == successor);
         let Some(wrench) = wrench.map(|w| w.scaled(pool, pool.symbol_expr(row.lambda))) else {
             continue;
         };

@@ -185,7 +185,7 @@ fn is_coupled(model: &Model, id: JointId) -> bool {
         Measure::JointPosition(joint, _) | Measure::Turn(_, _, joint) => joint == id,
         _ => false,
     });
-    let uses = |symbol| model.couplings.iter().any(|c| model.pool.depends_on(c.relation, symbol));
+    let uses = |symbol| model.all_couplings().any(|c| model.pool.depends_on(c.relation, symbol));
     signals.any(|signal| uses(signal.symbol))
 }
 

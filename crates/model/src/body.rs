@@ -3,6 +3,7 @@
 use bksim_expr::Expr;
 
 use crate::diagnostic::Span;
+use crate::flexible::Flexible;
 use crate::ids::{BodyId, PointId, Vector};
 use crate::mesh::Mesh;
 
@@ -23,6 +24,8 @@ pub struct Body {
     pub outline: Vec<Vec<[Expr; 2]>>,
     /// Solids for drawing, whose masses make that of the body where it has a density.
     pub solids: Vec<Solid>,
+    /// Set where the body bends: its frame is at the root of a beam.
+    pub flexible: Option<Flexible>,
     /// Names the author gave to this body's own coordinates: x, y, angle (planar).
     pub coordinate_names: Vec<String>,
     /// Position of the name.

@@ -46,6 +46,24 @@ pub enum CouplingKind {
 }
 
 impl CouplingKind {
+    /// Directions of the force between teeth, where the author stated them.
+    pub fn flanks(&self) -> Option<Flanks> {
+        match self {
+            Self::Gear(wheels) => wheels.flanks,
+            Self::Rack(rack) => rack.flanks,
+            _ => None,
+        }
+    }
+
+    /// Whether a positive motion of the first member drives the second backwards.
+    pub fn is_reversed(&self) -> bool {
+        match self {
+            Self::Gear(wheels) | Self::Belt(wheels) => !wheels.is_same,
+            Self::Rack(rack) => rack.is_reversed,
+            _ => false,
+        }
+    }
+
     /// True where the equations have its wrenches in place of its slopes: of pairs of forces at one place in a
     /// mechanism with cut joints, whose reactions then are their multipliers, and of strands and ropes, whose slopes are
     /// these wrenches, but written at length.
@@ -56,6 +74,16 @@ impl CouplingKind {
             Self::Relation | Self::Rate | Self::Screw => false,
         }
     }
+}
+
+/// Directions of the force between teeth, each as a part of the force along the pitch circles.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Flanks {
+    /// Force on the second along the line from the centre of the first, whichever flank bears: tan α/cos β, below zero
+    /// in a ring.
+    pub radial: Expr,
+    /// Force on the second along the axis of the second wheel, or of the pinion.
+    pub axial: Expr,
 }
 
 /// Two wheels that drive each other.
@@ -76,6 +104,10 @@ pub struct Wheels {
     pub teeth: Option<[Expr; 2]>,
     /// Angle of the second where that of the first is zero, rad.
     pub phase: Expr,
+    /// Whether both turn in one sense against the carrier.
+    pub is_same: bool,
+    /// Directions of the tooth force; `None` of one along the pitch circles alone.
+    pub flanks: Option<Flanks>,
 }
 
 /// A pinion and a rack.
@@ -90,4 +122,8 @@ pub struct Rack {
     pub radius: Expr,
     /// Number of teeth of the pinion, where the author stated it.
     pub teeth: Option<Expr>,
+    /// Whether a positive turn moves the rack backwards.
+    pub is_reversed: bool,
+    /// Directions of the tooth force, away from the pinion and along its axis; `None` of one along the rack alone.
+    pub flanks: Option<Flanks>,
 }

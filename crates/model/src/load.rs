@@ -3,8 +3,10 @@
 use bksim_expr::Expr;
 
 use crate::body::Anchor;
+use crate::coupling::Coupling;
 use crate::diagnostic::Span;
 use crate::ids::{BodyId, ContactId, CouplingId, JointId, RopeId, Vector};
+use crate::joint::MotionKind;
 
 /// A force law.
 #[derive(Clone, Debug)]
@@ -132,6 +134,32 @@ pub enum LoadKind {
         /// Coefficient while they stick.
         sticking: Expr,
     },
+    /// Dry friction between a rope and something that it goes around; the load is named as the part of the rope before it.
+    Capstan {
+        /// The rope.
+        rope: RopeId,
+        /// Which of its parts goes around.
+        section: usize,
+        /// What it goes around: a node of the rope.
+        node: usize,
+        /// Way that the rope has slipped back over it, m: an expression of signals.
+        slipped: Expr,
+        /// Angle that the rope touches, rad: an expression of signals.
+        wrap: Expr,
+        /// Coefficients of friction while it slips and while it grips.
+        mu: [Expr; 2],
+    },
+    /// One side of the teeth of a coupling with play: its flanks push, and push only.
+    Flank {
+        /// The coupling that holds where the flanks touch by which the first member drives the second forward.
+        teeth: Box<Coupling>,
+        /// Whether these are the flanks by which the first turns backwards.
+        is_back: bool,
+        /// Overlap of the flanks, m or rad: an expression of signals.
+        excess: Expr,
+        /// Speed after an impact over the speed before, in 0 ..= 1.
+        restitution: Expr,
+    },
     /// Dry friction in one motion of a joint.
     Friction {
         /// The joint whose motion it resists.
@@ -144,9 +172,27 @@ pub enum LoadKind {
 }
 
 impl Load {
-    /// Whether it is a rope that may become slack.
-    pub fn is_rope(&self) -> bool {
-        matches!(self.kind, LoadKind::Rope { .. })
+    /// Whether it is a coupling that holds on one side: a rope that may become slack, or flanks with play.
+    pub fn is_coupling(&self) -> bool {
+        matches!(self.kind, LoadKind::Rope { .. } | LoadKind::Flank { .. })
+    }
+
+    /// Whether it is the friction of a rope.
+    pub fn is_capstan(&self) -> bool {
+        matches!(self.kind, LoadKind::Capstan { .. })
+    }
+
+    /// The teeth of flanks with play.
+    pub fn teeth(&self) -> Option<&Coupling> {
+        match &self.kind {
+            LoadKind::Flank { teeth, .. } => Some(teeth),
+            _ => None,
+        }
+    }
+
+    /// Translation where its force is one along a way, rotation where it is a moment.
+    pub fn effort(&self) -> MotionKind {
+        self.teeth().map_or(MotionKind::Translation, |teeth| teeth.effort)
     }
 
     /// The contact that it is a row of.
@@ -172,9 +218,14 @@ impl LoadKind {
             Self::Stop { min, max, restitution, .. } => {
                 [min, max, Some(restitution)].into_iter().flatten().collect()
             }
-            Self::Rope { excess, restitution, .. } => vec![excess, restitution],
+            Self::Rope { excess, restitution, .. } | Self::Flank { excess, restitution, .. } => {
+                vec![excess, restitution]
+            }
             Self::Touch { restitution, .. } => vec![restitution],
             Self::Rub { sliding, sticking, .. } => vec![sliding, sticking],
+            Self::Capstan { slipped, wrap, mu: [sliding, sticking], .. } => {
+                vec![slipped, wrap, sliding, sticking]
+            }
             Self::Friction { law, .. } => law.expressions(),
         }
     }

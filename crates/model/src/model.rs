@@ -20,7 +20,7 @@ use crate::drive::Drive;
 use crate::ids::ParameterId;
 use crate::io::Io;
 use crate::joint::Joint;
-use crate::load::Load;
+use crate::load::{Load, LoadKind};
 use crate::measure::{Initial, Orientation, Signal};
 use crate::rope::Rope;
 use crate::solve::SolveOptions;
@@ -142,6 +142,16 @@ impl<P> Model<P> {
 }
 
 impl Model {
+    /// All couplings, and the teeth with play.
+    pub fn all_couplings(&self) -> impl Iterator<Item = &Coupling> {
+        // One of the two sides of each pair.
+        let sides = self
+            .loads
+            .iter()
+            .filter(|load| !matches!(load.kind, LoadKind::Flank { is_back: true, .. }));
+        self.couplings.iter().chain(sides.filter_map(Load::teeth))
+    }
+
     /// True where the motion follows a measure: where a load, a state or a value that is held depends on it. What
     /// outputs alone name is measured, no more.
     pub fn acts(&self, signal: &Signal) -> bool {

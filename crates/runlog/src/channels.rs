@@ -5,7 +5,7 @@ use std::ops::Range;
 use bksim_expr::SymbolId;
 use bksim_log::{Field, SHORT, Topic};
 use bksim_mbs::constraint::{Constraint, Source};
-use bksim_model::{Frame, Measure, Model, NamedSignal, ParameterId};
+use bksim_model::{Frame, Load, LoadKind, Measure, Model, MotionKind, NamedSignal, ParameterId};
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::Uniqueness;
 use bksim_sim::run::Sample;
@@ -99,7 +99,7 @@ impl Channels {
         let rows = mechanism.system.constraints.iter().enumerate().map(row).collect();
         let n_signals = mechanism.model.named_signals.iter().filter(|s| !s.is_output).count();
         let forces = forces(&mechanism.model);
-        let n_ropes = mechanism.model.loads.iter().filter(|load| load.is_rope()).count();
+        let n_ropes = mechanism.model.loads.iter().filter(|load| load.is_coupling()).count();
         Self { topics: topics(mechanism), couplings, n_ropes, drives, n_signals, rows, forces }
     }
 
@@ -273,8 +273,9 @@ fn forces(model: &Model) -> Vec<Vec<ForceKind>> {
             let name = &model.force_names[idx];
             let coupling = model.couplings.iter().position(|of| of.name == *name);
             let rope = || {
-                let mut ropes = model.loads.iter().filter(|load| load.is_rope());
-                ropes.position(|of| of.name == *name).map(ForceKind::Rope)
+                let mut ropes = model.loads.iter().filter(|load| load.is_coupling());
+                let teeth = |of: &Load| of.teeth().is_some_and(|teeth| teeth.name == *name);
+                ropes.position(|of| of.name == *name || teeth(of)).map(ForceKind::Rope)
             };
             coupling.map(ForceKind::Coupling).or_else(rope)
         }
@@ -305,8 +306,17 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, TopicKind)> {
         compiled.multipliers.iter().map(|m| Field::new(&m.name, &m.unit, &m.description));
     let coupled = compiled.couplings.iter();
     let coupled = coupled.map(|c| Field::new(&c.name, &c.unit, &c.description));
-    let ropes = mechanism.model.loads.iter().filter(|load| load.is_rope());
-    let coupled = coupled.chain(ropes.map(|rope| Field::new(&rope.name, "N", "pull of the rope")));
+    let ropes = mechanism.model.loads.iter().filter(|load| load.is_coupling());
+    let one_sided = |load: &Load| match (&load.kind, load.effort()) {
+        (LoadKind::Flank { .. }, MotionKind::Translation) => {
+            Field::new(&load.name, "N", "force of the flanks along the pitch circles")
+        }
+        (LoadKind::Flank { .. }, MotionKind::Rotation) => {
+            Field::new(&load.name, "N*m", "torque of the flanks on the second gear")
+        }
+        _ => Field::new(&load.name, "N", "pull of the rope"),
+    };
+    let coupled = coupled.chain(ropes.map(one_sided));
     let efforts = compiled.drives.iter().map(|d| Field::new(&d.name, &d.unit, &d.description));
 
     // Six components for each joint.

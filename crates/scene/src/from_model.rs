@@ -3,6 +3,7 @@
 //! Everything is measured in radii of a pin, which follows from the lengths of the mechanism
 //! itself.
 
+mod beams;
 mod belts;
 mod bodies;
 mod curves;
@@ -50,13 +51,16 @@ impl Scene {
     /// If `parameters` are not as many as in the model.
     pub fn of_motion(model: &Model, parameters: &[f64], motion: &[Vec<Pose>]) -> Self {
         assert_eq!(parameters.len(), model.parameters.len(), "one value per parameter");
+        let shown = beams::without_parts(model);
+        let model = shown.as_ref().unwrap_or(model);
         let sketch = Sketch::new(Numbers::new(model, parameters, motion));
 
         // Back to front; springs lie between the bodies and the pins, see `Role::is_in_front`.
         let mut shapes = sketch.ground();
         shapes.extend(sketch.curves());
-        let (blocks, mut others): (Vec<usize>, Vec<usize>) =
-            (1..model.bodies.len()).partition(|&body| sketch.is_slider(body));
+        let (blocks, mut others): (Vec<usize>, Vec<usize>) = (1..model.bodies.len())
+            .filter(|&body| model.bodies[body].flexible.is_none())
+            .partition(|&body| sketch.is_slider(body));
         // Wide plates lie under thin links, which they would hide.
         others.sort_by(|&a, &b| sketch.width(b).total_cmp(&sketch.width(a)));
         for body in blocks.into_iter().chain(others) {
@@ -78,7 +82,7 @@ impl Scene {
             is_planar: model.space == Space::Planar,
             bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
             shapes,
-            spans: [sketch.spans(), sketch.strands(), sketch.rope_spans()].concat(),
+            spans: [sketch.spans(), sketch.strands(), sketch.rope_spans(), sketch.beams()].concat(),
             markers: sketch.markers(),
             pin: sketch.pin,
         }

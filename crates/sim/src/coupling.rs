@@ -27,13 +27,22 @@ pub(crate) fn check_couplings(
     system: &SymbolicSystem,
 ) -> Result<Vec<Diagnostic>, TapeError> {
     let mut faults = Vec::new();
-    for coupling in &model.couplings {
+    for coupling in model.all_couplings() {
         // A belt in space is refused as a whole.
         if !matches!(coupling.kind, CouplingKind::Strand(..) | CouplingKind::Rope(..)) {
             faults.extend(uncounted(model, system, coupling));
         }
         if let CouplingKind::Gear(wheels) | CouplingKind::Belt(wheels) = &coupling.kind {
             faults.extend(misfit(model, system, coupling, wheels)?);
+            let is_parallel = center_line(model, &system.kinematics, wheels).is_some();
+            if wheels.flanks.is_some() && !is_parallel {
+                let message = format!("the axes of gears `{}` are not parallel", coupling.name);
+                faults.push(
+                    Diagnostic::error(codes::SKEW_TEETH, message)
+                        .at(coupling.span.clone(), "where its teeth press is not known")
+                        .help("remove `pressure_angle` and `helix`"),
+                );
+            }
         }
     }
     for belt in &model.belts {

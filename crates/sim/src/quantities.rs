@@ -6,11 +6,12 @@ use bksim_expr::{Expr, SymbolId};
 use bksim_mbs::constraint::{Constraint, Source};
 use bksim_mbs::coordinate::Coordinate;
 use bksim_mbs::quantity::{coordinate_units, coupling_quantities, multiplier_quantities};
-use bksim_mbs::reaction::{Reaction, reactions, reported};
+use bksim_mbs::reaction::{Reaction, force_of, reactions, reported};
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{
-    CouplingId, ENERGIES, Frame, JointId, Load, LoadId, Measure, Model, NamedSignal, ParameterId,
+    CouplingId, ENERGIES, Frame, JointId, Load, Measure, Model, MotionKind, NamedSignal,
+    ParameterId,
 };
 
 use crate::compiled::energy_outputs;
@@ -92,9 +93,16 @@ impl<'m> Quantities<'m> {
                     let unit = coupling_quantities(model)[k].unit.replace('*', " ");
                     return Some((self.multiplier(Source::Coupling(CouplingId(k)))?, unit));
                 }
-                let is_it = |load: &Load| load.is_rope() && load.name == field;
-                let rope = model.loads.iter().position(is_it)?;
-                Some((self.multiplier(Source::Stop(LoadId(rope)))?, "N".to_owned()))
+                let is_pull = |load: &&Load| load.is_coupling() || load.is_capstan();
+                let mut teeth = model.loads.iter().filter(is_pull);
+                let is_it = |load: &&Load| {
+                    load.name == field || load.teeth().is_some_and(|teeth| teeth.name == field)
+                };
+                let unit = match teeth.find(is_it)?.effort() {
+                    MotionKind::Translation => "N",
+                    MotionKind::Rotation => "N m",
+                };
+                Some((force_of(model, system, field)?, unit.to_owned()))
             }
             "inputs" => {
                 let is_it = |&&ParameterId(k): &&ParameterId| model.parameters[k].name == field;

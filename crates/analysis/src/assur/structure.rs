@@ -76,7 +76,8 @@ struct LowerPair {
 /// Bodies and joints in the start; none in space.
 pub(super) fn geometry(positions: &Positions) -> Result<Option<Geometry>, AnalysisError> {
     let model = positions.model();
-    if model.space != Space::Planar || !model.couplings.is_empty() {
+    let bends = model.bodies.iter().any(|body| body.flexible.is_some());
+    if model.space != Space::Planar || bends || !model.couplings.is_empty() {
         return Ok(None);
     }
     let kinematics = &positions.system().kinematics;

@@ -10,7 +10,7 @@ use crate::output;
 const REFERENCE: &str = include_str!("../../../../docs/model-reference.md");
 
 /// Keys with the kind of their values, wherever they stand; others take any value.
-const KINDS: [(&str, Kind); 66] = {
+const KINDS: [(&str, Kind); 70] = {
     use Kind::{Array, Flag, Names, Quantity, Table, Text, Whole};
     [
         ("between", Names),
@@ -61,6 +61,10 @@ const KINDS: [(&str, Kind); 66] = {
         ("motion", Quantity),
         ("relation", Quantity),
         ("ratio", Quantity),
+        ("flexible", Table),
+        ("pressure_angle", Quantity),
+        ("helix", Quantity),
+        ("backlash", Quantity),
         ("EA", Quantity),
         ("rim", Quantity),
         ("lead", Quantity),

@@ -18,6 +18,7 @@ use std::ops::Range;
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
+use crate::bending;
 use crate::joint::JointWrench;
 use crate::kinematics::Kinematics;
 use crate::spatial;
@@ -55,10 +56,8 @@ impl Wrench {
         let joint = &model.joints[joint.0];
         let at = kinematics.anchor(model, joint.successor);
         let opposite = wrench.reversed(&model.pool);
-        vec![
-            Self::at_joint(joint.successor.body, at, wrench),
-            Self::at_joint(joint.predecessor.body, at, &opposite),
-        ]
+        let [predecessor, successor] = bending::bearers(model, joint);
+        vec![Self::at_joint(successor, at, wrench), Self::at_joint(predecessor, at, &opposite)]
     }
 
     /// Wrenches of both bodies, each at the joint point of its own body, as generalised forces of loads need it.
@@ -76,10 +75,8 @@ impl Wrench {
         let arm = spatial::sub(pool, &to, &from);
         let turning = spatial::cross(pool, &arm, &opposite.force);
         opposite.moment = spatial::add(pool, &opposite.moment, &turning);
-        vec![
-            Self::at_joint(joint.successor.body, to, wrench),
-            Self::at_joint(joint.predecessor.body, from, &opposite),
-        ]
+        let [predecessor, successor] = bending::bearers(model, joint);
+        vec![Self::at_joint(successor, to, wrench), Self::at_joint(predecessor, from, &opposite)]
     }
 
     /// `factor` times the wrench.
@@ -231,6 +228,8 @@ pub fn action(
         | LoadKind::Rope { .. }
         | LoadKind::Touch { .. }
         | LoadKind::Rub { .. }
+        | LoadKind::Flank { .. }
+        | LoadKind::Capstan { .. }
         | LoadKind::Friction { .. } => Action::default(),
     }
 }

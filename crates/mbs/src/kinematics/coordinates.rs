@@ -41,6 +41,13 @@ impl Kinematics {
         owner: Owner,
     ) -> (Expr, Expr) {
         let pool = &model.pool;
+        // Shapes of a beam are there before their joints.
+        if let Owner::Joint(joint, _) = owner
+            && self.first_of_joint.contains_key(&joint)
+            && let Some(known) = self.coordinates.iter().find(|c| c.owner == owner)
+        {
+            return (pool.symbol_expr(known.q), pool.symbol_expr(known.v));
+        }
         let name = self.unused_name(name);
         let names = ["", "_dot", "_ddot"].map(|suffix| format!("{name}{suffix}"));
         let [q, v] = self.push_coordinate(pool, names, kind, owner);

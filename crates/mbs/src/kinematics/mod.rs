@@ -9,11 +9,12 @@ use std::collections::{HashMap, HashSet};
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
+use crate::bending;
 use crate::coordinate::turns_by_quaternion;
 use crate::coordinate::{Coordinate, CoordinateKind, Owner};
 use crate::joint::{self, OnCurve, Sides};
 use crate::particle::particles;
-use crate::pose::{Pose, anchor_in_body, orientation, orientations};
+use crate::pose::Pose;
 use crate::quaternion::Quaternion;
 use crate::spatial::{self, Rotation};
 use crate::tree::{Branch, Tree};
@@ -108,6 +109,13 @@ impl Kinematics {
             },
         };
         for &(body, branch) in &tree.branches {
+            // Shapes come before their beam: another joint may carry it by its far end.
+            for id in bending::shapes(model, body) {
+                let joint = &model.joints[id.0];
+                let kind = joint.kind.motions()[0].into();
+                let owner = Owner::Joint(id, 0);
+                kinematics.add_coordinate(model, joint.coordinate_name(0), kind, owner);
+            }
             let pose = match branch {
                 Branch::Free => kinematics.free_pose(model, body, form),
                 Branch::Joint { joint, parent, reversed } => {
@@ -138,7 +146,7 @@ impl Kinematics {
     /// The world position of a body's point; `None` is its centre of mass.
     pub fn position(&self, model: &Model, body: BodyId, point: Option<PointId>) -> Vector {
         let p_body = match point {
-            Some(point) => model.bodies[body.0].points[point.0].position,
+            Some(_) => self.in_body(model, Anchor { body, point }),
             None => model.bodies[body.0].com,
         };
         self.poses[body.0].position(&model.pool, &p_body)
@@ -146,23 +154,36 @@ impl Kinematics {
 
     /// The world position of an anchor; without a point, the origin of the body frame.
     pub fn anchor(&self, model: &Model, anchor: Anchor) -> Vector {
-        self.poses[anchor.body.0].position(&model.pool, &anchor_in_body(model, anchor))
+        self.poses[anchor.body.0].position(&model.pool, &self.in_body(model, anchor))
     }
 
     /// The pose of a body, turned into the frame of one of its points.
     fn frame(&self, model: &Model, anchor: Anchor) -> Pose {
-        let pose = &self.poses[anchor.body.0];
-        pose.with_axes(&model.pool, &orientation(model, anchor))
+        self.framed(model, anchor, &self.turned(model, anchor))
+    }
+
+    /// The pose of a body, turned into a frame of its own at an anchor.
+    fn framed(&self, model: &Model, anchor: Anchor, r_body_from_frame: &Rotation) -> Pose {
+        let (pool, pose) = (&model.pool, &self.poses[anchor.body.0]);
+        let mut framed = pose.with_axes(pool, r_body_from_frame);
+        let turning = self.turning(model, anchor, &pose.rotation);
+        framed.omega = spatial::add(pool, &framed.omega, &turning);
+        framed
+    }
+
+    /// The rotations r_body_from_frame of the frames that a joint has on its two bodies.
+    fn orientations(&self, model: &Model, joint: &Joint) -> [Rotation; 2] {
+        let pool = &model.pool;
+        let [predecessor, successor] =
+            [joint.predecessor, joint.successor].map(|anchor| self.turned(model, anchor));
+        [predecessor, successor.then(pool, &spatial::turned(pool, &joint.alignment))]
     }
 
     /// The two sides of a joint.
     pub fn sides(&self, model: &Model, joint: &Joint) -> Sides {
         Sides {
             predecessor: self.frame(model, joint.predecessor),
-            successor: {
-                let pose = &self.poses[joint.successor.body.0];
-                pose.with_axes(&model.pool, &orientations(model, joint)[1])
-            },
+            successor: self.framed(model, joint.successor, &self.orientations(model, joint)[1]),
             p_world_predecessor: self.anchor(model, joint.predecessor),
             p_world_successor: self.anchor(model, joint.successor),
             on_curve: joint.kind.curve().and_then(|curve| self.on_curve(model, joint, (0, curve))),
@@ -352,13 +373,14 @@ impl Kinematics {
         let pool = &model.pool;
         let joint = &model.joints[joint_id.0];
         let parent_pose = &self.poses[parent.0];
-        let [of_predecessor, of_successor] = orientations(model, joint);
+        let [of_predecessor, of_successor] = self.orientations(model, joint);
         let (near, far, r_near, r_far) = if reversed {
             (joint.successor, joint.predecessor, of_successor, of_predecessor)
         } else {
             (joint.predecessor, joint.successor, of_predecessor, of_successor)
         };
-        let p_world_near = parent_pose.position(pool, &anchor_in_body(model, near));
+        let p_world_near = parent_pose.position(pool, &self.in_body(model, near));
+        let turning_near = self.turning(model, near, &parent_pose.rotation);
         let r_world_from_near = parent_pose.rotation.then(pool, &r_near);
 
         // The motion of the successor against the predecessor, one coordinate after the other.
@@ -418,15 +440,18 @@ impl Kinematics {
             if reversed { &r_world_from_far } else { &r_world_from_near };
         let offset_world = r_world_from_predecessor.apply(pool, &offset);
         let omega_world = r_world_from_predecessor.apply(pool, &omega);
+        let omega_near = spatial::add(pool, &self.poses[parent.0].omega, &turning_near);
         let (anchor_world, omega) = if reversed {
             let back = spatial::sub(pool, &p_world_near, &offset_world);
-            (back, spatial::sub(pool, &self.poses[parent.0].omega, &omega_world))
+            (back, spatial::sub(pool, &omega_near, &omega_world))
         } else {
             let out = spatial::add(pool, &p_world_near, &offset_world);
-            (out, spatial::add(pool, &self.poses[parent.0].omega, &omega_world))
+            (out, spatial::add(pool, &omega_near, &omega_world))
         };
         debug_assert_eq!(far.body, body);
-        let anchor_body = anchor_in_body(model, far);
+        let turning_far = self.turning(model, far, &r_world_from_body);
+        let omega = spatial::sub(pool, &omega, &turning_far);
+        let anchor_body = self.in_body(model, far);
         Pose { anchor_body, anchor_world, rotation: r_world_from_body, omega }
     }
 }

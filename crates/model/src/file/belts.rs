@@ -207,7 +207,7 @@ impl Reader<'_> {
         if fields.has("teeth") {
             let node = fields.get("teeth")?;
             let teeth = self.sizes(node, "teeth", (Quantity::NUMBER, n), fields)?;
-            return self.module_radii(fields, &teeth);
+            return self.module_radii(fields, &teeth, self.pool.zero());
         }
         let help = "write `radii = [\"50 mm\", \"30 mm\", \"120 mm\"]`, or `teeth` and `module`";
         let node = fields.require(self, "radii", help)?;

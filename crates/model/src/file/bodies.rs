@@ -28,6 +28,7 @@ pub(super) const BODY_KEYS: &[&str] = &[
     "coordinates",
     "free",
     "as_stated",
+    "flexible",
 ];
 
 /// The facts of a body for the checks of the whole model.
@@ -123,7 +124,7 @@ impl Reader<'_> {
         (Some(ground), facts)
     }
 
-    fn plain_body(&self, name: &str, span: Span) -> Body {
+    pub(super) fn plain_body(&self, name: &str, span: Span) -> Body {
         let zero = [self.pool.zero(); 3];
         Body {
             name: name.to_owned(),
@@ -133,6 +134,7 @@ impl Reader<'_> {
             points: Vec::new(),
             outline: Vec::new(),
             solids: Vec::new(),
+            flexible: None,
             coordinate_names: Vec::new(),
             span,
             mass_span: None,
@@ -151,8 +153,19 @@ impl Reader<'_> {
                 == Some(true);
         body.points = self.read_points(fields, &mut facts);
         let outline = self.read_outline(fields, &mut facts);
+        let own_mass = ["mass", "com", "inertia", "density"];
+        let is_stated_twice = own_mass.iter().any(|key| fields.conflict(self, key, "flexible"));
+        let is_bent = fields.has("flexible");
+        if let Some(node) = fields.get("flexible")
+            && !matches!(node.value, Value::Table(_))
+        {
+            let help = "write for example `flexible = { length = \"1 m\", section = [\"20 mm\", \"5 mm\"], material = \"steel\" }`";
+            self.wrong_kind(node, &fields.what("flexible"), "a table", &node.value, help);
+        }
         let excluded = ["mass", "com", "inertia"].map(|key| fields.conflict(self, key, "density"));
-        if fields.has("density") && !excluded.contains(&true) {
+        if is_bent || is_stated_twice {
+            // Its mass is that of its parts.
+        } else if fields.has("density") && !excluded.contains(&true) {
             if fields.has("shapes") {
                 self.read_density_of_shapes(fields, &mut body, &mut facts);
             } else {

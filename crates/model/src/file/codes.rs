@@ -84,6 +84,11 @@ crate::codes! {
     MANY_PLACES = "M112", "outlines with too many corners";
     BAD_SHAPE = "M113", "a shape that is none";
     CONTACT_IN_SPACE = "M114", "a contact in a spatial model";
+    TOOTH_ANGLE = "M120", "an angle that teeth do not have";
+    NO_PITCH_RADII = "M121", "tooth forces without pitch radii";
+    BAD_FLEXIBLE = "M122", "a flexible body that is none";
+    NOT_ON_BEAM = "M123", "a point that is on no fixed part of a flexible body";
+    NO_GRIP = "M124", "friction of a rope that does not grip";
 }
 
 #[cfg(test)]

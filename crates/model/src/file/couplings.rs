@@ -4,6 +4,7 @@
 use bksim_expr::Expr;
 
 use super::codes;
+use super::flanks::FLANK_KEYS;
 use super::reader::{Fields, Reader};
 use super::ropes::ROPE_KEYS;
 use super::tree::{Node, Table};
@@ -14,6 +15,7 @@ use crate::coupling::{Coupling, CouplingKind, Rack};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
 use crate::joint::MotionKind;
+use crate::load::Load;
 use crate::measure::{Measure, Signal};
 
 /// Keys of a condition on rates.
@@ -23,7 +25,21 @@ pub(super) const CONDITION_KEYS: [&str; 1] = ["rate"];
 pub(super) const COUPLINGS: [(&str, &[&str]); 7] = [
     (
         "gear",
-        &["type", "between", "teeth", "module", "radii", "ratio", "internal", "carrier", "phase"],
+        &[
+            "type",
+            "between",
+            "teeth",
+            "module",
+            "radii",
+            "ratio",
+            "internal",
+            "carrier",
+            "phase",
+            FLANK_KEYS[0],
+            FLANK_KEYS[1],
+            FLANK_KEYS[2],
+            FLANK_KEYS[3],
+        ],
     ),
     (
         "belt",
@@ -58,7 +74,22 @@ pub(super) const COUPLINGS: [(&str, &[&str]); 7] = [
             "damping",
         ],
     ),
-    ("rack", &["type", "between", "teeth", "module", "radius", "reversed", "phase"]),
+    (
+        "rack",
+        &[
+            "type",
+            "between",
+            "teeth",
+            "module",
+            "radius",
+            "reversed",
+            "phase",
+            FLANK_KEYS[0],
+            FLANK_KEYS[1],
+            FLANK_KEYS[2],
+            FLANK_KEYS[3],
+        ],
+    ),
     ("screw", &["type", "between", "lead", "phase"]),
     ("relation", &["type", "relation"]),
     ("rope", ROPE_KEYS),
@@ -107,7 +138,18 @@ impl Reader<'_> {
         };
         let keys = ["relation", "ratio", "teeth", "radii", "radius", "lead"];
         let span = fields.location(&keys);
-        Some(vec![Coupling { name: name.to_owned(), kind, relation, effort, span }])
+        let coupling = Coupling { name: name.to_owned(), kind, relation, effort, span };
+        let has_play = fields.has("backlash");
+        self.log_flanks(&coupling, has_play);
+        if has_play {
+            self.read_play(&fields, &coupling)?;
+            return Some(Vec::new());
+        }
+        if fields.has("restitution") {
+            let help = "write for example `backlash = \"0.1 mm\"`: teeth without play never part";
+            fields.require(self, "backlash", help)?;
+        }
+        Some(vec![coupling])
     }
 
     /// Reports forces of couplings that are measured and are none, or have another dimension.
@@ -120,7 +162,10 @@ impl Reader<'_> {
         let name = |idx: usize| self.names.forces[idx].0.clone();
         let used: Vec<(String, MotionKind)> = used.map(|(idx, kind)| (name(idx), kind)).collect();
         let known = couplings.iter().map(|of| (of.name.clone(), of.effort));
-        let ropes = self.rope_loads.iter().map(|of| (of.name.clone(), MotionKind::Translation));
+        let ropes = self.rope_loads.iter().filter(|of| of.is_coupling() || of.is_capstan());
+        let ropes = ropes.map(|of| (of.name.clone(), of.effort()));
+        let teeth = self.rope_loads.iter().filter_map(Load::teeth);
+        let ropes = ropes.chain(teeth.map(|teeth| (teeth.name.clone(), teeth.effort)));
         let elastic = self.ropes.iter().flat_map(|rope| &rope.sections);
         let elastic = elastic.filter(|section| section.pull.is_some());
         let elastic = elastic.map(|section| (section.name.clone(), MotionKind::Translation));
@@ -259,6 +304,7 @@ impl Reader<'_> {
             "write `between = [\"A\", \"B\"]`: the joint of the pinion, then that of the rack";
         let joints = self.two_joints(fields, help);
         let phase = self.phase(fields, Quantity::LENGTH);
+        let helix = self.helix(fields);
         let reversed = fields.get("reversed").map(|node| self.flag(node, &fields.what("reversed")));
         if fields.conflict(self, "radius", "teeth") {
             return None;
@@ -271,7 +317,7 @@ impl Reader<'_> {
                 return None;
             }
             let number = teeth.expr;
-            (self.module_radii(fields, &[teeth])?[0], Some(number))
+            (self.module_radii(fields, &[teeth], helix?)?[0], Some(number))
         } else {
             let help = "write `radius = \"20 mm\"`, or `teeth` and `module`";
             let node = fields.require(self, "radius", help)?;
@@ -294,10 +340,12 @@ impl Reader<'_> {
         let travel = self.names.signal(&self.pool, &name, slide);
         let is_first = self.joint_bodies[joints[1].0].is_some_and(|[from, _]| from == bodies[1]);
         let pool = &self.pool;
-        let radius = if reversed.unwrap_or(Some(false))? { pool.neg(radius) } else { radius };
+        let is_reversed = reversed.unwrap_or(Some(false))?;
+        let radius = if is_reversed { pool.neg(radius) } else { radius };
         let travel = if is_first { pool.neg(travel) } else { travel };
         let relation = pool.sum([pool.mul(radius, angle), phase?, pool.neg(travel)]);
-        let rack = Rack { joints, bodies, radius, teeth };
+        let flanks = self.flanks(fields, true, [!is_reversed, !is_reversed])?;
+        let rack = Rack { joints, bodies, radius, teeth, is_reversed, flanks };
         Some((CouplingKind::Rack(rack), relation, MotionKind::Translation))
     }
 
@@ -324,7 +372,7 @@ impl Reader<'_> {
     }
 
     /// A value of one of two dimensions, and which of both; a bare number is of the first.
-    fn one_of(
+    pub(super) fn one_of(
         &mut self,
         node: &Node,
         what: &str,

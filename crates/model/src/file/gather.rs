@@ -51,6 +51,7 @@ impl Reader<'_> {
             let has_radius = table.is_some_and(|table| table.get("radius").is_some());
             self.names.add_joint(JointName { name: name.to_owned(), kind, freedoms, has_radius });
         }
+        self.gather_flexible(root);
         self.gather_drives(root);
         self.gather_forces(root);
     }
@@ -282,6 +283,11 @@ fn forces_of(name: &str, table: &Table) -> Vec<(String, MotionKind)> {
     let wheels: Vec<Option<String>> = list("between").iter().map(text).collect();
     let is_loop = wheels.len() > 2 || has(&["turns", "length"]);
     let own = |kind| (name.to_owned(), kind);
+    let with_sides = |kind: MotionKind| {
+        let sides = ["forward", "back"].map(|side| (format!("{name}_{side}"), kind));
+        let sides = sides.into_iter().filter(|_| has(&["backlash"]));
+        std::iter::once(own(kind)).chain(sides).collect()
+    };
     match word.as_str() {
         "rope" => {
             let parts = (1..list("over").len()).map(|k| (format!("{name}_{k}"), Translation));
@@ -294,8 +300,8 @@ fn forces_of(name: &str, table: &Table) -> Vec<(String, MotionKind)> {
             };
             wheels.iter().zip(next).filter_map(strand).collect()
         }
-        "gear" | "belt" | "chain" if !has(&["radii", "module"]) => vec![own(Rotation)],
-        "gear" | "belt" | "chain" | "rack" | "screw" => vec![own(Translation)],
+        "gear" | "belt" | "chain" if !has(&["radii", "module"]) => with_sides(Rotation),
+        "gear" | "belt" | "chain" | "rack" | "screw" => with_sides(Translation),
         _ => Vec::new(),
     }
 }

@@ -41,6 +41,8 @@ mod definition;
 mod degrees;
 mod dimension;
 mod expand;
+mod flanks;
+mod flexible;
 mod formulas;
 mod frames;
 mod friction;
@@ -280,6 +282,7 @@ impl<'a> Reader<'a> {
             belts: Vec::new(),
             ropes: Vec::new(),
             rope_loads: Vec::new(),
+            flexible: Vec::new(),
             belt_signals: Vec::new(),
             at_start: Vec::new(),
             latched: Vec::new(),

@@ -6,6 +6,7 @@ use bksim_expr::{Expr, Pool};
 use super::Formula;
 use super::codes;
 use super::definition::ParameterState;
+use super::flexible::Parts;
 use super::grids::MeasuredTable;
 use super::letters::{first_foreign, spelled, visible};
 use super::misplaced::{misplaced, size_key};
@@ -78,6 +79,8 @@ pub(super) struct Reader<'a> {
     pub(super) ropes: Vec<Rope>,
     /// Ropes that may become slack.
     pub(super) rope_loads: Vec<Load>,
+    /// Parts of flexible bodies.
+    pub(super) flexible: Vec<Parts>,
     /// Their lengths, wraps and tensions.
     pub(super) belt_signals: Vec<NamedSignal>,
     /// Symbols that stand for positions at the start.

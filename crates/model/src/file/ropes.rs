@@ -20,19 +20,20 @@ use super::units::Quantity;
 use super::value::Scope;
 use crate::body::Anchor;
 use crate::coupling::{Coupling, CouplingKind};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::{GROUND, RopeId};
 use crate::joint::MotionKind;
 use crate::load::{Load, LoadKind};
-use crate::measure::Axis;
+use crate::measure::{Axis, Measure};
 use crate::rope::{Rope, RopeNode, RopeSection};
+use crate::state::NamedSignal;
 
 /// Keys of a rope.
 pub(super) const ROPE_KEYS: &[&str] =
     &["type", "over", "length", "EA", "stiffness", "damping", "slack", "restitution"];
 
 /// Keys of what a rope goes over; `pulley` and `drum` are the same thing inside and at an end.
-const NODE_KEYS: [&str; 5] = ["pulley", "drum", "radius", "turn", "slips"];
+const NODE_KEYS: [&str; 7] = ["pulley", "drum", "radius", "turn", "slips", "mu", "static"];
 
 /// The senses in which a rope goes around a pulley.
 const TURNS: [(&str, bool); 2] = [("left", true), ("right", false)];
@@ -45,6 +46,8 @@ struct Stop {
     is_left: bool,
     /// Whether the rope ends a part here: at its ends and where it does not slip.
     holds: bool,
+    /// Coefficients of friction where it slips under a large difference of pulls.
+    mu: Option<[Expr; 2]>,
 }
 
 /// How a rope resists being longer.
@@ -93,6 +96,17 @@ impl Reader<'_> {
             None => None,
         };
         let stops = stops.into_iter().collect::<Option<Vec<_>>>()?;
+        let rubs = stops.iter().any(|stop| stop.mu.is_some());
+        if rubs && matches!(give, Some(Give::Elastic { .. } | Give::Slack { .. })) {
+            let message = format!("{} rubs, and stretches or becomes slack", fields.owner);
+            self.report(
+                Diagnostic::error(codes::NO_GRIP, message)
+                    .at(fields.location(&["EA", "stiffness", "slack", "restitution"]), "here")
+                    .note("friction by `mu` is that of a taut rope of constant length")
+                    .help("remove this key, or `mu`"),
+            );
+            return None;
+        }
         Some(self.lay_rope(name, fields, &stops, &give?, length))
     }
 
@@ -103,7 +117,7 @@ impl Reader<'_> {
         let Value::Table(table) = &node.value else {
             let center = self.anchor(node, &what, &fields.owner)?;
             let wheel = self.rope_wheel(center, zero, false, node, fields)?;
-            return Some(Stop { wheel, center, is_left: true, holds: is_end });
+            return Some(Stop { wheel, center, is_left: true, holds: is_end, mu: None });
         };
         let owner = format!("`over` of {}", fields.owner);
         let own = Fields::open(self, table, owner, node.span.clone(), &NODE_KEYS);
@@ -135,11 +149,44 @@ impl Reader<'_> {
             Some(node) => self.flag(node, &own.what("slips"))?,
             None => false,
         };
+        let mu = self.rope_friction(&own, is_end || is_eye)?;
         let center = center?;
-        let holds = is_end || !(slips || is_eye || center.body == GROUND);
+        let holds = is_end || !(slips || is_eye || center.body == GROUND || mu.is_some());
         let signed = if is_left { radius.expr } else { self.pool.neg(radius.expr) };
-        let wheel = self.rope_wheel(center, signed, holds, node, fields)?;
-        Some(Stop { wheel, center, is_left, holds })
+        let wheel = self.rope_wheel(center, signed, holds || mu.is_some(), node, fields)?;
+        Some(Stop { wheel, center, is_left, holds, mu })
+    }
+
+    /// Coefficients of the friction of a rope, `Some(None)` where they are not stated.
+    fn rope_friction(&mut self, own: &Fields<'_>, has_no_arc: bool) -> Option<Option<[Expr; 2]>> {
+        if own.conflict(self, "mu", "slips") {
+            return None;
+        }
+        let mut coefficient = |key: &str| match own.get(key) {
+            Some(node) => {
+                let what = own.what(key);
+                let mu = self.scalar(node, Quantity::NUMBER, &what, Scope::Constant)?;
+                self.check_positive(&what, &mu, Quantity::NUMBER).then_some(Some(mu.expr))
+            }
+            None => Some(None),
+        };
+        let [sliding, sticking] = [coefficient("mu")?, coefficient("static")?];
+        let Some(sliding) = sliding else {
+            if own.has("static") {
+                own.require(self, "mu", "write for example `mu = 0.15`")?;
+            }
+            return Some(None);
+        };
+        if has_no_arc {
+            let message = format!("{} has `mu` where the rope goes around nothing", own.owner);
+            self.report(
+                Diagnostic::error(codes::NO_GRIP, message)
+                    .at(own.location(&["mu"]), "an end, or an eye without a radius")
+                    .help("remove `mu`, or write it of a pulley or post between the ends"),
+            );
+            return None;
+        }
+        Some(Some([sliding, sticking.unwrap_or(sliding)]))
     }
 
     /// A point or the centre of a pulley as a wheel, whose turns count where it holds the rope.
@@ -237,6 +284,26 @@ impl Reader<'_> {
         }
     }
 
+    /// Puts the part of its largest friction with which a rope grips among the results: below zero where the pull after
+    /// it is the larger one, ±1 where it slips.
+    fn log_grip(&mut self, parts: &[String; 2], kind: &LoadKind, span: &Span) {
+        let LoadKind::Capstan { wrap, mu: [_, sticking], .. } = *kind else { return };
+        let mut pull = |name: &String| {
+            let idx = self.names.forces.iter().position(|(known, _)| known == name)?;
+            let name = format!("couplings.{name}");
+            Some(self.names.signal(&self.pool, &name, Measure::Force(idx)))
+        };
+        let [Some(before), Some(after)] = [pull(&parts[0]), pull(&parts[1])] else { return };
+        let pool = &self.pool;
+        let ratio = pool.call(Function::Ln, &[pool.div(before, after)]).expect("one argument");
+        let value = pool.div(ratio, pool.mul(sticking, wrap));
+        let name = format!("{}_grip", parts[0]);
+        if self.names.plain(&name).is_none() {
+            let (unit, span) = (String::new(), span.clone());
+            self.belt_signals.push(NamedSignal { name, value, unit, is_output: true, span });
+        }
+    }
+
     /// The parts of a rope, with what keeps their lengths.
     fn lay_rope(
         &mut self,
@@ -274,8 +341,12 @@ impl Reader<'_> {
         for (number, ends) in held.windows(2).enumerate() {
             let [from, to] = [ends[0], ends[1]];
             let is_last = to == stops.len() - 1;
-            let own =
-                if held.len() == 2 { name.to_owned() } else { format!("{name}_{}", number + 1) };
+            let n_rubbing =
+                |to: usize| stops[1..to].iter().filter(|stop| stop.mu.is_some()).count();
+            let is_whole = held.len() == 2 && n_rubbing(stops.len() - 1) == 0;
+            // The last of the pulls between two places that hold; each place that rubs has one before it.
+            let part_name = |to: usize, number: usize| format!("{name}_{}", number + n_rubbing(to));
+            let own = if is_whole { name.to_owned() } else { part_name(to, number + 1) };
             let gain: Vec<Expr> = spans[from..to].iter().map(|span| span.gain).collect();
             let gain = self.pool.sum(gain);
             let inner = &arcs[from..to - 1];
@@ -296,6 +367,23 @@ impl Reader<'_> {
             };
             let excess = pool.add(gain, more);
             let span = fields.location(&["length", "over"]);
+            for node in (from + 1..to).filter(|&node| stops[node].mu.is_some()) {
+                let before: Vec<Expr> = spans[from..node].iter().map(|span| span.gain).collect();
+                let wrap = self.wrap(stops[node].is_left, &spans[node - 1], &spans[node]).now;
+                let kind = LoadKind::Capstan {
+                    rope: id,
+                    section: number,
+                    node,
+                    slipped: self.pool.sum(before),
+                    wrap,
+                    mu: stops[node].mu.unwrap_or([self.pool.zero(); 2]),
+                };
+                let names = [number, number + 1].map(|part| part_name(node, part + 1));
+                self.log(format!("{}_wrap", names[0]), wrap, "rad", &span);
+                self.log_grip(&names, &kind, &span);
+                let [name, _] = names;
+                self.rope_loads.push(Load { name, kind, span: span.clone() });
+            }
             let mut pull = None;
             match give {
                 Give::Rigid => couplings.push(Coupling {

@@ -11,6 +11,7 @@ use crate::body::Body;
 use crate::diagnostic::Diagnostic;
 use crate::io::Io;
 use crate::joint::Joint;
+use crate::load::Load;
 use crate::model::{CoordinatePolicy, Model, Space};
 
 /// Sections of a model file, in the order in which they are documented.
@@ -83,8 +84,9 @@ impl Reader<'_> {
         self.read_curves(root);
 
         // The sections, in the order in which they refer to each other.
-        let bodies = self.read_bodies(root);
-        let joints = self.read_joints(root);
+        let mut bodies = self.read_bodies(root);
+        let mut joints = self.read_joints(root);
+        self.build_flexible(root, &mut bodies, &mut joints);
         self.joint_ends = joints
             .iter()
             .map(|joint| joint.as_ref().map(|j| [j.predecessor, j.successor]))
@@ -98,6 +100,8 @@ impl Reader<'_> {
         self.check_forces(&couplings);
         let connections = Connections { joints: &joints, couplings: &couplings };
         let mut loads = self.read_loads(root, &connections);
+        // Couplings on one side come last: their rows are found from the end.
+        self.rope_loads.sort_by_key(Load::is_coupling);
         loads.append(&mut self.rope_loads);
         let facts: Vec<&BodyFacts> = bodies.iter().map(|(_, facts)| facts).collect();
         let contacts = self.read_contacts(root, &facts, &mut loads);

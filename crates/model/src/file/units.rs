@@ -210,6 +210,12 @@ impl Quantity {
     pub(super) const RATE: Self = quantity("angular velocity", [0, 0, -1, 1, 0], "3 rad/s");
     pub(super) const ACCELERATION: Self = quantity("acceleration", [1, 0, -2, 0, 0], "9.81 m/s^2");
     pub(super) const INERTIA: Self = quantity("moment of inertia", [2, 1, 0, 0, 0], "0.2 kg m^2");
+    pub(super) const AREA: Self = quantity("area", [2, 0, 0, 0, 0], "100 mm^2");
+    pub(super) const AREA_MOMENT: Self =
+        quantity("second moment of area", [4, 0, 0, 0, 0], "200 mm^4");
+    pub(super) const MODULUS: Self = quantity("modulus", [-2, 0, 0, 0, 1], "210 GPa");
+    pub(super) const BENDING: Self = quantity("stiffness of bending", [2, 0, 0, 0, 1], "40 N m^2");
+    pub(super) const LINE_MASS: Self = quantity("mass per length", [-1, 1, 0, 0, 0], "0.8 kg/m");
     pub(super) const DENSITY: Self = quantity("density", [-3, 1, 0, 0, 0], "7850 kg/m^3");
     pub(super) const FORCE: Self = quantity("force", [0, 0, 0, 0, 1], "20 N");
     pub(super) const TORQUE: Self = quantity("torque", [1, 0, 0, 0, 1], "5 N m");

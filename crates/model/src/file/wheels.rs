@@ -29,7 +29,9 @@ impl Reader<'_> {
         // Gears turn in opposite senses, wheels of a belt in the same; the flag says otherwise.
         let is_same = flagged.unwrap_or(Some(false))? != (word != "gear");
         let sizes = sizes?;
+        let is_same = sizes.is_same.unwrap_or(is_same);
         let ratio = self.signed_ratio(sizes, is_same, fields)?;
+        let flanks = self.flanks(fields, sizes.radii.is_some(), [!is_same, is_same])?;
         let phase = phase?;
 
         // ratio · first + phase − second, times the pitch radius of the second where it is known.
@@ -51,7 +53,7 @@ impl Reader<'_> {
             }
             None => (pool.add(pool.mul(ratio, first), rest), MotionKind::Rotation),
         };
-        let wheels = Wheels { axes, wheels, carrier, ratio, radii, teeth, phase };
+        let wheels = Wheels { axes, wheels, carrier, ratio, radii, teeth, phase, is_same, flanks };
         let kind = if is_gear { CouplingKind::Gear(wheels) } else { CouplingKind::Belt(wheels) };
         Some((kind, relation, effort))
     }
@@ -83,23 +85,26 @@ impl Reader<'_> {
                 );
                 return None;
             }
-            return Some(Sizes { ratio: Some(ratio.expr), radii: None, teeth: None });
+            let is_same = Some(value.look() > 0.0);
+            return Some(Sizes { ratio: Some(ratio.expr), radii: None, teeth: None, is_same });
         }
         if let Some(node) = fields.get("radii") {
             let radii = self.two_sizes(node, "radii", Quantity::LENGTH, fields)?;
             let radii = Some(radii.map(|radius| radius.expr));
-            return Some(Sizes { ratio: None, radii, teeth: None });
+            return Some(Sizes { ratio: None, radii, teeth: None, is_same: None });
         }
         let help = "write `teeth = [20, 45]`, `radii = [\"20 mm\", \"45 mm\"]` or `ratio`";
         let node = fields.require(self, "teeth", help)?;
         let teeth = self.two_sizes(node, "teeth", Quantity::NUMBER, fields)?;
         let radii = if fields.has("module") {
-            let radii = self.module_radii(fields, &teeth)?;
+            let helix = self.helix(fields)?;
+            let radii = self.module_radii(fields, &teeth, helix)?;
             Some([radii[0], radii[1]])
         } else {
             None
         };
-        Some(Sizes { ratio: None, radii, teeth: Some(teeth.map(|teeth| teeth.expr)) })
+        let teeth = Some(teeth.map(|teeth| teeth.expr));
+        Some(Sizes { ratio: None, radii, teeth, is_same: None })
     }
 
     fn two_sizes(
@@ -133,11 +138,12 @@ impl Reader<'_> {
         Some([first, second])
     }
 
-    /// Pitch radii m z/2 of wheels with these teeth.
+    /// Pitch radii m z/(2 cos β) of wheels with these teeth.
     pub(super) fn module_radii(
         &mut self,
         fields: &Fields<'_>,
         teeth: &[Scalar],
+        helix: Expr,
     ) -> Option<Vec<Expr>> {
         let help = "write for example `module = \"2 mm\"`: pitch diameter over teeth";
         let node = fields.require(self, "module", help)?;
@@ -146,7 +152,9 @@ impl Reader<'_> {
         let is_positive = self.check_positive(&what, &module, Quantity::LENGTH);
         let pool = &self.pool;
         let half = pool.rational(1, 2);
-        let radius = |teeth: &Scalar| pool.product([half, module.expr, teeth.expr]);
+        let radius = |teeth: &Scalar| {
+            pool.div(pool.product([half, module.expr, teeth.expr]), pool.cos(helix))
+        };
         is_positive.then(|| teeth.iter().map(radius).collect())
     }
 
@@ -184,4 +192,6 @@ struct Sizes {
     radii: Option<[Expr; 2]>,
     /// Numbers of teeth.
     teeth: Option<[Expr; 2]>,
+    /// Whether both turn in one sense, where the ratio says so.
+    is_same: Option<bool>,
 }

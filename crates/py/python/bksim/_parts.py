@@ -39,6 +39,7 @@ class Body(Part):
     coordinates: Sequence[str] | None = None
     free: bool | None = None
     as_stated: bool | None = None
+    flexible: Mapping[str, Any] | None = None
 
 
 @dataclass(slots=True)

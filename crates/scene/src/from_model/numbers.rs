@@ -64,6 +64,11 @@ impl<'a> Numbers<'a> {
 
     pub(super) fn attached(&self, anchor: Anchor) -> Attached {
         let body = &self.model.bodies[anchor.body.0];
+        // Points of a beam have bodies that go where it bends to.
+        let section = body.flexible.as_ref().zip(anchor.point);
+        if let Some(section) = section.and_then(|(beam, at)| beam.sections.get(at.0)) {
+            return Attached { body: section.0, position: [0.0; 3] };
+        }
         let position = anchor.point.map(|point| self.vector(&body.points[point.0].position));
         Attached { body: anchor.body.0, position: position.unwrap_or_default() }
     }

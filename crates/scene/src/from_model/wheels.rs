@@ -48,7 +48,7 @@ impl Sketch<'_> {
     pub(super) fn wheels(&self) -> Vec<Shape> {
         let mut drawn: HashMap<usize, Drawn> = HashMap::new();
         let mut shapes = Vec::new();
-        for coupling in &self.model().couplings {
+        for coupling in self.model().all_couplings() {
             match &coupling.kind {
                 CouplingKind::Gear(wheels) => {
                     for gear in self.gears(wheels, &drawn) {
@@ -315,7 +315,7 @@ impl Sketch<'_> {
         if belted.any(|wheel| ends(model, wheel)[0].body.0 == body) {
             return true;
         }
-        model.couplings.iter().any(|coupling| match &coupling.kind {
+        model.all_couplings().any(|coupling| match &coupling.kind {
             CouplingKind::Gear(wheels) | CouplingKind::Belt(wheels) => {
                 wheels.wheels.iter().any(|wheel| wheel.body.0 == body)
             }

@@ -157,6 +157,17 @@ pub(super) fn beyond_stop(model: &Model, load: LoadId, by: f64) -> Diagnostic {
         LoadKind::Stop { joint, motion_idx, .. } => {
             unit_of(model, Measure::JointPosition(joint, motion_idx))
         }
+        LoadKind::Flank { ref teeth, .. } => {
+            let unit = if teeth.effort == MotionKind::Rotation { "rad" } else { "m" };
+            let message = format!(
+                "the teeth of `{}` overlap by {} {unit} at the start",
+                teeth.name,
+                short(by)
+            );
+            return Diagnostic::error(codes::BEYOND_STOP, message)
+                .at(load.span.clone(), "these teeth")
+                .help("write another `phase`, or start one of its joints so that both flanks have room");
+        }
         LoadKind::Rope { .. } => {
             let message = format!("rope `{}` is {} m too short at the start", load.name, short(by));
             return Diagnostic::error(codes::BEYOND_STOP, message)

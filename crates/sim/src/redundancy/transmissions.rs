@@ -291,7 +291,10 @@ fn couplings(system: &SymbolicSystem) -> Vec<(Effort, &Constraint)> {
     // Ropes that are taut pull at several bodies, as couplings do.
     let ropes = system.contacts.iter().enumerate().filter_map(|(k, contact)| {
         let row = &system.constraints[contact.row];
-        (row.direction == "rope").then_some((Effort::Contact(k, contact.load), row))
+        // Of teeth with play one flank at most bears: the first stands for both.
+        ["rope", "forward"]
+            .contains(&row.direction)
+            .then_some((Effort::Contact(k, contact.load), row))
     });
     of_coupling.chain(ropes).collect()
 }

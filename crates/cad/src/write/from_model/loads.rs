@@ -69,6 +69,12 @@ impl Sketch<'_> {
             LoadKind::JointSpring { joint, .. } => {
                 (self.spring_or_damper(name), self.along(*joint)?, Values::new())
             }
+            LoadKind::Flank { .. } => {
+                return Err(no_place("the play of", &format!("`{name}`")).into());
+            }
+            LoadKind::Capstan { .. } => {
+                return Err(no_place("the friction of rope", &format!("`{name}`")).into());
+            }
             LoadKind::Rope { .. } => return Err(no_place("the rope", &format!("`{name}`")).into()),
             LoadKind::Touch { .. } | LoadKind::Rub { .. } => {
                 return Err(no_place("the contact", &format!("`{name}`")).into());

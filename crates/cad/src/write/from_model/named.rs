@@ -130,7 +130,7 @@ impl Sketch<'_> {
             let joint = &self.model.joints[joint.0];
             [joint.predecessor, joint.successor].into_iter().find(|anchor| anchor.body == body)
         };
-        let in_couplings = self.model.couplings.iter().find_map(|coupling| match coupling.kind {
+        let in_couplings = self.model.all_couplings().find_map(|coupling| match coupling.kind {
             CouplingKind::Gear(wheels) | CouplingKind::Belt(wheels) => {
                 let place = wheels.wheels.iter().position(|wheel| wheel.body == body)?;
                 Some((wheels.wheels[place], wheels.radii?[place]))

@@ -1,0 +1,229 @@
+//! Bodies that bend: frequencies with every kind of ends, a beam that is spun up, stretching and buckling.
+
+use bksim::analysis::{About, Channels, linearize, modes};
+use serde_json::Value;
+
+use crate::support::elements::{column, number, reference};
+use crate::support::{at, derive, model, reaction, signal, solve};
+
+/// The beam of the reference with `n` shapes and these joints.
+fn beam(n: usize, rest: &str) -> String {
+    format!(
+        r#"
+[ground]
+points = {{ B = ["1 m", 0] }}
+[bodies.beam]
+flexible = {{ length = "1 m", section = ["20 mm", "5 mm"], E = "210 GPa", density = "7850 kg/m^3", modes = {n} }}
+points = {{ tip = ["1 m", 0] }}
+{rest}
+"#
+    )
+}
+
+/// The ends of a case.
+fn ends(case: u64) -> String {
+    let joint = |name: &str, kind: &str, between: &str, more: &str| {
+        format!("[joints.{name}]\ntype = \"{kind}\"\nbetween = [{between}]\n{more}\n")
+    };
+    let clamped = joint("root", "weld", "\"ground\", \"beam\"", "");
+    let pinned = joint("root", "revolute", "\"ground\", \"beam\"", "");
+    let tip = "\"ground.B\", \"beam.tip\"";
+    let held = joint("end", "slot", tip, "axis = [1, 0]");
+    let clamped_tip = joint("end", "prismatic", tip, "axis = [1, 0]");
+    let mass = joint("end", "revolute", "\"beam.tip\", \"load\"", "");
+    match case {
+        1 => clamped,
+        2 => pinned + &held,
+        3 => clamped + &held,
+        4 => clamped + &clamped_tip,
+        5 => String::new(),
+        _ => format!("{clamped}{mass}[bodies.load]\nmass = \"0.785 kg\"\n"),
+    }
+}
+
+/// Frequencies of a case, those of rigid motions left out.
+fn frequencies(case: u64, n: usize) -> Vec<f64> {
+    let mut text = beam(n, &ends(case));
+    if case == 5 {
+        text = text.replace("points = { tip", "free = true\npoints = { tip");
+    }
+    let found = modes(model(&text), About::Start).unwrap_or_else(|e| panic!("{case}: {e}"));
+    found.modes.iter().map(|mode| mode.omega).filter(|&omega| omega > 1.0).collect()
+}
+
+#[test]
+fn beams_have_their_frequencies_with_every_kind_of_ends() {
+    let data = reference("touch/beam_modes");
+    let expected = |case: u64, mode: usize| {
+        let is_it = |row: &&Value| row[0].as_u64() == Some(case) && row[1] == mode + 1;
+        let row = data["rows"].as_array().expect("rows").iter().find(is_it).expect("a row");
+        number(row, column(&data, "omega"))
+    };
+    for case in 1..=6 {
+        for (n, within) in [(7, [1e-6, 1e-3, 1e-2]), (10, [1e-8, 1e-7, 1e-4])] {
+            let found = frequencies(case, n);
+            for (mode, within) in within.into_iter().enumerate() {
+                let (found, expected) = (found[mode], expected(case, mode));
+                let error = (found / expected - 1.0).abs();
+                assert!(
+                    error < within,
+                    "case {case}, {n} shapes, mode {}: {found} for {expected}, off by {error:.1e}",
+                    mode + 1
+                );
+            }
+        }
+    }
+}
+
+/// The beam of the spin-up on its hub, with this motion.
+fn spun(flexible: &str, motion: &str, solve: &str) -> String {
+    format!(
+        r#"
+[bodies.beam]
+flexible = {{ length = "10 m", A = "4e-4 m^2", I = "2e-7 m^4", E = "70 GPa", density = "3000 kg/m^3", {flexible} }}
+points = {{ tip = ["10 m", 0] }}
+[joints.hub]
+type = "revolute"
+between = ["ground", "beam"]
+[drives.motor]
+joint = "hub"
+motion = "{motion}"
+[outputs]
+tip = "beam.tip.y*cos(hub.angle) - beam.tip.x*sin(hub.angle)"
+reach = "beam.tip.x*cos(hub.angle) + beam.tip.y*sin(hub.angle)"
+[solve]
+{solve}
+"#
+    )
+}
+
+#[test]
+fn a_beam_that_is_spun_up_lags_and_comes_back() {
+    let motion = "if(t < 15 s, 0.2 rad/s^2*t^2 + 0.4 rad/s^2*(7.5 s/pi)^2*(cos(pi*t/(7.5 s)) - 1), 45 rad + 6 rad/s*(t - 15 s))";
+    let text = spun("modes = 4", motion, "t_end = \"20 s\"\nevery = \"0.02 s\"");
+    let mechanism = derive(model(&text));
+    let motion = solve(&mechanism);
+    let data = reference("touch/spin_up_beam");
+    for row in data["rows"].as_array().expect("rows") {
+        let (t, expected) = (number(row, 0), number(row, 1));
+        let found = signal(&mechanism, at(&motion, t), "tip");
+        assert!((found - expected).abs() < 0.02 * 0.5743, "{t} s: {found} for {expected}");
+    }
+    let lags = motion.samples.iter().map(|sample| signal(&mechanism, sample, "tip"));
+    let largest = lags.fold(0.0, f64::min);
+    let expected = data["values"]["largest_lag"].as_f64().expect("a number");
+    assert!((largest / expected - 1.0).abs() < 0.01, "{largest} for {expected}");
+}
+
+#[test]
+fn a_spinning_beam_stretches_as_linear_elasticity_says() {
+    let data = reference("touch/spin_up_beam");
+    let value = |name: &str| data["values"][name].as_f64().expect("a number");
+    let solve_for = "t_end = \"25 s\"\nevery = \"25 s\"\nrtol = 1e-9\natol = 1e-12";
+    let text = spun("modes = 1, axial = 4, damping = \"0.3 s\"", "6 rad/s*t", solve_for);
+    let mechanism = derive(model(&text));
+    let motion = solve(&mechanism);
+    let last = at(&motion, 25.0);
+    let stretch = signal(&mechanism, last, "reach") - 10.0;
+    let expected = value("tip_stretch");
+    assert!((stretch / expected - 1.0).abs() < 1e-6, "{stretch} for {expected}");
+    let [x, y, _] = reaction(&mechanism, last, "hub")[..3].try_into().expect("a force");
+    let (force, expected) = (f64::hypot(x, y), value("root_force_stretched"));
+    assert!((force / expected - 1.0).abs() < 1e-6, "{force} for {expected}");
+}
+
+/// Imaginary parts of the eigenvalues at 6 rad/s.
+fn spinning(flexible: &str) -> Vec<f64> {
+    let text = spun(flexible, "6 rad/s*t", "t_end = \"1 s\"");
+    let linear = linearize(model(&text), About::Start, &Channels::default()).expect("linear");
+    let mut found: Vec<f64> = linear.poles.iter().map(|s| s[1]).filter(|s| *s > 0.1).collect();
+    found.sort_by(f64::total_cmp);
+    found
+}
+
+#[test]
+fn spinning_stiffens_a_beam_in_its_plane_and_across() {
+    let data = reference("touch/spin_up_beam");
+    let compare = |found: &[f64], name: &str| {
+        let expected: Vec<f64> =
+            serde_json::from_value(data["values"][name].clone()).expect("numbers");
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!((found / expected - 1.0).abs() < 1e-3, "{name}: {found} for {expected}");
+        }
+    };
+    compare(&spinning("modes = 6"), "omega_in_plane");
+    let all = spinning("modes = 1, across = 7, I_across = \"2e-7 m^4\"");
+    let across: Vec<f64> = all.iter().copied().skip(1).collect();
+    compare(&across, "omega_out_of_plane");
+}
+
+/// Two beams in a row under gravity, with a motor in the elbow at the far end of the first.
+const ELBOW: &str = r#"
+[ground]
+points = { S = ["1.1 m", "-0.3 m"] }
+[bodies.upper]
+flexible = { length = "0.6 m", section = ["20 mm", "4 mm"], material = "steel", modes = 2, axial = 1 }
+points = { middle = ["0.3 m", 0], tip = ["0.6 m", 0] }
+[bodies.lower]
+flexible = { length = "0.5 m", section = ["20 mm", "3 mm"], material = "steel", modes = 2 }
+points = { tip = ["0.5 m", 0] }
+[joints.shoulder]
+type = "revolute"
+between = ["ground", "upper"]
+[joints.elbow]
+type = "revolute"
+between = ["upper.tip", "lower"]
+[loads.motor]
+type = "torque"
+joint = "elbow"
+value = "2 N m*sin(20 rad/s*t)"
+[loads.friction]
+type = "torque"
+joint = "elbow"
+value = "-0.02 N m s/rad*elbow.rate"
+[loads.spring]
+type = "spring"
+between = ["ground.S", "upper.middle"]
+stiffness = "50 N/m"
+length = "0.9 m"
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-9.81 m/s^2"]
+[states.gain]
+rate = "(2 N m*sin(20 rad/s*t) - 0.02 N m s/rad*elbow.rate)*elbow.rate"
+start = "0 J"
+[outputs]
+work = "gain"
+x = "lower.tip.x"
+y = "lower.tip.y"
+[initial]
+shoulder = { angle = "-20 deg", rate = 0 }
+elbow = { angle = "-40 deg", rate = 0 }
+[solve]
+t_end = "0.5 s"
+every = "0.1 s"
+rtol = 1e-10
+atol = 1e-12
+"#;
+
+#[test]
+fn a_motor_at_the_end_of_a_beam_does_the_work_of_its_own_joint() {
+    let ways = ["", "coordinates = \"absolute\"\n"].map(|policy| {
+        let mechanism = derive(model(&format!("{policy}{ELBOW}")));
+        let motion = solve(&mechanism);
+        let total = |t: f64| {
+            let energy = &at(&motion, t).energy;
+            energy.kinetic + energy.potential
+        };
+        [0.1, 0.3, 0.5].map(|t| {
+            let sample = at(&motion, t);
+            let [work, x, y] = ["work", "x", "y"].map(|name| signal(&mechanism, sample, name));
+            let gained = total(t) - total(0.0);
+            assert!((gained - work).abs() < 1e-7, "{policy}{t} s: {gained} J for {work} J");
+            [x, y]
+        })
+    });
+    for (tree, cut) in ways[0].iter().flatten().zip(ways[1].iter().flatten()) {
+        assert!((tree - cut).abs() < 1e-7, "{tree} and {cut}");
+    }
+}
