@@ -204,6 +204,9 @@ pub(crate) fn pressing(
 }
 
 /// A quantity of a contact as an expression of t, q, v and λ.
+///
+/// # Panics
+/// Never: comparisons have two operands.
 pub fn part(
     model: &Model,
     kinematics: &Kinematics,

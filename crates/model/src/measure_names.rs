@@ -286,8 +286,12 @@ impl Measure {
             Self::JointPosition(joint, idx) if turns(joint, idx) => "rad",
             Self::JointVelocity(joint, idx) if turns(joint, idx) => "rad/s",
             Self::JointAcceleration(joint, idx) if turns(joint, idx) => "rad/s^2",
-            Self::JointPosition(..) | Self::PointPosition(..) => "m",
-            Self::JointVelocity(..) | Self::PointVelocity(..) => "m/s",
+            Self::JointPosition(..)
+            | Self::PointPosition(..)
+            | Self::Contact(_, ContactPart::Gap) => "m",
+            Self::JointVelocity(..)
+            | Self::PointVelocity(..)
+            | Self::Contact(_, ContactPart::Slip) => "m/s",
             Self::BodyAngle(_)
             | Self::Turn(..)
             | Self::CardanAngle(..)
@@ -302,8 +306,6 @@ impl Measure {
             | Self::Effort(_)
             | Self::Force(_)
             | Self::Contact(_, ContactPart::Force | ContactPart::Friction) => "N",
-            Self::Contact(_, ContactPart::Gap) => "m",
-            Self::Contact(_, ContactPart::Slip) => "m/s",
             Self::Reaction(..) | Self::Resultant(..) | Self::Moment(_) => "N m",
             Self::Momentum(..) => "kg m/s",
             Self::AngularMomentum(..) => "kg m^2/s",

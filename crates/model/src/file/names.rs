@@ -59,13 +59,15 @@ pub(super) fn quantity_of(measure: Measure) -> Quantity {
         | Measure::Effort(_)
         | Measure::Force(_)
         | Measure::Contact(_, ContactPart::Force | ContactPart::Friction) => Quantity::FORCE,
-        Measure::Contact(_, ContactPart::Gap) => Quantity::LENGTH,
-        Measure::Contact(_, ContactPart::Slip) => Quantity::VELOCITY,
         Measure::Reaction(..) | Measure::Resultant(..) | Measure::Moment(_) => Quantity::TORQUE,
         Measure::Momentum(..) => Quantity::MOMENTUM,
         Measure::AngularMomentum(..) => Quantity::ANGULAR_MOMENTUM,
-        Measure::JointPosition(..) | Measure::PointPosition(..) => Quantity::LENGTH,
-        Measure::JointVelocity(..) | Measure::PointVelocity(..) => Quantity::VELOCITY,
+        Measure::JointPosition(..)
+        | Measure::PointPosition(..)
+        | Measure::Contact(_, ContactPart::Gap) => Quantity::LENGTH,
+        Measure::JointVelocity(..)
+        | Measure::PointVelocity(..)
+        | Measure::Contact(_, ContactPart::Slip) => Quantity::VELOCITY,
     }
 }
 

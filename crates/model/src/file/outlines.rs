@@ -86,9 +86,10 @@ impl Reader<'_> {
             None => Some(self.pool.zero()),
             Some(node) => self.restitution(node, &fields.what("restitution")),
         };
-        let friction = match fields.has("mu") || fields.has("static") {
-            true => Some(self.coefficients(fields)?),
-            false => None,
+        let friction = if fields.has("mu") || fields.has("static") {
+            Some(self.coefficients(fields)?)
+        } else {
+            None
         };
         let help = format!("write two shapes, `between = [A, B]`: {SHAPES}");
         let node = fields.require(self, "between", &help)?;

@@ -33,6 +33,7 @@
 //! | `bands` | the sizes of rounding about zero |
 //! | `consistent` | an instant at which modes are chosen, and the modes that are consistent |
 //! | `mode_search` | the search for them |
+//! | `bounces` | bounces that are too low to be seen |
 //! | `outline_search` | the same for contacts of outlines |
 //! | `latching` | modes and latched signals that agree |
 //! | `monitor` | the indicators of one phase, as events of the integrator |
@@ -44,6 +45,7 @@
 //! with Discontinuous Righthand Sides*, Kluwer 1988, §4 (sliding along a switching surface).
 
 mod bands;
+mod bounces;
 mod complementarity;
 mod consistent;
 mod fixed;

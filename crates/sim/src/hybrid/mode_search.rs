@@ -28,14 +28,12 @@ use crate::modes::indicators::{CompiledContact, ContactState, Indicator, Indicat
 use crate::modes::{ContactMode, Modes};
 use crate::multiplier::largest;
 
-/// Relative rounding of forces and accelerations.
+/// Relative rounding of forces.
 pub(super) const ROUNDING: f64 = 1e-9;
 /// Part of the largest velocity that is rounding of a difference.
 const ROUNDING_OF_RATE: f64 = 2.0 * f64::EPSILON;
 /// A drive may jump by this part of the size of the state before it counts as a jump.
 const JUMP: f64 = 1e-6;
-/// Bounces no higher than this many bands of rounding come to rest.
-const HIDDEN: f64 = 1e3;
 /// Rates by which the run lets held stops drift, in those that come to rest.
 const DRIFT: f64 = 10.0;
 /// The end of an outline is known to this, m.
@@ -80,8 +78,8 @@ pub(super) struct ModeSearch<'a> {
     impact_work: f64,
     hits: Vec<Hit>,
     impacts: Vec<ImpactRecord>,
-    /// By contact: an impact has parted it, for a flight too low to be seen.
-    grazes: Vec<bool>,
+    /// By contact: parted by an impact for a flight too low to be seen.
+    pub(super) grazes: Vec<bool>,
     /// By contact: an impact has ended its slip.
     pub(super) stuck: Vec<bool>,
 }
@@ -189,8 +187,7 @@ impl<'a> ModeSearch<'a> {
         is_stop && self.at.before.contacts[k].is_active() && state.rate().abs() <= drift
     }
 
-    /// True where a stop is closed; one that was held until now is, since the run keeps it so, unless its limit has
-    /// jumped away. Outlines touch as far as they reach.
+    /// True where a stop is closed, as one that the run holds is unless its limit jumps away, as far as outlines reach.
     pub(super) fn is_closed(&self, k: usize, state: ContactState) -> bool {
         let ContactState::Stop { penetration, reach, .. } = state else { return false };
         let has_left =
@@ -278,68 +275,6 @@ impl<'a> ModeSearch<'a> {
         self.note_grazes(&closed);
         self.note_stuck(&tracks);
         Ok(true)
-    }
-
-    /// Notes stops that the impact parts for a flight of rounding: bodies between two would else hit them without end.
-    fn note_grazes(&mut self, closed: &[usize]) {
-        let values = self.indicators(&self.modes);
-        let Some(pressing) = self.pressing(closed) else { return };
-        for &k in closed {
-            let rate = values.contacts[k].rate();
-            self.grazes[k] = rate < 0.0 && rate * rate <= 2.0 * pressing[k] * self.hidden();
-        }
-    }
-
-    /// φ″ of all contacts with these open.
-    fn pressing(&self, closed: &[usize]) -> Option<Vec<f64>> {
-        let mut free = self.modes.clone();
-        for &k in closed {
-            free.contacts[k] = ContactMode::Open;
-        }
-        self.motion_in(&free).map(|motion| motion.contact_accelerations)
-    }
-
-    /// Height of flights that are of rounding.
-    fn hidden(&self) -> f64 {
-        HIDDEN * self.at.bands.position
-    }
-
-    /// All closed stops hold; friction is bounded, so that it gives no impulse but where its stops do.
-    pub(super) fn modes_of_impact(&self, closed: &[usize], tracks: &[usize]) -> Modes {
-        let mut modes = self.modes.clone();
-        for &k in closed {
-            modes.contacts[k] = ContactMode::Closed;
-        }
-        for mode in &mut modes.contacts {
-            if let ContactMode::Stick(_) = mode {
-                *mode = ContactMode::Slip(0.0);
-            }
-        }
-        for &k in tracks {
-            modes.contacts[k] = ContactMode::Stick(0.0);
-        }
-        modes
-    }
-
-    /// ε of each closed stop; none where the bounces to come are too small to be seen.
-    ///
-    /// Left alone, the bodies come back with φ″ > 0 after a flight of height (ε u)²/2φ″.
-    fn restitutions(&self, closed: &[usize], values: &IndicatorValues) -> Vec<f64> {
-        let pressing = self.pressing(closed);
-        let [height, speed] = self.at.bands.rest;
-        let hidden = self.hidden();
-        let of_stop = |&k: &usize| {
-            let ContactState::Stop { rate, restitution, .. } = values.contacts[k] else {
-                unreachable!("friction is never among the closed stops")
-            };
-            let parting = restitution * rate;
-            let pressing = pressing.as_ref().map_or(0.0, |accelerations| accelerations[k]);
-            let square = parting * parting;
-            let is_small = rate <= speed && square <= 2.0 * pressing * height;
-            let is_hidden = square <= 2.0 * pressing * hidden;
-            if is_small || is_hidden { 0.0 } else { restitution }
-        };
-        closed.iter().map(of_stop).collect()
     }
 
     /// The modes that the state leaves open, with their choices.

@@ -20,6 +20,23 @@ const STUCK: f64 = 1e-13;
 const MOST_TRIED: usize = 4;
 
 impl ModeSearch<'_> {
+    /// All closed stops hold; friction is bounded, so that it gives no impulse but where its stops do.
+    pub(super) fn modes_of_impact(&self, closed: &[usize], tracks: &[usize]) -> Modes {
+        let mut modes = self.modes.clone();
+        for &k in closed {
+            modes.contacts[k] = ContactMode::Closed;
+        }
+        for mode in &mut modes.contacts {
+            if let ContactMode::Stick(_) = mode {
+                *mode = ContactMode::Slip(0.0);
+            }
+        }
+        for &k in tracks {
+            modes.contacts[k] = ContactMode::Stick(0.0);
+        }
+        modes
+    }
+
     /// The friction of contacts that some of these stops press together.
     pub(super) fn tracks_of(&self, closed: &[usize]) -> Vec<usize> {
         let pressed_by = &self.at.compiled.indicators.pressed_by;
@@ -130,8 +147,12 @@ impl ModeSearch<'_> {
             return None;
         }
         let mut modes = self.modes.clone();
-        closed.iter().for_each(|&k| modes.contacts[k] = ContactMode::Open);
-        tracks.iter().for_each(|&k| modes.contacts[k] = ContactMode::Slip(0.0));
+        for &k in &closed {
+            modes.contacts[k] = ContactMode::Open;
+        }
+        for &k in &tracks {
+            modes.contacts[k] = ContactMode::Slip(0.0);
+        }
         let free = self.motion_in(&modes)?.contact_accelerations;
         let all: Vec<usize> = closed.iter().chain(&tracks).copied().collect();
         let rates = DVector::from_iterator(all.len(), all.iter().map(|&k| free[k]));
@@ -141,7 +162,7 @@ impl ModeSearch<'_> {
         let rows = SparseRows::new(self.at.v.len());
         let rubbing = Rubbing { rows: &rows, mu: &mu, pressed_by: &pressed_by };
         let response = self.response(&closed, &tracks)?;
-        let (response, resting) = response.of_forces(rates, &slips, &rubbing);
+        let (response, resting) = response.of_forces(&rates, &slips, &rubbing);
         let mu: Vec<f64> = resting.iter().map(|&k| mu[k]).collect();
         let pressed_by: Vec<Vec<usize>> = resting.iter().map(|&k| pressed_by[k].clone()).collect();
         let rubbing = Rubbing { rows: &rows, mu: &mu, pressed_by: &pressed_by };

@@ -307,7 +307,7 @@ impl Response {
     /// press them, −ς μ of each.
     pub(super) fn of_forces(
         mut self,
-        rates: DVector<f64>,
+        rates: &DVector<f64>,
         slips: &[f64],
         rubbing: &Rubbing<'_>,
     ) -> (Self, Vec<usize>) {

@@ -1,0 +1,55 @@
+//! Bounces that are too low to be seen, in the search for modes: bodies rest instead.
+
+use super::mode_search::ModeSearch;
+use crate::modes::ContactMode;
+use crate::modes::indicators::{ContactState, IndicatorValues};
+
+/// Bounces no higher than this many bands of rounding come to rest.
+const HIDDEN: f64 = 1e3;
+
+impl ModeSearch<'_> {
+    /// Notes stops that the impact parts for a flight of rounding: bodies between two would else hit them without end.
+    pub(super) fn note_grazes(&mut self, closed: &[usize]) {
+        let values = self.indicators(&self.modes);
+        let Some(pressing) = self.pressing(closed) else { return };
+        for &k in closed {
+            let rate = values.contacts[k].rate();
+            self.grazes[k] = rate < 0.0 && rate * rate <= 2.0 * pressing[k] * self.hidden();
+        }
+    }
+
+    /// φ″ of all contacts with these open.
+    pub(super) fn pressing(&self, closed: &[usize]) -> Option<Vec<f64>> {
+        let mut free = self.modes.clone();
+        for &k in closed {
+            free.contacts[k] = ContactMode::Open;
+        }
+        self.motion_in(&free).map(|motion| motion.contact_accelerations)
+    }
+
+    /// Height of flights that are of rounding.
+    pub(super) fn hidden(&self) -> f64 {
+        HIDDEN * self.at.bands.position
+    }
+
+    /// ε of each closed stop; none where the bounces to come are too small to be seen.
+    ///
+    /// Left alone, the bodies come back with φ″ > 0 after a flight of height (ε u)²/2φ″.
+    pub(super) fn restitutions(&self, closed: &[usize], values: &IndicatorValues) -> Vec<f64> {
+        let pressing = self.pressing(closed);
+        let [height, speed] = self.at.bands.rest;
+        let hidden = self.hidden();
+        let of_stop = |&k: &usize| {
+            let ContactState::Stop { rate, restitution, .. } = values.contacts[k] else {
+                unreachable!("friction is never among the closed stops")
+            };
+            let parting = restitution * rate;
+            let pressing = pressing.as_ref().map_or(0.0, |accelerations| accelerations[k]);
+            let square = parting * parting;
+            let is_small = rate <= speed && square <= 2.0 * pressing * height;
+            let is_hidden = square <= 2.0 * pressing * hidden;
+            if is_small || is_hidden { 0.0 } else { restitution }
+        };
+        closed.iter().map(of_stop).collect()
+    }
+}
