@@ -20,7 +20,7 @@ use crate::contact::{self, ContactRow};
 use crate::coordinate::{Coordinate, Owner};
 use crate::coupling::{coupling_rows, rate_row, separating_wrenches};
 use crate::folding::{MAX_TERMS_OF_FORCE, folded_slope, longest_row, short};
-use crate::force::{AlongLine, Loads, Wrench, efforts_on_curves};
+use crate::force::{AlongLine, Loads, Wrench, efforts_on_curves, powers};
 use crate::joint;
 use crate::kinematics::Kinematics;
 use crate::lagrange;
@@ -265,32 +265,6 @@ fn powers_of_loads(
                 spatial::dot(pool, &wrench.moment, &turn),
             );
             powers[i].push((number, power));
-        }
-    }
-    powers
-}
-
-/// The terms of Σ F · ∂v/∂q̇_i + M · ∂ω/∂q̇_i, by coordinate, with the velocity of the body where the force acts,
-/// which need not be a point of it.
-pub(crate) fn powers(
-    model: &Model,
-    kinematics: &Kinematics,
-    wrenches: &[Wrench],
-) -> Vec<Vec<Expr>> {
-    let pool = &model.pool;
-    let mut powers = vec![Vec::new(); kinematics.coordinates.len()];
-    for wrench in wrenches {
-        let pose = &kinematics.poses[wrench.body.0];
-        let arm = spatial::sub(pool, &wrench.at, &pose.anchor_world);
-        for i in kinematics.coordinates_in(pool, &[pose.anchor_world, pose.omega].concat()) {
-            let coordinate = &kinematics.coordinates[i];
-            let turn = pose.omega.map(|component| pool.diff(component, coordinate.v));
-            let anchor = pose.anchor_world.map(|component| pool.diff(component, coordinate.q));
-            let at = spatial::add(pool, &anchor, &spatial::cross(pool, &turn, &arm));
-            powers[i].push(pool.add(
-                spatial::dot(pool, &wrench.force, &at),
-                spatial::dot(pool, &wrench.moment, &turn),
-            ));
         }
     }
     powers

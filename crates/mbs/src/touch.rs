@@ -15,9 +15,8 @@
 
 use bksim_expr::{Expr, Function, Pool};
 
-use crate::assemble::powers;
 use crate::constraint::{Constraint, Source};
-use crate::force::Wrench;
+use crate::force::{Wrench, powers};
 use crate::kinematics::Kinematics;
 use crate::spatial;
 use bksim_model::{
@@ -25,7 +24,7 @@ use bksim_model::{
     Vector,
 };
 
-/// A corner may be turned by this sine beyond where its own edge lies on the edge that it touches.
+/// A corner may be turned by this sine beyond where its own edge lies on the edge that it meets.
 const TURNED: (i64, i64) = (3, 10);
 /// How deep, as a part of its length, an edge of an open chain is felt by a point.
 const DEPTH: (i64, i64) = (1, 4);
@@ -115,7 +114,7 @@ impl Touching {
                 (pool.neg(outside), pool.sub(distance, sum), normal, at, at)
             }
         };
-        // The edges of a corner are before what it touches.
+        // The edges of a corner are before what it meets.
         if matches!(place.base, Base::Edge { .. } if !reaches.is_empty()) {
             for &neighbor in &place.neighbors {
                 let ends = [place.mover.center, neighbor];

@@ -63,7 +63,7 @@ impl Shape {
 /// A circle; a point has the radius zero.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Round {
-    /// Its centre.
+    /// Centre of the circle, or the point.
     pub center: Anchor,
     /// Radius, m.
     pub radius: Expr,
@@ -72,22 +72,22 @@ pub struct Round {
 /// A place where two bodies may touch.
 #[derive(Clone, Debug)]
 pub struct Place {
-    /// What touches, on one body.
+    /// Point, corner or disc of one body.
     pub mover: Round,
     /// The corners next to it, where it is a corner itself.
     pub neighbors: Vec<Anchor>,
-    /// What it touches, on the other.
+    /// Edge, ring or disc of the other body.
     pub base: Base,
     /// Whether the mover belongs to the second shape.
     pub is_second: bool,
 }
 
-/// What a point, corner or disc touches.
+/// Part of an outline that a point, corner or disc touches.
 #[derive(Clone, Debug)]
 pub enum Base {
     /// A straight edge, with the free side to its left.
     Edge {
-        /// Its ends, in order.
+        /// Both ends, in order.
         ends: [Anchor; 2],
         /// How far it reaches.
         reach: Reach,
@@ -110,7 +110,7 @@ pub enum Reach {
     Endless,
     /// From one end to the other.
     Ends,
-    /// As far as these edges of the same convex outline leave it.
+    /// Up to these edges of one convex outline.
     Within(Vec<[Anchor; 2]>),
 }
 

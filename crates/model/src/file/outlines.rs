@@ -357,7 +357,7 @@ fn places_of(shapes: &[Shape; 2], points: Points<'_>, zero: Expr) -> (Vec<Place>
     (places, tracks)
 }
 
-/// What of a shape meets edges and rings: points, discs, and the corners that stand out.
+/// Points, discs, and corners that stand out: all of a shape that meets edges and rings.
 fn tips(shape: &Shape, points: Points<'_>, zero: Expr) -> Vec<Tip> {
     match shape {
         Shape::Ring(_) | Shape::Edges { form: EdgesForm::Line, .. } => Vec::new(),

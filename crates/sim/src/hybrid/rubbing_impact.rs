@@ -303,7 +303,7 @@ impl Response {
         Some((0..n + m).map(|k| if k < n { usize::from(!is_there(k)) } else { track(k) }).collect())
     }
 
-    /// The same response to steady forces, with these rates: accelerations. Tracks that slide are part of the forces that
+    /// Response to steady forces, with accelerations for rates. Tracks that slide are part of the forces that
     /// press them, −ς μ of each.
     pub(super) fn of_forces(
         mut self,
@@ -364,7 +364,7 @@ impl Response {
         fits.then_some(Outcome { impulses, rates })
     }
 
-    /// What fits least, with the choice that it should have; `None` where all does.
+    /// First thing that does not fit, with the choice that it should have; `None` where all does.
     fn worst(
         &self,
         set: &[usize],
