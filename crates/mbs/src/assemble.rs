@@ -14,7 +14,6 @@ use std::ops::Range;
 use bksim_expr::{Expr, SymbolId};
 
 use crate::belt;
-use crate::bending;
 use crate::constraint::{Constraint, Source};
 use crate::contact::{self, ContactRow};
 use crate::coordinate::{Coordinate, Owner};
@@ -23,6 +22,7 @@ use crate::folding::{MAX_TERMS_OF_FORCE, folded_slope, longest_row, short};
 use crate::force::{AlongLine, Loads, Wrench, efforts_on_curves, powers};
 use crate::joint;
 use crate::kinematics::Kinematics;
+use crate::kinematics::bending;
 use crate::lagrange;
 use crate::modes::with_modes;
 use crate::norm;

@@ -3,7 +3,6 @@
 mod absolute_angles;
 pub mod assemble;
 pub mod belt;
-mod bending;
 pub mod constraint;
 pub mod contact;
 pub mod coordinate;

@@ -13,7 +13,6 @@
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
-use crate::bending;
 use crate::constraint::{Constraint, Source};
 use crate::contact::slip_wrenches;
 use crate::folding::short;
@@ -21,6 +20,7 @@ use crate::force::{self, Wrench};
 use crate::inertia::angular_momentum;
 use crate::joint::JointWrench;
 use crate::kinematics::Kinematics;
+use crate::kinematics::bending;
 use crate::recursion::{self, BodyAcceleration};
 use crate::rope;
 use crate::rubbing::component_axis;

@@ -9,10 +9,10 @@ use bksim_expr::{Expr, Function, Pool, SymbolId};
 use bksim_model::{CouplingKind, LoadId, LoadKind, Model, RopeId};
 
 use crate::belt::span_wrenches;
-use crate::bending::bearer;
 use crate::constraint::{Constraint, Source};
 use crate::force::Wrench;
 use crate::kinematics::Kinematics;
+use crate::kinematics::bending::bearer;
 
 /// The wrenches of the part of this number with a pull of one.
 pub(crate) fn section_wrenches(

@@ -18,11 +18,11 @@ use bksim_expr::{Expr, Function, Pool, SymbolId};
 use bksim_model::{Frame, Joint, JointId, JointKind, Measure, Model, MotionKind, Signal, Space};
 use bksim_model::{Surface, Vector};
 
-use crate::bending;
 use crate::constraint::{Constraint, Source};
 use crate::folding::short;
 use crate::joint::OnCurve;
 use crate::kinematics::Kinematics;
+use crate::kinematics::bending;
 use crate::spatial;
 
 /// The reaction of a cut joint on its successor.

@@ -18,7 +18,7 @@ pub struct Flexible {
     pub length: Expr,
     /// Joints whose angles are the parts of the shapes in the plane of x and y.
     pub bending: Vec<JointId>,
-    /// Those in the plane of x and z.
+    /// Joints of the shapes in the plane of x and z.
     pub across: Vec<JointId>,
     /// Joints whose positions are the parts of the stretch along x, m.
     pub axial: Vec<JointId>,

@@ -140,7 +140,7 @@ pub enum LoadKind {
         rope: RopeId,
         /// Which of its parts goes around.
         section: usize,
-        /// What it goes around: a node of the rope.
+        /// Node of the rope that it goes around.
         node: usize,
         /// Way that the rope has slipped back over it, m: an expression of signals.
         slipped: Expr,

@@ -18,9 +18,9 @@ use std::ops::Range;
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
-use crate::bending;
 use crate::joint::JointWrench;
 use crate::kinematics::Kinematics;
+use crate::kinematics::bending;
 use crate::spatial;
 use bksim_model::{BodyId, JointId, Load, LoadKind, Model, Vector};
 

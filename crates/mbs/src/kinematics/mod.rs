@@ -3,13 +3,13 @@
 //! Source: Lê Hồng Lam and Đinh Văn Phong (2008), eq. (1.2): positions and rotation matrices are
 //! chained from the ground outwards. Frames in names: `p_world_com` is a position in world axes.
 
+pub(crate) mod bending;
 mod coordinates;
 
 use std::collections::{HashMap, HashSet};
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
-use crate::bending;
 use crate::coordinate::turns_by_quaternion;
 use crate::coordinate::{Coordinate, CoordinateKind, Owner};
 use crate::joint::{self, OnCurve, Sides};

@@ -32,6 +32,7 @@ impl Reader<'_> {
     /// The directions of the tooth force of a gear or a rack, `Some(None)` where they are not stated; `is_parting` where
     /// the second is pushed along the line from the first, `is_axial_back` where it is pushed against the axis by a
     /// positive force of the coupling and a right-handed first.
+    #[expect(clippy::option_option, reason = "at fault, not stated, or stated")]
     pub(super) fn flanks(
         &mut self,
         fields: &Fields<'_>,

@@ -11,6 +11,7 @@ use super::codes;
 use super::gather::sub_tables;
 use super::names::{BodyName, JointName};
 use super::reader::{Fields, Reader};
+use super::replay::Constant;
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
 use super::value::Scope;
@@ -464,7 +465,7 @@ impl Reader<'_> {
             );
             return None;
         }
-        let length_value = length.value.map(|value| value.look());
+        let length_value = length.value.map(Constant::look);
         let length = length.expr;
         Some(Section { length, length_value, stiffness, line_mass: line_mass?, polar })
     }

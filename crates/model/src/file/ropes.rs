@@ -158,6 +158,7 @@ impl Reader<'_> {
     }
 
     /// Coefficients of the friction of a rope, `Some(None)` where they are not stated.
+    #[expect(clippy::option_option, reason = "at fault, not stated, or stated")]
     fn rope_friction(&mut self, own: &Fields<'_>, has_no_arc: bool) -> Option<Option<[Expr; 2]>> {
         if own.conflict(self, "mu", "slips") {
             return None;
