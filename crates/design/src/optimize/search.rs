@@ -21,6 +21,8 @@ pub(super) struct Search<'a> {
 
 /// Points of a global search whose paths are followed.
 const FOLLOWED: usize = 5;
+/// Values of conditions below this are rounding, and no scale.
+const ROUNDING: f64 = 1e-9;
 
 impl Search<'_> {
     fn unscaled(&self, x: &[f64]) -> Vec<f64> {
@@ -102,6 +104,17 @@ impl Search<'_> {
         }
         let order = self.order();
         let n_goals = self.n_parts * n_cases;
+        // A condition that the start meets to rounding shows its size elsewhere.
+        let is_rounding = |i: usize| {
+            all.iter().all(|values| values[i].abs() < ROUNDING * (1.0 + values[0].abs()))
+        };
+        let elsewhere = if (n_goals..n_functions).any(is_rounding) {
+            let points: Vec<Vec<f64>> = (1..=4).map(|k| sobol(k, self.ranges.len())).collect();
+            counted(&points)
+        } else {
+            Vec::new()
+        };
+        let all: Vec<&Vec<f64>> = all.into_iter().chain(elsewhere.iter().flatten()).collect();
         let size = |i: usize| all.iter().map(|values| values[i].abs()).fold(0.0, f64::max);
         // Parts of a condition are missed alike.
         let of_condition = |i: usize| {
