@@ -61,8 +61,8 @@ impl Family for Bilinear<'_> {
     }
 }
 
-/// Ends of the paths to all common zeros (p, q) of 2d forms on d + 1 numbers each, up to factors; those at infinity
-/// of a model's own are among them as far as they are regular. Seeds choose other paths. None above `most` paths.
+/// Common zeros (p, q) of 2d forms on d + 1 numbers each, up to factors: all regular ones, a path that is lost apart. Regular zeros
+/// at infinity are among them. Seeds choose other paths. `None` where there would be more than `most` paths.
 pub fn solutions(
     forms: &[DMatrix<C>],
     seed: u64,

@@ -72,19 +72,16 @@ pub fn track(family: &dyn Family, x: &DVector<C>) -> End {
         let h = f64::min(step, 1.0 - s);
         let next = if h < 1.0 - s { s + h } else { 1.0 };
         let there = predicted(family, &x, s, next, &mut at);
-        match there.and_then(|there| corrected(family, there, next, &mut at)) {
-            Some(there) => {
-                (x, s) = (there, next);
-                n_good += 1;
-                if n_good == GOOD {
-                    (step, n_good) = (f64::min(2.0 * step, LONGEST), 0);
-                }
+        if let Some(there) = there.and_then(|there| corrected(family, there, next, &mut at)) {
+            (x, s) = (there, next);
+            n_good += 1;
+            if n_good == GOOD {
+                (step, n_good) = (f64::min(2.0 * step, LONGEST), 0);
             }
-            None => {
-                (step, n_good) = (0.5 * h, 0);
-                if step < SHORTEST {
-                    break;
-                }
+        } else {
+            (step, n_good) = (0.5 * h, 0);
+            if step < SHORTEST {
+                break;
             }
         }
     }

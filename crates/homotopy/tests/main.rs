@@ -11,8 +11,7 @@ fn graph_rank(edges: &[(usize, usize)]) -> impl Fn(u32) -> u32 {
         let n = edges.iter().map(|(a, b)| 1 + *a.max(b)).max().unwrap_or(0);
         let mut leader: Vec<usize> = (0..n).collect();
         let mut rank = 0;
-        for (k, &(a, b)) in edges.iter().enumerate().filter(|(k, _)| set >> k & 1 == 1) {
-            let _ = k;
+        for (_, &(a, b)) in edges.iter().enumerate().filter(|(k, _)| set >> k & 1 == 1) {
             let (from, to) = (leader[a], leader[b]);
             if from != to {
                 leader.iter_mut().filter(|l| **l == from).for_each(|l| *l = to);

@@ -186,8 +186,8 @@ impl<'a> Unknowns<'a> {
         }
         let mut free: Vec<usize> = Vec::new();
         let turns = (0..parts.len()).map(|k| {
-            let of_class = (0..parts.len()).filter(|&j| class[j] == class[k]);
-            if let Some(turn) = of_class.filter_map(|j| known[j]).next() {
+            let mut of_class = (0..parts.len()).filter(|&j| class[j] == class[k]);
+            if let Some(turn) = of_class.find_map(|j| known[j]) {
                 return Turn::Known(turn);
             }
             let number = free.iter().position(|c| *c == class[k]);
@@ -204,10 +204,6 @@ impl<'a> Unknowns<'a> {
 
     fn own(&self, part: usize) -> Option<usize> {
         self.parts.iter().position(|p| *p == part)
-    }
-
-    fn shift_column(&self, k: usize) -> usize {
-        1 + k
     }
 
     fn turn_column(&self, turn: usize) -> usize {
@@ -228,7 +224,7 @@ impl<'a> Unknowns<'a> {
 
     /// Adds `factor` times the turned point of a part, or of what stands.
     fn add_point(&self, row: &mut [C], factor: f64, k: usize, point: C) {
-        row[self.shift_column(k)] += C::from(factor);
+        row[shift_column(k)] += C::from(factor);
         match self.turns[k] {
             Turn::Known(turn) => row[0] += turn * point * factor,
             Turn::Free(turn) => row[self.turn_column(turn)] += point * factor,
@@ -387,11 +383,16 @@ impl<'a> Unknowns<'a> {
 
     fn places(&self, x: &DVector<C>, size: f64) -> Vec<(usize, Place)> {
         let place = |(k, &part): (usize, &usize)| {
-            let at = x[self.shift_column(k) - 1] * size;
+            let at = x[shift_column(k) - 1] * size;
             (part, Place { at: [at.re, at.im], angle: self.turn(k, x).arg() })
         };
         self.parts.iter().enumerate().map(place).collect()
     }
+}
+
+/// Column of the shift of a part.
+fn shift_column(k: usize) -> usize {
+    1 + k
 }
 
 /// The bound for the linear space with a basis, in its components `rows`.

@@ -178,7 +178,7 @@ fn candidate(bar: &Bar, size: f64, xy: &dyn Fn(C) -> Point) -> Candidate {
     found
 }
 
-/// Those that can be built first, then by the error, or by transmission.
+/// Order of four-bars: without defects first, then by the error, or by transmission.
 fn rank(candidate: &Candidate) -> (bool, f64) {
     let good = |k: u8| {
         candidate.checks["one_circuit"]

@@ -163,3 +163,16 @@ fn a_band_over_a_range_has_a_row_for_each_pose() {
         );
     }
 }
+
+#[test]
+fn letters_of_fits_are_limits() {
+    let text = FOUR_BAR.replace("±0.1 mm", "H7").replace("±0.3 mm", "g6");
+    let found = solved(&text);
+    let of = |name: &str| {
+        let mut parts = found.poses[0].bands[0].contributors.iter();
+        let part = parts.find(|part| part.name == name).expect("a part");
+        part.limits.map(|x| (x * 1e6).round())
+    };
+    // 60 mm H7 and 180 mm g6, from published tables.
+    assert_eq!([of("a"), of("d")], [[0.0, 30.0], [-39.0, -14.0]]);
+}
