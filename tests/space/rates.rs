@@ -99,6 +99,13 @@ fn a_bicycle_has_the_eigenvalues_of_the_benchmark() {
 }
 
 #[test]
+fn wheels_in_space_are_derived_without_multiplying_out() {
+    let mechanism = derive(model(&touch_text("bicycle")));
+    let n_nodes = mechanism.model.pool.len();
+    assert!(n_nodes < 20_000, "{n_nodes} expressions were made");
+}
+
+#[test]
 fn positions_and_velocities_are_counted_apart() {
     for (fixture, [velocities, positions]) in [("skate", [2, 3]), ("turntable", [4, 6])] {
         let mechanism = derive(model(&touch_text(fixture)));

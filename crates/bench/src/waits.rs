@@ -24,7 +24,8 @@ const DERIVATION: &[&str] = &[];
 
 const STEWART: &str = include_str!("../../../examples/stewart-platform/model.toml");
 const JANSEN: &str = include_str!("../../../examples/jansen/model.toml");
-const WAITS: [Wait; 13] = [
+const BICYCLE: &str = include_str!("../../../tests/fixtures/touch/bicycle.toml");
+const WAITS: [Wait; 17] = [
     (
         "derive six bodies with three damped springs",
         include_str!("../models/six-bodies.toml"),
@@ -32,6 +33,13 @@ const WAITS: [Wait; 13] = [
         0.03,
     ),
     ("derive the Stewart platform", STEWART, DERIVATION, 0.06),
+    (
+        "derive a Stewart platform of 13 bodies",
+        include_str!("../../../tests/fixtures/stewart.toml"),
+        DERIVATION,
+        0.1,
+    ),
+    ("derive the benchmark bicycle", BICYCLE, DERIVATION, 0.02),
     (
         "derive the delta robot",
         include_str!("../../../examples/delta-robot/model.toml"),
@@ -69,6 +77,13 @@ const WAITS: [Wait; 13] = [
         &["linearize", "--letters"],
         1.0,
     ),
+    (
+        "linear equations of the benchmark bicycle",
+        BICYCLE,
+        &["linearize", "--at", "start"],
+        0.3,
+    ),
+    ("equations of the Stewart platform", STEWART, &["equations"], 0.5),
     ("freedoms of the Stewart platform", STEWART, &["doctor"], 0.3),
     ("positions of Jansen's leg", JANSEN, &["kinematics"], 0.3),
     (

@@ -101,13 +101,17 @@ mod tests {
     #[test]
     fn only_work_that_takes_long_is_spoken_of_and_only_while_it_does() {
         for (patience, expected) in [(Duration::from_mins(1), 0), (Duration::ZERO, 2)] {
-            let n_calls = AtomicUsize::new(0);
+            let [n_calls, n_looks] = [0, 0].map(AtomicUsize::new);
             let call = || n_calls.fetch_add(1, Ordering::Relaxed);
-            let work = || thread::sleep(Duration::from_millis(50));
+            let work = || thread::sleep(Duration::from_millis(150));
+            let look = || {
+                n_looks.fetch_add(1, Ordering::Relaxed);
+            };
             let end = |_| {
                 call();
             };
-            watched(patience, work, call, end, || ());
+            watched(patience, work, call, end, look);
+            assert!(n_looks.load(Ordering::Relaxed) > 0, "looks at signals while it works");
             assert_eq!(n_calls.load(Ordering::Relaxed), expected, "{patience:?}");
         }
     }

@@ -18,7 +18,7 @@ use crate::constraint::{Constraint, Source};
 use crate::contact::{self, ContactRow};
 use crate::coordinate::{Coordinate, Owner};
 use crate::coupling::{coupling_rows, rate_row, separating_wrenches};
-use crate::folding::{MAX_TERMS_OF_FORCE, folded_slope, longest_row, short};
+use crate::folding::{MAX_TERMS, MAX_TERMS_OF_FORCE, MAX_TERMS_OF_SLOPE, folded_slope, short};
 use crate::force::{AlongLine, Loads, Wrench, efforts_on_curves, powers};
 use crate::joint;
 use crate::kinematics::Kinematics;
@@ -55,6 +55,14 @@ fn shorter(model: &Model, kinematics: &Kinematics) -> Derivation {
         Derivation::Recursion
     } else {
         Derivation::Lagrange
+    }
+}
+
+/// Terms of a row that is folded, and its slopes with it. What a recursion leaves in factors shares them with the rows.
+fn longest_row(derivation: Derivation) -> u64 {
+    match derivation {
+        Derivation::Lagrange => MAX_TERMS,
+        Derivation::Recursion => MAX_TERMS_OF_SLOPE,
     }
 }
 

@@ -9,27 +9,17 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
-use crate::system::Derivation;
-
 /// Terms of a generalised force: no force of the examples has more, and all of them are read.
 pub(crate) const MAX_TERMS_OF_FORCE: u64 = 40;
 /// Terms of an entry of G, which comes from a row that is folded: above eight it gains little, and rows that share their
 /// sums lose by it.
-const MAX_TERMS_OF_SLOPE: u64 = 15;
+pub(crate) const MAX_TERMS_OF_SLOPE: u64 = 15;
 /// Terms of whatever else is measured: of the square of a distance some eight vectors in the plane.
-const MAX_TERMS: u64 = 150;
+pub(crate) const MAX_TERMS: u64 = 150;
 
 /// The shortest form of a row, of a measure or of a part of a reaction; a long one as it comes.
 pub(crate) fn short(pool: &Pool, e: Expr) -> Expr {
     pool.simplify_up_to(e, MAX_TERMS)
-}
-
-/// Terms of a row that is folded, and its slopes with it. What a recursion leaves in factors shares them with the rows.
-pub(crate) fn longest_row(derivation: Derivation) -> u64 {
-    match derivation {
-        Derivation::Lagrange => MAX_TERMS,
-        Derivation::Recursion => MAX_TERMS_OF_SLOPE,
-    }
 }
 
 /// An entry of a row of G.

@@ -20,7 +20,7 @@ impl Pool {
         self.terms_of_parts(e).pop().unwrap_or(0)
     }
 
-    /// The same of every part of `e`, which comes last.
+    /// Terms of every part of `e` multiplied out, those of `e` last.
     fn terms_of_parts(&self, e: Expr) -> Vec<u64> {
         let sweep = self.sweep(&[e]);
         let mut terms: Vec<u64> = Vec::with_capacity(sweep.steps.len());
@@ -51,5 +51,20 @@ impl Pool {
     pub fn simplify_up_to(&self, e: Expr, max_terms: u64) -> Expr {
         let is_short = self.terms_of_parts(e).iter().all(|&n| n <= max_terms);
         if is_short { self.simplify(e) } else { e }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::pool::Pool;
+
+    #[test]
+    fn long_divisors_and_arguments_keep_an_expression_as_it_is() {
+        let pool = Pool::new();
+        let parsed = |text: &str| pool.parse(text).expect(text);
+        let [short, long] = ["sin(q)^2 + cos(q)^2", "(sin(q)^2 + cos(q)^2)/sqrt((a + b)*(c + d))"];
+        assert_eq!(pool.simplify_up_to(parsed(short), 3), pool.one());
+        assert_eq!(pool.simplify_up_to(parsed(long), 3), parsed(long));
+        assert_ne!(pool.simplify_up_to(parsed(long), 4), parsed(long));
     }
 }
