@@ -138,7 +138,9 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
     let coordinates = describe::motion_coordinates(mechanism);
     let states = model.states.iter().map(|s| s.name.as_str());
     let couplings = model.couplings.iter().map(|c| c.name.as_str());
-    let loads = model.loads.iter().map(|l| l.name.as_str());
+    let contacts = model.contacts.iter().map(|c| c.name.as_str());
+    let loads = model.loads.iter().filter(|load| load.contact().is_none());
+    let loads = loads.map(|l| l.name.as_str());
     let drives = model.drives.iter().map(|d| d.name.as_str());
     let row = |what: &str, n: String, names: String| vec![what.to_owned(), n, names];
     let counted =
@@ -148,6 +150,7 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
         counted("bodies", bodies.collect()),
         counted("joints", joints.collect()),
         counted("couplings", couplings.collect()),
+        counted("contacts", contacts.collect()),
         counted("loads", loads.collect()),
         counted("drives", drives.collect()),
         counted("states", states.collect()),
@@ -162,7 +165,7 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
     ];
     rows.retain(|row| {
         row[1] != "0"
-            || !["couplings", "loads", "drives", "states", "redundant conditions"]
+            || !["couplings", "contacts", "loads", "drives", "states", "redundant conditions"]
                 .contains(&row[0].as_str())
     });
     format!("{}: no errors\n{}", model.name, table(&rows))

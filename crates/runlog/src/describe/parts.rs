@@ -12,13 +12,16 @@ use bksim_sim::Mechanism;
 /// Names of all parts, the coordinates and who chose them, and the counts of mobility.
 pub fn parts(mechanism: &Mechanism, found: &Mobility) -> Value {
     let model = &mechanism.model;
+    // Rows of contacts are theirs.
+    let own_loads = model.loads.iter().filter(|load| load.contact().is_none());
     json!({
         "model": model.name,
         "space": if model.space == Space::Planar { "planar" } else { "spatial" },
         "bodies": model.bodies.iter().skip(1).map(|b| &b.name).collect::<Vec<_>>(),
         "joints": model.joints.iter().map(|j| &j.name).collect::<Vec<_>>(),
         "couplings": model.couplings.iter().map(|c| &c.name).collect::<Vec<_>>(),
-        "loads": model.loads.iter().map(|l| &l.name).collect::<Vec<_>>(),
+        "contacts": model.contacts.iter().map(|c| &c.name).collect::<Vec<_>>(),
+        "loads": own_loads.map(|l| &l.name).collect::<Vec<_>>(),
         "drives": model.drives.iter().map(|d| &d.name).collect::<Vec<_>>(),
         "states": model.states.iter().map(|s| &s.name).collect::<Vec<_>>(),
         "coordinates": motion_coordinates(mechanism).collect::<Vec<_>>(),
