@@ -30,7 +30,14 @@ impl Sketch<'_> {
         if !outline.is_empty() {
             return self.outlined(body, &outline);
         }
-        let mut shapes = self.link(body);
+        // What touches is drawn as it is stated.
+        let has_outline = self
+            .model()
+            .contacts
+            .iter()
+            .flat_map(|pair| &pair.shapes)
+            .any(|shape| shape.anchors()[0].body.0 == body && self.is_filled(shape));
+        let mut shapes = if has_outline { Vec::new() } else { self.link(body) };
         shapes.extend(self.sliders(body));
         shapes
     }

@@ -18,6 +18,15 @@ impl Sketch<'_> {
         shapes
     }
 
+    /// True of a disc or a closed outline.
+    pub(super) fn is_filled(&self, outline: &Outline) -> bool {
+        match outline {
+            Outline::Round(round) => self.numbers.value(round.radius) > 0.0,
+            Outline::Ring(_) => false,
+            Outline::Edges { form, .. } => *form == EdgesForm::Outline,
+        }
+    }
+
     fn outline_of_contact(&self, outline: &Outline) -> Option<Shape> {
         let body = outline.anchors().first()?.body.0;
         let role = self.role_of(body);
