@@ -1,6 +1,7 @@
 //! Assemblies against lists of all that planar linkages have.
 
 use std::f64::consts::{PI, TAU};
+use std::fmt::Write;
 
 use crate::support::{geometry, model, number};
 use bksim_analysis::{Assembly, Proof, assemblies};
@@ -298,15 +299,15 @@ fn truss(model: &Value) -> String {
     }
     let mut out = format!("[ground]\npoints = {{ {} }}\n[bodies]\n", points(&fixed));
     for (name, body) in named {
-        out += &format!("{name} = {{ mass = 1, inertia = 1, points = {{ {} }} }}\n", points(body));
+        let points = points(body);
+        let _ = writeln!(out, "{name} = {{ mass = 1, inertia = 1, points = {{ {points} }} }}");
     }
     out += "[joints]\n";
     for (pin, ends) in &on {
         for (k, end) in ends[1..].iter().enumerate() {
-            out += &format!(
-                "{pin}_{k} = {{ type = \"revolute\", between = [\"{}\", \"{end}\"] }}\n",
-                ends[0]
-            );
+            let first = &ends[0];
+            let kind = "type = \"revolute\"";
+            let _ = writeln!(out, "{pin}_{k} = {{ {kind}, between = [\"{first}\", \"{end}\"] }}");
         }
     }
     out
@@ -436,7 +437,9 @@ fn moved(file: &Value, random: &mut Pcg64) -> (Value, Vec<(String, [f64; 2])>) {
         pins.push((name.clone(), [number(&at[0]), number(&at[1])]));
     }
     for (_, at) in &mut pins {
-        at.iter_mut().for_each(|x| *x += random.random_range(-0.4..0.4));
+        for x in at.iter_mut() {
+            *x += random.random_range(-0.4..0.4);
+        }
     }
     let at = |name: &Value| {
         let (_, [x, y]) =

@@ -59,7 +59,8 @@ fn the_least_square_of_acceleration_is_that_of_a_cubic() {
 fn a_bound_of_speed_costs_what_theory_says() {
     // Speed in the knots by the trapezoidal rule, exact for this law.
     let speed = |k: usize| {
-        let inner: String = (1..k).map(|i| format!(" + 2*a{i}")).collect();
+        let inner: Vec<String> = (1..k).map(|i| format!(" + 2*a{i}")).collect();
+        let inner = inner.concat();
         format!(", \"dt*(a0{inner} + a{k})/2 <= 0.2 m/s\"")
     };
     let found = between_knots(&(1..10).map(speed).collect::<String>());

@@ -1,5 +1,7 @@
 //! Four-bars for a path: all through nine points, and the nearest to more.
 
+use std::fmt::Write;
+
 use bksim_design::{Candidate, synthesize};
 use serde_json::Value;
 
@@ -80,7 +82,7 @@ fn points_of_a_coupler_curve_have_its_four_bar_again() {
             format!("[synthesize]\ntask = \"path\"\npoints = {points:?}\nstarts = 1500\n");
         if !timing.is_empty() {
             let counted: Vec<f64> = angles.iter().map(|phi| phi - 2.0).collect();
-            task += &format!("angles = {counted:?}\n");
+            let _ = writeln!(task, "angles = {counted:?}");
         }
         let found = synthesize(&task).unwrap_or_else(|error| panic!("{error}"));
         let best = found
