@@ -85,7 +85,12 @@ const WAITS: [Wait; 17] = [
     ),
     ("equations of the Stewart platform", STEWART, &["equations"], 0.5),
     ("freedoms of the Stewart platform", STEWART, &["doctor"], 0.3),
-    ("positions of Jansen's leg", JANSEN, &["kinematics"], 0.3),
+    (
+        "positions of Jansen's leg",
+        JANSEN,
+        &["kinematics", "--drive", "O.angle=0:360 deg:361"],
+        0.3,
+    ),
     (
         "Jansen's leg, 361 positions with all rates as a table",
         JANSEN,
