@@ -18,9 +18,15 @@ const TERMINATE: usize = 2;
 /// The wish of this process, from when it first watches for signals.
 static WISH: OnceLock<StopWish> = OnceLock::new();
 
-/// The status to end with, if this process watches for signals and one has come; `None` before that.
-pub(crate) fn wished() -> Option<Option<Status>> {
-    WISH.get().map(StopWish::status)
+/// True where this process watches for signals.
+pub(crate) fn is_watching() -> bool {
+    WISH.get().is_some()
+}
+
+/// The status to end with, if this process watches for signals and one has come.
+#[cfg(unix)]
+pub(crate) fn wished() -> Option<Status> {
+    WISH.get().and_then(StopWish::status)
 }
 
 /// The wish to stop: an interrupt or a termination signal, remembered until the next sample.

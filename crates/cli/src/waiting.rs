@@ -9,8 +9,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::exit::Status;
-use crate::progress::wished;
+use crate::progress::is_watching;
 use crate::quiet::is_quiet;
 
 /// Time after which a person wants to know.
@@ -26,7 +25,7 @@ static IS_SPOKEN_OF: AtomicBool = AtomicBool::new(false);
 /// signals, they end the process here: work like this has no part that could be kept.
 pub fn waiting<T>(what: &str, work: impl FnOnce() -> T) -> T {
     let speaks = !is_quiet() && io::stderr().is_terminal();
-    if (!speaks && wished().is_none()) || IS_SPOKEN_OF.swap(true, Ordering::Relaxed) {
+    if (!speaks && !is_watching()) || IS_SPOKEN_OF.swap(true, Ordering::Relaxed) {
         return work();
     }
     let begin = || {
@@ -52,9 +51,11 @@ pub fn waiting<T>(what: &str, work: impl FnOnce() -> T) -> T {
 /// Ends the process if a signal has asked for it.
 fn leave_if_wished() {
     #[cfg(unix)]
-    if let Some(Some(status)) = wished() {
-        use signal_hook::consts::{SIGINT, SIGTERM};
-        crate::unfinished::leave(if status == Status::Terminated { SIGTERM } else { SIGINT });
+    if let Some(status) = crate::progress::wished() {
+        let is_termination = status == crate::exit::Status::Terminated;
+        let signal =
+            if is_termination { signal_hook::consts::SIGTERM } else { signal_hook::consts::SIGINT };
+        crate::unfinished::leave(signal);
     }
 }
 
