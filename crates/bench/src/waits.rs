@@ -77,20 +77,10 @@ const WAITS: [Wait; 17] = [
         &["linearize", "--letters"],
         1.0,
     ),
-    (
-        "linear equations of the benchmark bicycle",
-        BICYCLE,
-        &["linearize", "--at", "start"],
-        0.3,
-    ),
+    ("linear equations of the benchmark bicycle", BICYCLE, &["linearize", "--at", "start"], 0.3),
     ("equations of the Stewart platform", STEWART, &["equations"], 0.5),
     ("freedoms of the Stewart platform", STEWART, &["doctor"], 0.3),
-    (
-        "positions of Jansen's leg",
-        JANSEN,
-        &["kinematics", "--drive", "O.angle=0:360 deg:361"],
-        0.3,
-    ),
+    ("positions of Jansen's leg", JANSEN, &["kinematics", "--drive", "O.angle=0:360 deg:361"], 0.3),
     (
         "Jansen's leg, 361 positions with all rates as a table",
         JANSEN,
