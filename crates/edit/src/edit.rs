@@ -53,7 +53,7 @@ pub enum Edit {
     },
     /// A plate with three corners or more; a corner on a point gets a pin there.
     Plate {
-        /// Its corners, in order around it.
+        /// Corners of the plate, in order around it.
         corners: Vec<End>,
     },
     /// A revolute joint between two ends.

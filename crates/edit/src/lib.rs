@@ -28,6 +28,7 @@ mod reading;
 mod session;
 mod solver;
 mod start;
+mod view;
 
 pub use apply::edited;
 pub use codes::PAGES;

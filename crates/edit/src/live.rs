@@ -1,14 +1,13 @@
 //! [`Live`]: a motion without an end, which goes on while a hand pulls at a body and while values change.
 
 use bksim_expr::Number;
-use bksim_mbs::coordinate::Owner;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::{Axis, BodyId, Initial, Measure, Model, SolveOptions, Space};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 use bksim_sim::{AdvanceError, Mechanism, Stepping};
 
 use crate::hand::{Hand, Hold};
-use crate::pose::{Posed, numbers};
+use crate::pose::{Posed, numbers, position_of};
 
 /// How far ahead the end of a motion is, s.
 const AHEAD: f64 = 1e5;
@@ -178,9 +177,9 @@ impl Left {
         self.t
     }
 
-    /// The coordinates, if they have these names.
-    pub(crate) fn q_of(&self, names: &[String]) -> Option<&[f64]> {
-        (self.names == names).then_some(&self.q[..])
+    /// Brings a mechanism with coordinates of these names near to where the motion was left.
+    pub(crate) fn bring(&self, posed: &mut Posed) -> bool {
+        posed.go_near_named(&self.names, &self.q)
     }
 
     fn rate(&self, measure: Measure) -> Option<f64> {
@@ -203,7 +202,7 @@ fn fault_of(failure: AdvanceError) -> Diagnostic {
     }
 }
 
-/// What a start says of a pose: independent positions are stated with their rates, all others guessed. `None`
+/// Initial values of a pose: independent positions are stated with their rates, all others guessed. `None`
 /// where the pose has coordinates that no start states.
 fn initial_of(model: &Model, posed: &mut Posed, left: Option<&Left>) -> Option<Vec<Initial>> {
     let is_whole = model.space == Space::Planar || posed.is_of_joints();
@@ -223,17 +222,6 @@ fn initial_of(model: &Model, posed: &mut Posed, left: Option<&Left>) -> Option<V
         }
     }
     Some(initial)
-}
-
-/// The measure that a coordinate is, where a start can state it.
-pub(crate) fn position_of(owner: Owner) -> Option<Measure> {
-    Some(match owner {
-        Owner::Joint(joint, motion_idx) => Measure::JointPosition(joint, motion_idx),
-        Owner::Body(body, 0) => Measure::PointPosition(body, None, Axis::X),
-        Owner::Body(body, 1) => Measure::PointPosition(body, None, Axis::Y),
-        Owner::Body(body, 2) => Measure::BodyAngle(body),
-        _ => return None,
-    })
 }
 
 fn rate_of(position: Measure) -> Option<Measure> {

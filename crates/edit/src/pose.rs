@@ -7,8 +7,7 @@ use bksim_scene::{Attached, Camera, Extras, Form, Scene, Theme, WrittenSolid, pi
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 use serde_json::Value;
 
-use crate::live::position_of;
-use crate::session::View;
+use crate::view::View;
 
 /// Part of its length to which a spring may be pressed, and multiple to which it may be drawn out, in a picture.
 const SPAN: [f64; 2] = [0.25, 4.0];
@@ -75,9 +74,9 @@ impl Posed {
     }
 
     /// Goes to the pose near coordinates of these names; false where there is none.
-    pub(crate) fn go_near_left(&mut self, left: &crate::live::Left) -> bool {
-        let names: Vec<String> = self.drag.coordinates().iter().map(|c| c.name.clone()).collect();
-        left.q_of(&names).is_some_and(|q| self.drag.go_near(q))
+    pub(crate) fn go_near_named(&mut self, names: &[String], q: &[f64]) -> bool {
+        let is_own = self.drag.coordinates().iter().map(|c| &c.name).eq(names);
+        is_own && self.drag.go_near(q)
     }
 
     /// The longest link, m.
@@ -210,6 +209,17 @@ pub(crate) fn numbers(bodies: &[Pose]) -> Vec<f64> {
         pose.origin.into_iter().chain(rotation).chain(pose.velocity).chain(pose.omega)
     };
     bodies.iter().flat_map(of_body).collect()
+}
+
+/// The measure that a coordinate is, where a start can state it.
+pub(crate) fn position_of(owner: Owner) -> Option<Measure> {
+    Some(match owner {
+        Owner::Joint(joint, motion_idx) => Measure::JointPosition(joint, motion_idx),
+        Owner::Body(body, 0) => Measure::PointPosition(body, None, Axis::X),
+        Owner::Body(body, 1) => Measure::PointPosition(body, None, Axis::Y),
+        Owner::Body(body, 2) => Measure::BodyAngle(body),
+        _ => return None,
+    })
 }
 
 /// A body's pose from its numbers.

@@ -28,6 +28,7 @@ use crate::pose::{Posed, limit_words};
 use crate::reading::{Readings, own_place_of, readings, rejected};
 use crate::solver::Solver;
 use crate::start::start_here;
+use crate::view::View;
 use crate::{answers, codes};
 
 /// Most of a driven motion that is run again when its text changes, s.
@@ -84,22 +85,6 @@ enum Request {
     Freedoms {},
     Equations {},
     Assemblies {},
-}
-
-/// How a page sees the mechanism.
-#[derive(Clone, PartialEq, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct View {
-    /// In the middle of the picture, m.
-    pub(crate) centre: [f64; 3],
-    /// Pixels for each metre.
-    pub(crate) scale: f64,
-    /// To the right, up, and towards the eye.
-    pub(crate) rows: [[f64; 3]; 3],
-    /// Width and height, pixels.
-    pub(crate) size: [f64; 2],
-    pub(crate) is_dark: bool,
-    pub(crate) has_names: bool,
 }
 
 /// A pose to go to.
@@ -376,7 +361,7 @@ impl Session {
     /// Ends the motion that goes on; the pose stays where it is.
     fn rest(&mut self) -> Answer {
         if let (Some(live), Some(posed)) = (self.live.take(), &mut self.posed) {
-            posed.go_near_left(&live.left());
+            live.left().bring(posed);
         }
         self.with_pose(|_| json!({}))
     }
@@ -389,7 +374,7 @@ impl Session {
         let next = if live.is_driven() || !model.drives.is_empty() {
             Live::begin(model, left.t().min(LONGEST_REPEAT))
         } else {
-            posed.go_near_left(&left);
+            left.bring(posed);
             Live::begin_in(model, posed, Some(&left))
         };
         self.live = next.ok();
