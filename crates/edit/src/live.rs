@@ -2,7 +2,7 @@
 
 use bksim_expr::Number;
 use bksim_model::diagnostic::Diagnostic;
-use bksim_model::{Axis, BodyId, Initial, Measure, Model, SolveOptions, Space};
+use bksim_model::{BodyId, Initial, Measure, Model, SolveOptions, Space};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 use bksim_sim::{AdvanceError, Mechanism, Stepping};
 

@@ -2,7 +2,7 @@
 
 use bksim_analysis::{AnalysisError, Drag, DragLimit, Dragged};
 use bksim_mbs::coordinate::Owner;
-use bksim_model::{BodyId, Measure, Model};
+use bksim_model::{Axis, BodyId, Measure, Model};
 use bksim_scene::{Attached, Camera, Extras, Form, Scene, Theme, WrittenSolid, picture, svg};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 use serde_json::Value;
