@@ -1,5 +1,7 @@
 //! Outlines that touch and rub, against reference motions: bounces, rolling, sliding, toppling, rocking, lift-off.
 
+use std::fmt::Write as _;
+
 use bksim::sim::hybrid::ChangeKind;
 use serde_json::Value;
 
@@ -131,7 +133,8 @@ fn stack(mu: f64) -> String {
             _ => corners(k - 1),
         };
         let y = 0.1 + 0.2 * f64::from(u8::try_from(k).expect("few"));
-        text += &format!(
+        let _ = write!(
+            text,
             "[bodies.box{k}]\nmass = \"2 kg\"\ninertia = \"0.0133 kg m^2\"\nfree = true\n\
              points = {{ a = [\"-0.1 m\", \"-0.1 m\"], b = [\"0.1 m\", \"-0.1 m\"], \
              c = [\"0.1 m\", \"0.1 m\"], d = [\"-0.1 m\", \"0.1 m\"] }}\n\

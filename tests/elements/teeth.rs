@@ -91,7 +91,7 @@ fn bearings_carry_the_force_that_parts_the_gears() {
         let case = number(row, 0);
         let (layout, helix) =
             [(180.0, 0.0), (90.0, 0.0), (120.0, 0.0), (180.0, 15.0), (90.0, 25.0)]
-                [row[0].as_u64().expect("a number") as usize - 1];
+                [usize::try_from(row[0].as_u64().expect("a number")).expect("few") - 1];
         for coordinates in ["relative", "absolute"] {
             let text = format!("coordinates = \"{coordinates}\"\n{}", three_gears(layout, helix));
             let mechanism = derive(model(&text));

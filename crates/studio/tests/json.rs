@@ -183,8 +183,15 @@ fn the_page_lists_the_keys_that_are_printed() {
     for (name, drawing) in PLAIN {
         place.write(name, drawing);
     }
-    for example in ["five-link", "parallelogram", "four-bar", "winch", "quick-return", "robot-arm"]
-    {
+    for example in [
+        "five-link",
+        "parallelogram",
+        "four-bar",
+        "winch",
+        "quick-return",
+        "robot-arm",
+        "rocking-block",
+    ] {
         let model = fs::read(format!("{CRATE}/../../examples/{example}/model.toml"));
         place.write(&format!("{example}.toml"), model.expect("an example"));
     }
@@ -251,6 +258,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "check parallelogram.toml",
         "check winch.toml",
         "check bead.toml",
+        "check rocking-block.toml",
         "check four-bar.toml",
         "check bad.toml",
         "edit bead.toml --apply {\"edit\":\"gravity\"}",

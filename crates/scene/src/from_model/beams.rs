@@ -21,7 +21,7 @@ pub(super) fn without_parts(model: &Model) -> Option<Model> {
             [&beam.masses, &beam.sections].iter().any(|held| held.contains(&body))
                 || beam.end == body
         };
-        beams.iter().any(|beam| is_held(beam))
+        beams.iter().any(is_held)
             || shapes.iter().any(|id| model.joints[id.0].successor.body == body)
     };
     let first = model.joints.iter().position(|joint| is_part(joint.successor.body));
