@@ -94,7 +94,7 @@ def _widget() -> Any:
     import anywidget
     import traitlets
 
-    class Live(anywidget.AnyWidget):  # type: ignore[misc]
+    class Live(anywidget.AnyWidget):
         """A live page that its notebook can read and change."""
 
         _esm = SCRIPT

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -27,12 +28,24 @@ class Progress:
             return
         delay = 0.0 if wanted else DELAY_S
         form = "{l_bar}{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
-        with bar_of(total=abs(end - start), delay=delay, bar_format=form, leave=False) as bar:
+        began, bar = time.monotonic(), None
 
-            def notify(t: float) -> None:
-                bar.update(abs(t - start) - bar.n)
+        def notify(t: float) -> None:
+            nonlocal bar
+            # A notebook keeps each bar that was made, seen or not: short runs make none.
+            if bar is None:
+                elapsed = time.monotonic() - began
+                if elapsed < delay:
+                    return
+                bar = bar_of(total=abs(end - start), bar_format=form, leave=False)
+                bar.start_t -= elapsed
+            bar.update(abs(t - start) - bar.n)
 
+        try:
             yield notify
+        finally:
+            if bar is not None:
+                bar.close()
 
 
 def _bars(wanted: bool | None) -> Any:
