@@ -384,3 +384,50 @@ fn angles_that_something_goes_by_count_their_turns() {
         alike(kind, &run(""), &run("coordinates = \"absolute\"\n"));
     }
 }
+
+/// A crank in space on a slanted pin, driven for two turns and a half, whose end pulls a swinging rod.
+const DRIVEN: &str = r#"
+[bodies.crank]
+mass = "1 kg"
+com = [0.1, 0, 0]
+inertia = [0.01, 0.02, 0.02]
+points = { E = [0.2, 0, 0] }
+[bodies.rod]
+mass = "0.5 kg"
+com = [0, 0.1, 0.05]
+inertia = [0.005, 0.004, 0.006]
+[joints]
+A = { type = "revolute", between = ["ground", "crank"], axis = [1, 2, 2] }
+B = { type = "revolute", between = ["crank.E", "rod"], axis = [0, 0, 1] }
+[drives.motor]
+joint = "A"
+motion = "0.3 rad + 2*pi*t/(1 s)"
+[loads.weight]
+type = "gravity"
+acceleration = [0, 0, "-9.81 m/s^2"]
+[initial]
+B = { angle = 0, rate = 0 }
+[solve]
+t_end = "2.5 s"
+every = "0.1 s"
+rtol = 1e-9
+atol = 1e-11
+"#;
+
+#[test]
+fn a_drive_turns_a_joint_without_coordinates_more_than_half_a_turn() {
+    let moved = |head: &str, method: &str| {
+        let text = DRIVEN.replace("[solve]", &format!("[solve]\nmethod = \"{method}\""));
+        let mechanism = derive(model(&format!("coordinates = \"{head}\"\n{text}")));
+        let motion = solve(&mechanism);
+        let [_, position] = motion.summary.position_residual;
+        assert!(position < 1e-8, "{head}, {method}: {position}");
+        let measures = Measures::new(&mechanism, &["rod.x", "rod.y", "rod.z", "crank.cxy"]);
+        motion.samples.iter().flat_map(|sample| measures.at(sample)).collect::<Vec<f64>>()
+    };
+    let relative = moved("relative", "explicit");
+    for method in ["explicit", "radau"] {
+        let within = Within { relative: 1e-6, absolute: 1e-6 };
+        all_close(method, &moved("absolute", method), &relative, within);
+    }
+}

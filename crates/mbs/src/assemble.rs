@@ -419,7 +419,13 @@ fn constraints(
         let positions = kinematics.joint_positions(model, drive.joint);
         let sides = kinematics.sides(model, joint);
         let wrench = joint::effort(pool, joint, drive.motion_idx, &positions, &sides);
-        let expression = pool.sub(drive.motion, positions[drive.motion_idx]);
+        let off = pool.sub(drive.motion, positions[drive.motion_idx]);
+        // An angle that counts no turns is held up to whole turns.
+        let expression = if kinematics.is_within_turn(model, drive.joint, drive.motion_idx) {
+            pool.atan2(pool.sin(off), pool.cos(off))
+        } else {
+            off
+        };
         let wrenches = Wrench::through_joint(model, kinematics, drive.joint, &wrench);
         let effort = joint.kind.motions()[drive.motion_idx];
         add(expression, Source::Drive(DriveId(drive_idx)), "motion", effort, wrenches);
