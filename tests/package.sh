@@ -13,7 +13,7 @@ echo "$lines"
 eval "$lines"
 bksim info --help >/dev/null
 
-grep -E '^(ipykernel|nbclient|pandas|pytest)=' tests/requirements.txt >target/clean/notebook.txt
+grep -E '^(anywidget|ipykernel|nbclient|pandas|pytest)=' tests/requirements.txt >target/clean/notebook.txt
 pip install -q -r target/clean/notebook.txt
 python -m pytest -q -p no:cacheprovider crates/py/tests/test_notebook.py
 
