@@ -29,6 +29,7 @@ mod session;
 mod solver;
 mod start;
 mod view;
+mod written;
 
 pub use apply::edited;
 pub use codes::PAGES;

@@ -14,8 +14,7 @@
 //! The first six answer with the state of the text; a fault is `{"fault": {…}}`, and nothing has changed then. Poses
 //! and motions are numbers apart from the JSON, 18 for each body.
 
-use bksim_model::diagnostic::{Diagnostic, Severity};
-use bksim_model::{JointId, Measure};
+use bksim_model::diagnostic::Diagnostic;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -29,6 +28,7 @@ use crate::reading::{Readings, own_place_of, readings, rejected};
 use crate::solver::Solver;
 use crate::start::start_here;
 use crate::view::View;
+use crate::written::{faults, joints, points, written_fault};
 use crate::{answers, codes};
 
 /// Most of a driven motion that is run again when its text changes, s.
@@ -451,74 +451,4 @@ impl Session {
             }
         }
     }
-}
-
-/// Joints with their ends and first angles or positions.
-fn joints(posed: &Posed) -> Value {
-    let model = posed.model();
-    let all = model.joints.iter().enumerate().map(|(idx, joint)| {
-        let has_motion = !joint.kind.motions().is_empty();
-        let measure = Measure::JointPosition(JointId(idx), 0);
-        let value = has_motion.then(|| posed.value(measure)).flatten();
-        json!({
-            "name": joint.name,
-            "kind": joint.kind.word(),
-            "bodies": [joint.predecessor.body.0, joint.successor.body.0],
-            "value": value,
-            "is_driven": model.drives.iter().any(|drive| drive.joint.0 == idx),
-        })
-    });
-    Value::Array(all.collect())
-}
-
-/// Named points with their bodies and places there.
-fn points(posed: &mut Posed) -> Value {
-    let model = posed.model();
-    let known: Vec<(bksim_expr::SymbolId, f64)> =
-        model.parameters.iter().map(|p| (p.symbol, p.value)).collect();
-    let value = |e| {
-        let of = |symbol| known.iter().find(|(known, _)| *known == symbol).map(|(_, x)| *x);
-        model.pool.evaluate(e, &of).unwrap_or(f64::NAN)
-    };
-    let all = model.bodies.iter().enumerate().flat_map(|(idx, body)| {
-        body.points.iter().map(move |point| (idx, body.name.clone(), point))
-    });
-    let written = all.map(|(idx, body, point)| {
-        json!({
-            "name": format!("{body}.{}", point.name),
-            "body": idx,
-            "at": point.position.map(value),
-        })
-    });
-    Value::Array(written.collect())
-}
-
-/// Faults as a page shows them; places count UTF-16 units, as its script does.
-fn faults(text: &str, all: &[Diagnostic]) -> Vec<Value> {
-    all.iter().map(|fault| written_fault(text, fault)).collect()
-}
-
-fn written_fault(text: &str, fault: &Diagnostic) -> Value {
-    let units = |byte: usize| {
-        let before = text.get(..byte.min(text.len())).unwrap_or(text);
-        before.encode_utf16().count()
-    };
-    let labels: Vec<Value> = fault
-        .labels
-        .iter()
-        .map(|label| {
-            json!({
-                "from": units(label.span.start), "to": units(label.span.end), "text": label.text,
-                "line": text.get(..label.span.start).map_or(1, |before| before.matches('\n').count() + 1),
-            })
-        })
-        .collect();
-    json!({
-        "code": fault.code.0,
-        "is_error": fault.severity == Severity::Error,
-        "message": fault.message,
-        "labels": labels,
-        "notes": fault.notes,
-        "help": fault.help,
-    })
 }

@@ -6,6 +6,7 @@
 
 use bksim_expr::Expr;
 
+use super::beam_parts::Parts;
 use super::bodies::BodyFacts;
 use super::codes;
 use super::gather::sub_tables;
@@ -60,20 +61,6 @@ const MATERIALS: [(&str, [f64; 2]); 5] = [
 /// Kinds of shapes, with the letter of their names.
 const KINDS: [(&str, &str, usize); 3] =
     [("modes", "q", DEFAULT_MODES), ("across", "r", 0), ("axial", "u", 0)];
-
-/// The hidden parts of a flexible body.
-#[derive(Debug)]
-pub(super) struct Parts {
-    body: BodyId,
-    /// Joints of the shapes by kind, each with its massless body.
-    shapes: [Vec<(JointId, BodyId)>; 3],
-    /// Bodies of mass along the beam, each with the weld that holds it.
-    masses: Vec<(JointId, BodyId)>,
-    /// A body without mass at the far end.
-    end: (JointId, BodyId),
-    /// One at each point that the author wrote.
-    sections: Vec<(JointId, BodyId)>,
-}
 
 /// Stiffnesses and mass of a beam.
 struct Section {

@@ -26,6 +26,7 @@
 
 mod arcs;
 mod axes;
+mod beam_parts;
 mod belts;
 mod between;
 mod bodies;

@@ -4,9 +4,9 @@
 use bksim_expr::{Expr, Pool};
 
 use super::Formula;
+use super::beam_parts::Parts;
 use super::codes;
 use super::definition::ParameterState;
-use super::flexible::Parts;
 use super::grids::MeasuredTable;
 use super::letters::{first_foreign, spelled, visible};
 use super::misplaced::{misplaced, size_key};

@@ -20,9 +20,8 @@ use super::consistent::{ConsistentModes, Hit, ImpactRecord, Instant, NoConsisten
 use super::fixed::FixedModes;
 use super::impact::{ImpactEquations, independent_without};
 use super::mode_sets::ModeSets;
-use super::outline_search::differ;
 use super::rubbing_impact::Rubbing;
-use super::undecided::{Undecided, none_consistent};
+use super::undecided::{Undecided, differ, none_consistent};
 use crate::linear::matrix::Matrix;
 use crate::modes::indicators::{CompiledContact, ContactState, Indicator, IndicatorValues};
 use crate::modes::{ContactMode, Modes};
@@ -358,7 +357,7 @@ impl<'a> ModeSearch<'a> {
                     let Some(contact) = weak else { return Ok(self.start_in(modes)) };
                     match &found {
                         None => found = Some((modes, motion.a.clone())),
-                        Some((_, first)) if differ(first, &motion.a) => {
+                        Some((_, first)) if differ(first, &motion.a, 1e3 * ROUNDING) => {
                             return Err(NoConsistentModes::Paradox { contact, has_several: true });
                         }
                         Some(_) => (),

@@ -4,7 +4,7 @@
 use nalgebra::DVector;
 
 use super::impact::{ImpactEquations, independent_without};
-use super::mode_search::{ModeSearch, ROUNDING};
+use super::mode_search::ModeSearch;
 use super::rubbing_impact::{Response, Rubbing};
 use super::undecided::Undecided;
 use crate::linear::rows::SparseRows;
@@ -252,10 +252,4 @@ impl ModeSearch<'_> {
         };
         undecided.iter().filter(of_outline).count() > MOST_TRIED * 2
     }
-}
-
-/// True of accelerations that are not the same up to rounding.
-pub(super) fn differ(first: &[f64], second: &[f64]) -> bool {
-    let size = largest(first).max(largest(second));
-    first.iter().zip(second).any(|(a, b)| (a - b).abs() > 1e3 * ROUNDING * size)
 }

@@ -2,6 +2,7 @@
 
 use super::consistent::NoConsistentModes;
 use crate::modes::{ContactMode, Modes};
+use crate::multiplier::largest;
 
 /// A mode that the state alone does not decide, with its choices in order of preference.
 pub(super) enum Undecided {
@@ -36,4 +37,10 @@ pub(super) fn none_consistent(undecided: &[Undecided]) -> NoConsistentModes {
         }
     }
     NoConsistentModes::Contacts { contacts }
+}
+
+/// True of accelerations that differ by more than a part of the largest.
+pub(super) fn differ(first: &[f64], second: &[f64], part: f64) -> bool {
+    let size = largest(first).max(largest(second));
+    first.iter().zip(second).any(|(a, b)| (a - b).abs() > part * size)
 }

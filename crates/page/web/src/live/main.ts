@@ -416,20 +416,9 @@ function wire(): void {
     (list as HTMLSelectElement).value = '';
     keep(value);
   });
-  const picture = element('underlay') as HTMLInputElement;
-  on('under', () => {
-    if (!underlay.isThere) {
-      picture.click();
-      return;
-    }
-    underlay.remove();
-    stage.redraw();
-  });
-  picture.addEventListener('change', () => {
-    const [file] = picture.files ?? [];
-    picture.value = '';
-    if (!file) return;
-    void underlay.take(file, stage.camera).then(() => choose('measure'), () => say('This file is no picture.'));
+  underlay.wire(stage.camera, () => stage.redraw(), (isThere) => {
+    if (isThere) choose('measure');
+    else say('This file is no picture.');
   });
   // Who scrubs or steps sees the motion, played or not.
   for (const id of ['scrub', 'back', 'forth']) element(id).addEventListener(id === 'scrub' ? 'input' : 'click', startMoving);

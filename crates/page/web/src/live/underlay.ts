@@ -1,6 +1,7 @@
 // A picture under the mechanism, to draw over: two clicks and a length scale it.
 
 import type { Camera } from '../camera.js';
+import { element } from '../controls.js';
 import type { World } from './types';
 
 export class Underlay {
@@ -9,12 +10,26 @@ export class Underlay {
   private scale = 1;
   private corner: [number, number] = [0, 0];
 
-  get isThere(): boolean {
-    return this.image !== null;
+  /** Wires the button that takes a picture or removes it, with its field for files. */
+  wire(camera: Camera, redraw: () => void, taken: (isThere: boolean) => void): void {
+    const field = element('underlay') as HTMLInputElement;
+    element('under').addEventListener('click', () => {
+      if (!this.image) {
+        field.click();
+        return;
+      }
+      this.image = null;
+      redraw();
+    });
+    field.addEventListener('change', () => {
+      const [file] = field.files ?? [];
+      field.value = '';
+      if (file) void this.take(file, camera).then(() => taken(true), () => taken(false));
+    });
   }
 
   /** Takes a picture, as large as the view is. */
-  async take(file: Blob, camera: Camera): Promise<void> {
+  private async take(file: Blob, camera: Camera): Promise<void> {
     const image = await createImageBitmap(file);
     this.image = image;
     const [width, height] = camera.size;
@@ -23,10 +38,6 @@ export class Underlay {
       camera.centre[0] - 0.5 * this.scale * image.width,
       camera.centre[1] + 0.5 * this.scale * image.height,
     ];
-  }
-
-  remove(): void {
-    this.image = null;
   }
 
   /** Scales the picture about the first of two of its places, so that they have this distance, m. */
