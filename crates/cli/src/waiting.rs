@@ -18,7 +18,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// Time between two looks at the wish to stop.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Whether some work is spoken of already: parts of it are not.
+/// True while some work is reported: its parts are not reported again.
 static IS_SPOKEN_OF: AtomicBool = AtomicBool::new(false);
 
 /// Does the work; after a second, a terminal says what is being done, and for how long. Where the command watches for

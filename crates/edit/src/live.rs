@@ -149,7 +149,7 @@ impl Live {
         numbers(&found)
     }
 
-    /// Whether time or drives take part, so that a state alone is no beginning.
+    /// True with drives: a state alone is then no beginning.
     pub(crate) fn is_driven(&self) -> bool {
         !self.mechanism.model.drives.is_empty()
     }

@@ -77,7 +77,7 @@ pub enum NoConsistentModes {
     Paradox {
         /// The contact.
         contact: usize,
-        /// Whether there is more than one.
+        /// True where several motions fit, false where none does.
         has_several: bool,
     },
     /// A signal that is held takes no finite value.
