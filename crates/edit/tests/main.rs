@@ -1,4 +1,5 @@
 //! Editing: documents, and sessions.
 
 mod document;
+mod scripts;
 mod session;
