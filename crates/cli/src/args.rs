@@ -169,7 +169,7 @@ pub(crate) struct New {
 }
 
 /// A model, and how it is read.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct ModelArgs {
     /// The model file, or a drawing (DXF, DWG).
     pub model: PathBuf,

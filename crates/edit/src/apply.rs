@@ -1,11 +1,12 @@
 //! Edits applied to a text.
 
+use crate::copy::copy;
 use crate::delete::delete;
 use crate::draft::{Draft, typed};
 use crate::draw;
 use crate::edit::{Edit, EditError};
 use crate::names::rename;
-use crate::numbers::{file_unit, in_unit, literal, rounded, written};
+use crate::numbers::{Literal, file_unit, in_unit, literal, rounded, written};
 use crate::places::{Kind, Places};
 
 /// The text after an edit; all that the edit is not about stays byte for byte.
@@ -41,7 +42,10 @@ fn apply(draft: &mut Draft, edit: &Edit) -> Result<(), EditError> {
         Edit::Plate { corners } => draw::plate(draft, corners)?,
         Edit::Pin { from, to } => draw::pin(draft, from, to)?,
         Edit::Ground { at } => draw::ground(draft, at)?,
-        Edit::Slide { at, angle } => draw::slide(draft, at, *angle)?,
+        Edit::Length { from, to, value } => set_length(draft, from, to, value)?,
+        Edit::Slide { at, angle, guide } => draw::slide(draft, at, *angle, guide.as_ref())?,
+        Edit::Gear { between, distance } => draw::gear(draft, between, *distance)?,
+        Edit::Copy { name, at, mirrored } => copy(draft, name, *at, *mirrored)?,
         Edit::Spring { from, to } => draw::spring(draft, from, to)?,
         Edit::Damper { from, to } => draw::damper(draft, from, to)?,
         Edit::Force { at, vector } => draw::force(draft, at, *vector)?,
@@ -106,6 +110,57 @@ fn move_point(draft: &mut Draft, point: &str, to: [f64; 2]) -> Result<(), EditEr
     Ok(())
 }
 
+/// Writes another distance between two points of a body.
+fn set_length(draft: &mut Draft, from: &str, to: &str, value: &str) -> Result<(), EditError> {
+    let bodies = [from, to].map(|name| name.split('.').next().unwrap_or_default());
+    if bodies[0] != bodies[1] || from == to {
+        return Err(EditError::missing(&[from, to]));
+    }
+    let places = draft.places()?;
+    let [from_path, to_path] = [point_path(&places, from)?, point_path(&places, to)?];
+    let of = |path: &[String]| -> [Result<Coordinate, String>; 2] {
+        ["0", "1"].map(|axis| {
+            let keys: Vec<&str> = path.iter().map(String::as_str).chain([axis]).collect();
+            Coordinate::of(&places, &keys)
+        })
+    };
+    // One of them is the origin, the other one on an axis by a parameter: the parameter is the distance.
+    for (origin, end) in [(&from_path, &to_path), (&to_path, &from_path)] {
+        let is_origin = of(origin).iter().all(|c| *c == Ok(Coordinate::Zero));
+        let parameter = match of(end) {
+            [Ok(Coordinate::Parameter { name, .. }), Ok(Coordinate::Zero)]
+            | [Ok(Coordinate::Zero), Ok(Coordinate::Parameter { name, .. })] => name,
+            _ => continue,
+        };
+        if is_origin {
+            return draft.replace(&["parameters", &parameter], &typed(value));
+        }
+    }
+    let formula = |point: &str, path: &[String]| EditError::Formula {
+        point: point.to_owned(),
+        formula: value.to_owned(),
+        path: path.join("."),
+    };
+    let [a, b] = [(from, &from_path), (to, &to_path)].map(|(point, path)| {
+        let values = of(path).map(|c| c.ok().and_then(|c| c.value(&places)));
+        let [Some(x), Some(y)] = values else { return Err(formula(point, path)) };
+        Ok([x, y])
+    });
+    let (a, b) = (a?, b?);
+    let known = literal(value).ok_or_else(|| formula(to, &to_path))?;
+    let wanted = length_of(&places, &known).ok_or_else(|| formula(to, &to_path))?;
+    let distance = (b[0] - a[0]).hypot(b[1] - a[1]);
+    let along = if distance > 0.0 { [0, 1].map(|i| (b[i] - a[i]) / distance) } else { [1.0, 0.0] };
+    move_point(draft, to, [0, 1].map(|i| a[i] + wanted * along[i]))
+}
+
+/// A length as it is written, m; a bare number is in the unit of the file.
+fn length_of(places: &Places<'_>, known: &Literal) -> Option<f64> {
+    let bare = file_unit(places, "length");
+    let unit = if known.unit.is_empty() { &bare } else { &known.unit };
+    Some(bksim_model::file::WrittenUnit::parse(unit)?.to_si(known.number))
+}
+
 /// The path of the list of coordinates of a point.
 fn point_path(places: &Places<'_>, point: &str) -> Result<Vec<String>, EditError> {
     let missing = || EditError::missing(&[point]);
@@ -149,20 +204,12 @@ fn only_length(places: &Places<'_>, path: &[String]) -> Option<(Vec<String>, [f6
         ))
     };
     let [x, y] = [coordinate("0")?, coordinate("1")?];
-    let value = |name: &str, sign: f64| {
-        let place = places.find(&["parameters", name])?;
-        let known = literal(places.quoted(place).unwrap_or(places.text_of(place)))?;
-        let bare = file_unit(places, "length");
-        let unit = if known.unit.is_empty() { &bare } else { &known.unit };
-        let parsed = bksim_model::file::WrittenUnit::parse(unit)?;
-        Some(sign * parsed.to_si(known.number))
-    };
     match (x, y) {
-        ((path, Coordinate::Parameter { name, sign, .. }), (_, Coordinate::Zero)) => {
-            Some((path, [value(&name, sign)?, 0.0]))
+        ((path, x @ Coordinate::Parameter { .. }), (_, Coordinate::Zero)) => {
+            Some((path, [x.value(places)?, 0.0]))
         }
-        ((_, Coordinate::Zero), (path, Coordinate::Parameter { name, sign, .. })) => {
-            Some((path, [0.0, value(&name, sign)?]))
+        ((_, Coordinate::Zero), (path, y @ Coordinate::Parameter { .. })) => {
+            Some((path, [0.0, y.value(places)?]))
         }
         _ => None,
     }
@@ -174,7 +221,7 @@ enum Coordinate {
     /// `0`, without a unit.
     Zero,
     /// A number with its unit; empty where it is bare.
-    Number { unit: String, is_quoted: bool },
+    Number { number: f64, unit: String, is_quoted: bool },
     /// A parameter or its opposite, with the unit of its value.
     Parameter { name: String, sign: f64, unit: String, is_quoted: bool },
 }
@@ -187,11 +234,15 @@ impl Coordinate {
         let Some(text) = places.quoted(place) else {
             return Ok(match literal(raw) {
                 Some(known) if known.number == 0.0 => Self::Zero,
-                _ => Self::Number { unit: String::new(), is_quoted: false },
+                Some(Literal { number, .. }) => {
+                    Self::Number { number, unit: String::new(), is_quoted: false }
+                }
+                None => return Err(raw.to_owned()),
             });
         };
         if let Some(known) = literal(text) {
-            return Ok(Self::Number { unit: known.unit, is_quoted: true });
+            let Literal { number, unit } = known;
+            return Ok(Self::Number { number, unit, is_quoted: true });
         }
         let (sign, name) = match text.trim().strip_prefix('-') {
             Some(name) => (-1.0, name.trim()),
@@ -204,6 +255,21 @@ impl Coordinate {
         });
         let (value, is_quoted) = value.ok_or_else(|| text.to_owned())?;
         Ok(Self::Parameter { name: name.to_owned(), sign, unit: value.unit, is_quoted })
+    }
+
+    /// The length that it is, m.
+    fn value(&self, places: &Places<'_>) -> Option<f64> {
+        match self {
+            Self::Zero => Some(0.0),
+            Self::Number { number, unit, .. } => {
+                length_of(places, &Literal { number: *number, unit: unit.clone() })
+            }
+            Self::Parameter { name, sign, .. } => {
+                let place = places.find(&["parameters", name])?;
+                let known = literal(places.quoted(place).unwrap_or(places.text_of(place)))?;
+                Some(sign * length_of(places, &known)?)
+            }
+        }
     }
 
     /// Writes a length into it, m.
@@ -223,7 +289,7 @@ impl Coordinate {
                 let text = crate::numbers::length(value);
                 draft.replace(keys, &crate::draft::written_text(&text))
             }
-            Self::Number { unit, is_quoted } => {
+            Self::Number { unit, is_quoted, .. } => {
                 let text = with(in_unit_of(unit, value), unit, *is_quoted);
                 draft.replace(keys, &text)
             }

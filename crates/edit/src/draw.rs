@@ -96,9 +96,17 @@ pub(crate) fn ground(draft: &mut Draft, at: &End) -> Result<(), EditError> {
     joint(draft, &[("type", quoted("revolute")), ("between", two(&support, &end))])
 }
 
-/// A guide in the ground for an end.
-pub(crate) fn slide(draft: &mut Draft, at: &End, direction: f64) -> Result<(), EditError> {
-    let support = point(draft, "ground", at.world)?;
+/// A guide for an end: through the place `guide` of its body, or in the ground through the end's own place.
+pub(crate) fn slide(
+    draft: &mut Draft,
+    at: &End,
+    direction: f64,
+    guide: Option<&End>,
+) -> Result<(), EditError> {
+    let support = match guide {
+        Some(guide) => named(draft, guide)?,
+        None => point(draft, "ground", at.world)?,
+    };
     let end = named(draft, at)?;
     let of = [
         ("type", quoted("slot")),
@@ -106,6 +114,28 @@ pub(crate) fn slide(draft: &mut Draft, at: &End, direction: f64) -> Result<(), E
         ("direction", quoted(&angle(direction))),
     ];
     joint(draft, &of)
+}
+
+/// Two wheels that mesh, as large as each other.
+pub(crate) fn gear(
+    draft: &mut Draft,
+    between: &[String; 2],
+    distance: f64,
+) -> Result<(), EditError> {
+    let places = draft.places()?;
+    let joints = places.elements("joints");
+    if let Some(unknown) = between.iter().find(|joint| !joints.contains(joint)) {
+        return Err(EditError::missing(&[unknown]));
+    }
+    let (name, radius) = (fresh(&places, "gear"), fresh(&places, "r"));
+    draft.set(&["parameters", &radius], &quoted(&length(0.5 * distance)))?;
+    let other = format!("{} - {radius}", length(distance));
+    let of = [
+        ("type", quoted("gear")),
+        ("between", two(&between[0], &between[1])),
+        ("radii", two(&radius, &other)),
+    ];
+    draft.add_table(&["couplings", &name], &pairs(&of))
 }
 
 /// A link between two ends. Its frame begins at `from`, with x along it.

@@ -68,12 +68,42 @@ pub enum Edit {
         /// The point.
         at: End,
     },
-    /// A guide in the ground along which a point slides, while its body turns.
+    /// Another distance between two named points of one body or of the ground: the parameter that it is, or the place of
+    /// the second point.
+    Length {
+        /// The point that stays.
+        from: String,
+        /// Point of the same body that moves.
+        to: String,
+        /// Distance as it is written in the file: `120 mm`.
+        value: String,
+    },
+    /// A guide along which a point slides, while its body turns.
     Slide {
         /// The point.
         at: End,
-        /// Direction of the guide against x.
+        /// Direction of the guide against the x axis of its body.
         angle: f64,
+        /// Place that the guide goes through; without it, the point's own in the ground.
+        #[serde(default)]
+        guide: Option<End>,
+    },
+    /// Two wheels in mesh, each of half the distance; the radius of the first becomes a parameter.
+    Gear {
+        /// The joints about which they turn.
+        between: [String; 2],
+        /// Distance of these joints.
+        distance: f64,
+    },
+    /// A body like another one, joined with nothing.
+    Copy {
+        /// The body.
+        name: String,
+        /// Guess of the place of its centre of mass.
+        at: [f64; 2],
+        /// Whether its points are mirrored in the x axis of its frame.
+        #[serde(default)]
+        mirrored: bool,
     },
     /// A spring between two ends, unloaded at the distance that they have.
     Spring {

@@ -15,7 +15,7 @@ const FREE_FALL: f64 = 9.81;
 
 /// Where a hand pulls: a point in the frame of a body, m.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Hold {
+pub struct Hold {
     pub(crate) body: BodyId,
     pub(crate) point: [f64; 3],
 }

@@ -15,7 +15,7 @@ const AHEAD: f64 = 1e5;
 const MOST_STEPS: u32 = 400;
 
 /// A motion that goes on.
-pub(crate) struct Live {
+pub struct Live {
     stepping: Stepping,
     mechanism: Mechanism,
     poses: PoseRunner,
@@ -26,7 +26,7 @@ pub(crate) struct Live {
 
 /// Where a motion was left: what another one goes on from.
 #[derive(Clone, PartialEq, Debug)]
-pub(crate) struct Left {
+pub struct Left {
     t: f64,
     q: Vec<f64>,
     v: Vec<f64>,
@@ -35,12 +35,18 @@ pub(crate) struct Left {
     measured: Vec<(Measure, f64, f64)>,
 }
 
+impl std::fmt::Debug for Live {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Live").field("t", &self.stepping.t()).finish_non_exhaustive()
+    }
+}
+
 impl Live {
     /// Begins at the start of a model, and goes to time `t`, s.
     ///
     /// # Errors
     /// Faults of the equations, of the start, and of the motion up to there.
-    pub(crate) fn begin(model: Model, t: f64) -> Result<Self, Vec<Diagnostic>> {
+    pub fn begin(model: Model, t: f64) -> Result<Self, Vec<Diagnostic>> {
         let mut live = Self::of(model, None, None)?;
         if t > live.stepping.t() {
             live.goal = t;
@@ -53,7 +59,7 @@ impl Live {
     ///
     /// # Errors
     /// Faults of the equations and of the start.
-    pub(crate) fn begin_in(
+    pub fn begin_in(
         mut model: Model,
         posed: &mut Posed,
         left: Option<&Left>,
@@ -72,7 +78,7 @@ impl Live {
     ///
     /// # Errors
     /// Faults of the equations and of the start.
-    pub(crate) fn held(
+    pub fn held(
         mut model: Model,
         hold: Hold,
         size: f64,
@@ -110,7 +116,7 @@ impl Live {
     ///
     /// # Errors
     /// Why the motion cannot go on.
-    pub(crate) fn step(&mut self, dt: f64, at: Option<[f64; 3]>) -> Result<bool, Diagnostic> {
+    pub fn step(&mut self, dt: f64, at: Option<[f64; 3]>) -> Result<bool, Diagnostic> {
         let is_behind = self.goal > self.stepping.t();
         if !is_behind {
             self.goal += dt;
@@ -131,22 +137,27 @@ impl Live {
     }
 
     /// The time that is reached, s.
-    pub(crate) fn t(&self) -> f64 {
+    pub fn t(&self) -> f64 {
         self.stepping.t()
     }
 
     /// Kinetic and potential energy there, J.
-    pub(crate) fn energy(&self) -> [f64; 2] {
+    pub fn energy(&self) -> [f64; 2] {
         let energy = &self.stepping.sample().energy;
         [energy.kinetic, energy.potential]
     }
 
-    /// Poses of all bodies there, 18 numbers for each.
-    pub(crate) fn numbers(&mut self) -> Vec<f64> {
+    /// Poses of all bodies there, the ground first.
+    pub fn bodies(&mut self) -> Vec<Pose> {
         let state = self.stepping.state();
         let mut found: Vec<Pose> = Vec::new();
         self.poses.at(state.q, state.v, &mut found);
-        numbers(&found)
+        found
+    }
+
+    /// The numbers of [`Live::bodies`], as a page takes them.
+    pub(crate) fn numbers(&mut self) -> Vec<f64> {
+        numbers(&self.bodies())
     }
 
     /// True with drives: a state alone is then no beginning.
@@ -155,7 +166,7 @@ impl Live {
     }
 
     /// The state that is reached.
-    pub(crate) fn left(&self) -> Left {
+    pub fn left(&self) -> Left {
         let state = self.stepping.state();
         let coordinates = self.mechanism.system.coordinates().iter().enumerate();
         let measured = coordinates.filter_map(|(k, coordinate)| {
@@ -173,12 +184,12 @@ impl Live {
 
 impl Left {
     /// Time, s.
-    pub(crate) fn t(&self) -> f64 {
+    pub fn t(&self) -> f64 {
         self.t
     }
 
     /// Brings a mechanism with coordinates of these names near to where the motion was left.
-    pub(crate) fn bring(&self, posed: &mut Posed) -> bool {
+    pub fn bring(&self, posed: &mut Posed) -> bool {
         posed.go_near_named(&self.names, &self.q)
     }
 
@@ -233,8 +244,8 @@ fn rate_of(position: Measure) -> Option<Measure> {
     })
 }
 
-/// Place of a hand in a model with this many bodies.
-pub(crate) fn hold_of(model: &Model, body: usize, point: [f64; 3]) -> Option<Hold> {
+/// Place of a hand in a model, at a point in the frame of a body, m; `None` on the ground.
+pub fn hold_of(model: &Model, body: usize, point: [f64; 3]) -> Option<Hold> {
     let body = BodyId(body.min(model.bodies.len() - 1));
     (body.0 > 0).then_some(Hold { body, point })
 }

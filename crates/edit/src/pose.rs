@@ -74,13 +74,13 @@ impl Posed {
     }
 
     /// Goes to the pose near coordinates of these names; false where there is none.
-    pub(crate) fn go_near_named(&mut self, names: &[String], q: &[f64]) -> bool {
+    pub fn go_near_named(&mut self, names: &[String], q: &[f64]) -> bool {
         let is_own = self.drag.coordinates().iter().map(|c| &c.name).eq(names);
         is_own && self.drag.go_near(q)
     }
 
     /// The longest link, m.
-    pub(crate) fn size(&self) -> f64 {
+    pub fn size(&self) -> f64 {
         self.drag.size()
     }
 
@@ -234,7 +234,7 @@ fn pose_of(numbers: &[f64]) -> Pose {
 }
 
 /// The limit of a pull in words.
-pub(crate) fn limit_words(limit: &DragLimit) -> String {
+pub fn limit_words(limit: &DragLimit) -> String {
     match limit {
         DragLimit::Stop(joint) => format!("stop of joint {joint}"),
         DragLimit::DeadPoint => "dead point".to_owned(),

@@ -79,7 +79,20 @@ impl Solver {
         if is_derived {
             self.known = None;
             self.known = Some(Known::derive(text, name, model)?);
+            return self.run(is_derived);
         }
+        let moved = self.run(is_derived);
+        let is_faulty = moved.as_ref().map_or(true, |moved| !moved.faults.is_empty());
+        if is_faulty {
+            // Places of faults are those of the text that was derived.
+            self.known = Some(Known::derive(text, name, model)?);
+            return self.run(true);
+        }
+        moved
+    }
+
+    /// The motion of the equations that are known.
+    fn run(&self, is_derived: bool) -> Result<Moved, Vec<Diagnostic>> {
         let Some(known) = &self.known else { return Err(Vec::new()) };
         let simulation = &known.simulation;
         let start = simulation.start().map_err(|rejected| rejected.0)?;

@@ -175,3 +175,59 @@ fn a_plate_has_the_inertia_of_its_corners_and_pins_where_it_meets_points() {
     let two = Edit::Plate { corners: vec![end(0.0, 0.0, None), end(1.0, 0.0, None)] };
     assert!(edited(&text, &two).is_err());
 }
+
+#[test]
+fn a_distance_that_is_typed_becomes_the_parameter_or_the_place() {
+    let length = |from: &str, to: &str, value: &str| Edit::Length {
+        from: from.to_owned(),
+        to: to.to_owned(),
+        value: value.to_owned(),
+    };
+    let text = edited(FOUR_BAR, &length("crank.A", "crank.B", "120 mm")).expect("an edit");
+    assert_eq!(difference(FOUR_BAR, &text).0, ["a = \"120 mm\"           # crank"]);
+    let plate =
+        "[bodies.p]\nmass = 1\npoints = { A = [\"10 mm\", 0], B = [\"40 mm\", \"40 mm\"] }\n";
+    let text = edited(plate, &length("p.A", "p.B", "100 mm")).expect("an edit");
+    assert!(text.contains("B = [\"70 mm\", \"80 mm\"]"), "{text}");
+    let bare =
+        "[units]\nlength = \"mm\"\n[bodies.p]\nmass = 1\npoints = { A = [0, 0], B = [30, 40] }\n";
+    let text = edited(bare, &length("p.A", "p.B", "25")).expect("an edit");
+    assert!(text.contains("B = [15, 20]"), "{text}");
+    for refused in
+        [length("p.A", "p.A", "1 m"), length("p.A", "p.B", "l/2"), length("p.A", "q.B", "1 m")]
+    {
+        assert!(edited(plate, &refused).is_err(), "{refused:?}");
+    }
+}
+
+#[test]
+fn wheels_guides_and_copies_are_models() {
+    let [a, b] = [end(0.0, 0.0, None), end(0.1, 0.0, None)];
+    let mut document = Document::new("");
+    let link = |from: &End, to: &End| Edit::Link { from: from.clone(), to: to.clone() };
+    let ground = |on: &str, x: f64| Edit::Ground { at: end(x, 0.0, Some(on)) };
+    for edit in [link(&a, &b), link(&b, &a), ground("link1.A", 0.0), ground("link2.A", 0.1)] {
+        document.apply(&edit).expect("an edit");
+    }
+    let gear = Edit::Gear { between: ["A".to_owned(), "B".to_owned()], distance: 0.1 };
+    let meshed = edited(document.text(), &gear).expect("an edit");
+    assert!(meshed.contains("radii = [\"r1\", \"100 mm - r1\"]"), "{meshed}");
+    assert!(is_model(&meshed), "{meshed}");
+    // A pin in a slot of the other link.
+    let guide = Some(end(0.0, 0.0, Some("link1.A")));
+    let slide = Edit::Slide { at: end(0.1, 0.0, Some("link2.A")), angle: 0.0, guide };
+    let text = edited(document.text(), &slide).expect("an edit");
+    assert!(text.contains("between = [\"link1.A\", \"link2.A\"]\ndirection = \"0 deg\""), "{text}");
+    let copy =
+        |name: &str, mirrored| Edit::Copy { name: name.to_owned(), at: [0.2, 0.1], mirrored };
+    let text = edited(document.text(), &copy("link1", false)).expect("an edit");
+    assert!(is_model(&text), "{text}");
+    assert_eq!(text.matches("B = [\"l1\", 0]").count(), 2, "{text}");
+    let plate = "[bodies.p]\nmass = 1\ncom = [0, \"-h\"]\npoints = { A = [0, 1], B = [2, \"h/2\"] }\n\
+                 outline = [[0, \"30 mm\"], [1, 0]]\n[parameters]\nh = 1\n";
+    let text = edited(plate, &copy("p", true)).expect("an edit");
+    let (new, _) = difference(plate, &text);
+    assert!(new.contains(&"com = [0, \"h\"]"), "{new:?}");
+    assert!(new.contains(&"points = { A = [0, -1], B = [2, \"-(h/2)\"] }"), "{new:?}");
+    assert!(new.contains(&"outline = [[0, \"-30 mm\"], [1, 0]]"), "{new:?}");
+}

@@ -59,7 +59,7 @@ fn end(random: &mut impl Rng, state: &Value) -> Value {
 fn edit(random: &mut impl Rng, state: &Value) -> Value {
     let (from, to) = (end(random, state), end(random, state));
     let name = &any(random, &state["elements"])["name"];
-    match random.random_range(0..20) {
+    match random.random_range(0..24) {
         0..5 => {
             let control = any(random, &state["controls"]);
             let factor = random.random_range(0.5..1.5);
@@ -87,6 +87,18 @@ fn edit(random: &mut impl Rng, state: &Value) -> Value {
         16 => json!({ "edit": "damper", "from": from, "to": to }),
         17 => json!({ "edit": "force", "at": from, "vector": [1, -2] }),
         18 => json!({ "edit": "gravity" }),
+        19 => {
+            json!({ "edit": "copy", "name": name, "at": place(random), "mirrored": random.random_range(0..2) == 0 })
+        }
+        20 => {
+            let body = name.as_str().unwrap_or_default();
+            json!({ "edit": "length", "from": format!("{body}.A"), "to": format!("{body}.B"), "value": "150 mm" })
+        }
+        21 => json!({ "edit": "slide", "at": from, "angle": 0, "guide": to }),
+        22 => {
+            let [a, b] = [0, 1].map(|_| any(random, &state["joints"])["name"].clone());
+            json!({ "edit": "gear", "between": [a.as_str().unwrap_or("A"), b.as_str().unwrap_or("B")], "distance": 0.1 })
+        }
         _ => {
             let joint = &any(random, &state["joints"])["name"];
             json!({ "edit": "motor", "joint": joint.as_str().unwrap_or("A"), "angle": 0.2 })

@@ -132,17 +132,22 @@ const BODY: &str = r#"<noscript><p>This page lives by JavaScript, which is switc
 <button type="button" data-tool="ground" aria-pressed="false" title="Pin a point to the ground">Ground</button>
 <button type="button" data-tool="pin" aria-pressed="false" title="Join two points">Pin</button>
 <button type="button" data-tool="slide" aria-pressed="false" title="Let a point slide along a line">Slide</button>
+<button type="button" data-tool="slot" aria-pressed="false" title="Let a point of a body slide along another body">Slot</button>
+<button type="button" data-tool="gear" aria-pressed="false" title="Let two wheels mesh">Gears</button>
 <button type="button" data-tool="spring" aria-pressed="false" title="A spring between two points">Spring</button>
 <button type="button" data-tool="damper" aria-pressed="false" title="A damper between two points">Damper</button>
 <button type="button" data-tool="force" aria-pressed="false" title="A force on a point">Force</button>
 <button type="button" data-tool="motor" aria-pressed="false" title="Drive a joint">Motor</button>
 <button type="button" id="gravity" title="Gravity along −y">Gravity</button>
+<button type="button" data-tool="copy" aria-pressed="false" title="Copy a body">Copy</button>
+<button type="button" data-tool="mirror" aria-pressed="false" title="Copy a body, mirrored">Mirror</button>
 <button type="button" data-tool="delete" aria-pressed="false" title="Delete a body">Delete</button>
 <button type="button" id="under" title="A picture underneath, to draw over">Picture</button>
 <input type="file" id="underlay" accept="image/*" hidden aria-label="Picture underneath">
 </div>
 <div class="picture">
 <canvas id="picture" tabindex="0" role="application" aria-label="The mechanism: N goes to the next point, arrow keys move, Enter takes hold and lets go"></canvas>
+<div id="dimensions" hidden></div>
 <output id="status" aria-live="polite"></output>
 <output id="freedoms"></output>
 <div class="corner" role="group" aria-label="View">
@@ -162,6 +167,7 @@ const BODY: &str = r#"<noscript><p>This page lives by JavaScript, which is switc
 <button type="button" id="to-start" title="Go back to the pose of the start">To start</button>
 <button type="button" id="start-here" title="Write this pose into the model as its start">Start here</button>
 <label><input type="checkbox" id="labels" checked> Names</label>
+<label title="Distances of points, to be typed in place"><input type="checkbox" id="sized"> Dimensions</label>
 <label title="The motion before the last change, faintly"><input type="checkbox" id="ghost"> Before</label>
 <input type="range" id="scrub" min="0" max="1" step="any" value="0" aria-label="Time">
 </div>

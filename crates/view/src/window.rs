@@ -5,6 +5,7 @@
 //! Clock              the instant shown
 //! Show at that t     poses, and additions to them
 //! Eye                the camera
+//! Hand               a pose in place of the show's, or a live motion
 //! App                one frame: the bar, the curves, the picture, and its overlays
 //! ```
 //!
@@ -23,6 +24,7 @@ mod curves;
 mod cutting;
 mod eye;
 mod grid;
+mod hand;
 mod icon;
 mod measure;
 mod number;
@@ -33,6 +35,7 @@ mod report;
 mod server;
 mod source;
 mod style;
+mod values;
 mod viewport;
 
 use std::cell::RefCell;

@@ -317,15 +317,62 @@ test('the motion before a change is shown faintly', { skip }, () =>
 test('a plate is drawn by its corners', { skip }, () =>
   opened('empty', {}, async (page) => {
     await page.click('[data-tool=plate]');
-    for (const at of [[-0.1, 0], [0.1, 0], [0.05, 0.1], [-0.1, 0]]) {
-      await page.mouse.move(...(await pixel(page, ...at)));
-      await page.mouse.down();
-      await page.mouse.up();
-      await idle(page);
-    }
+    await clicks(page, [[-0.1, 0], [0.1, 0], [0.05, 0.1], [-0.1, 0]]);
     assert.match(await text(page), /\[bodies\.plate1\]/);
     assert.match(await text(page), /outline = \[/);
     await shot(page, 'plate');
+  }));
+
+/** Clicks at places of the world. */
+async function clicks(page, places) {
+  for (const at of places) {
+    await page.mouse.move(...(await pixel(page, ...at)));
+    await page.mouse.down();
+    await page.mouse.up();
+    await idle(page);
+  }
+}
+
+test('wheels, slots and copies are drawn, at round places', { skip }, () =>
+  opened('empty', {}, async (page) => {
+    const use = (name) => page.click(`[data-tool=${name}]`);
+    await use('link');
+    // A few pixels beside the grid.
+    await clicks(page, [[-0.1003, 0.0002], [-0.0598, 0.0003], [0.0202, 0.0001], [0.1001, 0.0597]]);
+    await use('ground');
+    await clicks(page, [[-0.1, 0], [0.02, 0]]);
+    await use('gear');
+    await clicks(page, [[-0.1, 0], [0.02, 0]]);
+    assert.match(await text(page), /l1 = "40 mm"/);
+    assert.match(await text(page), /l2 = "100 mm"/);
+    assert.match(await text(page), /r1 = "60 mm"/);
+    assert.match(await text(page), /radii = \["r1", "120 mm - r1"\]/);
+    assert.equal(await page.evaluate(() => globalThis.bksim.state.faults.filter((fault) => fault.is_error).length), 0);
+    await shot(page, 'gears');
+    await use('copy');
+    await clicks(page, [[-0.08, 0], [-0.08, 0.08]]);
+    await use('slot');
+    const third = await place(page, 'link3.A');
+    await clicks(page, [[0.06, 0.03], third]);
+    assert.match(await text(page), /type = "slot"\nbetween = \["link2\.[A-Z]", "link3\.A"\]/);
+    assert.deepEqual(await page.evaluate(() => globalThis.bksim.state.scene.bodies), ['ground', 'link1', 'link2', 'link3']);
+    await shot(page, 'slot');
+  }));
+
+test('a dimension is typed in place, and is the parameter', { skip }, () =>
+  opened('four-bar', {}, async (page) => {
+    await page.check('#sized');
+    const label = page.locator('#dimensions button', { hasText: /^100 mm$/ });
+    await shot(page, 'dimensions');
+    await label.click();
+    await page.locator('#dimensions input').fill('90 mm');
+    await page.locator('#dimensions input').press('Enter');
+    await idle(page);
+    assert.ok((await text(page)).includes('a = "90 mm"'), 'the crank');
+    assert.equal(await page.locator('#dimensions button', { hasText: /^90 mm$/ }).count(), 1);
+    await page.click('#undo');
+    await idle(page);
+    assert.equal(await page.locator('#dimensions button', { hasText: /^100 mm$/ }).count(), 1);
   }));
 
 test('a mechanism in space is turned and held', { skip }, () =>

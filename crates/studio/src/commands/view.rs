@@ -40,6 +40,7 @@ pub(crate) fn run(args: &View, as_json: bool, nesting: usize) -> Result<Status, 
     let source = Source {
         name: args.input.display().to_string(),
         files: vec![args.input.clone()].into_iter().filter(|path| !is_stdin(path)).collect(),
+        takes_values: motion.takes_values(),
         load: Box::new(move |task| motion.load(task)),
     };
     let options = WindowOptions {

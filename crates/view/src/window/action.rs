@@ -26,6 +26,10 @@ pub(super) enum Action {
     RealSpeed,
     /// Plays in a loop, or stops at the end.
     Loop,
+    /// Begins a motion without an end, which can be pulled at, or ends it.
+    Live,
+    /// Shows or hides the values of parameters.
+    Values,
     /// Fits the whole motion into the picture.
     Fit,
     /// Looks at a spatial mechanism from a standard direction.
@@ -78,7 +82,7 @@ const fn also(key: Key, modifiers: Modifiers, action: Action) -> Binding {
 }
 
 /// All keys. Those with modifiers come first: the first that fits is taken.
-pub(super) const BINDINGS: [Binding; 37] = [
+pub(super) const BINDINGS: [Binding; 39] = [
     key(Key::Space, Action::Play, "Space", "play, pause"),
     Binding {
         key: Key::ArrowRight,
@@ -97,6 +101,8 @@ pub(super) const BINDINGS: [Binding; 37] = [
     key(Key::PageUp, Action::Start, "Page Up, Down", "first instant, last instant"),
     also(Key::PageDown, Modifiers::NONE, Action::End),
     key(Key::O, Action::Loop, "O", "go round, or stop at the end"),
+    key(Key::M, Action::Live, "M", "a live motion, or its end"),
+    key(Key::P, Action::Values, "P", "values of parameters"),
     key(Key::F, Action::Fit, "F, Home", "fit the whole motion"),
     also(Key::Home, Modifiers::NONE, Action::Fit),
     key(Key::Num2, Action::Look(StandardView::Front), "2, 3, 4, 5", "front, right, top, isometric"),
@@ -129,8 +135,9 @@ pub(super) const BINDINGS: [Binding; 37] = [
 ];
 
 /// Actions of the mouse, for the list of keys.
-pub(super) const MOUSE: [(&str, &str); 4] = [
-    ("drag", "move the picture"),
+pub(super) const MOUSE: [(&str, &str); 5] = [
+    ("drag a body", "pose the mechanism, pull at a live motion"),
+    ("drag the rest", "move the picture"),
     ("right drag", "turn a spatial mechanism"),
     ("wheel", "zoom at the pointer"),
     ("click a point", "its trail"),

@@ -15,6 +15,7 @@ use super::options::WindowOptions;
 use super::panel::CurvePanel;
 use super::report::{Outcome, Report};
 use super::source::{Loader, News};
+use super::values::ValuePanel;
 use super::viewport::Viewport;
 use super::{controls, overlay, style};
 use crate::renderer::SceneRenderer;
@@ -28,6 +29,7 @@ pub(super) struct App<'a> {
     time: Time,
     viewport: Viewport,
     panel: CurvePanel,
+    values: ValuePanel,
     loader: Loader,
     /// The last fault, until the files are read without one.
     fault: Option<String>,
@@ -71,12 +73,13 @@ impl Time {
         }
     }
 
-    /// Advances the clock by the time since the last frame.
-    fn tick(&mut self) {
+    /// Advances the clock by the time since the last frame; gives the time of the motion that has passed, s.
+    fn tick(&mut self) -> f64 {
         // A window that was hidden, or a slow adapter, does not make the motion jump.
         let elapsed = self.last_tick.elapsed().as_secs_f64().min(0.25);
         self.last_tick = Instant::now();
         self.clock.advance(elapsed);
+        elapsed * self.clock.speed()
     }
 }
 
@@ -97,6 +100,7 @@ impl<'a> App<'a> {
             time: Time { clock: Clock::default(), last_tick: Instant::now(), start: Some(start) },
             viewport: Viewport::new(renderer, options.section),
             panel: CurvePanel::new(options.size[0] >= WIDE),
+            values: ValuePanel::default(),
             loader,
             fault: None,
             is_fault_of_shown: false,
@@ -134,6 +138,7 @@ impl<'a> App<'a> {
     fn take_show(&mut self, show: Box<Show>) {
         self.time.set_span(show.span());
         self.panel.curves.set_motion(&show);
+        self.values.set_motion(&show);
         self.viewport.set_show(show);
     }
 
@@ -165,6 +170,8 @@ impl<'a> App<'a> {
             Action::Speed(steps) => clock.change_speed(steps),
             Action::RealSpeed => clock.set_speed(1.0),
             Action::Loop => clock.is_looping = !clock.is_looping,
+            Action::Live => self.viewport.toggle_live(),
+            Action::Values => self.values.is_open = !self.values.is_open,
             Action::Fit => self.viewport.fit(),
             Action::Look(view) => self.viewport.look(view),
             Action::Section(_) | Action::MoveSection(_) => self.viewport.cut(action),
@@ -202,6 +209,10 @@ impl<'a> App<'a> {
             .frame(Frame::new().fill(style::color32(style::theme(is_dark).background)))
             .show(ui, |ui| self.viewport.ui(ui, &mut self.reporting.measure))
             .inner;
+        // A hand holds the motion, too.
+        if self.viewport.is_posed() {
+            self.time.clock.pause();
+        }
         self.overlays(ui, picture);
         if !actions.is_empty() {
             ui.ctx().request_repaint();
@@ -216,15 +227,27 @@ impl<'a> App<'a> {
         let mut actions = Vec::new();
         egui::Panel::bottom("controls").frame(panel_frame(ui)).show(ui, |ui| {
             let scene = self.viewport.show.as_ref().map(|show| Arc::clone(show.scene()));
+            let switches = controls::Switches {
+                curves: self.panel.is_open,
+                values: self.values.is_open,
+                live: self.viewport.is_live(),
+            };
             let (clock, choices) = (&mut self.time.clock, &mut self.viewport.choices);
-            let is_open = self.panel.is_open;
-            controls::show(ui, clock, choices, scene.as_deref(), is_open, &mut actions);
+            controls::show(ui, clock, choices, scene.as_deref(), switches, &mut actions);
         });
         actions
     }
 
-    /// The panel of curves, if it is open and there is a motion.
+    /// The panels of curves and values, if they are open and there is a motion.
     fn side(&mut self, ui: &mut Ui) {
+        if self.values.is_open && self.viewport.show.is_some() {
+            let left = egui::Panel::left("values").frame(panel_frame(ui));
+            let left = left.default_size(240.0).min_size(160.0);
+            let changed = left.show(ui, |ui| self.values.ui(ui, self.loader.takes_values)).inner;
+            for (name, value) in changed {
+                self.loader.set_value(name, value);
+            }
+        }
         let Some(show) = self.viewport.show.as_ref().filter(|_| self.panel.is_open) else { return };
         let most = (0.6 * ui.available_width()).max(160.0);
         let side = egui::Panel::right("curves").frame(panel_frame(ui));
@@ -258,7 +281,10 @@ impl<'a> App<'a> {
         let clock = &self.time.clock;
         let has_motion = self.viewport.show.is_some();
         let has_curves = self.panel.is_open && has_motion && self.panel.curves.is_unfinished();
-        clock.is_playing() || self.viewport.is_unfinished(clock.t()) || has_curves
+        clock.is_playing()
+            || self.viewport.is_live()
+            || self.viewport.is_unfinished(clock.t())
+            || has_curves
     }
 }
 
@@ -278,7 +304,8 @@ impl eframe::App for App<'_> {
         let context = ui.ctx().clone();
         self.reporting.measure.begin_frame(frame.info().cpu_usage);
         self.take_news();
-        self.time.tick();
+        let elapsed = self.time.tick();
+        self.viewport.advance(elapsed);
         if !context.text_edit_focused() {
             for action in context.input_mut(action::pressed) {
                 self.act(action, &context);

@@ -15,13 +15,24 @@ const SCRUB: f32 = 20.0;
 /// Width below which the buttons take two rows, points.
 const WIDE: f32 = 640.0;
 
+/// Switches of the bar that are on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Switches {
+    /// The panel of curves is open.
+    pub(super) curves: bool,
+    /// The panel of values is open.
+    pub(super) values: bool,
+    /// A live motion goes on.
+    pub(super) live: bool,
+}
+
 /// Shows the bar; the actions of its buttons are added to `actions`.
 pub(super) fn show(
     ui: &mut Ui,
     clock: &mut Clock,
     choices: &mut Choices,
     scene: Option<&Scene>,
-    is_panel_open: bool,
+    switches: Switches,
     actions: &mut Vec<Action>,
 ) {
     scrub_bar(ui, clock);
@@ -32,7 +43,7 @@ pub(super) fn show(
             time(ui, clock);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 ui.spacing_mut().item_spacing.x = 4.0;
-                tools(ui, clock, choices, scene, is_panel_open, actions);
+                tools(ui, clock, choices, scene, switches, actions);
             });
         } else {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| time(ui, clock));
@@ -41,7 +52,7 @@ pub(super) fn show(
     if !is_wide {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
-            tools(ui, clock, choices, scene, is_panel_open, actions);
+            tools(ui, clock, choices, scene, switches, actions);
         });
     }
 }
@@ -113,15 +124,23 @@ fn tools(
     clock: &mut Clock,
     choices: &mut Choices,
     scene: Option<&Scene>,
-    is_panel_open: bool,
+    switches: Switches,
     actions: &mut Vec<Action>,
 ) {
     for (icon, is_on, words, action) in [
-        (Icon::Curves, is_panel_open, "curves (C)", Action::Panel),
+        (Icon::Curves, switches.curves, "curves (C)", Action::Panel),
         (Icon::Help, false, "keys (?)", Action::Help),
         (Icon::Fit, false, "fit the whole motion (F)", Action::Fit),
     ] {
         if icon::button(ui, icon, is_on, words).clicked() {
+            actions.push(action);
+        }
+    }
+    for (words, is_on, help, action) in [
+        ("Values", switches.values, "values of parameters (P)", Action::Values),
+        ("Live", switches.live, "let it move, and pull at it (M)", Action::Live),
+    ] {
+        if ui.selectable_label(is_on, words).on_hover_text(help).clicked() {
             actions.push(action);
         }
     }

@@ -154,6 +154,13 @@ pub(super) fn scales(
     }
 }
 
+/// A line of words in the upper left corner.
+pub(super) fn words(painter: &Painter, picture: Rect, text: &str, theme: &Theme) {
+    let at = picture.min + vec2(EDGE, EDGE);
+    let color = style::color32(theme.faint);
+    painter.text(at, Align2::LEFT_TOP, text, FontId::proportional(14.0), color);
+}
+
 /// The list of keys; false when it is to be closed.
 pub(super) fn help(ui: &Ui) -> bool {
     let modal = egui::Modal::new(ui.scope_id().with("help")).frame(frame(ui).inner_margin(18));

@@ -1,10 +1,11 @@
 //! [`Source`]: the origin of a window's motion; and [`Loader`], which reads it on a thread of its
 //! own, at first and whenever one of its files changes.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -24,6 +25,8 @@ pub struct Source {
     pub name: String,
     /// The files to watch from the beginning.
     pub files: Vec<PathBuf>,
+    /// True if [`Task::values`] are taken: of a model, not of a log.
+    pub takes_values: bool,
     /// Reads the files, and solves a model; called on a thread of its own.
     pub load: Box<dyn FnMut(&Task) -> Loaded + Send>,
 }
@@ -46,8 +49,11 @@ pub struct Loaded {
 pub struct Task {
     is_stopped: AtomicBool,
     is_busy: AtomicBool,
+    is_closed: AtomicBool,
     /// Fraction of the work that is done, as the bits of an `f64`.
     part: AtomicU64,
+    /// Parameters that the window has changed, with their values as text.
+    values: Mutex<BTreeMap<String, String>>,
 }
 
 impl Task {
@@ -61,10 +67,25 @@ impl Task {
         self.part.store(part.to_bits(), Ordering::Relaxed);
     }
 
+    /// Parameters that the window has changed, with their values as text.
+    pub fn values(&self) -> Vec<(String, String)> {
+        let values = self.values.lock().unwrap_or_else(PoisonError::into_inner);
+        values.iter().map(|(name, value)| (name.clone(), value.clone())).collect()
+    }
+
+    fn set_value(&self, name: String, value: String) {
+        self.values.lock().unwrap_or_else(PoisonError::into_inner).insert(name, value);
+    }
+
     /// The fraction of the work that is done, 0 to 1, while there is work.
     pub(super) fn part(&self) -> Option<f64> {
         let is_busy = self.is_busy.load(Ordering::Relaxed);
         is_busy.then(|| f64::from_bits(self.part.load(Ordering::Relaxed)))
+    }
+
+    /// Whether the window was closed.
+    fn is_closed(&self) -> bool {
+        self.is_closed.load(Ordering::Relaxed)
     }
 
     fn stop(&self) {
@@ -95,7 +116,19 @@ pub(super) enum News {
 #[derive(Debug)]
 pub(super) struct Loader {
     pub(super) task: Arc<Task>,
+    /// Whether values can be changed.
+    pub(super) takes_values: bool,
     news: Receiver<News>,
+    changed: Sender<Change>,
+}
+
+/// Why the files are read again.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Change {
+    /// One of them has changed.
+    File,
+    /// The window has changed a value.
+    Value,
 }
 
 impl Loader {
@@ -103,10 +136,20 @@ impl Loader {
     pub(super) fn start(source: Source, wake: impl Fn() + Send + 'static) -> Self {
         let task = Arc::new(Task::default());
         let (sender, news) = channel();
+        let changes = channel();
+        let changed = changes.0.clone();
         let shared = Arc::clone(&task);
+        let takes_values = source.takes_values;
         task.begin();
-        thread::spawn(move || keep_loading(source, &shared, &sender, &wake));
-        Self { task, news }
+        thread::spawn(move || keep_loading(source, &shared, &sender, changes, &wake));
+        Self { task, takes_values, news, changed }
+    }
+
+    /// Loads again with another value of a parameter.
+    pub(super) fn set_value(&self, name: String, value: String) {
+        self.task.set_value(name, value);
+        self.task.stop();
+        let _ = self.changed.send(Change::Value);
     }
 
     /// The news since the last call.
@@ -117,18 +160,25 @@ impl Loader {
 
 impl Drop for Loader {
     fn drop(&mut self) {
+        self.task.is_closed.store(true, Ordering::Relaxed);
         self.task.stop();
+        let _ = self.changed.send(Change::Value);
     }
 }
 
 /// Loads, waits for a change, and loads again, until nobody listens.
-fn keep_loading(mut source: Source, task: &Arc<Task>, news: &Sender<News>, wake: &dyn Fn()) {
-    let (changed, changes) = channel();
+fn keep_loading(
+    mut source: Source,
+    task: &Arc<Task>,
+    news: &Sender<News>,
+    (changed, changes): (Sender<Change>, Receiver<Change>),
+    wake: &dyn Fn(),
+) {
     let stopped = Arc::clone(task);
     // A change of a file makes the reading under way useless.
     let watch = Watch::new(move || {
         stopped.stop();
-        let _ = changed.send(());
+        let _ = changed.send(Change::File);
     });
     let mut watch = match watch {
         Ok(watch) => Some(watch),
@@ -155,15 +205,24 @@ fn keep_loading(mut source: Source, task: &Arc<Task>, news: &Sender<News>, wake:
             }
             wake();
         }
-        if changes.recv().is_err() {
+        match changes.recv() {
+            Ok(Change::File) => {
+                wait_for_quiet(&changes);
+                // The file has the last word.
+                task.values.lock().unwrap_or_else(PoisonError::into_inner).clear();
+            }
+            // Of the ways of a slider the newest is enough.
+            Ok(Change::Value) => while changes.try_recv().is_ok() {},
+            Err(_) => return,
+        }
+        if task.is_closed() {
             return;
         }
-        wait_for_quiet(&changes);
     }
 }
 
 /// Waits until no more changes come, or patience is over.
-fn wait_for_quiet(changes: &Receiver<()>) {
+fn wait_for_quiet(changes: &Receiver<Change>) {
     let begun = Instant::now();
     while begun.elapsed() < PATIENCE && changes.recv_timeout(QUIET).is_ok() {}
 }
@@ -212,8 +271,12 @@ mod tests {
             *counted.lock().expect("no panic") += usize::from(is_abandoned);
             Loaded { fault: Some(text), files: vec![read.clone()], is_abandoned, show: None }
         };
-        let source =
-            Source { name: "model".into(), files: vec![file.clone()], load: Box::new(load) };
+        let source = Source {
+            name: "model".into(),
+            files: vec![file.clone()],
+            takes_values: true,
+            load: Box::new(load),
+        };
         let loader = Loader::start(source, || ());
         assert_eq!(next(&loader), "one");
 
@@ -231,5 +294,23 @@ mod tests {
         fs::write(&file, "four").expect("written in place");
         assert_eq!(next(&loader), "four");
         assert!(*stops.lock().expect("no panic") >= 1, "the slow work was given up");
+    }
+
+    #[test]
+    fn a_value_of_the_window_is_loaded_at_once() {
+        let load = |task: &Task| Loaded {
+            fault: Some(format!("{:?}", task.values())),
+            ..Loaded::default()
+        };
+        let source = Source {
+            name: String::new(),
+            files: Vec::new(),
+            takes_values: true,
+            load: Box::new(load),
+        };
+        let loader = Loader::start(source, || ());
+        assert_eq!(next(&loader), "[]");
+        loader.set_value("a".to_owned(), "2 m".to_owned());
+        assert_eq!(next(&loader), "[(\"a\", \"2 m\")]");
     }
 }

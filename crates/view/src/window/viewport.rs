@@ -12,6 +12,7 @@ use super::action::Action;
 use super::choices::Choices;
 use super::cutting::Cutting;
 use super::eye::Eye;
+use super::hand::{self, Hand};
 use super::measure::Measure;
 use super::{overlay, style};
 use crate::renderer::{Counts, Frame, SceneRenderer};
@@ -45,6 +46,8 @@ pub(super) struct Viewport {
     extras_t: Option<f64>,
     /// The choices and the look that the show has.
     applied: Option<(Choices, bool)>,
+    /// The hand on the mechanism, once there was one.
+    hand: Option<Hand>,
 }
 
 impl Viewport {
@@ -58,6 +61,7 @@ impl Viewport {
             extras: Extras::default(),
             extras_t: None,
             applied: None,
+            hand: None,
         }
     }
 
@@ -71,7 +75,7 @@ impl Viewport {
         self.choices.cutting.unit = show.units.of("m");
         self.choices.cutting.measure(show.points_over_run());
         lock(&self.renderer).set_scene(Arc::clone(show.scene()), show.theme());
-        (self.applied, self.extras_t) = (None, None);
+        (self.applied, self.extras_t, self.hand) = (None, None, None);
         self.show = Some(show);
     }
 
@@ -94,12 +98,75 @@ impl Viewport {
         let Some(show) = &mut self.show else { return Ok(()) };
         if show.t() != t {
             show.seek(t)?;
+            // Another instant is asked for: the hand gives the picture back.
+            if let Some(hand) = &mut self.hand {
+                hand.open();
+            }
         }
         if self.extras_t != Some(t) {
             self.extras = show.extras()?;
             self.extras_t = show.is_whole().then_some(t);
         }
         Ok(())
+    }
+
+    /// Begins or ends a motion without an end, which the hand can pull at.
+    pub(super) fn toggle_live(&mut self) {
+        let Some(show) = &self.show else { return };
+        if self.hand.is_none() {
+            self.hand = Hand::of(show.playback());
+        }
+        if let Some(hand) = &mut self.hand {
+            hand.toggle_live(show.playback());
+        }
+    }
+
+    /// Advances a live motion by `dt`, s.
+    pub(super) fn advance(&mut self, dt: f64) {
+        if let Some(hand) = &mut self.hand {
+            hand.advance(dt);
+        }
+    }
+
+    /// True while a live motion goes on.
+    pub(super) fn is_live(&self) -> bool {
+        self.hand.as_ref().is_some_and(Hand::is_live)
+    }
+
+    /// True while the hand decides what is shown.
+    pub(super) fn is_posed(&self) -> bool {
+        self.hand.as_ref().is_some_and(|hand| hand.poses().is_some())
+    }
+
+    /// Takes hold of the body under the pointer, moves it, and lets it go; true while it is held.
+    fn hold(&mut self, ui: &Ui, response: &Response, picture: Rect) -> bool {
+        let Some(show) = &self.show else { return false };
+        let pixel = |at: egui::Pos2| {
+            let at = at - picture.min;
+            [at.x, at.y].map(f64::from)
+        };
+        if response.drag_started_by(PointerButton::Primary)
+            && let Some(origin) = ui.input(|input| input.pointer.press_origin())
+        {
+            let poses = self.hand.as_ref().and_then(Hand::poses).unwrap_or(show.poses());
+            let hit = hand::hit(self.eye.camera(), show.scene(), poses, pixel(origin));
+            if let Some(hit) = hit {
+                if self.hand.is_none() {
+                    self.hand = Hand::of(show.playback());
+                }
+                if let Some(hand) = &mut self.hand {
+                    hand.grab(show.playback(), hit);
+                }
+            }
+        }
+        let Some(hand) = &mut self.hand else { return false };
+        let Some(held) = hand.held() else { return false };
+        if response.drag_stopped() {
+            hand.release();
+        } else if let Some(pointer) = response.interact_pointer_pos() {
+            hand.drag(hand::world_at(self.eye.camera(), pixel(pointer), held));
+        }
+        true
     }
 
     /// Whether the picture of instant `t` is not complete yet.
@@ -138,13 +205,18 @@ impl Viewport {
         } else {
             self.eye.resize(size);
         }
-        move_eye(ui, &response, picture, &mut self.eye);
+        let is_held = self.hold(ui, &response, picture);
+        move_eye(ui, &response, picture, &mut self.eye, is_held);
 
         let painter = ui.painter_at(picture);
         if let Some(show) = &self.show {
             measure.count(self.paint(show, &painter, picture));
             let scale = self.eye.camera().scale;
             overlay::scales(&painter, picture, scale, &show.arrow_kinds(), show.theme());
+            if let Some(hand) = &self.hand {
+                let t = hand.t().map(|t| format!("live, t = {t:.2} s   ")).unwrap_or_default();
+                overlay::words(&painter, picture, &format!("{t}{}", hand.words()), show.theme());
+            }
         }
         self.point(ui, response, &painter, picture);
         picture
@@ -152,9 +224,16 @@ impl Viewport {
 
     /// Paints the mechanism with its additions and words.
     fn paint(&self, show: &Show, painter: &Painter, picture: Rect) -> Counts {
+        // Trails, arrows and ghosts are those of the run.
+        let bare = Extras {
+            has_labels: self.extras.has_labels,
+            section: self.extras.section,
+            ..Extras::default()
+        };
+        let posed = self.hand.as_ref().and_then(Hand::poses);
         let frame = Frame {
-            poses: show.poses(),
-            extras: &self.extras,
+            poses: posed.unwrap_or(show.poses()),
+            extras: if posed.is_some() { &bare } else { &self.extras },
             camera: self.eye.camera(),
             theme: show.theme(),
             pixels_per_point: painter.ctx().pixels_per_point(),
@@ -172,7 +251,8 @@ impl Viewport {
         let Some(show) = &self.show else { return };
         let Some(pointer) = response.hover_pos().map(|at| at - picture.min) else { return };
         let at = [pointer.x, pointer.y].map(f64::from);
-        let marker = overlay::marker_at(self.eye.camera(), show.scene(), show.poses(), at);
+        let poses = self.hand.as_ref().and_then(Hand::poses).unwrap_or(show.poses());
+        let marker = overlay::marker_at(self.eye.camera(), show.scene(), poses, at);
         let Some((marker_idx, [x, y])) = marker else { return };
         let name = &show.scene().markers[marker_idx].name;
         #[expect(clippy::cast_possible_truncation, reason = "pixels")]
@@ -187,9 +267,9 @@ impl Viewport {
     }
 }
 
-/// Pans, turns and zooms.
-fn move_eye(ui: &Ui, response: &Response, picture: Rect, eye: &mut Eye) {
-    let drag = response.drag_delta();
+/// Pans, turns and zooms; a body that is held is moved instead.
+fn move_eye(ui: &Ui, response: &Response, picture: Rect, eye: &mut Eye, is_held: bool) {
+    let drag = if is_held { egui::Vec2::ZERO } else { response.drag_delta() };
     let [dx, dy] = [drag.x, drag.y].map(f64::from);
     if drag != egui::Vec2::ZERO {
         let middle = PointerButton::Middle;

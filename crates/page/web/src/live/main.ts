@@ -1,15 +1,16 @@
 // A live page: a model that is seen, dragged, drawn, solved and written, all of it in this page.
 
 import './live.css';
-import { Clock } from '../clock.js';
-import { element, themes, transport } from '../controls.js';
+import { element, themes } from '../controls.js';
 import { Charts } from './charts';
+import { Dimensions } from './dimensions';
 import { Frame, embed } from './embed';
 import { Thread, compiled } from './engine';
 import { Elements, Text, Values, showEquations, showFaults, showFreedoms, showWays } from './panels';
 import { Keeper } from './keeper';
 import { download, saveLines, savePicture, saveTable } from './files';
-import { Running, poseAt, type Recorded } from './running';
+import { Player } from './player';
+import { Running, type Recorded } from './running';
 import { fragmentOf, partOf, textOf } from './share';
 import { Stage } from './stage';
 import { tools } from './tools';
@@ -36,18 +37,13 @@ const ORIGIN = new Float64Array([0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0,
 let engine: Thread;
 let solver: Thread;
 let state: State | null = null;
-interface Motion extends Recorded { scene: Scene; isFresh: boolean }
-let motion: Motion | null = null;
-/** The motion before the last change, for comparison. */
-let before: Motion | null = null;
-let clock: Clock | null = null;
-let showTime: (() => void) | null = null;
-let isMoving = false;
 /** Counts texts, so that answers to older ones are dropped. */
 let version = 0;
 const figures = { solve: 0, edit: 0, drag: 0, draw: 0 };
 
-const charts = new Charts(element('charts'), element('chosen'), (t) => seek(t));
+const player: Player = new Player(stage, () => charts, () => state?.scene, () => owner.tell());
+const charts: Charts = new Charts(element('charts'), element('chosen'), (t) => player.seek(t));
+const dimensions = new Dimensions(stage, element('dimensions'), (made) => { player.stop(); edit(made, false); });
 const values = new Values(element('values'), (path, value, moving) => edit({ edit: 'set', path, value }, moving), settle);
 const elements = new Elements(element('elements'), (path, value) => edit({ edit: 'set', path, value }, false), (made) => edit(made, false));
 const text = new Text(element('text') as HTMLTextAreaElement, element('lines'), (value) => edit({ edit: 'text', text: value }, false));
@@ -56,10 +52,10 @@ const keeper = new Keeper(data.served, data.name, () => state?.text ?? '', (newe
 
 let selected = '';
 const owner = new Frame(
-  () => ({ text: state?.text ?? '', time: clock?.t ?? 0, selected }),
+  () => ({ text: state?.text ?? '', time: player.clock?.t ?? 0, selected }),
   (text) => edit({ edit: 'text', text }, false),
 );
-const running = new Running(() => engine, () => clock?.speed ?? 1, showRunning, say, endRunning);
+const running = new Running(() => engine, () => player.clock?.speed ?? 1, showRunning, say, endRunning);
 
 function say(words: string): void {
   element('status').textContent = word(words);
@@ -114,7 +110,7 @@ function take(next: State, numbers: Float64Array): void {
   state = { ...next, scene: next.scene ?? state?.scene, points: next.points ?? state?.points, joints: next.joints ?? state?.joints };
   if (next.scene) {
     if (running.isOn) stage.setScene(next.scene);
-    if (running.isOn || (isMoving && motion)) Object.assign(stage, { points: next.points, joints: next.joints });
+    if (running.isOn || (player.isMoving && player.motion)) Object.assign(stage, { points: next.points, joints: next.joints });
     else stage.take(next, numbers);
     say('');
   }
@@ -131,14 +127,14 @@ function take(next: State, numbers: Float64Array): void {
   owner.tell();
   version += 1;
   keeper.changed();
-  if (motion) motion.isFresh = false;
+  if (player.motion) player.motion.isFresh = false;
   if (solver.restart()) isSolving = false;
   void solve();
 }
 
 /** The empty plane of an empty text. */
 function clear(): void {
-  stopMoving();
+  player.stop();
   Object.assign(stage, { points: [], joints: [] });
   if (state) state = { ...state, scene: blank, points: [], joints: [] };
   stage.setScene(blank);
@@ -182,81 +178,10 @@ async function solve(): Promise<void> {
 }
 
 function takeMotion(moved: Moved, numbers: Float64Array): void {
-  const n = moved.n_frames ?? 0;
   const known = state?.faults ?? [];
   const more = moved.faults.filter(({ code, message }) => !known.some((fault) => fault.code === code && fault.message === message));
   showFaults(element('faults'), [...known, ...more], goTo);
-  element('transport').classList.toggle('off', n < 2);
-  if (n < 2 || !moved.scene) {
-    motion = null;
-    isMoving = false;
-    clock?.pause();
-    return;
-  }
-  const nCurves = moved.curves?.length ?? 0;
-  const times = numbers.subarray(0, n);
-  const frames = numbers.subarray(n * (1 + nCurves));
-  if (motion && !motion.isFresh) before = motion;
-  motion = { times, frames, nNumbers: frames.length / n, scene: moved.scene, isFresh: true };
-  const curves = (moved.curves ?? []).map((curve, k) => ({ ...curve, values: numbers.subarray(n * (1 + k), n * (2 + k)) }));
-  charts.take(times, curves);
-  wind(times);
-}
-
-/** Sets the clock to the instants of the motion. */
-function wind(times: Float64Array): void {
-  const [first, last] = [times[0], times[times.length - 1]];
-  if (!clock) {
-    clock = new Clock(first, last, tick);
-    clock.pause();
-    showTime = transport(clock);
-  } else {
-    clock.start = first;
-    clock.end = last;
-    if (clock.t > last || clock.t < first) clock.seek(first);
-  }
-  if (isMoving && motion) {
-    stage.setScene(motion.scene);
-    frame(clock.t);
-  }
-  showTime?.();
-}
-
-/** Shows the motion where the clock is. */
-function tick(): void {
-  if (!clock || !motion) return;
-  if (clock.isPlaying && !isMoving) startMoving();
-  if (isMoving) frame(clock.t);
-  charts.seek(clock.t);
-  if (!clock.isPlaying) owner.tell();
-  showTime?.();
-}
-
-function startMoving(): void {
-  if (!motion) return;
-  isMoving = true;
-  stage.setScene(motion.scene);
-}
-
-function stopMoving(): void {
-  if (!isMoving) return;
-  isMoving = false;
-  clock?.pause();
-  if (state?.scene) stage.setScene(state.scene);
-}
-
-function seek(t: number): void {
-  clock?.pause();
-  startMoving();
-  clock?.seek(t);
-}
-
-/** The frame at a time, and that of the motion before. */
-function frame(t: number): void {
-  if (!motion) return;
-  const isCompared = (element('ghost') as HTMLInputElement).checked && before?.nNumbers === motion.nNumbers;
-  stage.ghost = isCompared && before ? poseAt(before, t) : null;
-  stage.pose(poseAt(motion, t));
+  player.take(moved, numbers);
 }
 
 // ——— Motion under the hand ———
@@ -270,9 +195,7 @@ function showRunning(numbers: Float64Array, t: number): void {
 function endRunning(recorded: Recorded | null): void {
   element('live-run').setAttribute('aria-pressed', 'false');
   if (!recorded || !state?.scene) return;
-  motion = { ...recorded, scene: state.scene, isFresh: false };
-  element('transport').classList.remove('off');
-  wind(recorded.times);
+  player.takeRecorded(recorded, state.scene);
   say('Recorded: play it, or change something to have the model’s own motion again.');
 }
 
@@ -281,8 +204,8 @@ async function toggleRunning(): Promise<void> {
     await running.end();
     return;
   }
-  const t = isMoving && motion?.isFresh ? (clock?.t ?? null) : null;
-  stopMoving();
+  const t = player.isMoving && player.motion?.isFresh ? (player.clock?.t ?? null) : null;
+  player.stop();
   stage.ghost = null;
   choose('hand');
   element('live-run').setAttribute('aria-pressed', 'true');
@@ -315,7 +238,7 @@ const all = tools({
   grab: (hit) => {
     selected = state?.scene?.bodies[hit.body] ?? '';
     owner.tell();
-    stopMoving();
+    player.stop();
     stage.ghost = null;
     if (running.isOn) running.pull(hit);
     else void engine.ask({ do: 'grab', body: hit.body, point: hit.local });
@@ -332,7 +255,7 @@ const all = tools({
     if (running.isOn) running.release();
     else void engine.ask({ do: 'release' });
   },
-  edit: (made, moving) => { stopMoving(); edit(made, moving); },
+  edit: (made, moving) => { player.stop(); edit(made, moving); },
   settle,
   measure: (from, to) => {
     const distance = metresOf(window.prompt(word('How far are these two places apart?'), '100 mm') ?? '');
@@ -355,7 +278,7 @@ function choose(wanted: string): void {
   }
   stage.canvas.dataset.tool = stage.tool.name;
   say(name === wanted ? stage.tool.hint : 'Mechanisms in space are held and seen, not drawn.');
-  if (name !== 'hand') stopMoving();
+  if (name !== 'hand') player.stop();
   stage.redraw();
 }
 
@@ -406,7 +329,7 @@ function wire(): void {
   on('gravity', () => edit({ edit: 'gravity' }, false));
   on('start-here', () => change({ do: 'start_here' }));
   on('to-start', () => {
-    stopMoving();
+    player.stop();
     void engine.ask({ do: 'pose', pose: 'start' }).then(({ numbers }) => stage.pose(numbers));
   });
   on('save', () => void keeper.save());
@@ -421,12 +344,9 @@ function wire(): void {
     else say('This file is no picture.');
   });
   // Who scrubs or steps sees the motion, played or not.
-  for (const id of ['scrub', 'back', 'forth']) element(id).addEventListener(id === 'scrub' ? 'input' : 'click', startMoving);
-  element('ghost').addEventListener('change', () => {
-    if (isMoving && clock) frame(clock.t);
-    else stage.ghost = null;
-    stage.redraw();
-  });
+  for (const id of ['scrub', 'back', 'forth']) element(id).addEventListener(id === 'scrub' ? 'input' : 'click', () => player.start());
+  element('ghost').addEventListener('change', () => player.compare());
+  element('sized').addEventListener('change', ({ target: box }) => dimensions.show((box as HTMLInputElement).checked));
   on('share', async () => {
     history.replaceState(null, '', `#${await fragmentOf(state?.text ?? '')}`);
     try {
@@ -457,7 +377,7 @@ function wire(): void {
     const isRedo = (event.ctrlKey || event.metaKey) && (event.key.toLowerCase() === 'y' || (isUndo && event.shiftKey));
     if (isRedo) change({ do: 'redo' });
     else if (isUndo) change({ do: 'undo' });
-    else if (event.key === ' ' && !(event.target as HTMLElement).closest('button')) clock?.toggle();
+    else if (event.key === ' ' && !(event.target as HTMLElement).closest('button')) player.clock?.toggle();
     else return;
     event.preventDefault();
   });
@@ -479,7 +399,10 @@ function keep(as: string): void {
 async function begin(): Promise<void> {
   translate(partOf(location.hash, 'lang') ?? navigator.language);
   wire();
-  stage.over = (context) => underlay.paint(context, stage.camera);
+  stage.over = (context) => {
+    underlay.paint(context, stage.camera);
+    dimensions.paint(context);
+  };
   stage.setScene(blank);
   stage.numbers = ORIGIN;
   themes((name: 'light' | 'dark') => {
@@ -511,10 +434,10 @@ async function begin(): Promise<void> {
 Object.assign(globalThis, {
   bksim: {
     get state() { return state; },
-    get motion() { return motion; },
+    get motion() { return player.motion; },
     get numbers() { return Array.from(stage.numbers); },
-    get time() { return clock?.t ?? 0; },
-    get isPlaying() { return clock?.isPlaying ?? false; },
+    get time() { return player.clock?.t ?? 0; },
+    get isPlaying() { return player.clock?.isPlaying ?? false; },
     get ghost() { return stage.ghost; },
     get isRunning() { return running.isOn; },
     get isIdle() { return !isEditing && !isDragging && !isSolving && (running.isOn || !(engine?.isBusy ?? true)) && !(solver?.isBusy ?? true); },

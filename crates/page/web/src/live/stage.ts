@@ -34,6 +34,8 @@ export class Stage {
   numbers: Float64Array = new Float64Array(0);
   theme: 'light' | 'dark' = 'light';
   hasNames = true;
+  /** Whether places that are drawn lie on a round grid; not while Alt is held. */
+  private isSnapping = true;
   /** Paths that were drawn by points: places of the world. */
   trails: { points: number[][]; nPast: number; color: number[] }[] = [];
   /** Poses of another motion, shown faintly. */
@@ -219,7 +221,19 @@ export class Stage {
   private at(pixel: Pixel, isTouch: boolean): { found: Hit | null; world: World } {
     const { scene, points, numbers, camera } = this;
     const found = scene && numbers.length > 0 ? hit(scene, points, numbers, camera, pixel, isTouch) : null;
-    return { found, world: worldAt(camera, pixel, this.depth) };
+    const world = worldAt(camera, pixel, this.depth);
+    return { found, world: this.isDrawing && this.isSnapping ? snapped(world, this.grid) : world };
+  }
+
+  private get isDrawing(): boolean {
+    return this.tool !== null && this.tool.name !== 'hand' && this.tool.name !== 'shape';
+  }
+
+  /** A round distance of eight pixels or more, m. */
+  private get grid(): number {
+    const least = 8 / this.camera.scale;
+    const decade = 10 ** Math.floor(Math.log10(least));
+    return [1, 2, 5, 10].map((k) => k * decade).find((step) => step >= least * (1 - 1e-9)) ?? least;
   }
 
   /** The point or body under a pixel. */
@@ -231,6 +245,7 @@ export class Stage {
     this.canvas.focus({ preventScroll: true });
     this.canvas.setPointerCapture(event.pointerId);
     const pixel = this.pixelOf(event);
+    this.isSnapping = !event.altKey;
     this.pointers.set(event.pointerId, pixel);
     this.cursor = null;
     if (this.pointers.size > 1) {
@@ -246,7 +261,7 @@ export class Stage {
 
   private press(pixel: Pixel, isTouch: boolean, isView: boolean): void {
     const { found, world } = this.at(pixel, isTouch);
-    const isDrawing = this.tool !== null && this.tool.name !== 'hand' && this.tool.name !== 'shape';
+    const { isDrawing } = this;
     this.isPanning = isView || (!found && !isDrawing);
     if (this.isPanning) return;
     // The plane stays where it is drawn on.
@@ -261,6 +276,7 @@ export class Stage {
   private moved(event: PointerEvent): void {
     const before = this.pointers.get(event.pointerId);
     const now = this.pixelOf(event);
+    this.isSnapping = !event.altKey;
     if (!before) {
       if (this.tool?.from) {
         const { found, world } = this.at(now, false);
@@ -287,7 +303,7 @@ export class Stage {
       }
       this.redraw();
     } else {
-      this.hand = worldAt(this.camera, now, this.depth);
+      this.hand = this.isDrawing ? this.at(now, false).world : worldAt(this.camera, now, this.depth);
       this.tool?.move(this.hand);
       this.redraw();
     }
@@ -358,4 +374,10 @@ export class Stage {
     this.nth = (this.nth + 1) % Math.max(1, places.length);
     return places[this.nth] ?? cursor;
   }
+}
+
+/** The next place of a grid with this step. */
+function snapped([x, y, z]: World, step: number): World {
+  const round = (value: number) => Number((Math.round(value / step) * step).toPrecision(12));
+  return [round(x), round(y), z];
 }

@@ -187,6 +187,27 @@ function jointAt(deeds: Deeds, hit: Hit | null): { name: string; value: number }
   return found ? { name: found.name, value: found.value ?? 0 } : null;
 }
 
+/** Two clicks on joints. */
+function betweenJoints(name: string, hint: string, deeds: Deeds, make: (joints: [string, string], distance: number) => Edit): Tool {
+  const isJoint = ({ on }: End) => on !== undefined;
+  return between(name, hint, deeds, (from, to) => {
+    const [dx, dy] = [0, 1].map((i) => to.world[i] - from.world[i]);
+    if (isJoint(from) && isJoint(to)) return make([from.on ?? '', to.on ?? ''], Math.hypot(dx, dy));
+    deeds.say(hint);
+    return null;
+  }, (_, hit, world) => ({ world: hit ? flat(hit.world) : flat(world), on: jointAt(deeds, hit)?.name }));
+}
+
+/** A body, then the place of another one like it. */
+function copied(name: string, hint: string, deeds: Deeds, mirrored: boolean): Tool {
+  return between(name, hint, deeds, (from, to) => {
+    const [body] = (from.on ?? 'ground').split('.');
+    if (body !== 'ground') return { edit: 'copy', name: body, at: to.world, mirrored };
+    deeds.say(hint);
+    return null;
+  }, endOn);
+}
+
 /** Force of an arrow, N for each metre that it is long. */
 const NEWTONS = 100;
 
@@ -201,6 +222,11 @@ export function tools(deeds: Deeds): Tool[] {
     click('ground', 'Click a point to pin it to the ground.', deeds, (hit, world) => (hit && hit.body !== 0 ? { edit: 'ground', at: endOn(deeds, hit, world) } : null)),
     between('pin', 'Click two points to join them with a pin.', deeds, (from, to) => ({ edit: 'pin', from, to }), endOn),
     directed('slide', 'Click a point, then a place in the direction in which it slides.', deeds, (at, by) => ({ edit: 'slide', at, angle: Math.atan2(by[1], by[0]) })),
+    between('slot', 'Click the body with the slot, then the point that slides along it.', deeds, (guide, at) => {
+      const along = guide.local ? { ...guide, local: [guide.local[0], 0] } : guide;
+      return { edit: 'slide', at, angle: 0, guide: along };
+    }, endOn),
+    betweenJoints('gear', 'Click the joints of two wheels that mesh.', deeds, (joints, distance) => ({ edit: 'gear', between: joints, distance })),
     between('spring', 'Click both ends of a spring.', deeds, (from, to) => ({ edit: 'spring', from, to }), endOn),
     between('damper', 'Click both ends of a damper.', deeds, (from, to) => ({ edit: 'damper', from, to }), endOn),
     directed('force', 'Click a point, then the tip of the force.', deeds, (at, by) => ({ edit: 'force', at, vector: by.map((x) => NEWTONS * x) })),
@@ -208,6 +234,8 @@ export function tools(deeds: Deeds): Tool[] {
       const joint = jointAt(deeds, hit);
       return joint && { edit: 'motor', joint: joint.name, angle: joint.value };
     }),
+    copied('copy', 'Click a body, then the place of its copy.', deeds, false),
+    copied('mirror', 'Click a body, then the place of its mirror image.', deeds, true),
     click('delete', 'Click a body to delete it with all that hangs on it.', deeds, (hit) => {
       const name = bodyOf(hit);
       return name ? { edit: 'delete', name } : null;

@@ -32,6 +32,11 @@ pub(super) struct Motion {
 }
 
 impl Motion {
+    /// Whether values can be changed: of a model that is solved.
+    pub(super) fn takes_values(&self) -> bool {
+        self.mode.is_none() && !is_log(&self.model.model)
+    }
+
     /// Reads the file, and solves it if it is a model.
     pub(super) fn load(&self, task: &Task) -> Loaded {
         let path = &self.model.model;
@@ -91,7 +96,9 @@ impl Motion {
 
     /// The motion of a model.
     fn solved(&self, task: &Task) -> Loaded {
-        let read = match load(&self.model, self.nesting) {
+        let mut model = self.model.clone();
+        model.set.extend(task.values());
+        let read = match load(&model, self.nesting) {
             Ok(read) => read,
             Err(failure) => return faulty(&failure),
         };

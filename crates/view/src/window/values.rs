@@ -1,0 +1,84 @@
+//! The panel of values: a slider for each parameter that is a number.
+
+use bksim::model::file::ShownUnit;
+use egui::{RichText, Slider, Ui};
+
+use crate::show::Show;
+
+/// The panel of values.
+#[derive(Debug, Default)]
+pub(super) struct ValuePanel {
+    /// Whether the panel is shown.
+    pub(super) is_open: bool,
+    rows: Vec<Row>,
+}
+
+/// A parameter with its slider.
+#[derive(Clone, PartialEq, Debug)]
+struct Row {
+    name: String,
+    unit: ShownUnit,
+    /// In `unit`.
+    value: f64,
+    range: [f64; 2],
+}
+
+impl ValuePanel {
+    /// Takes the parameters of another motion; ranges stay while values lie in them.
+    pub(super) fn set_motion(&mut self, show: &Show) {
+        let mechanism = show.playback().mechanism();
+        let model = &mechanism.model;
+        let known = std::mem::take(&mut self.rows);
+        let numbers = model.parameters.iter().zip(&mechanism.parameters);
+        let numbers = numbers.filter(|(p, _)| model.pool.as_number(p.definition).is_some());
+        self.rows = numbers
+            .map(|(parameter, si)| {
+                let unit = show.units.of(&parameter.unit);
+                let value = unit.of_si(*si);
+                let old = known.iter().find(|row| row.name == parameter.name && row.unit == unit);
+                let range = old.map(|row| row.range).filter(|[a, b]| (*a..=*b).contains(&value));
+                let range = range.unwrap_or_else(|| range_about(value, &unit.unit));
+                Row { name: parameter.name.clone(), unit, value, range }
+            })
+            .collect();
+    }
+
+    /// Shows the panel; gives the parameters that were changed, with their values as text.
+    pub(super) fn ui(&mut self, ui: &mut Ui, takes_values: bool) -> Vec<(String, String)> {
+        ui.label(RichText::new("Values").strong());
+        if self.rows.is_empty() || !takes_values {
+            ui.add_space(8.0);
+            ui.weak(if takes_values {
+                "The model has no parameters that are numbers."
+            } else {
+                "A log keeps its values: open its model to change them."
+            });
+            return Vec::new();
+        }
+        let mut changed = Vec::new();
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            for row in &mut self.rows {
+                ui.label(&row.name);
+                let [low, high] = row.range;
+                let slider = Slider::new(&mut row.value, low..=high).max_decimals(6);
+                let slider = slider.suffix(format!(" {}", row.unit.unit));
+                let slider = slider.clamping(egui::SliderClamping::Never);
+                if ui.add(slider).changed() {
+                    let text = format!("{} {}", row.value, row.unit.unit);
+                    changed.push((row.name.clone(), text.trim_end().to_owned()));
+                }
+            }
+        });
+        changed
+    }
+}
+
+/// A range about a number: a whole turn of an angle, from a fifth to twice of all else.
+fn range_about(value: f64, unit: &str) -> [f64; 2] {
+    match (unit, value) {
+        ("deg", x) if x.abs() <= 180.0 => [-180.0, 180.0],
+        (_, 0.0) => [-1.0, 1.0],
+        (_, x) if x > 0.0 => [0.2 * x, 2.0 * x],
+        (_, x) => [2.0 * x, 0.2 * x],
+    }
+}
