@@ -30,7 +30,8 @@ impl ValuePanel {
         let model = &mechanism.model;
         let known = std::mem::take(&mut self.rows);
         let numbers = model.parameters.iter().zip(&mechanism.parameters);
-        let numbers = numbers.filter(|(p, _)| model.pool.as_number(p.definition).is_some());
+        // Those that depend on no others.
+        let numbers = numbers.filter(|(p, _)| model.pool.evaluate(p.definition, &|_| None).is_ok());
         self.rows = numbers
             .map(|(parameter, si)| {
                 let unit = show.units.of(&parameter.unit);

@@ -5,8 +5,10 @@ import { positionOf } from '../poses.js';
 import type { Stage } from './stage';
 import type { Edit, Pixel, Point } from './types';
 
-/** Pixels between a body and its dimension. */
-const OFFSET = 22;
+/** Pixels between the edge of a body and its dimension. */
+const OFFSET = 14;
+/** Half the width of a link over the radius of its pins. */
+const HALF_WIDTH = 1.8;
 /** More of them hide the mechanism. */
 const MOST = 40;
 
@@ -45,7 +47,8 @@ export class Dimensions {
     pairs.forEach((pair, k) => {
       const [a, b] = [pair.from, pair.to].map(({ body, at }) => stage.camera.project(positionOf(stage.numbers, body, ...at)) as unknown as Pixel);
       const length = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1;
-      const normal = [(OFFSET * (b[1] - a[1])) / length, (-OFFSET * (b[0] - a[0])) / length];
+      const offset = OFFSET + HALF_WIDTH * (stage.scene?.pin ?? 0) * stage.camera.scale;
+      const normal = [(offset * (b[1] - a[1])) / length, (-offset * (b[0] - a[0])) / length];
       const ends = [a, b].map(([x, y]) => [x + normal[0], y + normal[1]]);
       context.beginPath();
       [a, ends[0], ends[1], b].forEach(([x, y]) => context.lineTo(x, y));
