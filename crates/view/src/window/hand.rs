@@ -54,7 +54,7 @@ impl Hand {
         self.poses.as_deref()
     }
 
-    /// What there is to say about the hand.
+    /// Limit that is met, or why a live motion ended.
     pub(super) fn words(&self) -> &str {
         &self.words
     }
