@@ -29,6 +29,8 @@ pub use bksim::design_codes as codes;
 pub use data::DataFile;
 pub use error::DesignError;
 pub use fit::{Curve, Fit, FitWish, Unidentifiable, Unknown, fit};
-pub use optimize::{ConditionAt, OptimizeWish, Optimized, Optimum, optimize};
+pub use optimize::{
+    Choice, ConditionAt, Front, FrontPoint, OptimizeWish, Optimized, Optimum, optimize,
+};
 pub use synthesis::{Candidate, Synthesis, general_solutions, synthesize};
 pub use tolerance::{Band, Contributor, PoseTolerance, Tolerance, ToleranceWish, tolerance};

@@ -1,6 +1,8 @@
 //! `[optimize]`: the values of some parameters for which a number of the mechanism is least or largest.
 
 mod case;
+mod choices;
+mod front;
 mod search;
 
 use std::collections::BTreeMap;
@@ -24,6 +26,12 @@ pub(crate) type NamedCase = (String, Vec<(String, String)>);
 pub struct OptimizeWish {
     /// An output as of a sweep: `rms(drives.motor.effort)`.
     pub minimize: Option<String>,
+    /// A second output that is to be small, too: the answer is then a front.
+    pub against: Option<String>,
+    /// Number of points of a front, 11 unless given.
+    pub points: Option<u64>,
+    /// Catalogues: of each, one row is taken, with its values of parameters.
+    pub choose: Vec<(String, Vec<NamedCase>)>,
     /// In its place, what is to be largest.
     pub maximize: Option<String>,
     /// Parameters and initial values, each with its least and largest value.
@@ -42,8 +50,11 @@ pub struct OptimizeWish {
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 struct Section {
-    minimize: Option<String>,
+    minimize: Option<Goals>,
     maximize: Option<String>,
+    points: Option<u64>,
+    #[serde(default)]
+    choose: BTreeMap<String, BTreeMap<String, BTreeMap<String, Written>>>,
     #[serde(default)]
     vary: BTreeMap<String, [Written; 2]>,
     #[serde(default)]
@@ -52,6 +63,14 @@ struct Section {
     #[serde(default)]
     cases: BTreeMap<String, BTreeMap<String, Written>>,
     starts: Option<u64>,
+}
+
+/// One objective, or two of which neither is more important.
+#[derive(Deserialize, Debug)]
+#[serde(untagged)]
+enum Goals {
+    One(String),
+    Two([String; 2]),
 }
 
 const EXAMPLE: &str = "write it as `minimize = \"max(drives.motor.effort)\"` and `vary = { l1 = [\"80 mm\", \"120 mm\"] }` below `[optimize]`";
@@ -123,9 +142,48 @@ pub struct Optimized {
     pub iterations: usize,
     /// How slopes were found.
     pub slopes: &'static str,
+    /// Best combinations of rows of catalogues, the best first.
+    pub choices: Vec<Choice>,
+    /// Points of the front of two objectives, by the first of them.
+    pub front: Option<Front>,
     /// The text of the model with the values of the optimum.
     #[serde(skip)]
     pub model: String,
+}
+
+/// One row of each catalogue.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Choice {
+    /// The rows by the names of their catalogues.
+    pub rows: BTreeMap<String, String>,
+    /// The objective with them; `None` where conditions are not met or nothing closes.
+    pub after: Option<f64>,
+    /// Why there is none.
+    pub why_not: Option<String>,
+}
+
+/// Trade of two objectives: of no point can one be made smaller but the other grows.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Front {
+    /// The second objective.
+    pub against: String,
+    /// SI unit of the second objective.
+    pub unit: String,
+    /// Points from the least of the first objective to the least of the second.
+    pub points: Vec<FrontPoint>,
+    /// The point whose parts of both ranges are least: the one that the model gets.
+    pub compromise: usize,
+}
+
+/// A point of a front.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct FrontPoint {
+    /// Both objectives, SI.
+    pub values: [f64; 2],
+    /// The varied quantities there, SI.
+    pub quantities: BTreeMap<String, f64>,
+    /// Rows of catalogues there.
+    pub rows: BTreeMap<String, String>,
 }
 
 impl OptimizeWish {
@@ -141,8 +199,19 @@ impl OptimizeWish {
         let case = |values: BTreeMap<String, Written>| {
             values.into_iter().map(|(name, value)| (name, value.text())).collect()
         };
+        let (minimize, against) = match found.minimize {
+            Some(Goals::One(text)) => (Some(text), None),
+            Some(Goals::Two([first, second])) => (Some(first), Some(second)),
+            None => (None, None),
+        };
+        let rows = |rows: BTreeMap<String, BTreeMap<String, Written>>| {
+            rows.into_iter().map(|(name, values)| (name, case(values))).collect()
+        };
         Ok(Self {
-            minimize: found.minimize,
+            minimize,
+            against,
+            points: found.points,
+            choose: found.choose.into_iter().map(|(name, of)| (name, rows(of))).collect(),
             maximize: found.maximize,
             vary: found.vary.into_iter().map(|(name, range)| (name, pair(range))).collect(),
             subject_to: found.subject_to,
@@ -190,11 +259,27 @@ struct Case {
     over: Over,
 }
 
-/// Finds the optimum of a model.
+/// Finds the optimum of a model, with the best rows of catalogues, or the front of two objectives.
 ///
 /// # Errors
 /// [`DesignError`] for what cannot be read, and where nothing closes or conditions exclude each other.
 pub fn optimize(
+    source: &Source,
+    wish: &OptimizeWish,
+    watch: Watch<'_>,
+) -> Result<Optimized, DesignError> {
+    if wish.vary.is_empty() && wish.choose.is_empty() {
+        let help = "name what varies with its ends: `vary = { l1 = [\"80 mm\", \"120 mm\"] }`, or `--vary \"l1=80 mm:120 mm\"`";
+        return Err(DesignError::fault(codes::NOTHING_ASKED, "nothing varies", help));
+    }
+    match &wish.against {
+        Some(against) => front::front(source, wish, against, watch),
+        None => choices::best(source, wish, watch),
+    }
+}
+
+/// Finds the optimum of what varies continuously.
+fn continuous(
     source: &Source,
     wish: &OptimizeWish,
     watch: Watch<'_>,
@@ -290,10 +375,6 @@ fn ranges(
     wish: &OptimizeWish,
     is_geometry: bool,
 ) -> Result<Vec<Range>, DesignError> {
-    if wish.vary.is_empty() {
-        let help = "name what varies with its ends: `vary = { l1 = [\"80 mm\", \"120 mm\"] }`, or `--vary \"l1=80 mm:120 mm\"`";
-        return Err(DesignError::fault(codes::NOTHING_ASKED, "nothing varies", help));
-    }
     let names: Vec<String> = wish.vary.iter().map(|(name, _)| name.clone()).collect();
     let stated = source.stated(&names, is_geometry)?;
     let range = |(stated, (_, [from, to])): (Stated, &(String, [String; 2]))| {

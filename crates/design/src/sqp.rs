@@ -137,6 +137,20 @@ impl Problem<'_> {
     pub(crate) fn minimize(&self, from: Vec<f64>) -> Option<Ended> {
         let mut x = from;
         let mut values = self.one(&x)?;
+        if self.n == 0 {
+            // Nothing varies: the values are those of the model.
+            let (violation, multipliers) = (self.violation(&values), vec![0.0; values.len()]);
+            let (of_bounds, stationarity, n_iterations) = (Vec::new(), 0.0, 0);
+            return Some(Ended {
+                x,
+                values,
+                multipliers,
+                of_bounds,
+                stationarity,
+                violation,
+                n_iterations,
+            });
+        }
         let mut slopes = self.slopes(&x, &values)?;
         let mut b = DMatrix::identity(self.n, self.n);
         let mut weight: f64 = 1.0;

@@ -283,6 +283,8 @@ impl Search<'_> {
             evaluations: evaluations.into_inner(),
             iterations: best.n_iterations,
             slopes: "differences of fourth order",
+            choices: Vec::new(),
+            front: None,
             model: source.with_values(&patches)?,
         })
     }

@@ -278,3 +278,47 @@ subject_to = ["max(abs(outputs.moment)) <= 1 N m"]"#;
     assert_eq!(fault.code.0, "O008");
     assert!(fault.message.contains("<= 1 N m") && fault.message.contains("1.8"), "{fault:?}");
 }
+
+#[test]
+fn the_best_row_of_a_catalogue_is_chosen() {
+    // With a free length of zero, m g l = k h r balances the arm everywhere: k = 618 N/m.
+    let question = r#"minimize = "rms(outputs.moment)"
+over = "motion"
+[optimize.choose.spring]
+soft = { k = "500 N/m", L0 = "0 m" }
+right = { k = "618.03 N/m", L0 = "0 m" }
+stiff = { k = "700 N/m", L0 = "0 m" }
+[optimize.choose.load]
+light = { mass = "4.5 kg" }
+heavy = { mass = "5.5 kg" }"#;
+    let found = solved(&arm(question));
+    assert_eq!(found.choices.len(), 6);
+    assert_eq!(found.choices[0].rows["spring"], "right");
+    assert_eq!(found.choices[0].rows["load"], "light");
+    assert!(found.after < 1e-3 && found.choices[1].after > Some(found.after), "{}", found.after);
+    assert!(found.model.contains("k = \"618.03 N/m\"") && found.quantities.is_empty());
+    // What varies is best for each row.
+    let found = solved(&arm(&format!("{question}\n[optimize.vary]\nmass = [\"3 kg\", \"7 kg\"]")));
+    let masses: Vec<f64> = found.choices.iter().filter_map(|choice| choice.after).collect();
+    assert!(masses.iter().all(|residual| *residual < 1e-6), "{masses:?}");
+}
+
+#[test]
+fn a_front_trades_one_objective_for_another() {
+    // Least of k² and of (k − 1000)² in N/m: points on the line between, at a share s of the way b = (1 − s)² · 10⁶
+    // with bounds b evenly apart.
+    let question = r#"minimize = ["(k/(1 N/m))^2", "(k/(1 N/m) - 1000)^2"]
+vary = { k = ["0.001 N/m", "2000 N/m"] }
+points = 5"#;
+    let found = solved(&arm(question));
+    let front = found.front.as_ref().expect("a front");
+    assert_eq!(front.points.len(), 5, "{front:?}");
+    for (k, point) in front.points.iter().enumerate() {
+        let bound = 1e6 * (1.0 - 0.25 * k as f64);
+        is_close(point.values[1].max(1.0), bound.max(1.0), 1e-5);
+        assert!((point.quantities["k"] - (1000.0 - bound.sqrt())).abs() < 0.01, "{point:?}");
+    }
+    // Nearest to both least values: x² = a, (1000 − x)² = b, least a² + b² at x = 500; of these points the fourth.
+    assert_eq!(front.compromise, 3);
+    assert!((found.after - front.points[3].values[0]).abs() < 1e-6);
+}

@@ -65,8 +65,8 @@ fn typed(rows: &[(&'static str, &'static [&'static str])]) -> Holds {
 }
 
 /// Keys of `[optimize]`.
-const OPTIMIZE_KEYS: [&str; 7] =
-    ["minimize", "maximize", "vary", "subject_to", "over", "cases", "starts"];
+const OPTIMIZE_KEYS: [&str; 9] =
+    ["minimize", "maximize", "vary", "choose", "subject_to", "over", "cases", "starts", "points"];
 /// Keys of `[fit]`.
 const FIT_KEYS: [&str; 8] =
     ["vary", "unknowns", "compare", "drive", "sigma", "delay", "loss", "scale"];

@@ -67,6 +67,7 @@ pub(super) fn optimized(name: &str, found: &Optimized) -> String {
             table(&["condition", "left less right", "", "worth of the right side"], conditions)
         )
     };
+    let chosen = choices(found) + &front(found);
     let [followed, same] = found.starts;
     let how = match (found.stopped, found.converged) {
         (true, _) => "stopped: the best so far",
@@ -74,7 +75,7 @@ pub(super) fn optimized(name: &str, found: &Optimized) -> String {
         (..) => "not settled: slopes do not vanish, as where a number has a kink",
     };
     format!(
-        "{name}: {} {}\n  from {before} to {}\n\n{}{conditions}\n\n  {how}; {same} of {followed} starts ended here; {} evaluations, slopes by {}",
+        "{name}: {} {}\n  from {before} to {}\n\n{}{conditions}{chosen}\n\n  {how}; {same} of {followed} starts ended here; {} evaluations, slopes by {}",
         found.goal,
         found.objective,
         in_unit(found.after, &found.unit),
@@ -82,6 +83,51 @@ pub(super) fn optimized(name: &str, found: &Optimized) -> String {
         found.evaluations,
         found.slopes,
     )
+}
+
+/// Rows of catalogues that are shown.
+const MOST_CHOICES: usize = 12;
+
+/// The best combinations of rows.
+fn choices(found: &Optimized) -> String {
+    let Some(first) = found.choices.first() else { return String::new() };
+    let heads: Vec<&str> =
+        first.rows.keys().map(String::as_str).chain([found.objective.as_str()]).collect();
+    let row = |choice: &bksim_design::Choice| {
+        let after = choice.after.map(|after| in_unit(after, &found.unit));
+        let after = after.or(choice.why_not.clone()).unwrap_or_default();
+        choice.rows.values().cloned().chain([after]).collect()
+    };
+    let rows = found.choices.iter().take(MOST_CHOICES).map(row).collect();
+    let n_left = found.choices.len().saturating_sub(MOST_CHOICES);
+    let more = if n_left > 0 { format!("\n  and {n_left} more") } else { String::new() };
+    format!("\n\n{}{more}", table(&heads, rows))
+}
+
+/// The points of a front, its compromise marked.
+fn front(found: &Optimized) -> String {
+    let Some(front) = &found.front else { return String::new() };
+    let names: Vec<&str> = found.quantities.iter().map(|q| q.name.as_str()).collect();
+    let of_rows = front.points.first().map(|point| point.rows.keys().map(String::as_str));
+    let heads: Vec<&str> = [found.objective.as_str(), front.against.as_str()]
+        .into_iter()
+        .chain(names.iter().copied())
+        .chain(of_rows.into_iter().flatten())
+        .chain([""])
+        .collect();
+    let row = |(k, point): (usize, &bksim_design::FrontPoint)| {
+        let [a, b] = point.values;
+        let values = [in_unit(a, &found.unit), in_unit(b, &front.unit)];
+        let quantity = |q: &bksim_design::Optimum| {
+            point.quantities.get(&q.name).map_or_else(String::new, |x| in_unit(*x, &q.unit))
+        };
+        let mark = if k == front.compromise { "compromise" } else { "" };
+        let quantities = found.quantities.iter().map(quantity);
+        let rows = point.rows.values().cloned();
+        values.into_iter().chain(quantities).chain(rows).chain([mark.to_owned()]).collect()
+    };
+    let rows = front.points.iter().enumerate().map(row).collect();
+    format!("\n\n{}", table(&heads, rows))
 }
 
 pub(super) fn fitted(name: &str, found: &Fit) -> String {

@@ -1,0 +1,100 @@
+//! Catalogues: every combination of their rows, each with the best of what varies continuously.
+
+use std::collections::BTreeMap;
+
+use super::{Choice, NamedCase, OptimizeWish, Optimized, continuous};
+use crate::base::{Source, Watch};
+use crate::codes;
+use crate::error::DesignError;
+use crate::spec::located;
+
+/// Most combinations that are tried.
+const MOST: usize = 2000;
+
+/// The optimum over all combinations of rows; that of the model's own values where there is no catalogue.
+pub(super) fn best(
+    source: &Source,
+    wish: &OptimizeWish,
+    watch: Watch<'_>,
+) -> Result<Optimized, DesignError> {
+    if wish.choose.is_empty() {
+        return continuous(source, wish, watch);
+    }
+    let n: usize = wish.choose.iter().map(|(_, rows)| rows.len()).product();
+    if n == 0 || n > MOST {
+        let (name, _) = &wish.choose[0];
+        let message = format!("`choose` has {n} combinations of rows");
+        let help = format!("give each catalogue rows, and at most {MOST} combinations in all");
+        return Err(located(
+            DesignError::fault(codes::BAD_QUESTION, message, help),
+            &source.text,
+            name,
+        ));
+    }
+    let mut choices = Vec::new();
+    let mut found: Option<Optimized> = None;
+    let (mut evaluations, mut last) = (0, None);
+    for k in 0..n {
+        if (watch.stop)() && found.is_some() {
+            break;
+        }
+        let rows = combination(&wish.choose, k);
+        let named = wish.choose.iter().zip(&rows);
+        let named: BTreeMap<String, String> =
+            named.map(|((name, _), (row, _))| (name.clone(), row.clone())).collect();
+        let values: Vec<(String, String)> =
+            rows.iter().flat_map(|(_, values)| values.iter().cloned()).collect();
+        let chosen = Source { text: source.with_values(&values)?, ..source.clone() };
+        let (after, why_not) = match continuous(&chosen, wish, watch) {
+            Ok(one) => {
+                evaluations += one.evaluations;
+                let after = one.after;
+                if found.as_ref().is_none_or(|best| is_better(&one, best)) {
+                    found = Some(one);
+                }
+                (Some(after), None)
+            }
+            Err(DesignError::Stopped) => return Err(DesignError::Stopped),
+            Err(error) if is_of_rows(&error) => {
+                let why = error.to_string();
+                last = Some(error);
+                (None, Some(why))
+            }
+            Err(error) => return Err(error),
+        };
+        choices.push(Choice { rows: named, after, why_not });
+        (watch.reached)(&format!("{} of {n} combinations", k + 1), (k + 1) as f64 / n as f64);
+    }
+    let Some(mut best) = found else { return Err(last.unwrap_or(DesignError::Stopped)) };
+    let sign = if best.goal == "maximize" { -1.0 } else { 1.0 };
+    let key = |choice: &Choice| choice.after.map_or(f64::INFINITY, |after| sign * after);
+    choices.sort_by(|a, b| key(a).total_cmp(&key(b)));
+    (best.choices, best.evaluations) = (choices, evaluations);
+    Ok(best)
+}
+
+fn is_better(one: &Optimized, best: &Optimized) -> bool {
+    if one.goal == "maximize" { one.after > best.after } else { one.after < best.after }
+}
+
+/// Whether another row may do what these cannot.
+fn is_of_rows(error: &DesignError) -> bool {
+    let cure = |code| code == codes::UNMET || code == codes::NO_START;
+    error.diagnostics().first().is_some_and(|fault| cure(fault.code))
+}
+
+/// The `k`-th combination: one row of each catalogue, the last one running fastest.
+fn combination(choose: &[(String, Vec<NamedCase>)], k: usize) -> Vec<&NamedCase> {
+    let mut left = k;
+    let mut rows: Vec<&NamedCase> = choose
+        .iter()
+        .rev()
+        .map(|(_, rows)| {
+            let row = &rows[left % rows.len()];
+            left /= rows.len();
+            row
+        })
+        .collect();
+    rows.reverse();
+    rows
+}

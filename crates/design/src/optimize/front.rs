@@ -1,0 +1,95 @@
+//! The front of two objectives: the first is least while the second is held below a bound, which moves from one end to
+//! the other (the ε-constraint method; Haimes, Lasdon and Wismer 1971).
+
+use super::choices::best;
+use super::{Front, FrontPoint, OptimizeWish, Optimized};
+use crate::base::{Source, Watch};
+use crate::codes;
+use crate::error::DesignError;
+
+/// Points unless their number is given.
+const N_POINTS: u64 = 11;
+
+/// Points between the optima of both objectives; the answer is their compromise.
+pub(super) fn front(
+    source: &Source,
+    wish: &OptimizeWish,
+    against: &str,
+    watch: Watch<'_>,
+) -> Result<Optimized, DesignError> {
+    let n = wish.points.unwrap_or(N_POINTS).clamp(3, 1000);
+    let first = wish.minimize.clone().unwrap_or_default();
+    let alone = |objective: &str| OptimizeWish {
+        minimize: Some(objective.to_owned()),
+        against: None,
+        ..wish.clone()
+    };
+    // The value of the other objective at an optimum: nothing varies.
+    let value = |objective: &str, at: &Optimized| {
+        let plain = OptimizeWish {
+            vary: Vec::new(),
+            choose: Vec::new(),
+            subject_to: Vec::new(),
+            ..alone(objective)
+        };
+        best(&Source { text: at.model.clone(), ..source.clone() }, &plain, watch)
+    };
+    let ends = [best(source, &alone(&first), watch)?, best(source, &alone(against), watch)?];
+    let of_second = value(against, &ends[0])?;
+    let (high, low, unit) = (of_second.after, ends[1].after, of_second.unit);
+    let of_first = value(&first, &ends[1])?.after;
+    if high - low <= 1e-9 * high.abs().max(low.abs()) {
+        let message = format!("`{first}` and `{against}` are least at the same values");
+        let help = "minimize one of them alone";
+        return Err(DesignError::fault(codes::BAD_QUESTION, message, help));
+    }
+
+    // From the least of the second objective on, which meets every bound.
+    let mut found = vec![([of_first, low], ends[1].clone())];
+    let mut text = ends[1].model.clone();
+    let mut evaluations = ends[0].evaluations + ends[1].evaluations;
+    for k in (1..n - 1).rev() {
+        if (watch.stop)() {
+            break;
+        }
+        let share = k as f64 / (n - 1) as f64;
+        let bound = high + share * (low - high);
+        let mut wish = alone(&first);
+        wish.subject_to.push(format!("{against} <= {bound:e} {unit}"));
+        let one = best(&Source { text: text.clone(), ..source.clone() }, &wish, watch)?;
+        text.clone_from(&one.model);
+        evaluations += one.evaluations;
+        let second = value(against, &one)?.after;
+        found.push(([one.after, second], one));
+        (watch.reached)(&format!("point {} of {n}", n - k), 1.0 - share);
+    }
+    found.push(([ends[0].after, high], ends[0].clone()));
+    found.reverse();
+
+    // Parts of the ranges between both ends: the corner in which both are zero is out of reach.
+    let part = |[a, b]: [f64; 2]| {
+        let [x, y] = [(a - found[0].0[0]) / (of_first - found[0].0[0]), (b - low) / (high - low)];
+        x.hypot(y)
+    };
+    let parts: Vec<f64> = found.iter().map(|(values, _)| part(*values)).collect();
+    let compromise = (0..parts.len()).min_by(|a, b| parts[*a].total_cmp(&parts[*b])).unwrap_or(0);
+    let points = found
+        .iter()
+        .map(|(values, one)| FrontPoint {
+            values: *values,
+            quantities: one.quantities.iter().map(|q| (q.name.clone(), q.after)).collect(),
+            rows: one.choices.first().map(|choice| choice.rows.clone()).unwrap_or_default(),
+        })
+        .collect();
+    let (values, mut chosen) = found.swap_remove(compromise);
+    if chosen.objective != first {
+        (chosen.objective, chosen.after, chosen.unit) = (first, values[0], ends[0].unit.clone());
+    }
+    chosen.before = ends[0].before;
+    for (quantity, of_model) in chosen.quantities.iter_mut().zip(&ends[0].quantities) {
+        quantity.before = of_model.before;
+    }
+    chosen.evaluations = evaluations;
+    chosen.front = Some(Front { against: against.to_owned(), unit, points, compromise });
+    Ok(chosen)
+}
