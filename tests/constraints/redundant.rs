@@ -145,3 +145,32 @@ fn a_run_that_cannot_pass_a_change_point_says_so_and_keeps_what_it_has() {
         }
     }
 }
+
+/// Two pins and a guide hold each other, and rub: friction there is any up to its limit, the smallest one with which all is in
+/// balance, by the reactions that it goes with. So a pin without friction has no moment.
+#[test]
+fn friction_in_what_cannot_move_is_in_balance_with_its_own_reactions() {
+    let text = |mu: f64, force: f64| {
+        format!(
+            "[bodies]\narm = {{ mass = 3, inertia = 0.3, com = [0.2, 0], points = {{ P = [0.6, 0.5] }} }}\n\
+             shoe = {{ mass = 2, inertia = 0.2, points = {{ A = [0, 0], B = [0.9, -0.7] }} }}\n\
+             [ground]\npoints = {{ F = [1.5, -0.2] }}\n\
+             [joints]\npin = {{ type = \"revolute\", between = [\"ground\", \"arm\"] }}\n\
+             slide = {{ type = \"prismatic\", between = [\"arm.P\", \"shoe.A\"], axis = [0.8, 0.6] }}\n\
+             foot = {{ type = \"revolute\", between = [\"ground.F\", \"shoe.B\"] }}\n\
+             [loads]\ng = {{ type = \"gravity\", acceleration = [0, -9.81] }}\n\
+             rub = {{ type = \"friction\", joint = \"pin\", mu = {mu}, radius = \"20 mm\" }}\n\
+             grip = {{ type = \"friction\", joint = \"slide\", force = {force} }}\n\
+             [solve]\nt_end = 0.1\nevery = 0.05\n"
+        )
+    };
+    for (mu, force) in [(0.4, 2.0), (0.04, 2.0), (0.4, 20.0), (0.04, 0.2)] {
+        let mechanism = derive(model(&text(mu, force)));
+        for sample in &solve(&mechanism).samples {
+            let [pin, foot] = ["pin", "foot"].map(|name| reaction(&mechanism, sample, name));
+            assert!(foot[5].abs() < 1e-12, "mu = {mu}, {force} N: {} N m in a pin", foot[5]);
+            let off = pin[1] + foot[1] - 5.0 * 9.81;
+            assert!(off.abs() < 1e-10, "mu = {mu}, {force} N: {off} N are missing");
+        }
+    }
+}

@@ -335,11 +335,15 @@ impl MultiplierSystem {
             self.refine(&at, vdot, lambda);
         }
         if solution == Solution::Limit || !self.is_unique(&at) {
-            let inertia = at.inertia_of(vdot);
-            let constraint_force: Vec<f64> =
-                at.force.iter().zip(&inertia).map(|(force, inertia)| force - inertia).collect();
-            let columns = at.jacobian_rows().transposed();
-            lambda.copy_from_slice(&shortest_solution(&columns, &constraint_force));
+            let found = lambda.to_vec();
+            shortest_into(&at, vdot, lambda);
+            let is_pressed = !evaluator.pressing_rows().is_empty();
+            if is_pressed && !pressed::settles(evaluator, t, (q, v), vdot, lambda) {
+                if solution == Solution::Regular {
+                    lambda.copy_from_slice(&found);
+                }
+                evaluator.press(lambda);
+            }
         }
         Ok(())
     }
@@ -390,6 +394,17 @@ impl MultiplierSystem {
         let values = self.x[self.nq..].iter().zip(&self.active);
         values.for_each(|(&value, &row)| lambda[row] = value);
     }
+}
+
+/// Finds the smallest multipliers of all rows for these accelerations under the loads at this state; what they leave
+/// unbalanced, N or N·m.
+fn shortest_into(at: &DynamicsAt, vdot: &[f64], lambda: &mut [f64]) -> f64 {
+    let inertia = at.inertia_of(vdot);
+    let needed: Vec<f64> = at.force.iter().zip(&inertia).map(|(f, inertia)| f - inertia).collect();
+    let columns = at.jacobian_rows().transposed();
+    lambda.copy_from_slice(&shortest_solution(&columns, &needed));
+    let left: Vec<f64> = columns.times(lambda).iter().zip(&needed).map(|(g, f)| g - f).collect();
+    largest(&left)
 }
 
 fn first_not_finite(vdot: &[f64], lambda: &[f64]) -> Result<(), NotFinite> {

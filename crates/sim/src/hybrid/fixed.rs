@@ -114,6 +114,14 @@ impl<'a> FixedModes<'a> {
         agree.then_some(&self.acceleration)
     }
 
+    /// Rounding of accelerations: of those that the forces would give with all rows open.
+    pub(crate) fn noise(&mut self, (t, q, v): (f64, &[f64], &[f64])) -> f64 {
+        const BITS: f64 = 64.0 * f64::EPSILON;
+        let at = self.evaluator.dynamics(t, q, v);
+        let own = at.shape.mass.iter().zip(at.mass).filter(|((i, j), m)| i == j && **m > 0.0);
+        BITS * own.fold(0.0, |most: f64, (&(i, _), m)| most.max((at.force[i] / m).abs()))
+    }
+
     /// Moves q, then v, onto the active rows.
     pub(crate) fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64], inactive: &[usize]) {
         let Self { evaluator, solver, .. } = self;

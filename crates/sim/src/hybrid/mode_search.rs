@@ -91,8 +91,9 @@ pub(super) struct TrialMotion {
     kink_rates: Vec<f64>,
     /// φ″ or p″ of every contact.
     pub(super) contact_accelerations: Vec<f64>,
-    /// Size of velocities and accelerations.
+    /// Size of velocities and accelerations, and rounding of the latter where rows hold what forces would move.
     scale: f64,
+    noise: f64,
 }
 
 impl<'a> ModeSearch<'a> {
@@ -322,12 +323,10 @@ impl<'a> ModeSearch<'a> {
 
     /// The first consistent combination of choices.
     ///
-    /// At the very instant at which friction lets go, the accelerations of all combinations but one
-    /// vanish where it slides with the force that it holds with: their rounding is then that of the
-    /// largest among the combinations.
-    ///
-    /// The event was found on the dense output, off the rows by the tolerances; on them a contact that has let go may still
-    /// hold by as much. It then goes on holding, and lets go at the next event, found from a state on the rows.
+    /// At the very instant at which friction lets go, the accelerations of all combinations but one vanish where it slides with
+    /// the force that it holds with: their rounding is then that of the largest among the combinations. The event was found on
+    /// the dense output, off the rows by the tolerances; on them a contact that has let go may still hold by as much. It then
+    /// goes on holding, and lets go at the next event.
     fn choose(self, undecided: &[Undecided]) -> Result<ConsistentModes, NoConsistentModes> {
         let mut largest_met: f64 = 0.0;
         let values = self.indicators(&self.modes);
@@ -411,7 +410,7 @@ impl<'a> ModeSearch<'a> {
         let mut indicators = compiled.indicators.at(&modes.parameters_with_modes(parameters));
         let values = indicators.values_with(*t, (q, v), &motion.lambda);
         let (a, lambda) = (largest(&motion.a), largest(&motion.lambda));
-        let small = ROUNDING * a.max(scale) + f64::MIN_POSITIVE;
+        let small = ROUNDING * a.max(scale) + motion.noise + f64::MIN_POSITIVE;
         undecided.iter().position(|undecided| !match *undecided {
             Undecided::Kink { kink, .. } => {
                 let rate = motion.kink_rates[kink];
@@ -454,12 +453,14 @@ impl<'a> ModeSearch<'a> {
         let mut fixed = FixedModes::new(compiled, &parameters);
         let inactive = fixed.inactive_rows(*t, q);
         let found = fixed.acceleration((*t, q, v), &inactive)?.clone();
+        let noise = fixed.noise((*t, q, v));
         let mut evaluator = compiled.indicators.at(&parameters);
         let rates = evaluator.rates(*t, q, v, &found.a);
         Some(TrialMotion {
             kink_rates: rates.kinks.to_vec(),
             contact_accelerations: rates.contacts.to_vec(),
             scale: largest(&found.a) + largest(v),
+            noise,
             a: found.a,
             lambda: found.lambda,
         })

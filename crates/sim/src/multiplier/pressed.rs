@@ -3,7 +3,7 @@
 use bksim_dae::NotFinite;
 use nalgebra::{DMatrix, DVector};
 
-use super::{MultiplierSystem, largest};
+use super::{MultiplierSystem, largest, shortest_into};
 use crate::evaluator::Evaluator;
 
 /// Newton steps that may be needed; a friction whose sense of load changes takes a few more than others.
@@ -76,4 +76,29 @@ impl MultiplierSystem {
         }
         responses
     }
+}
+
+/// Makes the smallest multipliers and the friction under them agree, for accelerations that are known; false where no such
+/// multipliers balance the loads.
+pub(super) fn settles(
+    evaluator: &mut Evaluator,
+    t: f64,
+    (q, v): (&[f64], &[f64]),
+    vdot: &[f64],
+    lambda: &mut [f64],
+) -> bool {
+    let mut last = f64::INFINITY;
+    for _ in 0..MAX_STEPS {
+        evaluator.press(lambda);
+        let before = lambda.to_vec();
+        let left = shortest_into(&evaluator.dynamics(t, q, v), vdot, lambda);
+        let size = largest(lambda);
+        let changes = lambda.iter().zip(&before).map(|(now, before)| now - before);
+        let change = largest(&changes.collect::<Vec<_>>());
+        if change <= FOUND * size || change >= last && change <= NEAR * size {
+            return left <= NEAR * size;
+        }
+        last = change;
+    }
+    false
 }
