@@ -219,3 +219,25 @@ fn both_integrators_find_the_same_motion() {
     });
     close("theta", ends[0], ends[1], Within { relative: 1e-8, absolute: 1e-10 });
 }
+
+/// A box whose angle a guide keeps: on two corners the guide's moment is any, on one it is not.
+#[test]
+fn what_two_corners_share_with_a_guide_is_not_unique() {
+    for (degrees, is_unique) in [(0.0_f64, false), (10.0, true)] {
+        let angle = degrees.to_radians();
+        let low = 0.1 * (angle.cos() + angle.sin());
+        let text = format!(
+            "[ground]\npoints = {{ A = [-1, 0], B = [1, 0] }}\n[bodies]\nguide = {{ mass = 0 }}\n\
+             box = {{ mass = 5, inertia = 0.1, points = {{ a = [-0.1, -0.1], b = [0.1, -0.1], c = [0.1, 0.1], d = [-0.1, 0.1] }} }}\n\
+             [joints]\nbx = {{ type = \"prismatic\", between = [\"ground\", \"guide\"], axis = [1, 0] }}\n\
+             by = {{ type = \"prismatic\", between = [\"guide\", \"box\"], axis = [0, 1], angle = \"{degrees} deg\" }}\n\
+             [loads]\ng = {{ type = \"gravity\", acceleration = [0, -9.81] }}\n\
+             [contacts.floor]\nmu = 0.3\n\
+             between = [{{ line = [\"ground.A\", \"ground.B\"] }}, {{ outline = [\"box.a\", \"box.b\", \"box.c\", \"box.d\"] }}]\n\
+             [initial]\nby = {{ position = {low} }}\nbx = {{ position = 0 }}\n[solve]\nt_end = 0.1\n"
+        );
+        let start = derive(model(&text)).start().expect("a start");
+        let joints = &start.uniqueness.reactions;
+        assert_eq!(joints[1][5], is_unique, "moment of the guide at {degrees}°");
+    }
+}

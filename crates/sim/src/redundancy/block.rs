@@ -27,6 +27,8 @@ pub(super) struct Block {
 pub(super) struct CouplingPart {
     pub(super) effort: Effort,
     pub(super) is_moment: bool,
+    /// True where it takes part only while its effort acts.
+    pub(super) opens: bool,
     /// The bodies, numbered within the block, `None` for the ground; each with the first number of its point,
     /// force and moment among the results of the function.
     pub(super) wrenches: Vec<(Option<usize>, usize)>,
@@ -190,7 +192,9 @@ impl Block {
             let wrench = effort(motions[motion_idx], part.axis(values, motion_idx));
             unknowns.push(Unknown::Through { part_idx, effort: Some(of), wrench });
         }
-        unknowns.extend((0..self.couplings.len()).map(Unknown::Of));
+        let couplings = self.couplings.iter().enumerate();
+        let acting = couplings.filter(|(_, coupling)| !coupling.opens || acts(coupling.effort));
+        unknowns.extend(acting.map(|(idx, _)| Unknown::Of(idx)));
         unknowns
     }
 

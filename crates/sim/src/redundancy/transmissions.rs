@@ -71,6 +71,9 @@ impl Transmissions {
         for &block in &of_joint {
             n_members[block] += 1;
         }
+        // A place where outlines touch closes a loop as a joint does.
+        let places = couplings.iter().zip(&of_coupling).filter(|((_, row), _)| is_place(row));
+        places.filter_map(|(_, block)| *block).for_each(|block| n_members[block] += 1);
         let mut n_efforts = vec![0; n_blocks];
         for &(_, joint, _) in &efforts {
             n_efforts[of_joint[joint.0]] += 1;
@@ -125,7 +128,8 @@ impl Transmissions {
             });
             let wrenches = wrenches.collect();
             let is_moment = constraint.effort == MotionKind::Rotation;
-            of_block[block].couplings.push(CouplingPart { effort, is_moment, wrenches });
+            let opens = is_place(constraint);
+            of_block[block].couplings.push(CouplingPart { effort, is_moment, opens, wrenches });
         }
         of_block.retain(|block| !block.parts.is_empty());
 
@@ -281,7 +285,12 @@ impl Numbers {
     }
 }
 
-/// The rows of the couplings, and of ropes.
+/// True of a row that holds while outlines touch or stick.
+fn is_place(row: &Constraint) -> bool {
+    ["touch", "along"].contains(&row.direction)
+}
+
+/// The rows of the couplings, of ropes, and of places where outlines may touch.
 fn couplings(system: &SymbolicSystem) -> Vec<(Effort, &Constraint)> {
     let rows = system.constraints.iter();
     let of_coupling = rows.filter_map(|constraint| match constraint.source {
@@ -292,8 +301,7 @@ fn couplings(system: &SymbolicSystem) -> Vec<(Effort, &Constraint)> {
     let ropes = system.contacts.iter().enumerate().filter_map(|(k, contact)| {
         let row = &system.constraints[contact.row];
         // Of teeth with play one flank at most bears: the first stands for both.
-        ["rope", "forward"]
-            .contains(&row.direction)
+        (["rope", "forward"].contains(&row.direction) || is_place(row))
             .then_some((Effort::Contact(k, contact.load), row))
     });
     of_coupling.chain(ropes).collect()
