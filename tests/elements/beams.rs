@@ -229,3 +229,64 @@ fn a_motor_at_the_end_of_a_beam_does_the_work_of_its_own_joint() {
         assert!((tree - cut).abs() < 1e-7, "{tree} and {cut}");
     }
 }
+
+/// A load at the tip of a driven arm: the pin at its root has no moment about its own axis, and bears the same in all coordinates.
+#[test]
+fn the_root_of_a_beam_bears_what_hangs_on_its_tip() {
+    let text = |coordinates: &str| {
+        format!(
+            "coordinates = \"{coordinates}\"\n[bodies.arm]\n\
+             flexible = {{ length = 1.2, section = [\"30 mm\", \"9 mm\"], material = \"aluminium\", modes = 2 }}\n\
+             points = {{ tip = [1.2, 0] }}\n[bodies.load]\nmass = 0.4\ninertia = 4e-4\n\
+             [joints]\nhub = {{ type = \"revolute\", between = [\"ground\", \"arm\"] }}\n\
+             grip = {{ type = \"weld\", between = [\"arm.tip\", \"load\"] }}\n\
+             [loads.g]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n\
+             [drives.motor]\njoint = \"hub\"\nmotion = \"-0.8 + 2 rad/s^3*t^3\"\n\
+             [solve]\nt_end = 0.05\nevery = 0.01\nrtol = 1e-10\natol = 1e-12\n"
+        )
+    };
+    let [own, other] = ["relative", "absolute"].map(|of| derive(model(&text(of))));
+    let [first, second] = [&own, &other].map(solve);
+    for (a, b) in first.samples.iter().zip(&second.samples) {
+        for joint in ["hub", "grip"] {
+            let [a, b] = [reaction(&own, a, joint), reaction(&other, b, joint)];
+            for (k, (a, b)) in a.iter().zip(b).enumerate() {
+                assert!((a - b).abs() < 1e-4, "{joint}, {k}: {a} and {b}");
+            }
+        }
+        let moment = reaction(&own, a, "hub")[5];
+        assert!(moment.abs() < 1e-9, "{moment} N m about the axis of a pin");
+    }
+}
+
+/// A four-bar whose coupler bends closes with a straight one, and at rates at which it stays so.
+#[test]
+fn a_start_bends_no_beam_that_need_not_bend() {
+    let text = "[ground]\npoints = { D = [0.4, 0] }\n[bodies.crank]\nmass = 0.3\ninertia = 0.001\npoints = { B = [0.1, 0] }\n\
+                [bodies.coupler]\nflexible = { length = 0.35, section = [\"20 mm\", \"3 mm\"], material = \"steel\", modes = 2 }\n\
+                points = { C = [0.35, 0] }\n[bodies.rocker]\nmass = 0.5\ninertia = 0.005\npoints = { C = [0.3, 0] }\n\
+                [joints]\nA = { type = \"revolute\", between = [\"ground\", \"crank\"] }\n\
+                B = { type = \"revolute\", between = [\"crank.B\", \"coupler\"] }\n\
+                C = { type = \"revolute\", between = [\"coupler.C\", \"rocker.C\"] }\n\
+                D = { type = \"revolute\", between = [\"ground.D\", \"rocker\"] }\n\
+                [initial]\nA = { angle = \"60 deg\", rate = 3 }\nB = { guess = { angle = \"-50 deg\" } }\n\
+                D = { guess = { angle = \"100 deg\" } }\n[solve]\nt_end = 0.01\n";
+    let mechanism = derive(model(text));
+    let start = mechanism.start().expect("a start");
+    let place = |name: &str| crate::support::coordinate(&mechanism, name);
+    for shape in ["coupler_q1_angle", "coupler_q2_angle"] {
+        let k = place(shape);
+        assert!(
+            start.q[k].abs() + start.v[k].abs() < 1e-12,
+            "{shape}: {}, {}",
+            start.q[k],
+            start.v[k]
+        );
+    }
+    // The distance between the ends of crank and rocker.
+    let crank = [0.1 * 60_f64.to_radians().cos(), 0.1 * 60_f64.to_radians().sin()];
+    let angle = start.q[place("D_angle")];
+    let rocker = [0.4 + 0.3 * angle.cos(), 0.3 * angle.sin()];
+    let length = (rocker[0] - crank[0]).hypot(rocker[1] - crank[1]);
+    assert!((length - 0.35).abs() < 1e-12, "{length}");
+}

@@ -254,7 +254,7 @@ fn twin(
     let others = if is_absolute { CoordinatePolicy::Relative } else { CoordinatePolicy::Absolute };
     let mut elsewhere = model.snapshot().to_model();
     elsewhere.coordinates = others;
-    elsewhere.joints.iter_mut().for_each(|joint| joint.cut = None);
+    elsewhere.forget_cuts();
     elsewhere.bodies.iter_mut().for_each(|body| body.coordinate_names.clear());
     let last = |motion: &Motion| motion.samples.last().map_or(0.0, |sample| sample.t);
     let first = tried(own, elsewhere, motion, watch);

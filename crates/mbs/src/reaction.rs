@@ -28,7 +28,7 @@ use crate::signal::signal_values;
 use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::touch;
-use crate::tree::Branch;
+use crate::tree::{Branch, Tree};
 use bksim_model::{
     BodyId, Frame, JointId, JointKind, LoadId, LoadKind, Measure, Model, Signal, Vector,
 };
@@ -118,8 +118,8 @@ pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
         }
     }
 
-    // Tree joints, leaves first.
-    for &(body, branch) in system.tree.branches.iter().rev() {
+    // Tree joints, leaves first; the cross-sections of a beam after all that hangs on them.
+    for &(body, branch) in &leaves_first(model, &system.tree) {
         if let Branch::Joint { joint, reversed, .. } = branch {
             let missing = balance.missing_wrench(body, joint);
             // The body is the successor unless the joint is passed backwards.
@@ -130,6 +130,32 @@ pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
         }
     }
     reactions
+}
+
+/// The branches of a tree, each after those that put wrenches on its body: what hangs on a cross-section of a beam before the
+/// part that holds that section, and this before the beam itself.
+fn leaves_first(model: &Model, tree: &Tree) -> Vec<(BodyId, Branch)> {
+    let beam_of = |body: BodyId, branch: Branch| match branch {
+        Branch::Joint { joint, .. } => {
+            let root = model.joints[joint.0].predecessor.body;
+            let beam = model.bodies[root.0].flexible.as_ref();
+            beam.is_some_and(|beam| beam.has_part(body)).then_some(root)
+        }
+        _ => None,
+    };
+    let (mut sorted, mut waiting) = (Vec::new(), Vec::new());
+    for &(body, branch) in tree.branches.iter().rev() {
+        if beam_of(body, branch).is_some() {
+            waiting.push((body, branch));
+            continue;
+        }
+        let is_own = |of: &(BodyId, Branch)| beam_of(of.0, of.1) == Some(body);
+        sorted.extend(waiting.iter().copied().filter(is_own));
+        waiting.retain(|of| !is_own(of));
+        sorted.push((body, branch));
+    }
+    sorted.extend(waiting);
+    sorted
 }
 
 /// The symbols that stand for reactions and efforts of drives in named signals, with their values from the

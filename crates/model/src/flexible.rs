@@ -41,6 +41,11 @@ impl Flexible {
     pub fn shapes(&self) -> impl Iterator<Item = JointId> {
         [&self.bending, &self.across, &self.axial].into_iter().flatten().copied()
     }
+
+    /// True of a body that stands for mass, a cross-section or the end of the beam.
+    pub fn has_part(&self, body: BodyId) -> bool {
+        self.end == body || self.masses.contains(&body) || self.sections.contains(&body)
+    }
 }
 
 /// A number as a short fraction, if it is one up to rounding: integrals over a whole beam then stay exact.

@@ -167,6 +167,19 @@ impl Model {
         all.any(|expr| self.pool.depends_on(expr, signal.symbol))
     }
 
+    /// Forgets what the author says about cuts; the parts of beams, which no cut can take apart, stay whole.
+    pub fn forget_cuts(&mut self) {
+        for (idx, joint) in self.joints.iter_mut().enumerate() {
+            let beam = self.bodies[joint.predecessor.body.0].flexible.as_ref();
+            let is_of_beam = beam.is_some_and(|beam| {
+                beam.shapes().any(|shape| shape.0 == idx) || beam.has_part(joint.successor.body)
+            });
+            if !is_of_beam {
+                joint.cut = None;
+            }
+        }
+    }
+
     /// A copy that threads can share.
     pub fn snapshot(&self) -> Model<PoolSnapshot> {
         self.with_pool(self.pool.snapshot())

@@ -28,6 +28,7 @@ use bksim_mbs::kinematics::Kinematics;
 use bksim_mbs::spatial::Quaternions;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_mbs::tree::Tree;
+use bksim_model::flexible::Flexible;
 use bksim_model::{Axis, BodyId, Drive, Initial, JointId, Measure, Model, Space};
 
 /// Constraints count as closed below this, relative to the size of the mechanism.
@@ -57,6 +58,8 @@ pub(crate) struct Closure {
     driven: Vec<(usize, usize)>,
     /// Rows of drives, and which drive each is of.
     drives: Vec<(usize, usize)>,
+    /// Coordinates of shapes of beams whose positions, and whose rates, are not stated: none bends to close a loop unless it must.
+    shapes: [Vec<usize>; 2],
 }
 
 /// These functions at one set of parameters.
@@ -69,6 +72,8 @@ pub(crate) struct Closing<'a> {
     stated: Vec<f64>,
     /// The values that the author wrote.
     written: Vec<f64>,
+    /// True while shapes of beams are held.
+    is_unbent: bool,
 }
 
 impl Closure {
@@ -123,6 +128,7 @@ impl Closure {
             driven: driven_coordinates(model, system),
             gap_of_joint: system.constraints.iter().map(|c| c.source.joint(model)).collect(),
             drives,
+            shapes: [false, true].map(|is_rate| shapes(model, system, is_rate)),
         })
     }
 
@@ -139,7 +145,7 @@ impl Closure {
         }
         let [measures, senses] = [&self.measures, &self.senses].map(|f| f.buffers(parameters));
         let written = stated.clone();
-        Closing { of: self, parameters, measures, senses, stated, written }
+        Closing { of: self, parameters, measures, senses, stated, written, is_unbent: false }
     }
 }
 
@@ -222,6 +228,24 @@ fn driven_coordinates(model: &Model, system: &SymbolicSystem) -> Vec<(usize, usi
     rows.filter_map(driven).collect()
 }
 
+/// The coordinates of shapes of beams, but for those whose positions, or rates, are stated.
+fn shapes(model: &Model, system: &SymbolicSystem, is_rate: bool) -> Vec<usize> {
+    let is_stated = |joint: JointId| {
+        let of = |measure: Measure| match measure {
+            Measure::JointPosition(own, _) => !is_rate && own == joint,
+            Measure::JointVelocity(own, _) => is_rate && own == joint,
+            _ => false,
+        };
+        model.initial.iter().any(|initial| of(initial.measure))
+    };
+    let beams = model.bodies.iter().filter_map(|body| body.flexible.as_ref());
+    let free: Vec<JointId> =
+        beams.flat_map(Flexible::shapes).filter(|shape| !is_stated(*shape)).collect();
+    let is_shape = |owner: Owner| matches!(owner, Owner::Joint(joint, _) if free.contains(&joint));
+    let coordinates = system.coordinates().iter().enumerate();
+    coordinates.filter(|(_, c)| is_shape(c.owner)).map(|(column, _)| column).collect()
+}
+
 impl Closing<'_> {
     /// The coordinates that some initial values are of.
     fn own_coordinates(&self, initial: &[usize]) -> Vec<bool> {
@@ -235,6 +259,9 @@ impl Closing<'_> {
         let mut is_fixed = self.own_coordinates(stated);
         for (row, column) in &self.of.driven {
             is_fixed[*column] |= !released.contains(row);
+        }
+        if self.is_unbent {
+            self.of.shapes[0].iter().for_each(|&column| is_fixed[column] = true);
         }
         is_fixed
     }

@@ -127,7 +127,7 @@ impl Placed {
         model.named_signals.clear();
         model.held.clear();
         model.states.clear();
-        model.joints.iter_mut().for_each(|joint| joint.cut = None);
+        model.forget_cuts();
         model.bodies.iter_mut().for_each(|body| body.coordinate_names.clear());
         let system = assemble_positions(&model);
         let pool = &model.pool;

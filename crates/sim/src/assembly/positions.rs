@@ -25,7 +25,24 @@ const APART: f64 = 1e-3;
 const NEARLY_AS_NEAR: f64 = 1.5;
 
 impl Closing<'_> {
+    /// Positions on the constraints with what is stated: with straight beams where that closes.
     pub(crate) fn close_positions(
+        &mut self,
+        evaluator: &mut Evaluator,
+        t: f64,
+    ) -> Result<(Vec<f64>, Vec<Rival>), StartError> {
+        if !self.of.shapes[0].is_empty() {
+            self.is_unbent = true;
+            let found = self.close(evaluator, t);
+            self.is_unbent = false;
+            if found.is_ok() {
+                return found;
+            }
+        }
+        self.close(evaluator, t)
+    }
+
+    fn close(
         &mut self,
         evaluator: &mut Evaluator,
         t: f64,
@@ -382,6 +399,9 @@ impl Closing<'_> {
             let norm = length(&rows.values);
             if !(norm > 0.0 && norm.is_finite()) {
                 break;
+            }
+            if self.is_unbent {
+                rows.gradients.clear_columns(&self.of.shapes[0]);
             }
             let step = shortest_solution(&rows.gradients, &rows.values);
             let mut damping = 1.0;

@@ -59,11 +59,26 @@ impl Closing<'_> {
         let at_guess = self.rows(stated, t, q, guess);
         let at = evaluator.constraints(t, q);
         let rows = Equations { values: at.rate_of(guess), gradients: at.jacobian_rows() };
-        let rows = rows.with(&at_guess);
-        let step = shortest_solution(&rows.gradients, &rows.values);
-        let done = rows.gradients.times(&step);
-        let left: Vec<f64> =
-            rows.values.iter().zip(done).map(|(value, done)| value - done).collect();
-        (guess.iter().zip(&step).map(|(v, step)| v - step).collect(), largest(&left))
+        let mut rows = rows.with(&at_guess);
+        let shapes = &self.of.shapes[1];
+        if !shapes.is_empty() {
+            // Beams keep their shapes where the rest can move so.
+            let all = rows.gradients.clone();
+            rows.gradients.clear_columns(shapes);
+            let (v, left) = nearest(&rows, guess);
+            if left <= CLOSURE_TOLERANCE * size(&v) {
+                return (v, left);
+            }
+            rows.gradients = all;
+        }
+        nearest(&rows, guess)
     }
+}
+
+/// The velocities nearest to `guess` with which the rows vanish, and what is left.
+fn nearest(rows: &Equations, guess: &[f64]) -> (Vec<f64>, f64) {
+    let step = shortest_solution(&rows.gradients, &rows.values);
+    let done = rows.gradients.times(&step);
+    let left: Vec<f64> = rows.values.iter().zip(done).map(|(value, done)| value - done).collect();
+    (guess.iter().zip(&step).map(|(v, step)| v - step).collect(), largest(&left))
 }

@@ -93,6 +93,12 @@ impl SparseRows {
         self.entries.iter_mut().zip(values).for_each(|((_, entry), &value)| *entry = value);
     }
 
+    /// Makes all entries of these columns zero.
+    pub(crate) fn clear_columns(&mut self, columns: &[usize]) {
+        let own = self.entries.iter_mut().filter(|(column, _)| columns.contains(column));
+        own.for_each(|(_, entry)| *entry = 0.0);
+    }
+
     /// Places of a row among all entries.
     pub(crate) fn places(&self, row: usize) -> Range<usize> {
         self.starts[row]..self.starts[row + 1]
