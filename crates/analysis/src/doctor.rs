@@ -19,7 +19,7 @@ mod singular;
 
 use std::collections::BTreeSet;
 
-use bksim_model::{JointId, Model};
+use bksim_model::{Coupling, CouplingKind, JointId, Model};
 use bksim_sim::mobility::{freedoms_of_body, taken};
 use bksim_sim::redundancy::{self, Keeper, repeated_conditions};
 
@@ -48,6 +48,8 @@ pub struct Doctor {
     pub joints: Vec<(String, &'static str, i64)>,
     /// Couplings, each of which takes one.
     pub couplings: Vec<String>,
+    /// Joints and conditions that hold between rates, and leave as many positions free: not counted.
+    pub rates: Vec<String>,
     /// The counts.
     pub count: Count,
     /// Free motions, as many as the mobility.
@@ -100,13 +102,19 @@ pub fn doctor(model: Model) -> Result<Doctor, AnalysisError> {
     let count = cures::count(&placed);
     let (repeated, shared) = repeated(&placed)?;
     let joint = |joint: &bksim_model::Joint| {
-        (joint.name.clone(), joint.kind.word(), taken(model.space, &joint.kind))
+        let taken = taken(model.space, &joint.kind) - joint.kind.n_rates();
+        (joint.name.clone(), joint.kind.word(), taken)
     };
+    let rolling = model.joints.iter().filter(|joint| joint.kind.n_rates() > 0);
+    let (of_rates, couplings): (Vec<&Coupling>, Vec<&Coupling>) =
+        model.couplings.iter().partition(|of| of.kind == CouplingKind::Rate);
+    let names = |of: &[&Coupling]| of.iter().map(|of| of.name.clone()).collect::<Vec<_>>();
     Ok(Doctor {
         bodies: model.bodies.iter().skip(1).map(|body| body.name.clone()).collect(),
         freedoms_of_body: freedoms_of_body(model.space),
         joints: model.joints.iter().map(joint).collect(),
-        couplings: model.couplings.iter().map(|coupling| coupling.name.clone()).collect(),
+        couplings: names(&couplings),
+        rates: rolling.map(|joint| joint.name.clone()).chain(names(&of_rates)).collect(),
         motions: motions::free_motions(&placed)?,
         cures: cures::cures(model, &pose, &shared, count)?,
         alignments: alignment::alignments(model, &pose, &shared),

@@ -1,6 +1,6 @@
 //! Changes of joints that leave no condition twice, each counted again in the changed model.
 
-use bksim_model::{JointId, JointKind, Measure, Model, Signal, Space, Vector};
+use bksim_model::{CouplingKind, Joint, JointId, JointKind, Measure, Model, Signal, Space, Vector};
 use bksim_sim::mobility::gruebler;
 
 use super::pose::{Placed, Pose};
@@ -31,7 +31,11 @@ pub struct Cure {
 pub(super) fn count(placed: &Placed) -> Count {
     let n = i64::try_from(placed.q.len()).unwrap_or(i64::MAX);
     let rank = i64::try_from(rank(&placed.jacobian())).unwrap_or(0);
-    let counted = gruebler(&placed.model);
+    // Conditions between rates leave positions free.
+    let of_rates = |n: i64, joint: &Joint| n + joint.kind.n_rates();
+    let of_rates = placed.model.joints.iter().fold(0, of_rates);
+    let couplings = placed.model.couplings.iter().filter(|of| of.kind == CouplingKind::Rate);
+    let counted = couplings.fold(gruebler(&placed.model) + of_rates, |n, _| n + 1);
     Count { counted, mobility: n - rank, n_redundant: n - rank - counted }
 }
 

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::pose::Placed;
 use crate::error::AnalysisError;
 use crate::reduced::null_space;
+use crate::rows::rank;
 
 /// A way in which a mechanism can move.
 #[derive(Clone, PartialEq, Debug)]
@@ -32,8 +33,19 @@ pub(super) fn free_motions(placed: &Placed) -> Result<Vec<FreeMotion>, AnalysisE
     } else {
         null_space(&jacobian)
     };
-    let (names, slopes) = measures(placed)?;
-    let rates = &slopes * &free;
+    let is_joined = |body: &usize| {
+        let of = BodyId(*body);
+        placed.model.joints.iter().any(|j| j.predecessor.body == of || j.successor.body == of)
+    };
+    let all = 1..placed.model.bodies.len();
+    let lone: Vec<usize> = all.clone().filter(|body| !is_joined(body)).collect();
+    let (mut names, mut slopes) = measures(placed, &lone)?;
+    let mut rates = &slopes * &free;
+    // Of bodies that roll or touch, no joint has a position.
+    if rank(&rates) < free.ncols() {
+        (names, slopes) = measures(placed, &all.collect::<Vec<_>>())?;
+        rates = &slopes * &free;
+    }
     let mut found = Vec::new();
     for weights in sparse_combinations(&rates) {
         let along = &free * &weights;
@@ -63,11 +75,12 @@ pub(super) fn free_motions(placed: &Placed) -> Result<Vec<FreeMotion>, AnalysisE
     Ok(found)
 }
 
-/// Joint positions, and the coordinates of bodies without joints: names, units with their sizes, slopes in units
+/// Joint positions, and the coordinates of these bodies: names, units with their sizes, slopes in units
 /// of the mechanism.
 #[expect(clippy::type_complexity, reason = "names of rows beside the matrix")]
 fn measures(
     placed: &Placed,
+    bodies: &[usize],
 ) -> Result<(Vec<(String, &'static str, f64)>, DMatrix<f64>), AnalysisError> {
     let Placed { model, system, .. } = placed;
     let size = placed.units.iter().copied().find(|unit| *unit != 1.0).unwrap_or(1.0);
@@ -83,13 +96,7 @@ fn measures(
             functions.push(position);
         }
     }
-    for body in 1..model.bodies.len() {
-        let is_joined = model.joints.iter().any(|joint| {
-            joint.predecessor.body == BodyId(body) || joint.successor.body == BodyId(body)
-        });
-        if is_joined {
-            continue;
-        }
+    for &body in bodies {
         for coordinate in system.coordinates() {
             let is_own = matches!(coordinate.owner, bksim_mbs::coordinate::Owner::Body(of, _) | bksim_mbs::coordinate::Owner::Quaternion(of, _) if of.0 == body);
             if is_own {

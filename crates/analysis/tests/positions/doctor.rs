@@ -266,3 +266,39 @@ fn the_drive_that_is_too_many_is_named() {
     assert_eq!(told, expected);
     assert_eq!(found.count.mobility, 1);
 }
+
+/// A blade, and a ball on a table: what holds between rates alone repeats nothing and leaves positions free.
+#[test]
+fn conditions_between_rates_are_named_and_not_counted() {
+    let blade = examined(
+        "[bodies.skate]\nfree = true\n[joints.blade]\ntype = \"knife-edge\"\n\
+         between = [\"ground\", \"skate\"]\naxis = [1, 0]\n",
+    );
+    assert_eq!([blade.count.counted, blade.count.mobility, blade.count.n_redundant], [3, 3, 0]);
+    assert_eq!((blade.rates, blade.motions.len()), (vec!["blade".to_owned()], 3));
+
+    let ball = examined(include_str!("../../../../tests/fixtures/touch/turntable.toml"));
+    assert_eq!([ball.count.counted, ball.count.mobility, ball.count.n_redundant], [6, 6, 0]);
+    assert_eq!(ball.rates, ["contact"]);
+    for motion in &ball.motions {
+        assert!(motion.is_finite && !motion.rates.is_empty(), "{motion:?}");
+    }
+}
+
+/// A beam that bends on a hub: its own parts hold it together, and it moves by its turn and by its shapes.
+#[test]
+fn a_beam_moves_by_its_joint_and_its_shapes() {
+    let found = examined(
+        "[bodies.arm]\nflexible = { length = 1, section = [\"30 mm\", \"9 mm\"], material = \"aluminium\", modes = 2 }\n\
+         points = { tip = [1, 0] }\n[bodies.load]\nmass = 1\ninertia = 1\n\
+         [joints]\nhub = { type = \"revolute\", between = [\"ground\", \"arm\"] }\n\
+         grip = { type = \"weld\", between = [\"arm.tip\", \"load\"] }\n",
+    );
+    assert_eq!([found.count.counted, found.count.mobility, found.count.n_redundant], [3, 3, 0]);
+    let named = found.motions.iter().flat_map(|motion| &motion.rates).map(|(name, ..)| name);
+    let named: std::collections::BTreeSet<&String> = named.collect();
+    assert_eq!(
+        named.into_iter().collect::<Vec<_>>(),
+        ["arm_q1.angle", "arm_q2.angle", "hub.angle"]
+    );
+}

@@ -133,6 +133,11 @@ fn text(name: &str, found: &Doctor) -> String {
         counted(n_redundant, "redundant condition", "redundant conditions"),
         lines(&["freedoms", "of", ""], rows)
     );
+    if !found.rates.is_empty() {
+        let rates = found.rates.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>();
+        let note = "\n\n  not counted: what holds between rates alone and leaves positions free: ";
+        text.extend([note, &rates.join(", ")]);
+    }
     for (k, motion) in found.motions.iter().enumerate() {
         let rate = |(name, rate, unit): &(String, f64, &'static str)| {
             let unit =
@@ -232,6 +237,7 @@ fn told_json(found: &Doctor) -> Value {
         "freedoms_of_body": found.freedoms_of_body,
         "joints": found.joints.iter().map(joint).collect::<Vec<_>>(),
         "couplings": found.couplings,
+        "rates": found.rates,
         "count": count_json(found.count),
         "motions": found.motions.iter().map(motion).collect::<Vec<_>>(),
         "redundant": found.repeated.iter().map(repeated).collect::<Vec<_>>(),
