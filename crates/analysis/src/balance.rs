@@ -240,6 +240,7 @@ impl<'a> Balance<'a> {
         let undetermined = || AnalysisError::Undetermined { what: "the constraints".into(), n: 1 };
         let lambda = self.balancing(q).ok_or_else(undetermined)?;
         let at = self.at(q, &lambda);
+        at.check_slopes(self.loaded.system().coordinates(), q)?;
         let reduced = self.reduced(q, &at.jacobian)?;
         // By the motions alone, states held.
         let coordinates = self.loaded.system().coordinates();
@@ -368,6 +369,9 @@ impl<'a> Balance<'a> {
             .fold(0.0, |a: f64, (i, j)| a.max((at.stiffness[(i, j)] * units[i] * units[j]).abs()));
         let loads = work(&self.at(q, &nothing).residual).max(changes);
         let loads = loads.max(1e-3 * self.load_size(q, lambda));
+        if at.residual.iter().any(|force| !force.is_finite()) {
+            return false;
+        }
         let closure = if at.closure.is_empty() { 0.0 } else { at.closure.amax() };
         closure < 1e-9 * self.loaded.size.max(1.0) && work(&at.residual) <= 1e-9 * loads
     }

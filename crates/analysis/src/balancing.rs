@@ -18,7 +18,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::balance::Balance;
 use crate::equilibrium::{Equilibrium, cells, columns};
 use crate::error::AnalysisError;
-use crate::loaded::Loaded;
+use crate::loaded::{HeldContacts, Loaded};
 use crate::reduced::{null_space, pseudo_inverse};
 use crate::table::{Column, Table};
 
@@ -33,8 +33,8 @@ pub struct Balanced {
     pub by: Vec<(String, &'static str)>,
     /// The equilibrium.
     pub equilibrium: Equilibrium,
-    /// Stops and friction that count as constraints.
-    pub held: Vec<String>,
+    /// Stops and friction that count as constraints, and friction that is left out.
+    pub held: HeldContacts,
 }
 
 /// Finds the values of the parameters `names` at which the start of `model` is in balance, and states of controllers have no rates; the stiffness is by
@@ -45,7 +45,7 @@ pub struct Balanced {
 pub fn balanced(model: Model, names: &[String], by: &[String]) -> Result<Balanced, AnalysisError> {
     /// Most steps.
     const MOST: usize = 60;
-    let mut loaded = Loaded::of(model)?;
+    let mut loaded = Loaded::at_rest(model)?;
     let ids: Vec<ParameterId> =
         names.iter().map(|name| loaded.parameter(name)).collect::<Result<_, _>>()?;
     let own: Vec<f64> = ids.iter().map(|id| loaded.parameters[id.0]).collect();

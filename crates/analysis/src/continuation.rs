@@ -17,7 +17,7 @@ use crate::drive::Range;
 use crate::equilibrium::{Equilibrium, Stability, cells, columns};
 use crate::equilibrium_path::EquilibriumPath;
 use crate::error::AnalysisError;
-use crate::loaded::Loaded;
+use crate::loaded::{HeldContacts, Loaded};
 use crate::table::{Column, Table};
 
 /// Equilibria over a range of a parameter.
@@ -31,8 +31,8 @@ pub struct Continuation {
     pub by: Vec<(String, &'static str)>,
     /// Equilibria that are connected within the range, each in order along its curve.
     pub branches: Vec<EquilibriumBranch>,
-    /// Stops and friction that count as constraints.
-    pub held: Vec<String>,
+    /// Stops and friction that count as constraints, and friction that is left out.
+    pub held: HeldContacts,
 }
 
 /// Equilibria along one curve.
@@ -70,7 +70,7 @@ pub fn statics_over(
     (name, range): (&str, Range),
     by: &[String],
 ) -> Result<Continuation, AnalysisError> {
-    let mut loaded = Loaded::of(model)?;
+    let mut loaded = Loaded::at_rest(model)?;
     let id = loaded.parameter(name)?;
     let last = (range.n - 1).max(1) as f64;
     let targets: Vec<f64> = (0..range.n).map(|k| k as f64 / last).collect();

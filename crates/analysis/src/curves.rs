@@ -5,6 +5,7 @@ use bksim_expr::Expr;
 use bksim_model::{Anchor, BodyId, GROUND, Model, Space};
 
 use crate::assemblies::closed_poses;
+use crate::beyond::Beyond;
 use crate::centrodes::{BodyRates, Centrodes, InstantCentre};
 use crate::coupler_curve::{CouplerCurve, Tracer};
 use crate::double_points::{Cusp, DoublePoint, Singular};
@@ -42,6 +43,8 @@ pub struct Curves {
     pub centres: Vec<InstantCentre>,
     /// Of each body whose swept region was asked for, one for each assembly.
     pub swept: Vec<Swept>,
+    /// Stops that poses lie beyond and contacts, which curves do not keep to: `stop `NAME``.
+    pub beyond: Vec<String>,
 }
 
 /// The curves of one point.
@@ -98,6 +101,9 @@ pub fn curves(model: Model, request: &CurvesRequest) -> Result<Curves, AnalysisE
     let mut curve = free_curve(&mut rows, &positions, &x)?;
     let traces = Trace::all(&mut curve, &x, &others);
 
+    let mut beyond = Beyond::of(&positions)?;
+    beyond.along(&curve, &traces);
+
     // Points.
     let mut points = Vec::new();
     for (name, tracer) in names.into_iter().zip(&mut tracers) {
@@ -140,7 +146,8 @@ pub fn curves(model: Model, request: &CurvesRequest) -> Result<Curves, AnalysisE
             }
         }
     }
-    Ok(Curves { points, centrodes, centres, swept: regions })
+    let beyond = beyond.names(positions.model());
+    Ok(Curves { points, centrodes, centres, swept: regions, beyond })
 }
 
 /// The points that are asked for.

@@ -12,13 +12,13 @@
 //! followed and never left for another assembly. Drives are released: the hand moves what they would move.
 //! Stops end the way; where one is reached, the motion that would press on it is left out of Π.
 
-use bksim_expr::Expr;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::coordinate::Coordinate;
-use bksim_model::{BodyId, LoadKind, Measure, Model, MotionKind};
+use bksim_model::{BodyId, Model};
 use bksim_sim::{Mechanism, Svd};
 use nalgebra::{DMatrix, DVector, Vector3};
 
+use crate::beyond::{Limit, depths, limits};
 use crate::error::AnalysisError;
 use crate::positions::Positions;
 use crate::rows::{Clock, RANK_TOLERANCE, Rows, rank, rank_of};
@@ -48,20 +48,13 @@ const CLOSED: f64 = 1e-10;
 pub struct Drag {
     mechanism: Mechanism,
     rows: Rows,
-    stops: Vec<Stop>,
+    stops: Vec<Limit>,
     penetrations: Scalars,
     grabbed: Option<Scalars>,
     /// Coordinates, in units of the mechanism.
     x: Vec<f64>,
     /// The longest link, m.
     size: f64,
-}
-
-/// One end of the motion of a joint.
-#[derive(Debug)]
-struct Stop {
-    joint: String,
-    unit: f64,
 }
 
 /// The end of one pull.
@@ -94,15 +87,8 @@ impl Drag {
         let kept: Vec<usize> = (0..system.constraints.len()).filter(is_kept).collect();
         let numbers = (positions.mechanism.parameters.as_slice(), positions.size, Clock::Held);
         let rows = Rows::compile(model, system, &[], &kept, numbers)?;
-        // Limits that are latched or sampled hold no pose by themselves.
-        let parameters = &positions.mechanism.parameters;
-        let is_known = |(_, depth): &(Stop, Expr)| {
-            Scalars::compile(model, system, &[*depth], parameters).is_ok()
-        };
-        let (stops, penetrations): (Vec<_>, Vec<_>) =
-            stops(&positions).into_iter().filter(is_known).unzip();
-        let penetrations =
-            Scalars::compile(model, system, &penetrations, &positions.mechanism.parameters)?;
+        let stops = limits(&positions);
+        let penetrations = depths((model, system), &stops, &positions.mechanism.parameters)?;
         let x = rows.scaled(&positions.q);
         let (mechanism, size) = (positions.mechanism, positions.size);
         Ok(Self { mechanism, rows, stops, penetrations, grabbed: None, x, size })
@@ -343,25 +329,4 @@ fn free_motions(conditions: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let rank = rank_of(&svd.singular_values);
     let held = svd.v_t.rows(0, rank);
     Some(DMatrix::identity(n, n) - held.transpose() * held)
-}
-
-/// Both ends of every stop of the model, with φ.
-fn stops(positions: &Positions) -> Vec<(Stop, Expr)> {
-    let (model, system) = (positions.model(), positions.system());
-    let pool = &model.pool;
-    let measure = |measure: Measure| system.kinematics.measure(model, measure);
-    let known: Vec<_> = model.signals.iter().map(|s| (s.symbol, measure(s.measure))).collect();
-    let mut found = Vec::new();
-    for load in &model.loads {
-        let LoadKind::Stop { joint, motion_idx, min, max, .. } = load.kind else { continue };
-        let position = measure(Measure::JointPosition(joint, motion_idx));
-        let is_turn = model.joints[joint.0].kind.motions()[motion_idx] == MotionKind::Rotation;
-        let unit = if is_turn { 1.0 } else { positions.size };
-        let ends = [min.map(|min| pool.sub(min, position)), max.map(|max| pool.sub(position, max))];
-        for depth in ends.into_iter().flatten() {
-            let depth = pool.substitute_all(&[depth], &known)[0];
-            found.push((Stop { joint: model.joints[joint.0].name.clone(), unit }, depth));
-        }
-    }
-    found
 }

@@ -113,6 +113,7 @@ impl<'a> EffortSolver<'a> {
         self.set_parameters(&parameters);
         let nothing = vec![0.0; self.forces.nc()];
         let at = self.forces.at(crate::forces::At { t, q, v, a, lambda: &nothing, p: &[] });
+        at.check_forces(self.loaded.system().coordinates(), t)?;
         let jacobian = at.wrenches.columns(0, n_moving).into_owned();
 
         // The motions that are prescribed, then the stops that bear throughout.

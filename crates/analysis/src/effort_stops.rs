@@ -12,7 +12,7 @@ use crate::scalar::Rates;
 use crate::walk::Walk;
 
 /// Parts that the whole time is looked at in: what passes a stop and comes back in less is between them.
-const N_PARTS: usize = 200;
+pub(crate) const N_PARTS: usize = 200;
 /// Halvings of an interval of time.
 const HALVINGS: usize = 60;
 

@@ -11,11 +11,15 @@
 use std::collections::HashSet;
 
 use bksim_expr::{Expr, Pool, SparseJacobian, SymbolId, Tape, TapeError, Workspace};
+use bksim_mbs::coordinate::Coordinate;
 use bksim_mbs::levels::{constraint_acceleration, constraint_velocity};
 use bksim_mbs::system::SymbolicSystem;
+use bksim_model::message::short;
 use bksim_model::{Model, ParameterId};
 use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
+
+use crate::error::AnalysisError;
 
 /// The equations of motion as functions of numbers, some parameters among their arguments.
 #[derive(Clone, Debug)]
@@ -77,6 +81,8 @@ pub(crate) struct ForcesAt {
     /// G by the wrenches of the rows, nc × nq: of wheels and of efforts in cut screws it differs from ∂g/∂q by rows of cut
     /// joints, and with it the multipliers of these are their reactions.
     pub(crate) wrenches: DMatrix<f64>,
+    /// ∂r/∂λ without Gᵀ, nq × nc: of friction by the reactions of its own joint.
+    pub(crate) pressing: DMatrix<f64>,
 }
 
 impl Forces {
@@ -108,6 +114,8 @@ impl Forces {
         let accelerations: Vec<Expr> =
             kept.iter().map(|&row| follow(constraint_acceleration(model, system, row))).collect();
         let p: Vec<SymbolId> = free.iter().map(|id| model.parameters[id.0].symbol).collect();
+        let pressed: Vec<Expr> =
+            system.applied_force.iter().map(|&force| follow(pool.neg(force))).collect();
 
         // All matrices in the order of `ForcesAt`.
         let all = [
@@ -121,6 +129,7 @@ impl Forces {
             pool.jacobian(&accelerations, &q),
             pool.jacobian(&accelerations, &v),
             wrench_rows(system, kept, &follow),
+            pool.jacobian(&pressed, &lambda),
         ];
         let mut outputs = [residual, closure].concat();
         let shape = |jacobian: &SparseJacobian| Shape {
@@ -192,6 +201,7 @@ impl Forces {
             acceleration_by_position: next(),
             acceleration_by_velocity: next(),
             wrenches: next(),
+            pressing: next(),
         }
     }
 
@@ -246,6 +256,39 @@ pub(crate) fn residuals(model: &Model, system: &SymbolicSystem, kept: &[usize]) 
 }
 
 impl ForcesAt {
+    /// Refuses forces that are no numbers, as of a load with a pole, at an instant.
+    pub(crate) fn check_forces(
+        &self,
+        coordinates: &[Coordinate],
+        t: f64,
+    ) -> Result<(), AnalysisError> {
+        let bad = self.residual.iter().position(|force| !force.is_finite());
+        bad.map_or(Ok(()), |i| {
+            let name = format!("force along {}", coordinates[i].name);
+            let place = format!("at t = {} s", short(t));
+            Err(AnalysisError::NoNumber { name, place, value: self.residual[i] })
+        })
+    }
+
+    /// Refuses forces, or slopes of them, that are no numbers in a position.
+    pub(crate) fn check_slopes(
+        &self,
+        coordinates: &[Coordinate],
+        q: &[f64],
+    ) -> Result<(), AnalysisError> {
+        for (i, of) in coordinates.iter().enumerate() {
+            let slopes = self.stiffness.row(i);
+            let own = [self.residual[i]].into_iter().chain(slopes.iter().copied());
+            if let Some((k, value)) = own.enumerate().find(|(_, value)| !value.is_finite()) {
+                let what = if k == 0 { "force" } else { "slope of the force" };
+                let name = format!("{what} along {}", of.name);
+                let place = format!("at {} = {} {}", of.name, short(q[i]), of.kind.unit());
+                return Err(AnalysisError::NoNumber { name, place, value });
+            }
+        }
+        Ok(())
+    }
+
     /// Forces with the `states`, which are velocities of their coordinates, in the place of positions.
     pub(crate) fn with_states_as_positions(mut self, states: &[usize]) -> Self {
         for &i in states {

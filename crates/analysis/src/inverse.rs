@@ -23,9 +23,9 @@ use crate::effort_channels::{Channel, act, channels, quantities};
 use crate::effort_faults::stop_lets_go;
 use crate::effort_record::{Inverse, Record};
 use crate::effort_solver::{EffortSolver, InstantState, SolvedEfforts, all_rows};
-use crate::effort_stops::{MotionState, StopWatch};
+use crate::effort_stops::{MotionState, N_PARTS, StopWatch};
 use crate::error::AnalysisError;
-use crate::loaded::{Loaded, known_along_a_motion, without_rates};
+use crate::loaded::{Loaded, known_along_a_motion, without_free_shapes, without_rates};
 use crate::motion::Motion;
 use crate::positions::Positions;
 use crate::rows::{Clock, Rows};
@@ -91,10 +91,15 @@ pub fn inverse(
         let [q, v, a] = with_states([q, v, a], &controllers);
         let parameters = with_held(&loaded.parameters, &controllers.held);
         let instant = InstantState { t, state: [&q, &v, &a], n_moving, parameters: &parameters };
+        let first = times.first().copied().unwrap_or(t);
+        let last = record.times.last().copied().unwrap_or(t);
+        let n_parts = N_PARTS.div_ceil(times.len());
+        let pull = path.pull_between((&mut walk, &loaded, &mut solver), (last, t), n_parts);
+        if let Some((stop, at)) = pull {
+            return Err(stop_lets_go(solver.contact(stop), at, first));
+        }
         let solved = solver.at(instant)?;
         if let Some(stop) = solver.pulling(&solved) {
-            let first = times.first().copied().unwrap_or(t);
-            let last = record.times.last().copied().unwrap_or(t);
             let at = path.let_go((&mut walk, &loaded, &mut solver), (last, t));
             return Err(stop_lets_go(solver.contact(stop), at, first));
         }
@@ -184,6 +189,7 @@ impl GivenPath {
             n => {
                 let open = stops.open_ones(&positions, (&measures, &added), (&n_left, n))?;
                 let left = left_free(&positions, measures, (&stops, &added), (&n_left, n));
+                without_free_shapes(positions.model(), &left)?;
                 let (n_free, n_prescribed) = (n_driven + n, n_driven);
                 Err(AnalysisError::NMotions { n_free, n_prescribed, left, open })
             }
@@ -209,27 +215,69 @@ impl GivenPath {
         self.stops.bearing().filter_map(row).collect()
     }
 
+    /// A stop that bears throughout and would have to pull between two times, though at neither of them, and when first; `None` of
+    /// a mechanism with controllers, whose states are known at the times alone.
+    fn pull_between(
+        &mut self,
+        (walk, loaded, solver): PullingAlong<'_, '_, '_>,
+        (from, to): (f64, f64),
+        n_parts: usize,
+    ) -> Option<(usize, f64)> {
+        if self.stops.bearing.is_empty() || from == to || has_controllers(loaded) {
+            return None;
+        }
+        let mut before = from;
+        for part in 1..n_parts {
+            #[expect(clippy::cast_precision_loss, reason = "a few parts")]
+            let at = from + (to - from) * part as f64 / n_parts as f64;
+            if let Some(stop) = self.pulling_at((&mut *walk, loaded, &mut *solver), at)? {
+                return Some((stop, self.let_go((walk, loaded, solver), (before, at))));
+            }
+            before = at;
+        }
+        None
+    }
+
+    /// The stop that would have to pull at a time; `None` where no efforts are found.
+    fn pulling_at(
+        &mut self,
+        (walk, loaded, solver): PullingAlong<'_, '_, '_>,
+        t: f64,
+    ) -> Option<Option<usize>> {
+        let [q, v, a] = walk.to(&mut self.rows, t)?;
+        let (state, parameters) = ([&q[..], &v, &a], &loaded.parameters);
+        let at = InstantState { t, state, n_moving: q.len(), parameters };
+        solver.at(at).ok().map(|solved| solver.pulling(&solved))
+    }
+
     /// The instant at which a stop would have to pull first, between two times; the later one for a mechanism with
-    /// controllers, whose states are known at the times alone.
+    /// controllers.
     fn let_go(
         &mut self,
-        (walk, loaded, solver): (&mut Walk<'_>, &Loaded, &mut EffortSolver<'_>),
+        (walk, loaded, solver): PullingAlong<'_, '_, '_>,
         (mut from, mut to): (f64, f64),
     ) -> f64 {
-        let model = loaded.model();
-        if !model.states.is_empty() || !model.held.is_empty() {
+        if has_controllers(loaded) {
             return to;
         }
         for _ in 0..50 {
             let t = 0.5 * (from + to);
-            let Some([q, v, a]) = walk.to(&mut self.rows, t) else { break };
-            let (state, parameters) = ([&q[..], &v, &a], &loaded.parameters);
-            let at = InstantState { t, state, n_moving: q.len(), parameters };
-            let Ok(solved) = solver.at(at) else { break };
-            if solver.pulling(&solved).is_some() { to = t } else { from = t }
+            match self.pulling_at((&mut *walk, loaded, &mut *solver), t) {
+                Some(Some(_)) => to = t,
+                Some(None) => from = t,
+                None => break,
+            }
         }
         to
     }
+}
+
+/// The motion that is followed, its mechanism, and what finds its efforts.
+type PullingAlong<'p, 'w, 's> = (&'p mut Walk<'w>, &'p Loaded, &'p mut EffortSolver<'s>);
+
+fn has_controllers(loaded: &Loaded) -> bool {
+    let model = loaded.model();
+    !(model.states.is_empty() && model.held.is_empty())
 }
 
 /// Positions of joints that, prescribed beside `measures`, leave none of `n` motions free, or as few as they can.

@@ -4,6 +4,7 @@ use bksim_model::{Measure, Model};
 use bksim_sim::held_assembly::AssemblyChange;
 
 use crate::assembly_watch::AssemblyWatch;
+use crate::beyond::Beyond;
 use crate::curve::Curve;
 use crate::drive::{Drive, Range};
 use crate::error::AnalysisError;
@@ -44,6 +45,8 @@ pub struct Kinematics {
     /// Where the motion passes over into another assembly than the one that the model holds: the value of the first
     /// prescribed measure there, or the time, and the joint that goes through its dead centre.
     pub changes: Vec<AssemblyChange>,
+    /// Stops that some of the positions lie beyond, as `stop `NAME``.
+    pub beyond: Vec<String>,
 }
 
 /// Follows the prescribed motions from the start of `model`.
@@ -296,6 +299,7 @@ struct Found {
     parameters: Vec<f64>,
     limits: Vec<Extreme>,
     changes: Vec<AssemblyChange>,
+    beyond: Vec<String>,
     end: Option<f64>,
 }
 
@@ -329,6 +333,7 @@ impl Request<'_> {
         let mut curve = free_curve((positions, rows), self.law.clone(), from, n_driven)?;
         let first = curve.equations.unknowns(x);
         let mut watch = AssemblyWatch::of(positions)?;
+        let mut beyond = Beyond::of(positions)?;
         let end = follow(
             &mut curve,
             first,
@@ -341,6 +346,8 @@ impl Request<'_> {
                 }
             },
             &mut |curve, at, s| {
+                let q = curve.equations.rows.unscaled(&at.0.as_slice()[..x.len()]);
+                beyond.look(curve.equations.time(s), &q);
                 table.rows.push(row(curve, &mut rates, at, (u_dot, u_ddot)));
                 parameters.push(s);
             },
@@ -352,14 +359,15 @@ impl Request<'_> {
             AssemblyChange { t: at.first().copied().unwrap_or(f64::NAN), ..change }
         };
         let changes = changes.into_iter().map(prescribed).collect();
-        Ok(Found { table, parameters, limits, changes, end })
+        let beyond = beyond.names(positions.model());
+        Ok(Found { table, parameters, limits, changes, beyond, end })
     }
 }
 
 impl Found {
     /// The answer, each column once.
     fn without_twins(self, request: &Request<'_>) -> Kinematics {
-        let Self { mut table, limits, changes, end, .. } = self;
+        let Self { mut table, limits, changes, beyond, end, .. } = self;
         let mut known = std::collections::HashSet::new();
         let keep: Vec<bool> =
             table.columns.iter().map(|column| known.insert(column.name.clone())).collect();
@@ -373,6 +381,6 @@ impl Found {
             }
         }
         let stopped = end.map(|s| request.prescribed(s));
-        Kinematics { table, limits, stopped, changes }
+        Kinematics { table, limits, stopped, changes, beyond }
     }
 }

@@ -71,7 +71,7 @@ const LETTERS: [&str; 3] = ["K", "C", "B"];
 pub fn letters(model: Model, channels: &Channels) -> Result<Option<Letters>, AnalysisError> {
     let channels = channels.or_stated(&model);
     without_rates(&model)?;
-    let loaded = Loaded::of(model)?;
+    let loaded = Loaded::at_rest(model)?;
     // However many of the rows follow from others.
     if loaded.system().coordinates().len() > 2 * LARGEST + loaded.state_coordinates().len() {
         return Ok(None);

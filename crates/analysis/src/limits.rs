@@ -7,6 +7,7 @@ use bksim_model::{Measure, Model};
 
 use crate::assemblies::closed_poses;
 use crate::assur::{FourBar, SliderCrank, four_bars};
+use crate::beyond::Beyond;
 use crate::curve::{Curve, Point};
 use crate::drive::position;
 use crate::error::AnalysisError;
@@ -41,6 +42,8 @@ pub struct Limits {
     pub four_bars: Vec<FourBar>,
     /// Loops of four parts with three pins and a guide.
     pub slider_cranks: Vec<SliderCrank>,
+    /// Stops that poses lie beyond and contacts, which limits do not keep to: `stop `NAME``.
+    pub beyond: Vec<String>,
 }
 
 /// Poses that are connected by motion.
@@ -114,6 +117,8 @@ pub fn limits(model: Model, request: &LimitsRequest) -> Result<Limits, AnalysisE
         if request.all_assemblies { closed_poses(&positions, &mut rows) } else { Vec::new() };
     let mut curve = free_curve(&mut rows, &positions, &x)?;
     let traces = Trace::all(&mut curve, &x, &others);
+    let mut beyond = Beyond::of(&positions)?;
+    beyond.along(&curve, &traces);
     let is_turn = curve.equations.rows.is_turn.clone();
     let branches = traces.iter().map(|trace| {
         let turn = trace.is_closed.then(|| trace.turn(&is_turn));
@@ -124,7 +129,8 @@ pub fn limits(model: Model, request: &LimitsRequest) -> Result<Limits, AnalysisE
         let transmissions = transmissions.along(&mut curve, trace, turn);
         Branch { transmissions, ..branch(&mut curve, trace, &mut extremes, &mut outputs) }
     });
-    Ok(Limits { branches: branches.collect(), four_bars, slider_cranks })
+    let branches = branches.collect();
+    Ok(Limits { branches, four_bars, slider_cranks, beyond: beyond.names(positions.model()) })
 }
 
 /// The curve of the one motion that is free.

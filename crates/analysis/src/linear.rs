@@ -19,6 +19,7 @@
 
 use bksim_mbs::quantity::{coordinate_units, rate_unit};
 use bksim_model::{Model, ParameterId};
+use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 
 use crate::about::About;
@@ -29,7 +30,7 @@ use crate::equilibrium::Equilibrium;
 use crate::error::AnalysisError;
 use crate::forces::{At, Forces, ForcesAt};
 use crate::linear_outputs::{Changes, Outputs, beside};
-use crate::loaded::Loaded;
+use crate::loaded::{HeldContacts, Loaded};
 use crate::reduced::{Reduced, pseudo_inverse};
 use crate::state::State;
 use crate::table::{Column, Table};
@@ -57,8 +58,8 @@ pub struct Linear {
     pub state: State,
     /// Pose of the state.
     pub pose: Vec<(String, f64, &'static str)>,
-    /// Stops and friction that count as constraints.
-    pub held: Vec<String>,
+    /// Stops and friction that count as constraints, and friction that is left out.
+    pub held: HeldContacts,
 }
 
 /// The equations of `model`, linear about a state.
@@ -68,8 +69,10 @@ pub struct Linear {
 pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Linear, AnalysisError> {
     let channels = &channels.or_stated(&model);
     let mut loaded = Loaded::of(model)?;
-    if let About::Instant(t) = about {
-        loaded.run_to(t)?;
+    match about {
+        About::Instant(t) => loaded.run_to(t)?,
+        About::Start => (),
+        _ => loaded.leave_out_sliding(),
     }
     let model = loaded.model();
     let (free, inputs) = inputs_of(&loaded, &channels.inputs)?;
@@ -115,12 +118,21 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         DMatrix::zeros(forces.nc(), inputs.len()),
     ];
     let right = [by_position, by_velocity, by_input];
-    let solved: Vec<DMatrix<f64>> = right
+    let multipliers = pseudo_inverse(&jacobian.transpose());
+    let solved: Vec<_> = right
         .iter()
         .zip(&kept)
-        .map(|(forces, rows)| accelerations(&at, &reduced, &back, forces, rows))
+        .map(|(forces, rows)| {
+            if at.pressing.iter().any(|slope| *slope != 0.0) {
+                return pressed_accelerations(&at, &jacobian, forces, rows);
+            }
+            let found = accelerations(&at, &reduced, &back, forces, rows)?;
+            let multipliers = &multipliers * (forces - &at.mass * &found);
+            Some((found, multipliers))
+        })
         .collect::<Option<_>>()
         .ok_or_else(|| AnalysisError::Undetermined { what: "masses".into(), n: n_free })?;
+    let (solved, multipliers): (Vec<DMatrix<f64>>, Vec<DMatrix<f64>>) = solved.into_iter().unzip();
 
     let size = n_positions + n_free;
     let mut matrix_a = DMatrix::zeros(size, size);
@@ -144,13 +156,11 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
 
     // Changes of the state by y, ẏ and u.
     let nothing = |n_columns: usize| DMatrix::zeros(n, n_columns);
-    let multipliers = pseudo_inverse(&jacobian.transpose());
-    let multiplier = |k: usize| &multipliers * (&right[k] - &at.mass * &solved[k]);
     let changes = Changes {
         q: beside([&positions.basis, &nothing(n_free), &nothing(inputs.len())]),
         v: beside([&shift, &reduced.basis, &nothing(inputs.len())]),
         a: beside([&solved[0], &solved[1], &solved[2]]),
-        lambda: beside([&multiplier(0), &multiplier(1), &multiplier(2)]),
+        lambda: beside([&multipliers[0], &multipliers[1], &multipliers[2]]),
     };
     let moving = At { t: loaded.t, q: &q, v: &v, a: &a, lambda: &lambda, p: &p };
     let outputs = Outputs::of(&loaded, channels, &inputs, &free)?;
@@ -332,4 +342,40 @@ fn accelerations(
         return None;
     }
     Some(asked + &reduced.basis * (&scale * inverse * &scale * rest))
+}
+
+/// δa and δλ with M δa + (Gᵀ + ∂r/∂λ) δλ = `forces` and G δa = `rows`, where friction follows the multipliers.
+fn pressed_accelerations(
+    at: &ForcesAt,
+    jacobian: &DMatrix<f64>,
+    forces: &DMatrix<f64>,
+    rows: &DMatrix<f64>,
+) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+    const WEAKEST: f64 = 1e-12;
+    let (n, nc) = (at.mass.nrows(), jacobian.nrows());
+    let mut matrix = DMatrix::zeros(n + nc, n + nc);
+    matrix.view_mut((0, 0), (n, n)).copy_from(&at.mass);
+    matrix.view_mut((0, n), (n, nc)).copy_from(&(at.wrenches.transpose() + &at.pressing));
+    matrix.view_mut((n, 0), (nc, n)).copy_from(jacobian);
+    // Units of mass and length weigh rows and columns.
+    let size = |i: usize| {
+        let own = if i < n { at.mass[(i, i)] } else { jacobian.row(i - n).norm_squared() };
+        if own > 0.0 { 1.0 / own.sqrt() } else { 1.0 }
+    };
+    let scale: Vec<f64> = (0..n + nc).map(size).collect();
+    let scaled = DMatrix::from_fn(n + nc, n + nc, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+    let svd = Svd::new(&scaled)?;
+    let mut solved = DMatrix::zeros(n + nc, forces.ncols());
+    for k in 0..forces.ncols() {
+        let [above, below] = [forces.column(k), rows.column(k)];
+        let right = above.iter().chain(below.iter()).zip(&scale);
+        let right = DVector::from_iterator(n + nc, right.map(|(value, scale)| value * scale));
+        let found = svd.solve(&right, WEAKEST * svd.largest());
+        solved
+            .column_mut(k)
+            .iter_mut()
+            .zip(found.iter().zip(&scale))
+            .for_each(|(x, (found, scale))| *x = found * scale);
+    }
+    Some((solved.rows(0, n).into_owned(), solved.rows(n, nc).into_owned()))
 }

@@ -2,11 +2,14 @@
 
 use bksim_expr::SymbolId;
 use bksim_mbs::constraint::Source;
+use bksim_mbs::contact::Law;
 use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::modes::with_branches;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
-use bksim_model::{CouplingKind, HeldChange, HeldSignal, JointId, Measure, Model, ParameterId};
+use bksim_model::{
+    Body, CouplingKind, HeldChange, HeldSignal, JointId, Measure, Model, ParameterId,
+};
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::{Effort, Uniqueness};
 
@@ -42,6 +45,17 @@ pub struct Loaded {
     pub(crate) quantities: Vec<PoseQuantity>,
     /// True where the efforts of drives are known: what joints share leaves them as they are.
     is_driven: bool,
+    /// True where dry friction that slides at the start is left out: at rest it has no direction.
+    is_still: bool,
+}
+
+/// Contacts of the start that count as constraints, and those that an answer at rest leaves out.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct HeldContacts {
+    /// Stops, and dry friction that sticks, as `stop `NAME``.
+    pub rows: Vec<String>,
+    /// Dry friction that is left out: as long as it holds, more poses are in balance.
+    pub left_out: Vec<String>,
 }
 
 impl Loaded {
@@ -52,6 +66,32 @@ impl Loaded {
     pub fn of(model: Model) -> Result<Self, AnalysisError> {
         without_memory(&model)?;
         Self::at_start(Mechanism::derive(model, Vec::new())?)
+    }
+
+    /// Finds the start of `model` for questions about rest, without dry friction that slides there.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Rejected`] as of [`Loaded::of`].
+    pub(crate) fn at_rest(model: Model) -> Result<Self, AnalysisError> {
+        let mut found = Self::of(model)?;
+        found.leave_out_sliding();
+        Ok(found)
+    }
+
+    /// Leaves out the dry friction that slides at the start, from here on.
+    pub(crate) fn leave_out_sliding(&mut self) {
+        self.is_still = true;
+        let symbols = self.system.parameters(&self.mechanism.model);
+        let slips = self.system.contacts.iter().filter_map(|contact| match contact.law {
+            Law::Friction { slip, .. } => Some(slip),
+            Law::Stop { .. } => None,
+        });
+        let slips: Vec<SymbolId> = slips.collect();
+        for (value, symbol) in self.parameters.iter_mut().zip(symbols) {
+            if slips.contains(&symbol) {
+                *value = 0.0;
+            }
+        }
     }
 
     /// Finds the start of `mechanism`.
@@ -72,6 +112,7 @@ impl Loaded {
             unique: Uniqueness::default(),
             quantities,
             is_driven: false,
+            is_still: false,
             mechanism,
             system,
         };
@@ -116,6 +157,9 @@ impl Loaded {
             closed.longest_link
         };
         self.size = if size > 0.0 { size } else { 1.0 };
+        if self.is_still {
+            self.leave_out_sliding();
+        }
         Ok(())
     }
 
@@ -144,6 +188,7 @@ impl Loaded {
             unique: Uniqueness::default(),
             quantities: Vec::new(),
             is_driven: true,
+            is_still: false,
             mechanism,
             system,
         }
@@ -158,15 +203,23 @@ impl Loaded {
         &self.system
     }
 
-    /// Names of the stops and of the dry friction that count as constraints.
-    pub fn held_contacts(&self) -> Vec<String> {
-        let model = self.model();
-        let name = |&row: &usize| match self.system().constraints[row].source {
+    /// The stops and the dry friction that count as constraints, and the friction that is left out.
+    pub fn held_contacts(&self) -> HeldContacts {
+        let (model, rows) = (self.model(), &self.system.constraints);
+        let name = |&row: &usize| match rows[row].source {
             Source::Stop(load) => Some(format!("stop `{}`", model.loads[load.0].name)),
             Source::Friction(load) => Some(format!("friction `{}`", model.loads[load.0].name)),
             _ => None,
         };
-        self.kept.iter().filter_map(name).collect()
+        let is_left_out = |row: &usize| {
+            self.is_still
+                && matches!(rows[*row].source, Source::Friction(_))
+                && !self.kept.contains(row)
+        };
+        HeldContacts {
+            rows: self.kept.iter().filter_map(name).collect(),
+            left_out: (0..rows.len()).filter(is_left_out).filter_map(|row| name(&row)).collect(),
+        }
     }
 
     /// Holds the rows of the contacts that are closed by the parameters, but for `dependent` ones.
@@ -343,6 +396,23 @@ pub fn without_contacts(model: &Model) -> Result<(), AnalysisError> {
     let help = "solve the motion in time, or put joints and loads of type \"stop\" in place of the contact";
     let what = format!("contact `{}`", contact.name);
     Err(refused((what, &contact.span, "outlines that may touch"), note, help))
+}
+
+/// Refuses a beam whose shapes nothing prescribes: `free` are the positions of joints that are left.
+///
+/// # Errors
+/// [`AnalysisError::Rejected`] with the first of them.
+pub(crate) fn without_free_shapes(model: &Model, free: &[String]) -> Result<(), AnalysisError> {
+    let is_free = |id: JointId| {
+        let positions = free.iter().filter_map(|name| name.split_once('.'));
+        { positions }.any(|(joint, _)| joint == model.joints[id.0].name)
+    };
+    let bends = |body: &&Body| body.flexible.iter().any(|beam| beam.shapes().any(is_free));
+    let Some(body) = model.bodies.iter().find(bends) else { return Ok(()) };
+    let note = "how it bends follows from its forces, not from the motion that is given";
+    let help = "solve the motion in time with drives, or give the body `mass`, `com` and `inertia` in place of `flexible`";
+    let what = format!("body `{}`", body.name);
+    Err(refused((what, &body.span, "it bends"), note, help))
 }
 
 /// A signal that is held, as a fault.

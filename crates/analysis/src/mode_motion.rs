@@ -55,7 +55,7 @@ const PIECES: [usize; 2] = [24, 5];
 /// # Errors
 /// [`AnalysisError`] when there is no equilibrium, or no mode of this number.
 pub fn mode_motion(model: Model, request: &ModeRequest) -> Result<ModeMotion, AnalysisError> {
-    let loaded = Loaded::of(at_rest(model))?;
+    let loaded = Loaded::at_rest(at_rest(model))?;
     let found = modes_of(&loaded, request.about)?;
     let n = found.modes.len();
     let mode = request.number.checked_sub(1).and_then(|k| found.modes.get(k));

@@ -20,7 +20,7 @@ use crate::balance::Balance;
 use crate::equilibrium::{CrossingBranch, Stability};
 use crate::error::AnalysisError;
 use crate::forces::ForcesAt;
-use crate::loaded::{Loaded, without_rates};
+use crate::loaded::{HeldContacts, Loaded, without_rates};
 use crate::pencil::Pencil;
 use crate::quantity::PoseQuantity;
 use crate::state::State;
@@ -66,8 +66,8 @@ pub struct Modes {
     pub state: State,
     /// The branches of poses that cross in the equilibrium: each has modes of its own.
     pub branches: Vec<WayRates>,
-    /// Stops and friction that count as constraints.
-    pub held: Vec<String>,
+    /// Stops and friction that count as constraints, and friction that is left out.
+    pub held: HeldContacts,
 }
 
 /// An eigenvalue, the real and imaginary parts of the coordinates, and the number of a branch.
@@ -79,7 +79,7 @@ type Along = (Complex<f64>, [DVector<f64>; 2], Option<usize>);
 /// # Errors
 /// [`AnalysisError`] when there is no equilibrium.
 pub fn modes(model: Model, about: About) -> Result<Modes, AnalysisError> {
-    modes_of(&Loaded::of(model)?, about)
+    modes_of(&Loaded::at_rest(model)?, about)
 }
 
 /// The modes of a mechanism whose start is found.

@@ -11,7 +11,7 @@ use bksim_model::Model;
 use crate::balance::Balance;
 use crate::equilibrium::{BearingStop, Equilibrium, cells, columns};
 use crate::error::AnalysisError;
-use crate::loaded::Loaded;
+use crate::loaded::{HeldContacts, Loaded};
 use crate::open_reactions::ReactionBound;
 use crate::poses::Poses;
 use crate::rests::on_open_stops;
@@ -34,8 +34,8 @@ pub struct Statics {
     pub is_complete: bool,
     /// The branches that cross in the start, all of which are followed; none where it is on one alone.
     pub ways: Vec<WayRates>,
-    /// Stops and friction that count as constraints.
-    pub held: Vec<String>,
+    /// Stops and friction that count as constraints, and friction that is left out.
+    pub held: HeldContacts,
 }
 
 /// Finds the equilibria of `model`, in which states of controllers have no rates; of a family of equilibria the first that is
@@ -49,7 +49,7 @@ pub fn statics(
     by: &[String],
     bounds: &[ReactionBound],
 ) -> Result<Statics, AnalysisError> {
-    let mut loaded = Loaded::of(model)?;
+    let mut loaded = Loaded::at_rest(model)?;
     let (mut found, poses, none) = with_the_contacts_of_the_start(&loaded, by, bounds)?;
     let on_stops = on_open_stops(&mut loaded, bounds, poses.on_stops.as_deref())?;
     found.equilibria.extend(Balance::of(&loaded, by, &[])?.nearest_first(on_stops));

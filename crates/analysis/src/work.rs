@@ -89,6 +89,7 @@ impl Balance<'_> {
         // What forces in balance leave by rounding.
         let lambda = self.balancing(q).unwrap_or_default();
         let rounding = NO_WORK * self.load_size(q, &lambda);
+        let rounding = if rounding.is_finite() { rounding } else { 0.0 };
         if size <= rounding {
             return Ok((vec![q.to_vec()], Vec::new(), true));
         }
@@ -120,7 +121,8 @@ impl Balance<'_> {
             found = found.iter().map(|q| self.allowed_turn(&turn, q)).collect();
         }
         let on_stops = self.on_stops(&mut turns, rounding);
-        Ok((found, on_stops, turns.trace.is_closed))
+        let have_values = values.iter().all(|value| value.is_finite());
+        Ok((found, on_stops, turns.trace.is_closed && have_values))
     }
 
     /// A turn as coordinates count it.
@@ -276,6 +278,9 @@ impl Balance<'_> {
             }
             let curve = &mut turns.curve;
             let root = curve.root(&from, step, (before, after), &mut |c, p| self.work_at(c, p));
+            // Where loads have a pole their work has another sign on either side, and no zero.
+            let most = 1e-6 * largest(&[before, after]);
+            let root = root.filter(|point| self.work_at(curve, point).abs() <= most);
             if let Some(point) = root {
                 found.push(curve.equations.rows.unscaled(point.z.as_slice()));
             }
@@ -327,5 +332,5 @@ impl Balance<'_> {
 
 /// The largest size.
 fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |a: f64, b| a.max(b.abs()))
+    values.iter().filter(|x| x.is_finite()).fold(0.0, |a: f64, b| a.max(b.abs()))
 }

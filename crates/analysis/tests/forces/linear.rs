@@ -270,9 +270,9 @@ fn equations_are_linear_about_an_instant_of_the_run() {
     // On the stop that it has fallen on by then, nothing is free; it was in the start.
     let stop = "end = { type = \"stop\", joint = \"A\", min = \"-20 deg\" }\n";
     let at = |about| linearize(pendulum(stop), about, &Channels::default()).expect("a system");
-    assert_eq!((at(About::Start).a.nrows(), at(About::Start).held.len()), (2, 0));
+    assert_eq!((at(About::Start).a.nrows(), at(About::Start).held.rows.len()), (2, 0));
     let fallen = at(About::Instant(2.0));
-    assert_eq!((fallen.a.nrows(), fallen.held), (0, vec!["stop `end`".to_owned()]));
+    assert_eq!((fallen.a.nrows(), fallen.held.rows), (0, vec!["stop `end`".to_owned()]));
 
     for text in ["t=", "t=1 m", "-1", "1.5", "end", "run.mcap"] {
         assert!(text.parse::<About>().expect_err(text).contains("`t=1 s`"));

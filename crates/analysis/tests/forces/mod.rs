@@ -12,6 +12,7 @@ mod levels;
 mod linear;
 mod matrices;
 mod refused;
+mod rest;
 mod rubbing;
 mod shares;
 mod spatial_four_bar;

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use crate::support::{Problem, geometry, model, number};
 use bksim_analysis::{
-    Branch, Drive, Limits, LimitsRequest, Prescribed, Rotatability, assemblies, kinematics, limits,
+    Branch, CurvesRequest, Drive, Limits, LimitsRequest, Prescribed, Rotatability, assemblies,
+    curves, kinematics, limits,
 };
 
 fn value(pose: &[(String, f64)], name: &str) -> f64 {
@@ -369,4 +370,44 @@ fn transmission_angles_have_one_branch_in_all_tables() {
         }
     }
     assert!(n_told > 0);
+}
+
+/// Questions about positions go through stops and contacts, and name them.
+#[test]
+fn positions_beyond_stops_and_contacts_are_named() {
+    let arm = |more: &str| {
+        geometry(&format!(
+            "[ground]\npoints = {{ P = [-2, -0.8], Q = [2, -0.8] }}\n\
+             [bodies.arm]\nmass = 1\npoints = {{ tip = [1, 0] }}\n\
+             [joints.O]\ntype = \"revolute\"\nbetween = [\"ground\", \"arm\"]\n{more}"
+        ))
+    };
+    let stop = |min: &str, max: &str| {
+        format!("[loads.end]\ntype = \"stop\"\njoint = \"O\"\nmin = \"{min}\"\nmax = \"{max}\"\n")
+    };
+    let floor =
+        "[contacts.floor]\nbetween = [{ line = [\"ground.P\", \"ground.Q\"] }, \"arm.tip\"]\n";
+    let request = LimitsRequest::default();
+    let (near, far) = (stop("-50 deg", "40 deg"), stop("-190 deg", "200 deg"));
+    for (more, names) in [
+        (near.as_str(), vec!["stop `end`"]),
+        (far.as_str(), vec![]),
+        (floor, vec!["contact `floor`"]),
+    ] {
+        let found = limits(arm(more), &request).expect("limits");
+        assert_eq!(found.beyond, names, "{more}");
+        let curves = curves(arm(more), &CurvesRequest::default()).expect("curves");
+        assert_eq!(curves.beyond, names, "{more}");
+    }
+    // A range that stays before the stop, and one that does not; angles by another turn are before it.
+    for (values, names) in [
+        ("-45 deg:35 deg:5", vec![]),
+        ("-45 deg:45 deg:5", vec!["stop `end`".to_owned()]),
+        ("315 deg:395 deg:5", vec![]),
+    ] {
+        let model = arm(&near);
+        let drives = vec![Drive::parse(&model, "O.angle", values).expect("a drive")];
+        let found = kinematics(model, &Prescribed::Drives { drives, through: false });
+        assert_eq!(found.expect("positions").beyond, names, "{values}");
+    }
 }

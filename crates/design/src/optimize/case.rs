@@ -1,6 +1,8 @@
 //! Evaluations of a mechanism: over its motion, at rest, over positions.
 
 use bksim::analysis::{Drive, statics};
+use bksim::model::Model;
+use bksim::model::diagnostic::Diagnostic;
 use bksim::sim::run::Sample;
 use bksim_sweep::{Ending, Monitor, Study};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -49,14 +51,26 @@ impl Case {
         found.into_iter().map(|values| values.filter(is_finite)).collect()
     }
 
+    /// What is wrong with the mechanism at a point where nothing is found at rest.
+    pub(super) fn fault_at_rest(&self, point: &[f64]) -> Option<Diagnostic> {
+        let Over::Static = self.over else { return None };
+        let parameters = self.study.parameters_at(point)?;
+        statics(self.model_with(&parameters), &[], &[]).err()?.diagnostics().into_iter().next()
+    }
+
+    /// The model with these values of its parameters.
+    fn model_with(&self, parameters: &[f64]) -> Model {
+        let mut model = self.study.mechanism().model;
+        for (parameter, value) in model.parameters.iter_mut().zip(parameters) {
+            parameter.value = *value;
+        }
+        model
+    }
+
     /// The first equilibrium.
     fn at_rest(&self, point: &[f64]) -> Option<Vec<f64>> {
         let parameters = self.study.parameters_at(point)?;
-        let mut model = self.study.mechanism().model;
-        for (parameter, value) in model.parameters.iter_mut().zip(&parameters) {
-            parameter.value = *value;
-        }
-        let found = statics(model, &[], &[]).ok()?;
+        let found = statics(self.model_with(&parameters), &[], &[]).ok()?;
         let first = found.equilibria.first()?;
         let n = first.q.len();
         let sample = Sample {

@@ -100,7 +100,9 @@ impl Search<'_> {
                 n_points + 1
             );
             let help = "correct the model until `bksim solve` runs, or choose ranges around values with which it does";
-            return Err(DesignError::fault(codes::NO_START, message, help));
+            let cause = self.cases.iter().find_map(|case| case.fault_at_rest(&of_model));
+            return Err(cause
+                .map_or_else(|| DesignError::fault(codes::NO_START, message, help), Into::into));
         }
         let order = self.order();
         let n_goals = self.n_parts * n_cases;

@@ -128,6 +128,7 @@ fn told_json(units: &ShownUnits, found: &Response) -> Value {
         "transfers": found.transfers.iter().map(transfer).collect::<Vec<_>>(),
         "state": state::json(&found.linear.state, units),
         "pose": pose_json(&found.linear.pose),
-        "held": found.linear.held,
+        "held": found.linear.held.rows,
+        "without": found.linear.held.left_out,
     })
 }

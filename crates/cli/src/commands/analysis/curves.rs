@@ -7,6 +7,7 @@ use bksim::analysis::{
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked_geometry, failed, lines, shown};
+use super::kinematics::beyond;
 use crate::args::analysis::Curves as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
@@ -51,7 +52,7 @@ pub fn request(
 
 /// The answer about a model of this name.
 pub fn told(name: &str, found: &Curves) -> Answer {
-    let mut text = format!("{name}: curves");
+    let mut text = format!("{name}: curves{}", beyond(&found.beyond));
     for point in &found.points {
         text.extend([point_text(point)]);
     }
@@ -91,6 +92,7 @@ pub fn told(name: &str, found: &Curves) -> Answer {
     };
     let json = json!({
         "points": found.points.iter().map(point_json).collect::<Vec<_>>(),
+        "beyond": found.beyond,
         "centres": found.centres.iter().map(place).collect::<Vec<_>>(),
         "centrodes": found.centrodes.iter().map(|c| json!({
             "bodies": c.bodies, "branch": c.branch, "fixed": c.fixed, "moving": c.moving,

@@ -150,6 +150,14 @@ pub fn prescribed(
     Ok((!drives.is_empty()).then_some(Prescribed::Drives { drives, through }))
 }
 
+/// The note about stops and contacts that an answer about positions does not keep to.
+pub(super) fn beyond(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        names => format!("\n  as if there were none of these: {}", names.join(", ")),
+    }
+}
+
 /// The answer about a model of this name: over a range. The object of `--json` repeats the whole table, and stays
 /// empty unless it is asked for.
 pub fn told_range(name: &str, found: Kinematics, as_json: bool) -> Answer {
@@ -157,6 +165,7 @@ pub fn told_range(name: &str, found: Kinematics, as_json: bool) -> Answer {
         1 => format!("{name}: 1 position with its rates"),
         n => format!("{name}: {n} positions with their rates"),
     };
+    text.push_str(&beyond(&found.beyond));
     if !found.limits.is_empty() {
         let rows = found.limits.iter().map(extreme_row).collect();
         text.extend([format!("\n\n{}", lines(&["limit position", "", "value", "where"], rows))]);
@@ -166,6 +175,7 @@ pub fn told_range(name: &str, found: Kinematics, as_json: bool) -> Answer {
             "table": table_json(&found.table),
             "limits": found.limits.iter().map(extreme_json).collect::<Vec<_>>(),
             "stopped": found.stopped,
+            "beyond": found.beyond,
         })
     };
     let json = if as_json { told() } else { json!({}) };

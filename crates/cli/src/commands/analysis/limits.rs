@@ -6,6 +6,7 @@ use bksim::analysis::{
 use serde_json::{Value, json};
 
 use super::answer::{Answer, lines, shown, text_units};
+use super::kinematics::beyond;
 use crate::output::number;
 
 pub(super) fn extreme_json(extreme: &Extreme) -> Value {
@@ -34,7 +35,7 @@ fn is_angle(name: &str) -> bool {
 
 /// The answer about a model of this name: its limits.
 pub fn told_limits(name: &str, found: &bksim::analysis::Limits) -> Answer {
-    let mut text = format!("{name}: limits");
+    let mut text = format!("{name}: limits{}", beyond(&found.beyond));
     text.push_str(&loops_text(found));
     let mut branches = Vec::new();
     let mut table = Table::default();
@@ -150,6 +151,7 @@ fn limits_json(found: &Limits, branches: &[Value]) -> Value {
     };
     json!({
         "branches": branches,
+        "beyond": found.beyond,
         "four_bars": found.four_bars.iter().map(four_bar).collect::<Vec<_>>(),
         "slider_cranks": found.slider_cranks.iter().map(slider_crank).collect::<Vec<_>>(),
     })

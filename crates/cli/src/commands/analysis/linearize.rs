@@ -135,7 +135,8 @@ pub fn told(name: &str, units: &ShownUnits, found: &Linear) -> Answer {
         "poles": found.poles,
         "state": state::json(&found.state, units),
         "pose": pose_json(&found.pose),
-        "held": found.held,
+        "held": found.held.rows,
+        "without": found.held.left_out,
     });
     Answer { command: "linearize", json, text, table }
 }

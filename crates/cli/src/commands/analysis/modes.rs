@@ -75,7 +75,8 @@ pub fn told(name: &str, units: &ShownUnits, found: &Modes) -> Answer {
         "stability": word(found.stability),
         "state": state::json(&found.state, units),
         "branches": branches_json(&found.branches),
-        "held": found.held,
+        "held": found.held.rows,
+        "without": found.held.left_out,
     });
     Answer { command: "modes", json, text, table: found.table() }
 }

@@ -2,8 +2,8 @@
 
 use bksim::analysis::{
     AnalysisError, Balanced, BearingStop, BranchPoint, Continuation, CrossingBranch, Equilibrium,
-    Family, OpenReactions, PassedStop, PointKind, Range, ReactionBound, Statics, WayRates,
-    balanced, compliances, in_words, statics, statics_over,
+    Family, HeldContacts, OpenReactions, PassedStop, PointKind, Range, ReactionBound, Statics,
+    WayRates, balanced, compliances, in_words, statics, statics_over,
 };
 use bksim::model::Model;
 use serde_json::{Value, json};
@@ -56,12 +56,17 @@ pub fn bounds(
     written.iter().map(|(name, values)| ReactionBound::parse(model, name, values)).collect()
 }
 
-/// The note about stops and friction that hold.
-pub(super) fn held(names: &[String]) -> String {
-    if names.is_empty() {
-        return String::new();
+/// The note about stops and friction that hold, and about friction that is left out.
+pub(super) fn held(contacts: &HeldContacts) -> String {
+    let mut text = String::new();
+    if !contacts.rows.is_empty() {
+        text.extend(["\n  counted as constraints: ", &contacts.rows.join(", ")]);
     }
-    format!("\n  counted as constraints: {}", names.join(", "))
+    if !contacts.left_out.is_empty() {
+        let names = contacts.left_out.join(", ");
+        text.extend(["\n  left out, though it may hold poses nearby, too: ", &names]);
+    }
+    text
 }
 
 /// The answer about a model of this name.
@@ -109,7 +114,8 @@ pub fn told(name: &str, found: &Statics) -> Answer {
         "by": by,
         "complete": found.is_complete,
         "branches": branches_json(&found.ways),
-        "held": found.held,
+        "held": found.held.rows,
+        "without": found.held.left_out,
         "equilibria": equilibria.collect::<Vec<_>>(),
         "left_out": left_out.collect::<Vec<_>>(),
     });
@@ -349,7 +355,8 @@ pub fn told_over(name: &str, found: &Continuation) -> Answer {
     let json = json!({
         "parameter": { "name": parameter.name, "unit": parameter.unit },
         "by": names(&found.by),
-        "held": found.held,
+        "held": found.held.rows,
+        "without": found.held.left_out,
         "branches": branches.collect::<Vec<_>>(),
     });
     Answer { command: "static", json, text, table: found.table() }
@@ -371,7 +378,8 @@ pub fn told_balanced(name: &str, found: &Balanced) -> Answer {
     });
     let json = json!({
         "by": names(&found.by),
-        "held": found.held,
+        "held": found.held.rows,
+        "without": found.held.left_out,
         "values": values.collect::<Vec<_>>(),
         "equilibrium": equilibrium_json(&found.joints, &found.equilibrium),
     });
