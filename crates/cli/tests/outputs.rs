@@ -174,3 +174,65 @@ fn a_log_stops_at_its_limit_and_goes_on_when_that_is_raised() {
     let output = place.run("solve long.toml --log-limit 12");
     assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
 }
+
+/// Loads and outputs with poles, overflows and roots of nothing, in every command that prints numbers: none of them is one.
+#[test]
+fn no_command_prints_what_is_no_number() {
+    let model = |load: &str, output: &str| {
+        format!(
+            "[parameters]\nm = 1\n[bodies.arm]\nmass = \"m\"\ninertia = 0.1\ncom = [0.5, 0]\npoints = {{ tip = [1, 0] }}\n\
+             [joints.O]\ntype = \"revolute\"\nbetween = [\"ground\", \"arm\"]\n\
+             [loads]\ng = {{ type = \"gravity\", acceleration = [0, -9.81] }}\n\
+             k = {{ type = \"torsion\", joint = \"O\", stiffness = 20 }}\n\
+             u = {{ type = \"torque\", on = \"arm\", value = \"0.5 N m*({load})\" }}\n\
+             [initial]\nO = {{ angle = 0.2 }}\n[outputs]\nh = \"{output}\"\n[solve]\nt_end = 0.1\nevery = 0.05\n"
+        )
+    };
+    let pole = "1/(O.angle/(1 rad) - 0.2)";
+    let cases = [
+        model(pole, "arm.tip.y"),
+        model("exp(5000*O.angle/(1 rad))", "arm.tip.y"),
+        model("sqrt(O.angle/(1 rad) - 0.2)", "arm.tip.y"),
+        model("1", pole),
+    ];
+    let commands = [
+        "solve M --force",
+        "export M",
+        "report M",
+        "verify M",
+        "assemble M",
+        "static M",
+        "static M --over m=1:2:3",
+        "static M --solve m",
+        "modes M",
+        "modes M --at start",
+        "linearize M --output h",
+        "linearize M --at start --output h",
+        "bode M --at start --input O --output h",
+        "code M --part linear --at start --force -o c",
+        "inverse M --motion O.angle=0.2-0.3*t --times 0:0.5:3",
+        "gradient M --of energy.total",
+        "kinematics M --drive O.angle=0.1:0.3:3",
+        "kinematics M --limits",
+        "curves M",
+        "polygons M --drive O.angle=0.2",
+        "doctor M",
+    ];
+    for (k, case) in cases.iter().enumerate() {
+        let place = Scratch::new();
+        place.write("m.toml", case);
+        let mut n_refused = 0;
+        for command in commands {
+            let output = place.run(&command.replace(" M", " m.toml"));
+            let (out, said) = (text(&output.stdout), text(&output.stderr));
+            let mut words = out.split(|c: char| !(c.is_alphanumeric() || c == '.'));
+            let bad = words.find(|word| ["nan", "inf"].contains(&word.to_lowercase().as_str()));
+            assert!(bad.is_none(), "case {k}, {command}: {out}");
+            if !output.status.success() {
+                n_refused += 1;
+                assert!(said.contains("error["), "case {k}, {command}: {said}");
+            }
+        }
+        assert!(n_refused > 3, "case {k}: {n_refused} refused");
+    }
+}

@@ -297,8 +297,15 @@ fn with_quote(line: &str, mark: char) -> Option<String> {
 /// that the next line of the file already starts.
 fn unclosed_bracket(text: &str, said: &str, span: &Span) -> Option<usize> {
     let at_end = said.starts_with("unclosed");
-    let next_line = text[line_of(text, span.start)].contains('=')
-        && (said.starts_with("missing comma") || said.contains("in array"));
+    let line = text[line_of(text, span.start)].trim();
+    let is_header = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
+    let is_header = is_header.is_some_and(|name| {
+        let is_part = |c: char| c.is_alphanumeric() || "_.- []".contains(c);
+        name.starts_with(|c: char| c.is_alphabetic() || c == '[') && name.chars().all(is_part)
+    });
+    let is_inside = said.starts_with("missing comma")
+        || ["in array", "inline table"].iter().any(|place| said.contains(place));
+    let next_line = (is_header || line.contains('=')) && is_inside;
     if !at_end && !next_line {
         return None;
     }
