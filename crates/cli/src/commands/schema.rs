@@ -9,82 +9,25 @@ use crate::output;
 /// The page whose tables say what keys mean.
 const REFERENCE: &str = include_str!("../../../../docs/model-reference.md");
 
-/// Keys with the kind of their values, wherever they stand; others take any value.
-const KINDS: [(&str, Kind); 70] = {
-    use Kind::{Array, Flag, Names, Quantity, Table, Text, Whole};
-    [
-        ("between", Names),
-        ("type", Text),
-        ("on", Text),
-        ("joint", Text),
-        ("of", Text),
-        ("from", Text),
-        ("law", Text),
-        ("curve", Text),
-        ("clock", Text),
-        ("file", Text),
-        ("part", Text),
-        ("interpolation", Text),
-        ("extrapolate", Text),
-        ("formulation", Text),
-        ("method", Text),
-        ("jit", Text),
-        ("axes", Text),
-        ("shape", Text),
-        ("cut", Flag),
-        ("free", Flag),
-        ("internal", Flag),
-        ("reversed", Flag),
-        ("crossed", Flag),
-        ("slack", Flag),
-        ("count", Whole),
-        ("first", Whole),
-        ("axis", Array),
-        ("second", Array),
-        ("com", Array),
-        ("vector", Array),
-        ("acceleration", Array),
-        ("shapes", Array),
-        ("when", Array),
-        ("segments", Array),
-        ("formula", Array),
-        ("range", Array),
-        ("over", Array),
-        ("with", Table),
-        ("mass", Quantity),
-        ("density", Quantity),
-        ("thickness", Quantity),
-        ("stiffness", Quantity),
-        ("damping", Quantity),
-        ("length", Quantity),
-        ("value", Quantity),
-        ("motion", Quantity),
-        ("relation", Quantity),
-        ("ratio", Quantity),
-        ("flexible", Table),
-        ("pressure_angle", Quantity),
-        ("helix", Quantity),
-        ("backlash", Quantity),
-        ("EA", Quantity),
-        ("rim", Quantity),
-        ("lead", Quantity),
-        ("restitution", Quantity),
-        ("mu", Quantity),
-        ("force", Quantity),
-        ("torque", Quantity),
-        ("static", Quantity),
-        ("rate", Quantity),
-        ("every", Quantity),
-        ("min", Quantity),
-        ("max", Quantity),
-        ("t_start", Quantity),
-        ("t_end", Quantity),
-        ("rtol", Quantity),
-        ("atol", Quantity),
-        ("step", Quantity),
-        ("newton_tolerance", Quantity),
-    ]
-};
+/// Keys by the kind of their values, wherever they stand; others take any value.
+const KINDS: [(Kind, &str); 7] = [
+    (Kind::Names, "between"),
+    (
+        Kind::Text,
+        "type on joint of from law curve clock file part interpolation extrapolate \
+         formulation method jit axes shape",
+    ),
+    (Kind::Flag, "cut free internal reversed crossed slack"),
+    (Kind::Whole, "count first"),
+    (Kind::Array, "axis second com vector acceleration shapes when segments formula range over"),
+    (Kind::Table, "with flexible"),
+    (
+        Kind::Quantity,
+        "mass density thickness stiffness damping length value motion relation ratio \
+         pressure_angle helix backlash EA rim lead restitution mu force torque static \
+         rate every min max t_start t_end rtol atol step newton_tolerance",
+    ),
+];
 
 /// A kind of value in a model file.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -204,7 +147,10 @@ fn named(section: &str, forms: &[TableForm]) -> Value {
 }
 
 fn key_schema(section: &str, key: &str) -> Value {
-    let kind = KINDS.iter().find(|(known, _)| *known == key).map(|(_, kind)| *kind);
+    let kind = KINDS
+        .iter()
+        .find(|(_, keys)| keys.split(' ').any(|known| known == key))
+        .map(|(kind, _)| *kind);
     // The words of one section mean something else in another.
     let kind = match (section, key) {
         // A belt goes around any number of wheels.
