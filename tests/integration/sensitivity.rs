@@ -238,6 +238,34 @@ fn open_velocities_change_as_the_nearest_ones() {
     agree(CHAIN, "lower.vx", &speed, TIGHT, 1e-6);
 }
 
+/// A chain of equal links falls the same way whatever their mass: what is left of its derivatives is rounding, and costs
+/// no more steps than others.
+#[test]
+fn what_moves_nothing_has_no_sensitivity() {
+    let bodies = (0..3).map(|k| {
+        format!(
+            "[bodies.b{k}]\nmass = \"m\"\ninertia = \"m*l^2/12\"\ncom = [\"l/2\", 0]\npoints.B = [\"l\", 0]\n\
+             [joints.j{k}]\ntype = \"revolute\"\nbetween = [\"{}\", \"b{k}\"]\n",
+            if k == 0 { "ground".to_owned() } else { format!("b{}.B", k - 1) }
+        )
+    });
+    let text = "[parameters]\nl = \"0.2 m\"\nm = \"0.1 kg\"\n[loads.gravity]\ntype = \"gravity\"\n\
+                acceleration = [0, \"-9.81 m/s^2\"]\n"
+        .to_owned()
+        + &bodies.collect::<String>();
+    for rtol in [1e-6, 1e-9] {
+        let mut model = model(&text);
+        (model.solve.rtol, model.solve.atol, model.solve.t_end) = (rtol, rtol, 0.5);
+        let mechanism = derive(model);
+        let by = [mechanism.sensitive("m").expect("a parameter")];
+        let motion = mechanism.simulation().expect("a simulation").sensitivities(&by);
+        let motion = motion.expect("a motion");
+        let largest = motion.sensitivities.iter().flat_map(|by| &by[0].q);
+        let largest = largest.fold(0.0, |largest: f64, x| largest.max(x.abs()));
+        assert!(largest < 1e-9, "{largest:e} rad/kg at {rtol:e}");
+    }
+}
+
 /// At every output the derivatives satisfy those of x₃ = l cos θ + √(L² − l² sin² θ), L = 3 m, and of
 /// its rate, to rounding, whatever the tolerance.
 #[test]

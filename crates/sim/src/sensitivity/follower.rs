@@ -12,7 +12,7 @@ use super::pace::Pace;
 use super::reduction::Reduction;
 use super::tangent::{TangentPoint, Tangents};
 use super::written::Instants;
-use super::{SensitivityEquations, SensitivityPlan};
+use super::{Sensitive, SensitivityEquations, SensitivityPlan};
 use crate::function::Buffers;
 use crate::hybrid::Passage;
 use crate::modes::indicators::IndicatorEvaluator;
@@ -64,6 +64,8 @@ pub(super) struct Follower<'a, 'o> {
     steps: Vec<LinearStep>,
     /// Largest change of a velocity so far, by quantity.
     scale: Vec<f64>,
+    /// Changes of a velocity by less than this, as a part of the velocity, are rounding; by quantity.
+    least: Vec<f64>,
     pub(super) fault: Option<NoSensitivity>,
     state: Vec<f64>,
     /// The nodes of a step, with q and v at each.
@@ -74,8 +76,23 @@ pub(super) struct Follower<'a, 'o> {
 /// Segments after which changes are taken onto the constraints.
 const DRIFTING: usize = 8;
 
+/// Part of the motion by which a relative change of a parameter may be off: rounding is less, and changes by what has no
+/// influence are rounding alone.
+const ROUNDING: f64 = 1e-12;
+
 /// Changes of q and v, nq × n_sensitive by rows.
 type Changes = (Vec<f64>, Vec<f64>);
+
+/// By quantity, [`ROUNDING`] in tolerances over the parameter's value; zero where that has no size.
+fn least(plan: &SensitivityPlan, (parameters, rtol): (&[f64], f64)) -> Vec<f64> {
+    let of_quantity = |by: Option<&Sensitive>| match by {
+        Some(&Sensitive::Parameter(k)) if parameters[k] != 0.0 => {
+            ROUNDING / (rtol.max(ROUNDING) * parameters[k].abs())
+        }
+        _ => 0.0,
+    };
+    (0..plan.start.len()).map(|k| of_quantity(plan.equations.sensitive.get(k))).collect()
+}
 
 /// The stages for a mechanism of nq coordinates.
 pub(super) fn stages(nq: usize) -> Stages {
@@ -120,6 +137,7 @@ impl<'a, 'o> Follower<'a, 'o> {
             n_drifting: 0,
             steps: Vec::new(),
             scale: vec![0.0; m],
+            least: least(plan, (problem.parameters, options.rtol)),
             fault: None,
             state: vec![0.0; 2 * nq],
             nodes: (vec![0.0; stages.count()], vec![0.0; stages.count() * 2 * nq]),
@@ -300,7 +318,9 @@ impl<'a, 'o> Follower<'a, 'o> {
         let m = self.start.len();
         let (mut u, mut rate) = (vec![0.0; self.dq.len()], vec![0.0; self.dv.len()]);
         step.at(step.t1(), &mut u, &mut rate);
-        let mut scale = self.scale.clone();
+        let speed = self.speed();
+        let larger = |(scale, least): (&f64, &f64)| scale.max(least * speed);
+        let mut scale: Vec<f64> = self.scale.iter().zip(&self.least).map(larger).collect();
         for (k, value) in self.dv.iter().chain(&rate).enumerate() {
             scale[k % m] = scale[k % m].max(value.abs());
         }
@@ -308,6 +328,13 @@ impl<'a, 'o> Follower<'a, 'o> {
         let relative =
             errors.map(|(k, error)| if error == 0.0 { 0.0 } else { error / scale[k % m] });
         relative.fold(0.0, f64::max)
+    }
+
+    /// Largest velocity at the nodes of the last step.
+    fn speed(&self) -> f64 {
+        let nq = self.problem.compiled.nq();
+        let velocities = self.nodes.1.chunks_exact(2 * nq.max(1)).flat_map(|state| &state[nq..]);
+        velocities.fold(0.0, |largest: f64, v| largest.max(v.abs()))
     }
 
     fn note_scale(&mut self) {
