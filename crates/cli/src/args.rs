@@ -2,6 +2,7 @@
 
 pub mod analysis;
 pub(crate) mod cad;
+pub mod changes;
 pub(crate) mod code;
 pub mod design;
 pub(crate) mod draw;
@@ -18,6 +19,7 @@ pub mod plot;
 pub mod render;
 pub(crate) mod report;
 pub mod run;
+pub mod sheet;
 pub(crate) mod shell;
 mod size;
 pub(crate) mod speech;
@@ -28,6 +30,7 @@ pub mod view;
 
 use std::path::{Path, PathBuf};
 
+use self::changes::Changes;
 use self::run::RunArgs;
 use self::size::log_size;
 use self::text::{Equations, Expand, Explain, ModelText, Parts, TextFile};
@@ -120,6 +123,8 @@ pub(crate) enum Command {
     Info(info::Info),
     /// Report limits, strokes, time ratios, peaks and energies.
     Report(report::Report),
+    /// Make a sheet of the largest pin forces of all load cases.
+    Sheet(sheet::Sheet),
     /// Draw curves of runs as SVG, PNG, PDF or text.
     Plot(plot::Plot),
     /// Write a page of HTML: animation, curves, equations.
@@ -173,9 +178,9 @@ pub(crate) struct New {
 pub struct ModelArgs {
     /// The model file, or a drawing (DXF, DWG).
     pub model: PathBuf,
-    /// Give a parameter another value: a number, a quantity such as "25 mm", or an expression.
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
-    pub set: Vec<(String, String)>,
+    /// Values in place of the model's.
+    #[command(flatten)]
+    pub set: Changes,
     /// How a drawing is read.
     #[command(flatten)]
     pub drawing: DrawingArgs,
@@ -192,7 +197,7 @@ impl DrawingArgs {
 impl ModelArgs {
     /// A file with nothing else said.
     pub fn of(model: &Path) -> Self {
-        Self { model: model.to_owned(), set: Vec::new(), drawing: DrawingArgs::default() }
+        Self { model: model.to_owned(), set: Changes::default(), drawing: DrawingArgs::default() }
     }
 }
 

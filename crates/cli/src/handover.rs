@@ -9,6 +9,7 @@ use std::process::Command;
 use bksim_load::plain_words;
 
 use crate::StudioCommand;
+use crate::each_case::More;
 use crate::exit::Failure;
 
 /// Name of the program, without the ending that the system gives to programs.
@@ -21,7 +22,11 @@ const NO_DISPLAYS: (&str, &str) = ("NODEVICE_SELECT", "1");
 
 /// Starts the program of the studio with these arguments, the first of which is the name of this one,
 /// and gives its exit status.
-pub(crate) fn run(command: StudioCommand<'_>, arguments: &[OsString]) -> Result<u8, Failure> {
+pub(crate) fn run(
+    command: StudioCommand<'_>,
+    arguments: &[OsString],
+    more: More,
+) -> Result<u8, Failure> {
     let program = path().map_err(|error| unavailable(command, &error))?;
     let mut studio = Command::new(program);
     studio.args(arguments.iter().skip(1));
@@ -29,7 +34,8 @@ pub(crate) fn run(command: StudioCommand<'_>, arguments: &[OsString]) -> Result<
     if DESKTOP.iter().all(|name| env::var_os(name).is_none()) {
         studio.env(NO_DISPLAYS.0, NO_DISPLAYS.1);
     }
-    finish(studio).map_err(|error| unavailable(command, &error))
+    let done = if more == More::Follows { status_of(studio) } else { finish(studio) };
+    done.map_err(|error| unavailable(command, &error))
 }
 
 /// The studio lies in the folder of this program, be that a link or not.
@@ -51,7 +57,11 @@ fn finish(mut studio: Command) -> io::Result<u8> {
 }
 
 #[cfg(not(unix))]
-fn finish(mut studio: Command) -> io::Result<u8> {
+fn finish(studio: Command) -> io::Result<u8> {
+    status_of(studio)
+}
+
+fn status_of(mut studio: Command) -> io::Result<u8> {
     let status = studio.status()?;
     // Statuses of bksim are small; a process that was ended from outside has none of them.
     Ok(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(u8::MAX))

@@ -7,6 +7,7 @@
 mod again;
 pub mod args;
 pub mod commands;
+mod each_case;
 pub mod examples;
 pub mod exit;
 mod handover;
@@ -26,6 +27,8 @@ mod unfinished;
 mod visible;
 pub mod waiting;
 
+pub use self::each_case::for_each_case;
+
 use std::ffi::OsString;
 use std::path::Path;
 
@@ -38,6 +41,7 @@ use crate::args::live::Edit;
 use crate::args::page::Page;
 use crate::args::plot::Plot;
 use crate::args::render::Render;
+use crate::args::sheet::Sheet;
 use crate::args::speech::{language, with_language};
 use crate::args::sweep::Sweep;
 use crate::args::view::View;
@@ -79,6 +83,8 @@ pub enum StudioCommand<'a> {
     Tolerance(&'a Tolerance),
     /// Linkages for a task.
     Synthesize(&'a Synthesize),
+    /// The largest pin forces.
+    Sheet(&'a Sheet),
     /// A window.
     View(&'a View),
 }
@@ -98,6 +104,7 @@ impl StudioCommand<'_> {
             Self::Plot(_) => "plot",
             Self::Polygons(..) => "polygons",
             Self::Render(_) => "render",
+            Self::Sheet(_) => "sheet",
             Self::Sweep(_) => "sweep",
             Self::Optimize(_) => "optimize",
             Self::Fit(_) => "fit",
@@ -127,7 +134,9 @@ pub type Studio<'a> = &'a dyn Fn(StudioCommand<'_>, Common) -> Result<u8, Failur
 /// A command of the studio is done by the program `bksim-studio` in the folder of this one: on Unix
 /// that takes the place of this process, elsewhere its exit status is this one's.
 pub fn run(arguments: &[OsString]) -> u8 {
-    run_with(arguments, &|command, _| handover::run(command, arguments))
+    for_each_case(arguments, &|arguments, more| {
+        run_with(arguments, &|command, _| handover::run(command, arguments, more))
+    })
 }
 
 /// Run of the command line ([`run`]) with the commands of the studio done by `studio`.
@@ -251,6 +260,7 @@ fn done(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>) {
         Command::Synthesize(args) => studio(StudioCommand::Synthesize(args)),
         Command::Render(args) => studio(StudioCommand::Render(args)),
         Command::View(args) => studio(StudioCommand::View(args)),
+        Command::Sheet(args) => studio(StudioCommand::Sheet(args)),
         Command::Export(args) => match args.parquet() {
             Some(path) => studio(StudioCommand::Export(args, path)),
             None => own("export", commands::export::run(args, json, nesting)),

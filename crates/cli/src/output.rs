@@ -65,6 +65,14 @@ fn put(text: &str) -> Result<(), Failure> {
     writeln!(stdout, "{text}").and_then(|()| stdout.flush()).map_err(|e| Failure::stdout(&e))
 }
 
+/// The load case that answers are about.
+static CASE: Mutex<Option<String>> = Mutex::new(None);
+
+/// Says which load case the next answer is about.
+pub(crate) fn about_case(name: Option<&str>) {
+    *CASE.lock().unwrap_or_else(PoisonError::into_inner) = name.map(str::to_owned);
+}
+
 /// Prints the one JSON object of a command; a body that says `ok` has the last word on it.
 ///
 /// # Errors
@@ -73,6 +81,9 @@ pub fn json(command: &str, body: Value) -> Result<(), Failure> {
     let mut object = Map::new();
     object.insert("ok".into(), Value::Bool(true));
     object.insert("command".into(), command.into());
+    if let Some(case) = CASE.lock().unwrap_or_else(PoisonError::into_inner).clone() {
+        object.insert("case".into(), case.into());
+    }
     if let Value::Object(body) = body {
         object.extend(body);
     }
@@ -106,7 +117,7 @@ pub(crate) fn column(values: &[f64]) -> Vec<String> {
 }
 
 /// Rows with left-aligned columns, two spaces apart, each line indented by two.
-pub(crate) fn table(rows: &[Vec<String>]) -> String {
+pub fn table(rows: &[Vec<String>]) -> String {
     let n_columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
         rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max()

@@ -15,6 +15,7 @@ pub use bksim_load::{Loaded, Text, is_stdin};
 
 use crate::args::{DrawingArgs, ModelArgs};
 use crate::exit::Failure;
+use crate::output;
 use crate::waiting::waiting;
 
 /// Opens and reads a model: a model file, a drawing, or a model file next to a drawing.
@@ -34,6 +35,7 @@ pub fn load_geometry(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Fai
 }
 
 fn load_as(args: &ModelArgs, max_nesting: usize, is_geometry: bool) -> Result<Loaded, Failure> {
+    output::about_case(args.set.case());
     let request = Request {
         path: &args.model,
         overrides: &args.set,

@@ -302,3 +302,92 @@ fn the_largest_pin_force_has_its_direction_and_pose() {
     near(8, 90.0, 1e-2);
     near(10, 0.0, 1e-2);
 }
+
+/// A bob that falls from the level presses with 3 m g where it is lowest.
+const CASES: &str = r#"
+[parameters]
+load = "1 kg"
+g = "9.81 m/s^2"
+
+[bodies.bob]
+mass = "1 kg + load"
+inertia = 0
+com = [0, "-0.5 m"]
+
+[joints.A]
+type = "revolute"
+between = ["ground", "bob"]
+
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-g"]
+
+[initial]
+A = { angle = "90 deg" }
+
+[solve]
+t_end = "0.6 s"
+rtol = 1e-10
+atol = 1e-10
+
+[cases.full]
+title = "full load"
+set = { load = "9 kg" }
+
+[cases.moon]
+set = { "loads.gravity.acceleration.1" = "-1.62 m/s^2", solve.t_end = "1.5 s" }
+
+[cases.low]
+set = { A.angle = "60 deg", initial.A.rate = "0 rad/s" }
+"#;
+
+/// The largest force of the pin in N, of a report.
+fn pin(place: &Scratch, arguments: &str) -> f64 {
+    let found = report(place, arguments);
+    part(&found, "reactions", "joint", "A")["force"]["value"].as_f64().expect("a force")
+}
+
+#[test]
+fn a_load_case_changes_parameters_loads_and_the_start() {
+    let place = Scratch::new();
+    place.write("swing.toml", CASES);
+    // 3 m g from the level, (3 - 2 cos 60°) m g from 60°.
+    let expected =
+        [("", 6.0 * 9.81), ("full", 30.0 * 9.81), ("moon", 6.0 * 1.62), ("low", 4.0 * 9.81)];
+    for (case, force) in expected {
+        let chosen = if case.is_empty() { String::new() } else { format!(" --case {case}") };
+        let found = pin(&place, &format!("swing.toml{chosen}"));
+        assert!((found - force).abs() < 1e-6 * force, "{case}: {found} for {force}");
+    }
+    // What is set goes over the case, and a log is that of its case.
+    let found = pin(&place, "swing.toml --case full --set load=4");
+    assert!((found - 15.0 * 9.81).abs() < 1e-4, "{found}");
+    run(&place, "solve swing.toml --case full");
+    let found = pin(&place, "swing-full.mcap");
+    assert!((found - 30.0 * 9.81).abs() < 1e-4, "{found}");
+}
+
+#[test]
+fn all_load_cases_are_done_one_after_the_other() {
+    let place = Scratch::new();
+    place.write("swing.toml", CASES);
+    let printed = run(&place, "report swing.toml --cases -o pins.csv");
+    assert_eq!(printed.lines().next(), Some("case `full`, full load"));
+    for (case, force) in [("full", 294.3), ("moon", 9.72), ("low", 39.24)] {
+        let sheet = fs::read_to_string(place.path().join(format!("pins-{case}.csv")));
+        let sheet = sheet.expect("a sheet of the case");
+        let row = sheet.lines().nth(1).expect("a joint").split(',').nth(1).expect("a force");
+        let found: f64 = row.parse().expect("a number");
+        assert!((found - force).abs() < 1e-4 * force, "{case}: {found}");
+    }
+    let printed = run(&place, "report swing.toml --cases --json");
+    let objects = serde_json::Deserializer::from_str(&printed).into_iter::<Value>();
+    let cases: Vec<Value> =
+        objects.map(|object| object.expect("an object")["case"].clone()).collect();
+    assert_eq!(cases, ["full", "moon", "low"]);
+    // Neither a model without cases nor a log has any.
+    place.write("plain.toml", CASES.split("[cases").next().expect("a model"));
+    let output = place.run("report plain.toml --cases");
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("has no load cases"), "{}", text(&output.stderr));
+}

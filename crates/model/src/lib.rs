@@ -32,6 +32,7 @@ mod io;
 mod joint;
 pub mod library;
 mod load;
+mod load_case;
 mod measure;
 mod measure_names;
 mod mesh;
@@ -58,6 +59,7 @@ pub use ids::{
 pub use io::Io;
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{FrictionLaw, Load, LoadKind, Surface};
+pub use load_case::LoadCase;
 pub use measure::{Axis, ContactPart, Frame, Initial, Measure, Orientation, Resultant, Signal};
 pub use measure_names::{ENERGIES, free_motion_names, reaction_words};
 pub use mesh::{Mesh, MeshFault, MeshMoments};

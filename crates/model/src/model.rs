@@ -21,6 +21,7 @@ use crate::ids::ParameterId;
 use crate::io::Io;
 use crate::joint::Joint;
 use crate::load::{Load, LoadKind};
+use crate::load_case::LoadCase;
 use crate::measure::{Initial, Orientation, Signal};
 use crate::rope::Rope;
 use crate::solve::SolveOptions;
@@ -98,6 +99,8 @@ pub struct Model<P = Pool> {
     pub io: Io,
     /// How joints yield that repeat others; all others are rigid.
     pub compliances: Vec<Compliance>,
+    /// The load cases that the file has, in file order; the chosen one is in the model already.
+    pub cases: Vec<LoadCase>,
 }
 
 impl<P> Model<P> {
@@ -137,6 +140,7 @@ impl<P> Model<P> {
             inputs: self.inputs.clone(),
             io: self.io.clone(),
             compliances: self.compliances.clone(),
+            cases: self.cases.clone(),
         }
     }
 }

@@ -24,6 +24,7 @@
 //! | `figure.rs`, `theme.rs` | figures as plain data; colours |
 //! | `font.rs`, `layout.rs`, `legend.rs` | widths of texts; positions of panels, axes and names |
 //! | `svg.rs`, `picture.rs` | the picture as SVG; from there to PNG and PDF |
+//! | `document.rs` | documents of texts, tables and pictures: HTML, pages of PDF |
 //! | `terminal.rs` | the picture in characters |
 //!
 //! # Invariants
@@ -33,6 +34,7 @@
 
 mod axis;
 mod decimate;
+mod document;
 mod figure;
 mod font;
 mod layout;
@@ -46,6 +48,7 @@ mod ticks;
 
 pub use axis::{Axis, Scale, unit_text};
 pub use decimate::{Envelope, LARGEST, Point};
+pub use document::{Block, Document, ROOM};
 pub use figure::{Curve, Figure, Mark, Panel, Size};
 pub use picture::{Format, PlotError, convert};
 pub use terminal::Screen;

@@ -125,8 +125,22 @@ fn to_png(tree: &Tree, size: Size, scale: f64) -> Result<Vec<u8>, PlotError> {
     pixels.encode_png().map_err(|error| library(&error))
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "sides are checked")]
 fn to_pdf(tree: &Tree, size: Size, title: &str) -> Result<Vec<u8>, PlotError> {
+    trees_to_pdf(std::slice::from_ref(tree), size, title)
+}
+
+/// Pages of one size, as SVG, in one PDF.
+pub(crate) fn pages_to_pdf(
+    pages: &[String],
+    size: Size,
+    title: &str,
+) -> Result<Vec<u8>, PlotError> {
+    let trees = pages.iter().map(|page| tree(page)).collect::<Result<Vec<_>, _>>()?;
+    trees_to_pdf(&trees, size, title)
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "sides are checked")]
+fn trees_to_pdf(trees: &[Tree], size: Size, title: &str) -> Result<Vec<u8>, PlotError> {
     let [width, height] = [size.width, size.height].map(|side| (side * POINTS_PER_PIXEL) as f32);
     let settings = PageSettings::from_wh(width, height);
     let page_size = PageSize::from_wh(width, height);
@@ -134,12 +148,14 @@ fn to_pdf(tree: &Tree, size: Size, title: &str) -> Result<Vec<u8>, PlotError> {
         settings.zip(page_size).ok_or_else(|| library(&"no page of this size"))?;
     let mut document = krilla::Document::new();
     document.set_metadata(Metadata::new().title(title.to_owned()));
-    let mut page = document.start_page_with(settings);
-    let mut surface = page.surface();
-    let drawn = surface.draw_svg(tree, page_size, SvgSettings::default());
-    surface.finish();
-    page.finish();
-    drawn.ok_or_else(|| library(&"the drawing was refused"))?;
+    for tree in trees {
+        let mut page = document.start_page_with(settings.clone());
+        let mut surface = page.surface();
+        let drawn = surface.draw_svg(tree, page_size, SvgSettings::default());
+        surface.finish();
+        page.finish();
+        drawn.ok_or_else(|| library(&"the drawing was refused"))?;
+    }
     document.finish().map_err(|error| library(&format!("{error:?}")))
 }
 

@@ -313,7 +313,7 @@ fn color(rgb: u32) -> String {
 }
 
 /// Text inside of XML; characters that XML cannot hold become `�`.
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for letter in text.chars() {
         match letter {

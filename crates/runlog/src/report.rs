@@ -16,7 +16,9 @@ use bksim_sim::run::Unreplayed;
 
 pub use json::json_of;
 pub use number::number;
-pub use pins::{PinForce, pin_sheet};
+pub use pins::{
+    Cell, PinForce, PinTable, angle_unit, pin_sheet, pin_table, six_digits, worst_cases,
+};
 pub use ratio::TimeRatio;
 pub use survey::report;
 pub use tables::{Row, tables};

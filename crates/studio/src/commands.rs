@@ -10,5 +10,6 @@ pub(crate) mod panels;
 pub(crate) mod plot;
 pub(crate) mod polygons;
 pub(crate) mod render;
+pub(crate) mod sheet;
 pub(crate) mod sweep;
 pub(crate) mod view;

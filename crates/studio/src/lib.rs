@@ -14,7 +14,7 @@ use std::ffi::OsString;
 use bksim_cli::commands::analysis::{doctor, kinematics};
 use bksim_cli::commands::export::{TableFormat, to_file};
 use bksim_cli::exit::{Failure, Status};
-use bksim_cli::{Common, StudioCommand, run_with};
+use bksim_cli::{Common, StudioCommand, for_each_case, run_with};
 
 pub use crate::parquet::to_parquet;
 pub use bksim_cli::output_file;
@@ -36,7 +36,9 @@ const PARQUET: TableFormat = TableFormat {
 /// Does what the arguments of `bksim` say, the name of the program first, all of it in this process,
 /// and gives its exit status; the rest as [`bksim_cli::run`].
 pub fn run(arguments: &[OsString]) -> u8 {
-    run_with(arguments, &|command, common| studio(command, common).map(Status::code))
+    for_each_case(arguments, &|arguments, _| {
+        run_with(arguments, &|command, common| studio(command, common).map(Status::code))
+    })
 }
 
 fn studio(command: StudioCommand<'_>, common: Common) -> Result<Status, Failure> {
@@ -65,6 +67,7 @@ fn studio(command: StudioCommand<'_>, common: Common) -> Result<Status, Failure>
         StudioCommand::Tolerance(args) => commands::design::tolerance(args, json, nesting),
         StudioCommand::Synthesize(args) => commands::design::synthesize(args, json),
         StudioCommand::Sweep(args) => commands::sweep::run(args, json, nesting),
+        StudioCommand::Sheet(args) => commands::sheet::run(args, json, nesting),
         StudioCommand::View(args) => commands::view::run(args, json, nesting),
     }
 }

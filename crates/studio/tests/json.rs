@@ -212,7 +212,7 @@ fn the_page_lists_the_keys_that_are_printed() {
     place.write("bad.toml", "[bodies.b]\nmas = 1\n");
     place.write("bead.toml", "[bodies.bead]\nmass = 1\nfree = true\n");
     place.write("contacts.toml", CONTACTS);
-    place.write("outputs.toml", format!("{CONTACTS}[outputs]\nway = \"2*S.position\"\n"));
+    place.write("outputs.toml", format!("{CONTACTS}[outputs]\nway = \"2*S.position\"\n[cases.other]\nset = {{ solve.t_end = 0.5 }}\n"));
     place.write("guides.toml", GUIDES);
     place.write("cam.toml", CAM);
     place.write("undercut.toml", CAM.replace("30 mm", "5 mm"));
@@ -295,7 +295,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "export parallelogram.mcap energy -o joules.csv --in kJ",
         "report parallelogram.mcap",
         "report contacts.toml -o contacts.md",
-        "report outputs.toml",
+        "report outputs.toml --case other",
         "plot four-bar.toml --path coupler.C -o path.svg",
         "report quick-return.toml --units mm,deg",
         "info parallelogram.mcap",
@@ -349,7 +349,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         collect(&object, "", &mut keys);
         for (key, kinds) in keys {
             let section = match key.as_str() {
-                "ok" | "command" => "Every command",
+                "ok" | "command" | "case" => "Every command",
                 key if key.starts_with("diagnostics[]") => "Diagnostics",
                 _ => own,
             };
@@ -373,6 +373,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "doctor",
         "verify",
         "inverse",
+        "sheet",
     ] {
         pages.remove(question);
     }

@@ -12,5 +12,6 @@ mod pictures;
 mod plot;
 mod readmes;
 mod render;
+mod sheet;
 mod sweep;
 mod view;

@@ -25,7 +25,7 @@ const GROUPS: [(&str, &[&str]); 8] = [
         ],
     ),
     ("Design", &["optimize", "fit", "tolerance", "synthesize"]),
-    ("Results", &["info", "report", "export"]),
+    ("Results", &["info", "report", "sheet", "export"]),
     ("Pictures", &["view", "render", "plot", "page"]),
     ("Help and tools", &["explain", "lsp", "schema", "completions", "man", "help"]),
 ];

@@ -35,6 +35,7 @@ impl Command {
             Self::Export(args) => &args.run.input,
             Self::Info(args) => &args.run.input,
             Self::Report(args) => &args.run.input,
+            Self::Sheet(args) => &args.run.input,
             Self::Page(args) => &args.run.input,
             Self::Plot(args) => return args.files(),
             Self::New(_)

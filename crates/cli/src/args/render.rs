@@ -7,9 +7,10 @@ use bksim_scene::request::{Background, DENSITIES, FACTORS, MOST_GHOSTS, SIDES};
 use bksim_scene::{Section, StandardView};
 use clap::{Args, ValueEnum};
 
+use super::changes::Changes;
 use super::mode::ModeArgs;
 use super::time::time;
-use super::{DrawingArgs, ModelArgs, assignment};
+use super::{DrawingArgs, ModelArgs};
 
 /// Pictures show one instant; films show the motion from --from to --to.
 #[derive(Args, Debug)]
@@ -24,9 +25,9 @@ pub struct Render {
     /// Overwrite an existing file.
     #[arg(long)]
     pub force: bool,
-    /// Give a parameter of a model another value.
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
-    pub set: Vec<(String, String)>,
+    /// Values in place of the model's.
+    #[command(flatten)]
+    pub set: Changes,
     /// How a drawing is read.
     #[command(flatten)]
     pub drawing: DrawingArgs,

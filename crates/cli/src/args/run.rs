@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{DrawingArgs, ModelArgs, assignment};
+use super::changes::Changes;
+use super::{DrawingArgs, ModelArgs};
 
 /// A log, or a model and how it is read.
 #[derive(Args, Clone, Debug)]
@@ -20,9 +21,9 @@ pub struct RunArgs {
 /// How a model is read that is solved first, and the units of results.
 #[derive(Args, Clone, Debug, Default)]
 pub struct ReadingArgs {
-    /// Give a parameter of a model another value: a number, a quantity such as "25 mm", or an expression.
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
-    pub set: Vec<(String, String)>,
+    /// Values in place of the model's.
+    #[command(flatten)]
+    pub set: Changes,
     /// How a drawing is read, and the units of what is shown.
     #[command(flatten)]
     pub drawing: DrawingArgs,

@@ -17,6 +17,9 @@ pub struct Sweep {
     /// in `solve`. Several make a grid of all their values.
     #[arg(long = "set", value_name = "NAME=VALUES", value_parser = assignment)]
     pub set: Vec<(String, String)>,
+    /// Take this load case of the model's `[cases]`.
+    #[arg(long, value_name = "NAME")]
+    pub case: Option<String>,
     /// How a drawing is read.
     #[command(flatten)]
     pub drawing: DrawingArgs,

@@ -35,6 +35,7 @@ use self::report::{Report, Times};
 use self::resume::FirstPart;
 use crate::args::analysis::ComplianceArgs;
 use crate::args::{self, ModelArgs, Solve, Tuning};
+use crate::each_case::of_case;
 use crate::exit::{Failure, Status, without_number};
 use crate::origin::{MODEL_FILE, is_of_model, is_of_text, label_of};
 use crate::output;
@@ -183,7 +184,10 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
     changes(&args.tuning, solve.t_start)?.apply(solve);
     let path = match first {
         Some(_) => resume::output_path(args),
-        None => args.output.clone().unwrap_or_else(|| named_after(&args.model.model, "mcap")),
+        None => args.output.clone().unwrap_or_else(|| {
+            let log = named_after(&args.model.model, "mcap");
+            args.model.set.case().map_or_else(|| log.clone(), |case| of_case(&log, case).into())
+        }),
     };
     let mut inputs = loaded.source.files();
     inputs.push(&args.model.model);
@@ -242,7 +246,7 @@ fn open_log(prepared: &Prepared, args: &Solve) -> Result<(Log, LogFile), Failure
 
     // The options of the run and the channels, as the log has them.
     let mut options = described(&mechanism.model, sensitive);
-    let set = first.as_ref().map_or(&args.model.set, |first| &first.set);
+    let set = first.as_ref().map_or(&*args.model.set, |first| &first.set);
     options.extend(set.iter().map(|(name, value)| set_option(name, value)));
     let yielding = first.as_ref().map_or(&args.compliance.compliance, |first| &first.compliance);
     options.extend(compliance_options(yielding));

@@ -89,6 +89,8 @@ crate::codes! {
     BAD_FLEXIBLE = "M122", "a flexible body that is none";
     NOT_ON_BEAM = "M123", "a point that is on no fixed part of a flexible body";
     NO_GRIP = "M124", "friction of a rope that does not grip";
+    UNKNOWN_CASE = "M135", "a load case that the model has not";
+    NO_CHANGE = "M136", "a load case that changes nothing of the model";
 }
 
 #[cfg(test)]

@@ -31,6 +31,7 @@ mod belts;
 mod between;
 mod bodies;
 mod cams;
+mod cases;
 mod checks;
 mod codes;
 mod compliance;
@@ -133,6 +134,9 @@ pub mod code {
     pub use super::codes::*;
 }
 
+/// The override that chooses a load case, `case=loaded`, unless it is a parameter of the model.
+pub const CASE: &str = "case";
+
 /// A model text with its name, overrides and limits.
 #[derive(Clone, Copy, Debug)]
 pub struct Source<'a> {
@@ -142,7 +146,7 @@ pub struct Source<'a> {
     pub name: &'a str,
     /// Replaced definitions of parameters, `(name, value)`; a value is written as in the file,
     /// `25 mm` or `l1/2`, without quotes. Values of the file that are no parameters are named by their
-    /// path: `crank.mass`, `loads.gravity.acceleration.1`.
+    /// path: `crank.mass`, `loads.gravity.acceleration.1`. [`CASE`] chooses a load case, over which the others go.
     pub overrides: &'a [(String, String)],
     /// Values of the file, by their path, that become parameters of this name.
     pub promoted: &'a [String],
@@ -295,6 +299,7 @@ impl<'a> Reader<'a> {
             constants: Constants::new(&[]),
             formulas: &[],
             found: Vec::new(),
+            cases: Vec::new(),
         }
     }
 
@@ -302,6 +307,7 @@ impl<'a> Reader<'a> {
         let root = syntax::parse(source.text, source.limits.nesting, &mut self.faults);
         root.and_then(|mut root| {
             self.check_sections(&mut root);
+            self.merge_case(&mut root, source);
             let set = source.overrides.iter().map(|(name, _)| name);
             let paths = source.promoted.iter().chain(set).map(String::as_str);
             let promoted = promote::promoted(&mut root, paths);

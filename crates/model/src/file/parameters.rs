@@ -2,7 +2,6 @@
 
 use bksim_expr::Syntax;
 
-use super::codes;
 use super::definition::{Definition, ParameterState};
 use super::names::Meaning;
 use super::promote::identifier;
@@ -11,6 +10,7 @@ use super::replay::Constant;
 use super::tree::{Entry, Quoted, Table, Value};
 use super::value::{Kind, Lowered, Scope};
 use super::words::cut;
+use super::{CASE, codes};
 use crate::diagnostic::Diagnostic;
 use crate::model::Parameter;
 
@@ -50,7 +50,10 @@ impl Reader<'_> {
             self.gather_parameter(entry);
         }
         for (name, text) in overrides {
-            self.replace(name, text);
+            let is_case = name == CASE && !self.parameters.iter().any(|known| known.name == CASE);
+            if !is_case {
+                self.replace(name, text);
+            }
         }
     }
 

@@ -23,6 +23,7 @@ use crate::curve::{CamLaw, Curve};
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::ids::BodyId;
 use crate::load::Load;
+use crate::load_case::LoadCase;
 use crate::measure::Signal;
 use crate::rope::Rope;
 use crate::state::NamedSignal;
@@ -105,6 +106,8 @@ pub(super) struct Reader<'a> {
     /// Formulas that are no part of the text, and those that could be read.
     pub(super) formulas: &'a [Formula<'a>],
     pub(super) found: Vec<Expr>,
+    /// The load cases of the text.
+    pub(super) cases: Vec<LoadCase>,
 }
 
 impl Reader<'_> {

@@ -2,6 +2,7 @@
 //! itself, so that what it knows and what an editor offers are one.
 
 use super::bodies::{BODY_KEYS, GROUND_KEYS};
+use super::cases::CASE_KEYS;
 use super::couplings::{CONDITION_KEYS, COUPLINGS};
 use super::curves::CURVES;
 use super::io::IO_KEYS;
@@ -122,6 +123,7 @@ pub fn sections() -> Vec<SectionForm> {
         "drives" => named(&DRIVE_KEYS),
         "solve" => table(SOLVE_KEYS),
         "io" => table(IO_KEYS),
+        "cases" => Holds::Named(vec![TableForm { word: None, keys: CASE_KEYS.to_vec() }]),
         // Questions of design, which `crates/design` reads.
         "optimize" => table(&OPTIMIZE_KEYS),
         "fit" => table(&FIT_KEYS),

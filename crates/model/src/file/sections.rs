@@ -40,6 +40,7 @@ pub const SECTIONS: &[&str] = &[
     "initial",
     "solve",
     "io",
+    "cases",
     "optimize",
     "fit",
     "tolerance",
@@ -159,10 +160,13 @@ impl Reader<'_> {
             inputs: Vec::new(),
             io: Io::default(),
             compliances: Vec::new(),
+            cases: std::mem::take(&mut self.cases),
             pool: std::mem::take(&mut self.pool),
         };
         model.io = self.known_io(&model, io);
         self.check_plausible(&model, &facts, top.has("space"));
+        self.cases.clone_from(&model.cases);
+        self.check_cases(source);
         self.sort_faults();
         (!self.faults.iter().any(Diagnostic::is_error)).then_some(model)
     }

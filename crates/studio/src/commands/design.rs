@@ -44,7 +44,7 @@ fn asked(
     let source = Source {
         text: loaded.source.text.clone(),
         name: loaded.model.name.clone(),
-        fixed: model.set.clone(),
+        fixed: model.set.0.clone(),
         nesting: Some(nesting),
         ..Source::default()
     };

@@ -18,6 +18,7 @@ use bksim_plot::{Figure, Format, PlotError, Screen, Size, Theme};
 use serde_json::{Value, json};
 
 use bksim_cli::args::DrawingArgs;
+use bksim_cli::args::changes::Changes;
 use bksim_cli::args::plot::{Plot, PlotTheme};
 use bksim_cli::args::run::{ReadingArgs, RunArgs};
 use bksim_cli::commands::solve::RunFile;
@@ -208,7 +209,7 @@ fn reading_of(args: &Plot, path: &Path) -> ReadingArgs {
     let has_models = args.files().iter().any(|file| !is_log(file));
     if has_models && is_log(path) {
         let drawing = DrawingArgs { tolerance: None, ..args.reading.drawing.clone() };
-        return ReadingArgs { set: Vec::new(), drawing };
+        return ReadingArgs { set: Changes::default(), drawing };
     }
     args.reading.clone()
 }

@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 
 use self::logs::CaseLog;
 use bksim_cli::args::ModelArgs;
+use bksim_cli::args::changes::Changes;
 use bksim_cli::args::sweep::Sweep;
 use bksim_cli::commands::solve::{changes, named_after};
 use bksim_cli::exit::{Failure, Status, without_number};
@@ -31,7 +32,9 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     let Settings { axes, fixed, fault } = Settings::of(&args.set);
     let chosen = logs::chosen(args)?;
     let model = args.model.clone();
-    let model = ModelArgs { model, set: fixed, drawing: args.drawing.clone() };
+    let set = Changes(fixed);
+    let set = args.case.as_ref().map_or_else(|| set.clone(), |case| set.of_case(case));
+    let model = ModelArgs { model, set, drawing: args.drawing.clone() };
     let loaded = load(&model, nesting)?;
     let source = &loaded.source;
     let rejected = |fault: Diagnostic| source.rejected(vec![fault]);

@@ -4,6 +4,7 @@ use bksim::cad::write::from_model::{ModelSource, Unwritten, from_model};
 use bksim::sim::pose::{Pose, Poses};
 
 use super::written;
+use crate::args::changes::Changes;
 use crate::args::draw::FromToml;
 use crate::args::{DrawingArgs, ModelArgs};
 use crate::exit::{Failure, Status};
@@ -14,7 +15,7 @@ use crate::source::{derive, load};
 pub(super) fn run(args: &FromToml, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     written::check(&args.written, &[&args.model])?;
     let drawing = DrawingArgs::default();
-    let model = ModelArgs { model: args.model.clone(), set: args.set.clone(), drawing };
+    let model = ModelArgs { model: args.model.clone(), set: Changes(args.set.clone()), drawing };
     let loaded = load(&model, nesting)?;
     let source = loaded.source;
     written::refuse_inputs(&args.written.output, &source.files())?;

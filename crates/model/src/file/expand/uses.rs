@@ -17,7 +17,7 @@ use crate::library::{LIBRARY, LibraryPart};
 const USE_KEYS: [&str; 4] = ["file", "part", "on", "with"];
 
 /// Sections of a part that are its own matter.
-const LEFT_OUT: [&str; 4] = ["name", "space", "coordinates", "solve"];
+const LEFT_OUT: [&str; 5] = ["name", "space", "coordinates", "solve", "cases"];
 
 /// Parts within parts.
 const DEEPEST: usize = 16;

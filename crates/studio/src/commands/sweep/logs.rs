@@ -6,6 +6,7 @@ use bksim_sweep::{Chosen, NoCases, Study};
 use serde_json::{Value, json};
 
 use bksim_cli::args::ModelArgs;
+use bksim_cli::args::changes::Changes;
 use bksim_cli::args::sweep::Sweep;
 use bksim_cli::commands::solve::solve_into_log;
 use bksim_cli::exit::{Failure, Status};
@@ -57,7 +58,7 @@ pub(super) fn write_logs(
             break;
         }
         let path = folder.join(format!("{stem}-{case}.mcap"));
-        let set = [fixed, &study.overrides(case)].concat();
+        let set = Changes([fixed, &study.overrides(case)].concat());
         let model = ModelArgs { model: args.model.clone(), set, drawing: args.drawing.clone() };
         let log = (path.as_path(), args.force);
         let output = match solve_into_log(model, log, &args.compliance, &args.tuning, nesting) {
