@@ -58,6 +58,28 @@ def test_positions_over_a_range(examples: Path) -> None:
     assert not a["D.rate"].flags.writeable
 
 
+def test_an_array_with_even_steps_is_a_range(examples: Path) -> None:
+    m = bksim.load(examples / "four-bar" / "model.toml")
+    angles = np.radians(np.linspace(30, 40, 5))
+    assert np.allclose(m.kinematics({"A.angle": angles})["A.angle"], angles, atol=1e-12)
+    assert len(m.inverse(times=np.linspace(0, 0.5, 6))["t"]) == 6
+    omega = np.geomspace(0.1, 10, 5)
+    assert np.allclose(swinging().bode("A", "A.angle", omega=omega)["omega"], omega)
+    for wrong in (angles**2, angles[np.newaxis], np.array([0.1, np.nan])):
+        with pytest.raises(ValueError, match="numpy.linspace"):
+            m.kinematics({"A.angle": wrong})
+    with pytest.raises(ValueError, match="greater than zero"):
+        swinging().bode("A", "A.angle", omega=np.array([0.0, 1.0]))
+
+
+def test_a_load_case_is_chosen_by_name() -> None:
+    text = PENDULUM + "[cases.heavy]\nset = { m = 5 }\n"
+    assert bksim.loads(text).parameters["m"] == 2
+    assert bksim.loads(text, set={"case": "heavy"}).parameters["m"] == 5
+    with pytest.raises(bksim.ModelError, match="M135"):
+        bksim.loads(text, set={"case": "light"})
+
+
 def test_limits_and_assemblies(examples: Path) -> None:
     m = bksim.load(examples / "four-bar" / "model.toml")
     assert m.limits().facts["branches"]

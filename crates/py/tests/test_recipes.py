@@ -27,4 +27,4 @@ def test_a_recipe_runs(title: str, code: str, examples: Path, tmp_path: Path) ->
 
 
 def test_there_are_recipes() -> None:
-    assert len(RECIPES) == 4
+    assert len(RECIPES) == 5

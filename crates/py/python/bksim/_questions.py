@@ -16,8 +16,9 @@ from ._show import Picture
 from ._solution import Solution
 from ._text import counted
 
-Values: TypeAlias = str | tuple[float, float, int]
-"""A range as text, ``"0:360 deg:361"``, or as the first value, the last and their number, in SI."""
+Values: TypeAlias = str | tuple[float, float, int] | NDArray[np.float64]
+"""A range as text, ``"0:360 deg:361"``, as the first value, the last and their number, or as an array with even steps, of
+``numpy.linspace`` (of frequencies, of ``numpy.geomspace``), in SI."""
 
 
 class Answer(Mapping[str, NDArray[np.float64]]):
@@ -293,7 +294,7 @@ class Questions:
     ) -> Response:
         """The frequency response with poles and zeros; ``omega`` is a range in even steps of its logarithm."""
         channels = (names("input", input), names("output", output))
-        frequencies = None if omega is None else _range(omega)
+        frequencies = None if omega is None else _range(omega, geometric=True)
         return Response(_bksim.bode_of(self._engine(), str(at), channels, frequencies))
 
     def inverse(
@@ -361,11 +362,28 @@ def _samples(name: str, run: Solution) -> tuple[list[float], list[list[float]]]:
     return run.t.tolist(), rows.tolist()
 
 
-def _range(values: Values) -> str:
+def _range(values: Values, *, geometric: bool = False) -> str:
     if isinstance(values, str):
         return values
-    first, last, n = values
+    if isinstance(values, np.ndarray):
+        first, last, n = _ends(values, geometric=geometric)
+    else:
+        first, last, n = values
     return f"{float(first)!r}:{float(last)!r}:{int(n)}"
+
+
+def _ends(values: NDArray[np.float64], *, geometric: bool) -> tuple[float, float, int]:
+    """First and last value of an array with even steps, or with steps that are even in its logarithm, and their number."""
+    own = "numpy.geomspace" if geometric else "numpy.linspace"
+    if values.ndim != 1 or len(values) == 0 or not np.isfinite(values).all():
+        raise ValueError(f"values are a row of finite numbers, as {own} gives them")
+    first, last, n = float(values[0]), float(values[-1]), len(values)
+    if geometric and not (first > 0 and last > 0):
+        raise ValueError("frequencies are greater than zero")
+    even = np.geomspace(first, last, n) if geometric else np.linspace(first, last, n)
+    if not np.allclose(values, even, rtol=1e-9, atol=1e-12 * float(np.abs(values).max())):
+        raise ValueError(f"values have even steps here, as {own} gives them")
+    return first, last, n
 
 
 def _complex(pairs: list[list[float]]) -> NDArray[np.complex128]:
