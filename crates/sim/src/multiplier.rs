@@ -62,6 +62,8 @@ enum Factors {
 
 /// Pivots of the dense factors below this part of the largest call for the truncated inverse.
 const WELL_CONDITIONED: f64 = 1e-14;
+/// Rows of which those that are empty are left out of what is found by them all.
+const MANY_ROWS: usize = 40;
 /// The elimination loses as many digits as its weakest pivot; below this, refinement gets them back.
 const REFINED_BELOW: f64 = 1e-5;
 impl MultiplierSystem {
@@ -349,11 +351,11 @@ impl MultiplierSystem {
     }
 
     /// Whether the multipliers are unique: every row takes part, or is empty as those of open contacts
-    /// are. Small mechanisms take the smallest multipliers wherever a row is inactive, which is the
+    /// are. Mechanisms with few rows take the smallest multipliers wherever a row is inactive, which is the
     /// same but for rounding.
     fn is_unique(&self, at: &DynamicsAt) -> bool {
         let nc = at.shape.nc;
-        if self.active.len() == nc || self.nq <= LARGEST_DENSE {
+        if self.active.len() == nc || self.nq <= LARGEST_DENSE && nc <= MANY_ROWS {
             return self.active.len() == nc;
         }
         let mut takes_part = vec![false; nc];
@@ -401,9 +403,17 @@ impl MultiplierSystem {
 fn shortest_into(at: &DynamicsAt, vdot: &[f64], lambda: &mut [f64]) -> f64 {
     let inertia = at.inertia_of(vdot);
     let needed: Vec<f64> = at.force.iter().zip(&inertia).map(|(f, inertia)| f - inertia).collect();
-    let columns = at.jacobian_rows().transposed();
-    lambda.copy_from_slice(&shortest_solution(&columns, &needed));
-    let left: Vec<f64> = columns.times(lambda).iter().zip(&needed).map(|(g, f)| g - f).collect();
+    // Empty rows, as of open contacts, have no part in it.
+    let rows = at.jacobian_rows();
+    let is_there = |&row: &usize| rows.row(row).iter().any(|&(_, g)| g != 0.0);
+    let all = 0..rows.n_rows();
+    let there: Vec<usize> =
+        if rows.n_rows() > MANY_ROWS { all.filter(is_there).collect() } else { all.collect() };
+    let columns = rows.select(&there).transposed();
+    let found = shortest_solution(&columns, &needed);
+    let left: Vec<f64> = columns.times(&found).iter().zip(&needed).map(|(g, f)| g - f).collect();
+    lambda.fill(0.0);
+    there.iter().zip(found).for_each(|(&row, force)| lambda[row] = force);
     largest(&left)
 }
 

@@ -17,10 +17,11 @@
 //!
 //! Source: Glocker and Pfeiffer (1996), §8.2, with J. J. Moreau's form of Newton's law.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::complementarity::{pushes, stays_apart};
 use super::mode_sets::ModeSets;
+use super::rubbing_impact::Rubbing;
 use crate::linear::augmented::Augmented;
 use crate::linear::elimination::{Elimination, Singular};
 use crate::linear::matrix::Matrix;
@@ -54,6 +55,8 @@ pub(crate) struct ImpactEquations<'a> {
 const ROUNDING: f64 = 1e-9;
 /// A pivot below this part of its row is none: such stops cannot both take an impulse.
 const SMALLEST_PIVOT: f64 = 1e-11;
+/// Stops beyond which their sets are not tried one after the other.
+const FEWEST_OF_MANY: usize = 6;
 
 impl ImpactEquations<'_> {
     /// The velocities after an impact at the velocities `v`; `None` when no set of stops is
@@ -69,7 +72,9 @@ impl ImpactEquations<'_> {
             DVector::from_iterator(n, approach.iter().zip(self.restitution).map(|(u, e)| -e * u));
 
         let momentum = self.mass.times(v);
-        ModeSets::new(vec![2; n]).find_map(|left_out| {
+        // Of many stops all, then those of a complementarity problem.
+        let most = if n > FEWEST_OF_MANY { 1 } else { usize::MAX };
+        let found = ModeSets::new(vec![2; n]).take(most).find_map(|left_out| {
             let active: Vec<usize> = (0..n).filter(|&k| left_out[k] == 0).collect();
             let rows = self.stops.select(&active);
             let (after, impulse) =
@@ -90,6 +95,10 @@ impl ImpactEquations<'_> {
                 impulses[*k] = p.max(0.0);
             }
             Some(Impact { v: after, impulses })
+        });
+        found.or_else(|| {
+            let none = Rubbing { rows: &self.stops.select(&[]), mu: &[], pressed_by: &[] };
+            (n > FEWEST_OF_MANY).then(|| self.solve_rubbing(v, &none)).flatten()
         })
     }
 
@@ -100,63 +109,43 @@ impl ImpactEquations<'_> {
         parting: &DVector<f64>,
         momentum: &DVector<f64>,
     ) -> Option<(DVector<f64>, DVector<f64>)> {
-        let x = match self.mass {
-            Matrix::Dense(mass) => self.solve_dense(mass, rows, parting, momentum),
-            Matrix::Sparse(mass) => self.solve_sparse(mass, rows, parting, momentum),
-        }?;
-        let (nq, first_stop) = (momentum.len(), momentum.len() + self.g.n_rows());
-        let is_finite = x.iter().all(|value| value.is_finite());
-        is_finite.then(|| {
-            let impulse = x.rows(first_stop, rows.n_rows()).into_owned();
-            (x.rows(0, nq).into_owned(), impulse)
-        })
+        self.factored(rows)?.solve(self.g_rate, parting, momentum)
     }
 
-    /// (v⁺, Λ, P) by dense factors with pivots.
-    fn solve_dense(
-        &self,
-        mass: &DMatrix<f64>,
-        rows: &SparseRows,
-        parting: &DVector<f64>,
-        momentum: &DVector<f64>,
-    ) -> Option<DVector<f64>> {
+    /// The factors of the equations when all of `rows` take part; `None` when rows are dependent.
+    pub(super) fn factored(&self, rows: &SparseRows) -> Option<Factored> {
+        match self.mass {
+            Matrix::Dense(mass) => self.factored_dense(mass, rows),
+            Matrix::Sparse(mass) => self.factored_sparse(mass, rows),
+        }
+    }
+
+    /// By dense factors with pivots.
+    fn factored_dense(&self, mass: &DMatrix<f64>, rows: &SparseRows) -> Option<Factored> {
         let (nq, ng) = (mass.nrows(), self.g.n_rows());
         let n = nq + ng + rows.n_rows();
         let mut matrix = DMatrix::zeros(n, n);
-        let mut rhs = DVector::zeros(n);
         matrix.view_mut((0, 0), (nq, nq)).copy_from(mass);
-        rhs.rows_mut(0, nq).copy_from(momentum);
-        let g_target = -DVector::from_column_slice(self.g_rate);
-        for (first, block, target) in [(nq, self.g, &g_target), (nq + ng, rows, parting)] {
+        for (first, block) in [(nq, self.g), (nq + ng, rows)] {
             let (block, count) = (block.dense(), block.n_rows());
             matrix.view_mut((first, 0), (count, nq)).copy_from(&block);
             matrix.view_mut((0, first), (nq, count)).copy_from(&block.transpose());
-            rhs.rows_mut(first, count).copy_from(target);
         }
         // Rows of unit size, so that a small pivot means dependence and not small units.
-        for i in 0..n {
-            let size = matrix.row(i).amax();
-            if size > 0.0 {
-                matrix.row_mut(i).unscale_mut(size);
-                rhs[i] /= size;
-            }
-        }
+        let size_of = |i: usize| matrix.row(i).amax();
+        let sizes: Vec<f64> =
+            (0..n).map(size_of).map(|size| if size > 0.0 { size } else { 1.0 }).collect();
+        sizes.iter().enumerate().for_each(|(i, &size)| matrix.row_mut(i).unscale_mut(size));
         let lu = matrix.lu();
         let pivots = lu.u().diagonal().map(f64::abs);
         if n > 0 && pivots.min() <= SMALLEST_PIVOT * pivots.max() {
             return None;
         }
-        lu.solve(&rhs)
+        Some(Factored::Dense(lu, sizes))
     }
 
-    /// (v⁺, Λ, P) by sparse elimination, which needs to know first that the rows are independent.
-    fn solve_sparse(
-        &self,
-        mass: &SparseRows,
-        rows: &SparseRows,
-        parting: &DVector<f64>,
-        momentum: &DVector<f64>,
-    ) -> Option<DVector<f64>> {
+    /// By sparse elimination, which needs to know first that the rows are independent.
+    fn factored_sparse(&self, mass: &SparseRows, rows: &SparseRows) -> Option<Factored> {
         let nq = mass.n_columns;
         let mut active = self.g.clone();
         (0..rows.n_rows()).for_each(|k| active.push(rows.row(k).iter().copied()));
@@ -177,21 +166,52 @@ impl ImpactEquations<'_> {
             of_rates: Vec::new(),
         };
         let all: Vec<usize> = (0..shape.nc).collect();
-        let resisting = self.g_rate.iter().map(|rate| -rate);
-        let mut x: Vec<f64> =
-            momentum.iter().copied().chain(resisting).chain(parting.iter().copied()).collect();
-
         let mut elimination = Elimination::new(&shape, &all);
         match elimination.factor(&mass, &jacobian) {
-            Ok(()) => elimination.solve_in_place(&mut x),
-            Err(Singular::Multiplier) => return None,
+            Ok(()) => Some(Factored::Sparse(elimination)),
+            Err(Singular::Multiplier) => None,
             Err(Singular::Coordinate) => {
                 let mut augmented = Augmented::new(&shape, &all);
                 augmented.factor(&mass, &jacobian).ok()?;
-                augmented.solve_in_place(&jacobian, &mut x);
+                Some(Factored::Augmented(augmented, jacobian))
             }
         }
-        Some(DVector::from_vec(x))
+    }
+}
+
+/// Factors of the equations of an impact.
+pub(super) enum Factored {
+    /// With the sizes by which rows were divided.
+    Dense(LU<f64, Dyn, Dyn>, Vec<f64>),
+    Sparse(Elimination),
+    /// With the entries of the rows.
+    Augmented(Augmented, Vec<f64>),
+}
+
+impl Factored {
+    /// v⁺ and P for a momentum M v⁻ when rows end at these speeds.
+    pub(super) fn solve(
+        &mut self,
+        g_rate: &[f64],
+        parting: &DVector<f64>,
+        momentum: &DVector<f64>,
+    ) -> Option<(DVector<f64>, DVector<f64>)> {
+        let resisting = g_rate.iter().map(|rate| -rate);
+        let mut x: Vec<f64> =
+            momentum.iter().copied().chain(resisting).chain(parting.iter().copied()).collect();
+        match self {
+            Self::Dense(lu, sizes) => {
+                x.iter_mut().zip(sizes.iter()).for_each(|(x, size)| *x /= size);
+                x = lu.solve(&DVector::from_vec(x))?.as_slice().to_vec();
+            }
+            Self::Sparse(elimination) => elimination.solve_in_place(&mut x),
+            Self::Augmented(augmented, jacobian) => augmented.solve_in_place(jacobian, &mut x),
+        }
+        let nq = momentum.len();
+        let part = |from: usize, n: usize| DVector::from_column_slice(&x[from..from + n]);
+        x.iter()
+            .all(|value| value.is_finite())
+            .then(|| (part(0, nq), part(nq + g_rate.len(), parting.len())))
     }
 }
 

@@ -85,7 +85,7 @@ pub(super) struct ModeSearch<'a> {
 
 /// Accelerations in one set of modes, and the rates that follow from them.
 pub(super) struct TrialMotion {
-    a: Vec<f64>,
+    pub(super) a: Vec<f64>,
     pub(super) lambda: Vec<f64>,
     /// u′ of every switch.
     kink_rates: Vec<f64>,
@@ -394,23 +394,23 @@ impl<'a> ModeSearch<'a> {
         motion: &TrialMotion,
         scale: f64,
     ) -> bool {
-        self.first_misfit(undecided, modes, motion, scale).is_none()
+        self.first_misfit(undecided, modes, motion, (scale, ROUNDING)).is_none()
     }
 
-    /// The first mode that was chosen and does not agree with the motion that follows; accelerations have the
-    /// rounding of this `scale`, or of their own.
+    /// The first mode that was chosen and does not agree with the motion that follows; accelerations have this relative
+    /// rounding of `scale`, or of their own.
     pub(super) fn first_misfit(
         &self,
         undecided: &[Undecided],
         modes: &Modes,
         motion: &TrialMotion,
-        scale: f64,
+        (scale, rounding): (f64, f64),
     ) -> Option<usize> {
         let Instant { t, q, v, compiled, parameters, .. } = &self.at;
         let mut indicators = compiled.indicators.at(&modes.parameters_with_modes(parameters));
         let values = indicators.values_with(*t, (q, v), &motion.lambda);
         let (a, lambda) = (largest(&motion.a), largest(&motion.lambda));
-        let small = ROUNDING * a.max(scale) + motion.noise + f64::MIN_POSITIVE;
+        let small = rounding * a.max(scale) + motion.noise + f64::MIN_POSITIVE;
         undecided.iter().position(|undecided| !match *undecided {
             Undecided::Kink { kink, .. } => {
                 let rate = motion.kink_rates[kink];
@@ -420,11 +420,11 @@ impl<'a> ModeSearch<'a> {
                 let acceleration = motion.contact_accelerations[contact];
                 let force = motion.lambda[self.contacts()[contact].row];
                 match (modes.contacts[contact], values.contacts[contact]) {
-                    (ContactMode::Closed, _) => pushes(force, ROUNDING * lambda),
+                    (ContactMode::Closed, _) => pushes(force, rounding * lambda),
                     (ContactMode::Open, _) => stays_apart(acceleration, small),
                     (ContactMode::Stick(_), ContactState::Friction { sticking, .. }) => {
                         let bears = sticking > ROUNDING * lambda;
-                        holds(force, sticking, ROUNDING * sticking.max(lambda))
+                        holds(force, sticking, rounding * sticking.max(lambda))
                             && (bears || !self.is_held_by_others(contact, modes))
                     }
                     (ContactMode::Slip(sign), _) => {

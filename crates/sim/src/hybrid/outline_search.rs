@@ -4,7 +4,7 @@
 use nalgebra::DVector;
 
 use super::impact::{ImpactEquations, independent_without};
-use super::mode_search::ModeSearch;
+use super::mode_search::{ModeSearch, ROUNDING};
 use super::rubbing_impact::{Response, Rubbing};
 use super::undecided::Undecided;
 use crate::linear::rows::SparseRows;
@@ -16,8 +16,22 @@ use crate::multiplier::largest;
 const PIVOTS: usize = 8;
 /// Part of the largest velocity that is rounding of an impact.
 const STUCK: f64 = 1e-13;
+/// Undecided modes up to which one choice after the other is changed; of more, a complementarity problem is solved.
+const MOST_PIVOTED: usize = 12;
+/// Relative rounding of forces where many places touch.
+const OF_MANY: f64 = 1e-7;
 /// Most choices of contacts of outlines that are tried one after the other.
 const MOST_TRIED: usize = 4;
+
+/// How much of what holds without being needed is taken as holding.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Needed {
+    All,
+    /// No stops without a force, no friction at its limit.
+    Least,
+    /// Neither friction without a force.
+    None,
+}
 
 impl ModeSearch<'_> {
     /// All closed stops hold; friction is bounded, so that it gives no impulse but where its stops do.
@@ -103,11 +117,8 @@ impl ModeSearch<'_> {
         if !self.contacts().iter().any(|contact| contact.is_outline) {
             return None;
         }
-        self.pivoted(undecided, values).or_else(|| {
-            let modes = self.complementary(undecided, values)?;
-            let motion = self.motion_in(&modes)?;
-            self.first_misfit(undecided, &modes, &motion, 0.0).is_none().then_some(modes)
-        })
+        let pivoted = (undecided.len() <= MOST_PIVOTED).then(|| self.pivoted(undecided, values));
+        pivoted.flatten().or_else(|| self.complementary(undecided, values))
     }
 
     /// The response of the mechanism to forces of these stops and frictions.
@@ -128,13 +139,9 @@ impl ModeSearch<'_> {
         equations.response(&DVector::zeros(self.at.v.len()), &at.jacobian.select(&rubbing))
     }
 
-    /// The modes that a linear complementarity problem of the accelerations finds for contacts of outlines, as far as
-    /// others leave them alone; `None` where none touch and rub.
-    pub(super) fn complementary(
-        &self,
-        undecided: &[Undecided],
-        values: &IndicatorValues,
-    ) -> Option<Modes> {
+    /// Consistent modes by a linear complementarity problem of the accelerations of contacts of outlines, as far as
+    /// others leave them alone; `None` where none touch, or they do not fit.
+    fn complementary(&self, undecided: &[Undecided], values: &IndicatorValues) -> Option<Modes> {
         let at_rest = |k: usize| {
             let is_it =
                 |of: &Undecided| matches!(of, Undecided::Contact { contact, .. } if *contact == k);
@@ -143,7 +150,7 @@ impl ModeSearch<'_> {
         let mut closed = self.closed_stops(values);
         closed.retain(|&k| at_rest(k));
         let tracks = self.tracks_of(&closed);
-        if tracks.is_empty() {
+        if closed.is_empty() {
             return None;
         }
         let mut modes = self.modes.clone();
@@ -153,7 +160,9 @@ impl ModeSearch<'_> {
         for &k in &tracks {
             modes.contacts[k] = ContactMode::Slip(0.0);
         }
-        let free = self.motion_in(&modes)?.contact_accelerations;
+        let without = self.motion_in(&modes)?;
+        let scale = largest(&without.a);
+        let free = without.contact_accelerations;
         let all: Vec<usize> = closed.iter().chain(&tracks).copied().collect();
         let rates = DVector::from_iterator(all.len(), all.iter().map(|&k| free[k]));
         let slip = |&k: &usize| if at_rest(k) { 0.0 } else { values.contacts[k].rate().signum() };
@@ -166,23 +175,41 @@ impl ModeSearch<'_> {
         let mu: Vec<f64> = resting.iter().map(|&k| mu[k]).collect();
         let pressed_by: Vec<Vec<usize>> = resting.iter().map(|&k| pressed_by[k].clone()).collect();
         let rubbing = Rubbing { rows: &rows, mu: &mu, pressed_by: &pressed_by };
-        let set = response.complementary(&DVector::zeros(closed.len()), &rubbing)?;
-
-        for (&k, choice) in closed.iter().zip(&set) {
-            modes.contacts[k] = if *choice == 0 { ContactMode::Closed } else { ContactMode::Open };
-        }
-        for (&track, choice) in resting.iter().zip(&set[closed.len()..]) {
-            modes.contacts[tracks[track]] = match choice {
-                0 => ContactMode::Stick(0.0),
-                1 => ContactMode::Slip(1.0),
-                _ => ContactMode::Slip(-1.0),
-            };
-        }
+        let chosen = response.choices(&rubbing)?;
         for (&k, slip) in tracks.iter().zip(&slips).filter(|(_, slip)| **slip != 0.0) {
             modes.contacts[k] = ContactMode::Slip(*slip);
         }
-        self.press_together(values, &mut modes);
-        Some(modes)
+        // Where more holds than is needed, its forces are not unique, and the smallest need not be in the bounds of friction:
+        // then those that repeat others are left alone, and friction at its limit takes no part in holding.
+        [Needed::All, Needed::Least, Needed::None].into_iter().find_map(|needed| {
+            let mut modes = modes.clone();
+            for (place, &k) in closed.iter().enumerate() {
+                let stays = needed == Needed::All && chosen.stays[place];
+                if chosen.pushes[place] || stays {
+                    modes.contacts[k] = ContactMode::Closed;
+                }
+            }
+            let resting = resting.iter().map(|&track| tracks[track]).enumerate();
+            for (place, track) in resting.clone() {
+                modes.contacts[track] = match chosen.slips[place] {
+                    Some((sense, slips)) if slips || needed != Needed::All => {
+                        ContactMode::Slip(sense)
+                    }
+                    _ => ContactMode::Stick(0.0),
+                };
+            }
+            self.press_together(values, &mut modes);
+            for (place, track) in resting {
+                let is_idle = chosen.slips[place].is_none() && !chosen.rubs[place];
+                if is_idle && needed == Needed::None {
+                    modes.contacts[track] = ContactMode::Slip(0.0);
+                }
+            }
+            let motion = self.motion_in(&modes)?;
+            self.first_misfit(undecided, &modes, &motion, (scale, OF_MANY))
+                .is_none()
+                .then_some(modes)
+        })
     }
 
     /// A place that slides so that its own force, with the friction that it brings about, does not part the bodies: then
@@ -224,7 +251,7 @@ impl ModeSearch<'_> {
                 return None;
             }
             let motion = self.motion_in(&modes)?;
-            let Some(k) = self.first_misfit(undecided, &modes, &motion, 0.0) else {
+            let Some(k) = self.first_misfit(undecided, &modes, &motion, (0.0, ROUNDING)) else {
                 return Some(modes);
             };
             set[k] = match &undecided[k] {

@@ -20,7 +20,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::complementarity::{holds, pushes, slips_against_friction, stays_apart};
 use super::impact::{Impact, ImpactEquations};
-use super::lemke::lemke;
+use super::lemke::{Complementary, lemke};
 use super::mode_sets::ModeSets;
 use crate::linear::matrix::Matrix;
 use crate::linear::rows::SparseRows;
@@ -41,8 +41,11 @@ const ROUNDING: f64 = 1e-9;
 const SMALLEST: f64 = 1e-11;
 /// Part of the energy of an impact that is rounding.
 const GAIN: f64 = 1e-12;
-/// Parts of the largest that are the distance which keeps complementary rows apart.
-const APART: f64 = 1e-6;
+/// Parts of the largest force and acceleration that are none.
+const APART: f64 = 1e-8;
+/// Stops and tracks that feel each other, up to which choices are tried one after the other; and tries of more.
+const FEW: usize = 14;
+const MOST_SETS: usize = 2000;
 /// Halvings of the range in which the restitution is made smaller.
 const HALVINGS: usize = 60;
 
@@ -58,6 +61,18 @@ pub(crate) struct Response {
     w: DMatrix<f64>,
 }
 
+/// Stops and tracks in a solution of a complementarity problem.
+pub(super) struct Choices {
+    /// Stops with a force.
+    pub(super) pushes: Vec<bool>,
+    /// Stops that stay in touch.
+    pub(super) stays: Vec<bool>,
+    /// Tracks whose friction is at its limit: the sense of the slip, and whether there is one.
+    pub(super) slips: Vec<Option<(f64, bool)>>,
+    /// Tracks whose friction is needed to hold bodies that others do not hold.
+    pub(super) rubs: Vec<bool>,
+}
+
 /// Impulses P and L in one set of choices.
 struct Outcome {
     impulses: DVector<f64>,
@@ -67,13 +82,11 @@ struct Outcome {
 impl ImpactEquations<'_> {
     /// The response of the mechanism at the velocities `v`; `None` where it has none.
     pub(super) fn response(&self, v: &DVector<f64>, rubbing: &SparseRows) -> Option<Response> {
-        let none = self.stops.select(&[]);
+        let mut factored = self.factored(&self.stops.select(&[]))?;
         let momentum = self.mass.times(v);
         let nothing = DVector::zeros(0);
-        let (free, _) = self.with_momentum(&none, &nothing, &momentum)?;
-        let mut at_rest = ImpactEquations { g_rate: &[], ..*self };
+        let (free, _) = factored.solve(self.g_rate, &nothing, &momentum)?;
         let zeros = vec![0.0; self.g_rate.len()];
-        at_rest.g_rate = &zeros;
 
         let rows = self.stops.dense();
         let rubbing = rubbing.dense();
@@ -83,9 +96,8 @@ impl ImpactEquations<'_> {
             let row = if k < n { rows.row(k) } else { rubbing.row(k - n) };
             -row.transpose()
         };
-        let columns: Option<Vec<DVector<f64>>> = (0..n + m)
-            .map(|k| Some(at_rest.with_momentum(&none, &nothing, &direction(k))?.0))
-            .collect();
+        let columns: Option<Vec<DVector<f64>>> =
+            (0..n + m).map(|k| Some(factored.solve(&zeros, &nothing, &direction(k))?.0)).collect();
         let columns = columns?;
         let mut felt = DMatrix::zeros(n + m, v.len());
         for k in 0..n {
@@ -223,7 +235,7 @@ impl Response {
         // All stops push, all tracks stick: then whatever does not fit is changed, one thing at a time.
         let mut set = vec![0; n + m];
         let mut seen = Vec::new();
-        while !seen.contains(&set) && seen.len() <= 8 * (n + m) {
+        while n + m <= FEW && !seen.contains(&set) && seen.len() <= 8 * (n + m) {
             seen.push(set.clone());
             let Some(outcome) = self.in_set(&set, parting, rubbing) else { break };
             match self.worst(&set, &outcome, parting, rubbing) {
@@ -231,29 +243,31 @@ impl Response {
                 Some((k, choice)) => set[k] = choice,
             }
         }
-        if let Some(set) = self.complementary(parting, rubbing)
-            && let Some(outcome) = self.in_set(&set, parting, rubbing)
-            && self.worst(&set, &outcome, parting, rubbing).is_none()
-        {
-            return Some(outcome);
+        if let Some(Complementary { z, .. }) = self.complementary(parting, rubbing) {
+            let along = (n..n + m).map(|k| z[k] - z[k + m]);
+            let impulses = z.iter().take(n).copied().chain(along);
+            let impulses = DVector::from_iterator(n + m, impulses);
+            let rates = &self.rates + &self.w * &impulses;
+            return Some(Outcome { impulses, rates });
         }
         let choices = (0..n + m).map(|k| if k < n { 2 } else { 3 }).collect();
-        ModeSets::new(choices).find_map(|set| {
+        let mut sets = ModeSets::new(choices).take(MOST_SETS);
+        sets.find_map(|set| {
             let outcome = self.in_set(&set, parting, rubbing)?;
             self.worst(&set, &outcome, parting, rubbing).is_none().then_some(outcome)
         })
     }
 
-    /// The choices that a linear complementarity problem makes: with L = β₁ − β₂, both not negative,
+    /// The solution of a linear complementarity problem: with L = β₁ − β₂, both not negative,
     ///
     /// ```text
     /// u* − u ≥ 0 ⊥ P,   σ + w ≥ 0 ⊥ β₁,   σ − w ≥ 0 ⊥ β₂,   μ Σ P − β₁ − β₂ ≥ 0 ⊥ σ
     /// ```
-    pub(super) fn complementary(
+    fn complementary(
         &self,
         parting: &DVector<f64>,
         rubbing: &Rubbing<'_>,
-    ) -> Option<Vec<usize>> {
+    ) -> Option<Complementary> {
         let (n, m) = (self.n_stops, rubbing.mu.len());
         let size = n + 3 * m;
         let mut matrix = DMatrix::zeros(size, size);
@@ -289,18 +303,27 @@ impl Response {
             if own > 0.0 { 1.0 / own.sqrt() } else { 1.0 }
         });
         let scaled = DMatrix::from_fn(size, size, |i, j| scale[i] * matrix[(i, j)] * scale[j]);
-        let z = lemke(&scaled, &right.component_mul(&scale))?.component_mul(&scale);
-        let largest = z.rows(0, n + 2 * m).amax();
-        let is_there = |k: usize| z[k] > APART * largest;
-        let track = |k: usize| {
-            let slips = z[k + 2 * m] > APART * self.rates.amax().max(f64::MIN_POSITIVE);
-            match (slips, z[k] > z[k + m]) {
-                (false, _) => 0,
-                (true, true) => 2,
-                (true, false) => 1,
-            }
-        };
-        Some((0..n + m).map(|k| if k < n { usize::from(!is_there(k)) } else { track(k) }).collect())
+        let found = lemke(&scaled, &right.component_mul(&scale))?;
+        Some(Complementary { z: found.z.component_mul(&scale), ..found })
+    }
+
+    /// The choices that the complementarity problem of steady forces makes.
+    pub(super) fn choices(&self, rubbing: &Rubbing<'_>) -> Option<Choices> {
+        let (n, m) = (self.n_stops, rubbing.mu.len());
+        let Complementary { z, is_basic } = self.complementary(&DVector::zeros(n), rubbing)?;
+        let forces = DVector::from_fn(n + m, |k, _| if k < n { z[k] } else { z[k] - z[k + m] });
+        let size = self.rates.amax().max(f64::MIN_POSITIVE);
+        let rates = &self.rates + &self.w * &forces;
+        let largest = forces.amax();
+        let along = |k: usize| if z[k] > z[k + m] { -1.0 } else { 1.0 };
+        Some(Choices {
+            pushes: (0..n).map(|k| z[k] > APART * largest).collect(),
+            stays: rates.rows(0, n).iter().map(|rate| rate.abs() <= APART * size).collect(),
+            slips: (n..n + m)
+                .map(|k| is_basic[k + 2 * m].then_some((along(k), z[k + 2 * m] > APART * size)))
+                .collect(),
+            rubs: (n..n + m).map(|k| is_basic[k] || is_basic[k + m]).collect(),
+        })
     }
 
     /// Response to steady forces, with accelerations for rates. Tracks that slide are part of the forces that

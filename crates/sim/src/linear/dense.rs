@@ -49,6 +49,10 @@ pub(crate) fn dependent_rows(jacobian: &DMatrix<f64>) -> Dependence {
     let mut dependent = Vec::new();
     for row_idx in 0..nc {
         let mut rest = scaled.row(row_idx).transpose();
+        if rest.amax() == 0.0 {
+            dependent.push(row_idx);
+            continue;
+        }
         for _ in 0..2 {
             for direction in &basis {
                 let along = direction.dot(&rest);
@@ -79,14 +83,19 @@ pub(crate) struct Dependence {
 fn rows_in_dependencies(scaled: &DMatrix<f64>, dependent: &[usize]) -> Vec<usize> {
     let nc = scaled.nrows();
     let mut involved = vec![false; nc];
+    let mut is_dependent = vec![false; nc];
+    dependent.iter().for_each(|&row| is_dependent[row] = true);
+    let others: Vec<usize> = (0..nc).filter(|&row| !is_dependent[row]).collect();
+    let independent = scaled.select_rows(&others).transpose();
     for &row_idx in dependent {
-        // The row as a combination of the independent ones: its coefficients name the partners.
-        let others: Vec<usize> = (0..nc).filter(|row| !dependent.contains(row)).collect();
-        let (coefficients, _) = least_squares(
-            &scaled.select_rows(&others).transpose(),
-            &scaled.row(row_idx).transpose(),
-        );
         involved[row_idx] = true;
+        // Rows of zeros, as of open contacts, involve no others.
+        let row = scaled.row(row_idx).transpose();
+        if row.amax() == 0.0 {
+            continue;
+        }
+        // The row as a combination of the independent ones: its coefficients name the partners.
+        let (coefficients, _) = least_squares(&independent, &row);
         for (&other, coefficient) in others.iter().zip(coefficients.iter()) {
             involved[other] |= coefficient.abs() > 1e-6;
         }

@@ -30,16 +30,25 @@ impl MultiplierSystem {
         vdot: &mut [f64],
         lambda: &mut [f64],
     ) -> Result<(), NotFinite> {
+        // Inactive rows press nothing, as open contacts.
         let rows = evaluator.pressing_rows();
         let n = rows.len();
+        let own: Vec<usize> =
+            (0..n).filter(|&k| self.active.binary_search(&rows[k]).is_ok()).collect();
+        let own_rows: Vec<usize> = own.iter().map(|&k| rows[k]).collect();
         evaluator.pressing_mut().fill(0.0);
         self.solved_into(&evaluator.dynamics(t, q, v), vdot, lambda)?;
+        if own.is_empty() {
+            return Ok(());
+        }
         evaluator.press(lambda);
         let mut last = f64::INFINITY;
         for _ in 0..MAX_STEPS {
             self.solved_into(&evaluator.dynamics(t, q, v), vdot, lambda)?;
-            let found = DVector::from_iterator(n, rows.iter().map(|&row| lambda[row]));
-            let guess = DVector::from_column_slice(evaluator.pressing_mut());
+            let n_own = own.len();
+            let found = DVector::from_iterator(n_own, own_rows.iter().map(|&row| lambda[row]));
+            let pressing = evaluator.pressing_mut();
+            let guess = DVector::from_iterator(n_own, own.iter().map(|&k| pressing[k]));
             let gap = &found - &guess;
             let size = largest(lambda);
             let error = gap.amax();
@@ -52,11 +61,12 @@ impl MultiplierSystem {
             let slopes = evaluator.pressing_slopes(t, q, v).iter();
             // A joint that bears nothing has no friction; its slope there has no value.
             let slopes = slopes.map(|slope| if slope.is_finite() { *slope } else { 0.0 });
-            let slopes = DMatrix::from_row_iterator(self.nq, n, slopes);
-            let change = (DMatrix::identity(n, n) - self.responses(rows, &slopes)).lu().solve(&gap);
-            let Some(change) = change else { break };
+            let slopes = DMatrix::from_row_iterator(self.nq, n, slopes).select_columns(&own);
+            let effect = DMatrix::identity(n_own, n_own) - self.responses(&own_rows, &slopes);
+            let Some(change) = effect.lu().solve(&gap) else { break };
             let next = guess + change;
-            evaluator.pressing_mut().copy_from_slice(next.as_slice());
+            let pressing = evaluator.pressing_mut();
+            own.iter().zip(next.iter()).for_each(|(&k, &next)| pressing[k] = next);
         }
         Err(NotFinite { row: 0 })
     }
