@@ -11,6 +11,7 @@ mod hydraulics;
 mod imports;
 mod loads;
 mod machines;
+mod piles;
 mod plain_drawings;
 mod reeving;
 mod ropes;

@@ -13,7 +13,7 @@ use crate::rubbing::friction;
 use crate::signal::{signal_values, values_at_start};
 use crate::sliding::Sliding;
 use crate::touch::{Touching, is_on_track, pressing, speed_along};
-use bksim_model::{FrictionLaw, JointId, LoadId, LoadKind, Model, MotionKind, Signal};
+use bksim_model::{FrictionLaw, JointId, LoadId, LoadKind, Model, MotionKind, Opposed, Signal};
 
 /// A constraint row that opens and closes.
 #[derive(Clone, Debug)]
@@ -297,8 +297,8 @@ fn row_of_contact(model: &Model, kinematics: &Kinematics, id: LoadId) -> Option<
     let pool = &model.pool;
     let (contact, place, coefficient) = match model.loads[id.0].kind {
         LoadKind::Touch { contact, place, .. } => (contact, place, None),
-        LoadKind::Rub { contact, track, sliding, .. } => {
-            (contact, model.contacts[contact.0].tracks[track][0], Some(sliding))
+        LoadKind::Rub { contact, track, opposed, sliding, .. } => {
+            (contact, model.contacts[contact.0].tracks[track][0], Some((sliding, opposed)))
         }
         _ => return None,
     };
@@ -316,14 +316,15 @@ fn row_of_contact(model: &Model, kinematics: &Kinematics, id: LoadId) -> Option<
         rate: None,
         reach: Some(touching.reach),
     };
-    let Some(position) = coefficient else { return Some(common) };
-    let wrenches = touching.rubbing(pool);
+    let Some((position, opposed)) = coefficient else { return Some(common) };
+    let wrenches = touching.against(pool, opposed);
     Some(ContactRow {
         position,
         states: Some(states_of(pool, id)),
         expression: pool.zero(),
         source: Source::Friction(id),
-        direction: "along",
+        direction: if opposed == Opposed::Slip { "along" } else { "rolling" },
+        effort: model.loads[id.0].effort(),
         rate: Some(speed_along(model, kinematics, &wrenches)),
         reach: None,
         wrenches,
@@ -371,7 +372,7 @@ pub(crate) fn contacts(
                 | LoadKind::Touch { restitution, .. },
                 _,
             ) => return Law::Stop { restitution: *restitution, reach },
-            (&LoadKind::Rub { contact, track, sliding, sticking }, Some([slip, stuck_at])) => {
+            (&LoadKind::Rub { contact, track, sliding, sticking, .. }, Some([slip, stuck_at])) => {
                 let pressing = pressing(model, constraints, (contact, track));
                 let [sliding, sticking] = [sliding, sticking].map(|mu| pool.mul(mu, pressing));
                 return Law::Friction { sliding, sticking, slip: *slip, stuck_at: *stuck_at };

@@ -20,8 +20,8 @@ use crate::force::{Wrench, powers};
 use crate::kinematics::Kinematics;
 use crate::spatial;
 use bksim_model::{
-    Anchor, Base, BodyId, ContactId, ContactPair, ContactPart, LoadKind, Model, Place, Reach,
-    Vector,
+    Anchor, Base, BodyId, ContactId, ContactPair, ContactPart, LoadId, LoadKind, Model, Opposed,
+    Place, Reach, Vector,
 };
 
 /// A corner may be turned by this sine beyond where its own edge lies on the edge that it meets.
@@ -45,6 +45,7 @@ pub(crate) struct Touching {
     along: Vector,
     mover: BodyId,
     base: BodyId,
+    is_second: bool,
 }
 
 impl Touching {
@@ -126,7 +127,8 @@ impl Touching {
         let least = |a, b| pool.call(Function::Min, &[a, b]).expect("two arguments");
         let reach = reaches.into_iter().reduce(least).unwrap_or(pool.one());
         let [mover, base] = [place.mover.center.body, place.base.anchor().body];
-        Self { penetration, gap, reach, normal, at, along, mover, base }
+        let is_second = place.is_second;
+        Self { penetration, gap, reach, normal, at, along, mover, base, is_second }
     }
 
     fn pair(&self, pool: &Pool, force: Vector, at: Vector) -> Vec<Wrench> {
@@ -146,6 +148,24 @@ impl Touching {
     pub(crate) fn rubbing(&self, pool: &Pool) -> Vec<Wrench> {
         let [x, y, z] = self.normal;
         self.pair(pool, [y, pool.neg(x), z], self.along)
+    }
+
+    /// Of a unit torque of rolling resistance, counter-clockwise on the second body.
+    pub(crate) fn rolling(&self, pool: &Pool) -> Vec<Wrench> {
+        let moment = spatial::z_axis(pool);
+        let pair = if self.is_second { [self.mover, self.base] } else { [self.base, self.mover] };
+        let force = spatial::zero(pool);
+        let back = spatial::neg(pool, &moment);
+        let of = |(body, moment)| Wrench { body, force, at: self.at, moment };
+        pair.into_iter().zip([moment, back]).map(of).collect()
+    }
+
+    /// Of one unit of friction against this motion.
+    pub(crate) fn against(&self, pool: &Pool, opposed: Opposed) -> Vec<Wrench> {
+        match opposed {
+            Opposed::Slip => self.rubbing(pool),
+            Opposed::Roll => self.rolling(pool),
+        }
     }
 }
 
@@ -215,18 +235,27 @@ pub fn part(
 ) -> Expr {
     let pool = &model.pool;
     let pair: &ContactPair = &model.contacts[contact.0];
-    let lambdas = |is_force: bool| -> Expr {
-        let of = |row: &&Constraint| match row.source {
-            Source::Stop(load) => is_force && model.loads[load.0].contact() == Some(contact),
-            Source::Friction(load) => !is_force && model.loads[load.0].contact() == Some(contact),
-            _ => false,
+    // Of the forces that press, or of friction against one motion.
+    let lambdas = |wanted: Option<Opposed>| -> Expr {
+        let of = |row: &&Constraint| {
+            let (Source::Stop(LoadId(load)) | Source::Friction(LoadId(load))) = row.source else {
+                return false;
+            };
+            match model.loads[load].kind {
+                LoadKind::Touch { contact: of, .. } => wanted.is_none() && of == contact,
+                LoadKind::Rub { contact: of, opposed, .. } => {
+                    wanted == Some(opposed) && of == contact
+                }
+                _ => false,
+            }
         };
         let rows = constraints.iter().filter(of).map(|row| pool.symbol_expr(row.lambda));
         pool.sum(rows.collect::<Vec<_>>())
     };
     match part {
-        ContactPart::Force => lambdas(true),
-        ContactPart::Friction => lambdas(false),
+        ContactPart::Force => lambdas(None),
+        ContactPart::Friction => lambdas(Some(Opposed::Slip)),
+        ContactPart::Rolling => lambdas(Some(Opposed::Roll)),
         ContactPart::Gap => {
             let gap = |place: &Place| {
                 let touching = Touching::of(model, kinematics, place);

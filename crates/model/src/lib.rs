@@ -58,7 +58,7 @@ pub use ids::{
 };
 pub use io::Io;
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
-pub use load::{FrictionLaw, Load, LoadKind, Surface};
+pub use load::{FrictionLaw, Load, LoadKind, Opposed, Surface};
 pub use load_case::LoadCase;
 pub use measure::{Axis, ContactPart, Frame, Initial, Measure, Orientation, Resultant, Signal};
 pub use measure_names::{ENERGIES, free_motion_names, reaction_words};

@@ -123,15 +123,17 @@ pub enum LoadKind {
         /// Speed of parting after an impact over the speed of approach, in 0 ..= 1.
         restitution: Expr,
     },
-    /// Coulomb's friction of the places of a contact that rub together.
+    /// Coulomb's friction of the places of a contact that rub together, or their rolling resistance.
     Rub {
         /// The contact.
         contact: ContactId,
         /// Which of its tracks.
         track: usize,
-        /// Coefficient while they slide.
+        /// Motion that it opposes.
+        opposed: Opposed,
+        /// Coefficient while they slide; of rolling the arm, m: the torque over the pressing force.
         sliding: Expr,
-        /// Coefficient while they stick.
+        /// Coefficient, or arm, while they stick.
         sticking: Expr,
     },
     /// Dry friction between a rope and something that it goes around; the load is named as the part of the rope before it.
@@ -192,7 +194,10 @@ impl Load {
 
     /// Translation where its force is one along a way, rotation where it is a moment.
     pub fn effort(&self) -> MotionKind {
-        self.teeth().map_or(MotionKind::Translation, |teeth| teeth.effort)
+        match self.kind {
+            LoadKind::Rub { opposed: Opposed::Roll, .. } => MotionKind::Rotation,
+            _ => self.teeth().map_or(MotionKind::Translation, |teeth| teeth.effort),
+        }
     }
 
     /// The contact that it is a row of.
@@ -202,6 +207,15 @@ impl Load {
             _ => None,
         }
     }
+}
+
+/// The motion of bodies in touch that friction opposes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Opposed {
+    /// Along the line on which they rub, by a force.
+    Slip,
+    /// Turning against each other, by a torque.
+    Roll,
 }
 
 impl LoadKind {

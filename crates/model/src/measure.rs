@@ -182,6 +182,8 @@ pub enum ContactPart {
     Force,
     /// The friction on the second body, N: positive to the right of whoever looks from the first body to the second.
     Friction,
+    /// Torque of the rolling resistance on the second body, N m, counter-clockwise.
+    Rolling,
     /// The least distance between its outlines, m.
     Gap,
     /// Speed of the second body along the first where they touch, m/s, in the sense of the friction; zero while they do not.

@@ -111,9 +111,10 @@ pub(crate) const COUPLINGS: &str = "couplings";
 pub(crate) const CONTACTS: &str = "contacts";
 
 /// The words of quantities of contacts.
-pub(crate) const CONTACT_WORDS: [(&str, ContactPart); 4] = [
+pub(crate) const CONTACT_WORDS: [(&str, ContactPart); 5] = [
     ("force", ContactPart::Force),
     ("friction", ContactPart::Friction),
+    ("rolling", ContactPart::Rolling),
     ("gap", ContactPart::Gap),
     ("slip", ContactPart::Slip),
 ];
@@ -306,7 +307,10 @@ impl Measure {
             | Self::Effort(_)
             | Self::Force(_)
             | Self::Contact(_, ContactPart::Force | ContactPart::Friction) => "N",
-            Self::Reaction(..) | Self::Resultant(..) | Self::Moment(_) => "N m",
+            Self::Reaction(..)
+            | Self::Resultant(..)
+            | Self::Moment(_)
+            | Self::Contact(_, ContactPart::Rolling) => "N m",
             Self::Momentum(..) => "kg m/s",
             Self::AngularMomentum(..) => "kg m^2/s",
         }

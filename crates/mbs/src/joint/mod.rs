@@ -45,9 +45,9 @@ use crate::pose::Pose;
 use crate::spatial::{self, Rotation};
 use bksim_model::{Joint, JointKind, MotionKind, Vector};
 
-/// The directions of rows that hold between rates: of a stated condition, and of the slip of a wheel or blade along a
-/// plane.
-pub(crate) const OF_RATES: [&str; 3] = ["rate", "along", "across"];
+/// The directions of rows that hold between rates: of a stated condition, of the slip of a wheel, blade or contact along
+/// a plane, and of the rolling of a contact.
+pub(crate) const OF_RATES: [&str; 4] = ["rate", "along", "across", "rolling"];
 
 /// One elementary motion, with its axis in the frame it starts from.
 #[derive(Clone, Copy, Debug)]

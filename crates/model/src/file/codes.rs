@@ -84,6 +84,7 @@ crate::codes! {
     MANY_PLACES = "M112", "outlines with too many corners";
     BAD_SHAPE = "M113", "a shape that is none";
     CONTACT_IN_SPACE = "M114", "a contact in a spatial model";
+    NO_DISC = "M115", "rolling resistance of shapes that do not roll";
     TOOTH_ANGLE = "M120", "an angle that teeth do not have";
     NO_PITCH_RADII = "M121", "tooth forces without pitch radii";
     BAD_FLEXIBLE = "M122", "a flexible body that is none";

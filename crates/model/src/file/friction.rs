@@ -245,7 +245,7 @@ impl Reader<'_> {
         })
     }
 
-    fn friction(
+    pub(super) fn friction(
         &mut self,
         fields: &Fields<'_>,
         key: &str,

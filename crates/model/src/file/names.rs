@@ -59,7 +59,10 @@ pub(super) fn quantity_of(measure: Measure) -> Quantity {
         | Measure::Effort(_)
         | Measure::Force(_)
         | Measure::Contact(_, ContactPart::Force | ContactPart::Friction) => Quantity::FORCE,
-        Measure::Reaction(..) | Measure::Resultant(..) | Measure::Moment(_) => Quantity::TORQUE,
+        Measure::Reaction(..)
+        | Measure::Resultant(..)
+        | Measure::Moment(_)
+        | Measure::Contact(_, ContactPart::Rolling) => Quantity::TORQUE,
         Measure::Momentum(..) => Quantity::MOMENTUM,
         Measure::AngularMomentum(..) => Quantity::ANGULAR_MOMENTUM,
         Measure::JointPosition(..)

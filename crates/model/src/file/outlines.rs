@@ -12,11 +12,11 @@ use crate::body::Anchor;
 use crate::contact::{Base, ContactPair, EdgesForm, Place, Reach, Round, Shape};
 use crate::diagnostic::Diagnostic;
 use crate::ids::{BodyId, ContactId};
-use crate::load::{Load, LoadKind};
+use crate::load::{Load, LoadKind, Opposed};
 use crate::model::Space;
 
 /// Keys of a contact.
-pub(super) const CONTACT_KEYS: [&str; 4] = ["between", "mu", "static", "restitution"];
+pub(super) const CONTACT_KEYS: [&str; 5] = ["between", "mu", "static", "rolling", "restitution"];
 /// Keys of a shape that is no point.
 const SHAPE_KEYS: [&str; 6] = ["disc", "ring", "line", "edges", "outline", "radius"];
 /// How shapes are written.
@@ -91,6 +91,10 @@ impl Reader<'_> {
         } else {
             None
         };
+        let rolling = match fields.get("rolling") {
+            Some(node) => Some(self.friction(fields, "rolling", node, Quantity::LENGTH)?.expr),
+            None => None,
+        };
         let help = format!("write two shapes, `between = [A, B]`: {SHAPES}");
         let node = fields.require(self, "between", &help)?;
         let what = fields.what("between");
@@ -137,15 +141,26 @@ impl Reader<'_> {
             );
             return None;
         }
+        let is_disc = |shape: &Shape| matches!(shape, Shape::Round(round) if round.radius != self.pool.zero());
+        if rolling.is_some() && !shapes.iter().any(is_disc) {
+            let message = format!("contact `{name}` has `rolling` and no disc");
+            self.report(
+                Diagnostic::error(codes::NO_DISC, message).at(span, "neither of these rolls").help(
+                    "remove `rolling`, or give one of them the shape of a `disc` with a radius",
+                ),
+            );
+            return None;
+        }
         let restitution = restitution?;
         let load = |kind| Load { name: name.to_owned(), kind, span: span.clone() };
         let touches = (0..places.len())
             .map(|place| load(LoadKind::Touch { contact: id, place, restitution }));
         let mut rows: Vec<Load> = touches.collect();
-        if let Some([sliding, sticking]) = friction {
-            let rubs = (0..tracks.len())
-                .map(|track| load(LoadKind::Rub { contact: id, track, sliding, sticking }));
-            rows.extend(rubs);
+        let of_rolling = rolling.map(|arm| (Opposed::Roll, [arm; 2]));
+        let of_slip = friction.map(|coefficients| (Opposed::Slip, coefficients));
+        for (opposed, [sliding, sticking]) in of_slip.into_iter().chain(of_rolling) {
+            let rub = |track| LoadKind::Rub { contact: id, track, opposed, sliding, sticking };
+            rows.extend((0..tracks.len()).map(|track| load(rub(track))));
         }
         Some((ContactPair { name: name.to_owned(), shapes, places, tracks, span }, rows))
     }
