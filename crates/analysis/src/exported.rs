@@ -7,6 +7,8 @@
 //! x(t, q), ẋ(t, q, v)                      kinematics: joints, bodies, points
 //! ```
 
+mod equations;
+
 use bksim_expr::{Expr, Quantity, Signature, SymbolId, Tape};
 use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
 use bksim_mbs::modes::with_branches;
@@ -16,6 +18,8 @@ use bksim_model::diagnostic::{Diagnostic, Rejected};
 use bksim_model::{FrictionLaw, Load, LoadKind, Measure, Model};
 use bksim_sim::Mechanism;
 use bksim_sim::compiled::{Terms, solved_accelerations, terms};
+
+pub use equations::{Equations, equations};
 
 use crate::codes;
 use crate::error::AnalysisError;
@@ -106,6 +110,8 @@ struct Interface<'a> {
     parameters: Vec<(SymbolId, Quantity)>,
     /// Values of the parameters.
     values: Vec<f64>,
+    /// Values of the inputs.
+    u_values: Vec<f64>,
 }
 
 impl<'a> Interface<'a> {
@@ -130,15 +136,15 @@ impl<'a> Interface<'a> {
         let mut parameters: Vec<_> = symbols.into_iter().enumerate().map(quantity).collect();
         let mut values = mechanism.parameters.clone();
         values.resize(own.max(parameters.len()), 0.0);
-        let mut u = Vec::new();
+        let (mut u, mut u_values) = (Vec::new(), Vec::new());
         for name in inputs {
             let at = parameters.iter().position(|(_, quantity)| quantity.name == *name);
             let at = at.ok_or_else(|| AnalysisError::UnknownParameter { name: name.clone() })?;
             u.push(parameters.remove(at));
-            values.remove(at);
+            u_values.push(values.remove(at));
         }
         let time = (model.time, Quantity::new("t", "s"));
-        Ok(Self { mechanism, system, time, q, v, u, parameters, values })
+        Ok(Self { mechanism, system, time, q, v, u, parameters, values, u_values })
     }
 
     fn model(&self) -> &'a Model {

@@ -183,3 +183,83 @@ fn code_of_examples_has_no_warnings_and_the_same_bits_on_every_processor() {
     println!("{n_functions} functions, {n_exact} of them bit for bit, emulator: {has_emulator}");
     assert!(n_functions >= 6 && n_exact * 2 > n_functions, "{n_exact} of {n_functions}");
 }
+
+/// A program with a script: whether it is there by what it says to `probe`, and what it says of the script.
+fn of_script(
+    folder: &std::path::Path,
+    program: &str,
+    probe: &str,
+    arguments: &[&str],
+) -> Option<String> {
+    let option = if program.contains("octave") { "--eval" } else { "-c" };
+    let there = Command::new(program).args([option, probe]).output();
+    if !there.is_ok_and(|output| output.status.success()) {
+        return None;
+    }
+    let output = Command::new(program).args(arguments).current_dir(folder).output();
+    let output = output.expect("it was there before");
+    assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+    Some(text(&output.stdout))
+}
+
+/// Every script compares its equations, and those that integrate their motion, with numbers of ours. SymPy is among what the
+/// tests need; the others are tried where they are installed, in the Python that `BKSIM_SCRIPTS` names: `casadi`, `jax`,
+/// `rumoca`; and Octave.
+#[test]
+#[expect(clippy::print_stdout, reason = "it says which programs there were")]
+fn scripts_of_other_programs_agree_with_their_numbers() {
+    let venv = format!("{CRATE}/../../target/venv/bin/python");
+    let python = std::env::var("BKSIM_SCRIPTS").unwrap_or(venv);
+    let mut tried = Vec::new();
+    for (example, id) in [("slider-crank", "slider_crank"), ("cart-pole", "cart_pole")] {
+        let place = Scratch::new();
+        for language in ["casadi", "jax", "sympy", "matlab", "modelica"] {
+            let answer = written(&place, example, &format!("--lang {language}"));
+            assert_eq!(answer["functions"][0]["name"], format!("{example}_equations"));
+        }
+        let folder = place.path().join("code");
+        for library in ["sympy", "casadi", "jax"] {
+            let (file, probe) = (format!("{id}_{library}.py"), format!("import {library}"));
+            let said = of_script(&folder, &python, &probe, &[&file]);
+            assert!(library != "sympy" || said.is_some(), "no SymPy in {python}");
+            tried.extend(said.map(|said| format!("{library}: {said}")));
+        }
+        let check = format!("s = {id}(); s.check()");
+        let said = of_script(&folder, "octave-cli", "1;", &["--no-gui", "--eval", &check]);
+        tried.extend(said.map(|said| format!("octave: {said}")));
+        // The model of Modelica fails by its own assertions.
+        let run = format!(
+            "import rumoca as r; r.Session().load('{id}_test.mo', model='{id}_test').simulate(t=(0, 0.5), \
+             config=r.SimConfig(rtol=1e-9, atol=1e-9)); print('simulated')"
+        );
+        let said = of_script(&folder, &python, "import rumoca", &["-c", &run]);
+        tried.extend(said.map(|said| format!("rumoca: {said}")));
+    }
+    println!("{}", tried.concat());
+}
+
+/// The matrices of MATLAB are those of `bksim linearize`.
+#[test]
+fn matrices_of_matlab_are_those_of_the_linear_equations() {
+    let place = Scratch::new();
+    let channels = "--part linear --lang matlab --at start --input u --of pole.angle";
+    written(&place, "cart-pole", channels);
+    let script = std::fs::read_to_string(place.path().join("code/cart_pole_linear.m"));
+    let script = script.expect("a script").replace("...\n", "");
+    let model = format!("{CRATE}/../../examples/cart-pole/model.toml");
+    let output =
+        place.run(&format!("linearize {model} --at start --input u --output pole.angle --json"));
+    let linear: Value = serde_json::from_slice(&output.stdout).expect("one object");
+    for name in ["A", "B", "C", "D"] {
+        let start = script.find(&format!("s.{name} = [")).expect("a matrix") + 7;
+        let end = start + script[start..].find("];").expect("its end");
+        let numbers = script[start..end].split([',', ';']).map(|x| x.trim().parse::<f64>());
+        let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().expect("numbers");
+        let rows = linear[name].as_array().expect("rows");
+        let expected = rows.iter().flat_map(|row| row.as_array().expect("a row"));
+        let expected: Vec<f64> = expected.map(|x| x.as_f64().expect("a number")).collect();
+        assert_eq!(numbers, expected, "{name}");
+    }
+    let refused = place.run(&format!("code {model} -o code --lang casadi --part kinematics"));
+    assert_eq!(refused.status.code(), Some(2), "{}", text(&refused.stderr));
+}

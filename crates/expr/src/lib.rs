@@ -78,7 +78,10 @@ mod syntax;
 mod tape;
 
 pub use certificate::Certificate;
-pub use codegen::{CCode, CodegenError, Program, Quantity, Signature, TestPoint, c_prelude};
+pub use codegen::{
+    CCode, CodegenError, Program, Quantity, ScriptBody, ScriptLanguage, Signature, TestPoint,
+    c_prelude,
+};
 pub use composed::{COMPOSED, Composed, function_names};
 pub use diff::SparseJacobian;
 pub use eval::{

@@ -149,7 +149,7 @@ impl Core {
             experiment: [options.t_start, options.t_end],
             atol: options.atol,
             is_stiff: options.method == Method::Radau,
-            expected: expected(mechanism),
+            expected: expected(mechanism, 1e-10),
             sizes,
             tables,
             functions,
@@ -368,8 +368,8 @@ fn tables(
     }
 }
 
-/// States that bksim computes with tight tolerances, soon after the start.
-fn expected(mechanism: &Mechanism) -> Vec<(f64, Vec<f64>, Vec<f64>)> {
+/// States that bksim computes with a tight tolerance, soon after the start.
+pub(crate) fn expected(mechanism: &Mechanism, tolerance: f64) -> Vec<(f64, Vec<f64>, Vec<f64>)> {
     const LONGEST_S: f64 = 0.5;
     let options = &mechanism.model.solve;
     let duration = (options.t_end - options.t_start).min(LONGEST_S);
@@ -381,7 +381,7 @@ fn expected(mechanism: &Mechanism) -> Vec<(f64, Vec<f64>, Vec<f64>)> {
     let run = || {
         let mut simulation = Simulation::of(mechanism).ok()?;
         let mut tight = options.clone();
-        (tight.rtol, tight.atol) = (1e-10, 1e-10);
+        (tight.rtol, tight.atol) = (tolerance, tolerance);
         tight.step = None;
         tight.t_end = options.t_start + duration;
         tight.outputs = Outputs::Times(times.clone());

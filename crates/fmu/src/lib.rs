@@ -1,4 +1,5 @@
-//! A mechanism as a solver in one C99 file, and as a functional mock-up unit (FMI 2.0 and 3.0) around the same solver.
+//! A mechanism as a solver in one C99 file, as a functional mock-up unit (FMI 2.0 and 3.0) around the same solver, and as
+//! equations in scripts of other programs.
 //!
 //! ```text
 //! Mechanism → Core (functions and tables in C) → + c/*.c → solver: header, source, test
@@ -15,6 +16,7 @@ pub mod codes;
 mod core;
 mod description;
 mod functions;
+mod script;
 mod shown;
 mod solver;
 mod source;
@@ -25,6 +27,7 @@ pub use crate::core::{Core, Request};
 pub use archive::archive;
 pub use codes::PAGES;
 pub use description::Version;
+pub use script::{Script, ScriptKind, script};
 pub use solver::{Solver, solver};
 pub use unit::{Platform, Unit};
 pub use variable::Variable;

@@ -45,6 +45,16 @@ pub(crate) enum Language {
     Python,
     /// The operations as data.
     Json,
+    /// A script for CasADi: terms, accelerations, ODE and DAE.
+    Casadi,
+    /// A script for JAX.
+    Jax,
+    /// A script for SymPy.
+    Sympy,
+    /// A function for MATLAB and Octave; with `--part linear` A, B, C and D.
+    Matlab,
+    /// A flat model of Modelica, and one that tests it.
+    Modelica,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]

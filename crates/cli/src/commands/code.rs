@@ -4,11 +4,13 @@ use std::fs;
 use std::io::Write;
 use std::path::Path;
 
+use bksim::Mechanism;
 use bksim::analysis::{
-    AnalysisError, Channels, ExportedFunction, Part, exported, exported_linear, linearize,
+    AnalysisError, Channels, ExportedFunction, Part, exported, exported_linear, linear_matlab,
+    linearize,
 };
 use bksim::expr::Program;
-use bksim::fmu::{Core, Request, Solver, Variable, solver};
+use bksim::fmu::{Core, Request, ScriptKind, Solver, Variable, script, solver};
 use bksim::model::Model;
 use bksim::model::file::ShownUnits;
 use bksim::model::message::counted;
@@ -31,20 +33,22 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
     if args.part == PartArg::Solver {
         return of_solver(loaded, args, &label, as_json);
     }
+    if let Some(kind) = script_kind(args)? {
+        return of_script(loaded, args, kind, &label, as_json);
+    }
+    // All texts, then all files, so that either all are written or none is begun.
+    let with_files =
+        |functions: Vec<ExportedFunction>| (files_of(&functions, args.lang), functions);
     let found = match args.part {
-        PartArg::Dynamics => of_equations(&loaded.source, loaded.model, Part::Dynamics, args)?,
-        PartArg::Kinematics => of_equations(&loaded.source, loaded.model, Part::Kinematics, args)?,
+        PartArg::Dynamics => {
+            of_equations(&loaded.source, loaded.model, Part::Dynamics, args)?.map(with_files)
+        }
+        PartArg::Kinematics => {
+            of_equations(&loaded.source, loaded.model, Part::Kinematics, args)?.map(with_files)
+        }
         PartArg::Linear | PartArg::Solver => of_linear(loaded.model, args, &loaded.source),
     };
-    let functions = found.map_err(|error| loaded.source.rejected(error.diagnostics()))?;
-
-    // All texts, then all files, so that either all are written or none is begun.
-    let mut files = Vec::new();
-    for function in &functions {
-        let program = function.tape.program(&function.signature);
-        let program = program.expect("a signature is made for its tape").with_note(&function.note);
-        files.extend(texts(&program, args.lang));
-    }
+    let (files, functions) = found.map_err(|error| loaded.source.rejected(error.diagnostics()))?;
     let written = write(args, files, &label)?;
 
     if as_json {
@@ -55,6 +59,12 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
         return Ok(Status::Done);
     }
     render::print_all(&loaded.source, &loaded.warnings);
+    output::report(report(&functions, &written).trim_end())?;
+    Ok(Status::Done)
+}
+
+/// Functions with their sizes, and the files.
+fn report(functions: &[ExportedFunction], written: &[String]) -> String {
     let line = |function: &ExportedFunction| {
         let ExportedFunction { tape, signature, summary, note, .. } = function;
         let counts = format!(
@@ -66,9 +76,63 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
         format!("{note}  {}: {summary}; {counts}\n", signature.name)
     };
     let files = written.iter().map(|path| format!("wrote {path}\n"));
-    let text: String = functions.iter().map(line).chain(files).collect();
-    output::report(text.trim_end())?;
+    functions.iter().map(line).chain(files).collect()
+}
+
+/// The program that a script is for; `None` of languages without scripts.
+fn script_kind(args: &Code) -> Result<Option<ScriptKind>, Failure> {
+    let kind = match args.lang {
+        Language::Casadi => ScriptKind::Casadi,
+        Language::Jax => ScriptKind::Jax,
+        Language::Sympy => ScriptKind::Sympy,
+        Language::Matlab if args.part == PartArg::Linear => return Ok(None),
+        Language::Matlab => ScriptKind::Matlab,
+        Language::Modelica => ScriptKind::Modelica,
+        Language::C | Language::Rust | Language::Python | Language::Json => return Ok(None),
+    };
+    if args.part != PartArg::Dynamics {
+        let help = "leave `--part` out, or choose `--lang c`, `rust` or `python`";
+        return Err(Failure::usage("a script holds the equations of motion alone", help));
+    }
+    Ok(Some(kind))
+}
+
+/// Writes the equations of motion as a script.
+fn of_script(
+    loaded: Loaded,
+    args: &Code,
+    kind: ScriptKind,
+    label: &str,
+    as_json: bool,
+) -> Result<Status, Failure> {
+    let Loaded { source, model, warnings, .. } = loaded;
+    let mechanism = derive(&source, model)?;
+    let inputs = inputs_of(&mechanism, args);
+    let script = script(&mechanism, &inputs, kind);
+    let script = script.map_err(|error| source.rejected(error.diagnostics()))?;
+    let written = write(args, script.files, label)?;
+    let mut function = script.equations.function;
+    let contacts = script.equations.contacts;
+    if !contacts.is_empty() {
+        let names = contacts.join("`, `");
+        function.note = format!("Stops are open and friction does not stick here: `{names}`.");
+    }
+    if as_json {
+        let mut body = json!({ "functions": [described(&function)], "files": written });
+        body["diagnostics"] = render::json_all(&source, &warnings);
+        output::json("code", body)?;
+        return Ok(Status::Done);
+    }
+    render::print_all(&source, &warnings);
+    output::report(report(&[function], &written).trim_end())?;
     Ok(Status::Done)
+}
+
+/// The inputs of the options, or else those that the model states and that are parameters.
+fn inputs_of(mechanism: &Mechanism, args: &Code) -> Vec<String> {
+    let is_parameter = |name: &&String| mechanism.model.parameters.iter().any(|p| p.name == **name);
+    let stated = mechanism.model.io.inputs.iter().filter(is_parameter).cloned();
+    if args.input.is_empty() { stated.collect() } else { args.input.clone() }
 }
 
 /// Writes files into the folder of the options; all are planned before the first is written.
@@ -144,19 +208,16 @@ fn of_equations(
     args: &Code,
 ) -> Result<Result<Vec<ExportedFunction>, AnalysisError>, Failure> {
     let mechanism = derive(source, model)?;
-    // Of the inputs that the model states, those that are arguments.
-    let is_parameter = |name: &&String| mechanism.model.parameters.iter().any(|p| p.name == **name);
-    let stated = mechanism.model.io.inputs.iter().filter(is_parameter).cloned();
-    let inputs = if args.input.is_empty() { stated.collect() } else { args.input.clone() };
+    let inputs = inputs_of(&mechanism, args);
     Ok(exported(&mechanism, part, &inputs))
 }
 
-/// The function of the linear equations.
+/// The functions of the linear equations, and their files.
 fn of_linear(
     model: Model,
     args: &Code,
     source: &Text,
-) -> Result<Vec<ExportedFunction>, AnalysisError> {
+) -> Result<(Vec<(String, String)>, Vec<ExportedFunction>), AnalysisError> {
     let name = model.name.clone();
     let channels =
         Channels { inputs: args.input.clone(), outputs: args.of.clone(), states: Vec::new() };
@@ -164,7 +225,24 @@ fn of_linear(
     let units = ShownUnits::of_model(&source.text);
     let function = exported_linear(&name, &linear)?;
     let note = format!("Linear {}.", about(&linear.state, &units));
-    Ok(vec![ExportedFunction { note, ..function }])
+    let functions = vec![ExportedFunction { note: note.clone(), ..function }];
+    if args.lang != Language::Matlab {
+        let files = files_of(&functions, args.lang);
+        return Ok((files, functions));
+    }
+    let id = program_of(&functions[0]).identifier().to_owned();
+    let text = linear_matlab(&id, &linear, &note);
+    Ok((vec![(format!("{id}.m"), text)], functions))
+}
+
+/// The files of all functions.
+fn files_of(functions: &[ExportedFunction], language: Language) -> Vec<(String, String)> {
+    functions.iter().flat_map(|function| texts(&program_of(function), language)).collect()
+}
+
+fn program_of(function: &ExportedFunction) -> Program<'_> {
+    let program = function.tape.program(&function.signature);
+    program.expect("a signature is made for its tape").with_note(&function.note)
 }
 
 /// The files of a function, each with its name.
@@ -178,7 +256,8 @@ fn texts(program: &Program<'_>, language: Language) -> Vec<(String, String)> {
         }
         Language::Rust => vec![file(".rs", program.to_rust())],
         Language::Python => vec![file(".py", program.to_python())],
-        Language::Json => vec![file(".json", program.to_json())],
+        // Of the others, scripts and matrices are written elsewhere.
+        _ => vec![file(".json", program.to_json())],
     }
 }
 

@@ -9,7 +9,7 @@
 //! | JSON | the first member of an object |
 //! | NPZ | the comment of the archive |
 //! | MAT | the last variable, `made_by` |
-//! | SVG, HTML, Markdown, PDF, C, Rust, Python, TOML, manual pages, text | the last line |
+//! | SVG, HTML, Markdown, PDF, C, Rust, Python, MATLAB, Modelica, TOML, manual pages, text | the last line |
 
 use std::ffi::OsStr;
 use std::ops::Range;
@@ -92,10 +92,10 @@ fn found(bytes: &[u8]) -> Option<(Place, Range<usize>)> {
 /// Endings of formats with remarks of a line, and what stands around a remark.
 const LINES: [(&[&str], [&str; 2]); 6] = [
     (&["svg", "html", "htm", "md"], ["<!-- ", " -->\n"]),
-    (&["pdf"], ["% ", "\n"]),
+    (&["pdf", "m"], ["% ", "\n"]),
     (&["py", "toml"], ["# ", "\n"]),
     (&["1"], [".\\\" ", "\n"]),
-    (&["c", "h", "rs"], ["// ", "\n"]),
+    (&["c", "h", "rs", "mo"], ["// ", "\n"]),
     (&["txt"], ["(", ")\n"]),
 ];
 

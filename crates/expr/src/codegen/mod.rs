@@ -10,8 +10,10 @@ mod json;
 mod names;
 mod python;
 mod rust;
+mod script;
 
 pub use c::{CCode, c_prelude};
+pub use script::{ScriptBody, ScriptLanguage};
 
 use crate::op::Function;
 use crate::tape::{Action, Instruction, Tape};
@@ -202,6 +204,10 @@ trait Dialect {
     fn power(&self, base: &str, exponent: &str) -> String;
     /// A statement that gives a value a name.
     fn declaration(&self, name: &str, value: &str) -> String;
+    /// An element of an array.
+    fn element(&self, array: &str, index: usize) -> String {
+        format!("{array}[{index}]")
+    }
 }
 
 impl Program<'_> {
@@ -261,22 +267,25 @@ impl Program<'_> {
 
     /// Declarations of all that is read from the arguments, then of every instruction.
     fn statements(&self, dialect: &dyn Dialect) -> Vec<String> {
+        let mut statements = self.arguments(dialect);
+        for (register, instruction) in self.instructions() {
+            let value = self.value(dialect, &instruction);
+            statements.push(dialect.declaration(&self.result_name(register), &value));
+        }
+        statements
+    }
+
+    /// Declarations of all that is read from the arguments.
+    fn arguments(&self, dialect: &dyn Dialect) -> Vec<String> {
         let is_read = self.read_registers();
         let first = self.tape.constants.len();
         let arguments = [("parameters", &self.names.parameters), ("inputs", &self.names.inputs)];
         let indexed = arguments.into_iter().flat_map(|(array, names)| {
             names.iter().enumerate().map(move |(index, name)| (array, index, name))
         });
-        let mut statements: Vec<String> = indexed
-            .enumerate()
-            .filter(|&(offset, _)| is_read[first + offset])
-            .map(|(_, (array, i, name))| dialect.declaration(name, &format!("{array}[{i}]")))
-            .collect();
-        for (register, instruction) in self.instructions() {
-            let value = self.value(dialect, &instruction);
-            statements.push(dialect.declaration(&self.result_name(register), &value));
-        }
-        statements
+        let read = indexed.enumerate().filter(|&(offset, _)| is_read[first + offset]);
+        read.map(|(_, (array, i, name))| dialect.declaration(name, &dialect.element(array, i)))
+            .collect()
     }
 
     /// Whether each register is read by an instruction or an output.

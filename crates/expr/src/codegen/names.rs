@@ -33,7 +33,12 @@ pub(super) struct Names {
 
 impl Names {
     pub(super) fn new(signature: &Signature) -> Self {
-        let mut taken = HashSet::new();
+        Self::avoiding(signature, &[])
+    }
+
+    /// Identifiers none of which is one of `words`.
+    pub(super) fn avoiding(signature: &Signature, words: &[&str]) -> Self {
+        let mut taken = words.iter().map(|&word| word.to_owned()).collect();
         let function = identifier(&signature.name, &mut taken);
         let mut all = |quantities: &[Quantity]| {
             quantities.iter().map(|quantity| identifier(&quantity.name, &mut taken)).collect()

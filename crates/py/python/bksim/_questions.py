@@ -121,6 +121,19 @@ class LinearSystem(Answer):
         """Eigenvalues of A, 1/s."""
         return _complex(self.facts["poles"])
 
+    def to_control(self, dt: float | None = None, method: str = "zoh") -> Any:
+        """As ``StateSpace`` of the package ``control``, with the names of states, inputs and outputs; with ``dt`` sampled
+        every ``dt`` seconds by ``method``, as of ``control.c2d``."""
+        import control
+
+        names = {"states": list(self.states), "inputs": list(self.inputs), "outputs": list(self.outputs)}
+        system = control.ss(self.A, self.B, self.C, self.D, **names)
+        if dt is None:
+            return system
+        sampled = control.c2d(system, dt, method)
+        sampled.update_names(**names)
+        return sampled
+
     def _matrix(self, key: str, n_rows: int, n_columns: int) -> NDArray[np.float64]:
         return np.array(self.facts[key], dtype=np.float64).reshape(n_rows, n_columns)
 

@@ -1,0 +1,160 @@
+"""Equations of motion of @NAME@ for CasADi.
+
+    q' = v
+    M(q) a + G(t, q)^T lambda = f(t, q, v, u)
+    G a = -gamma(t, q, v),  g(t, q) = 0
+
+    import @MODULE@ as model
+    M, f, G, gamma, g, g_t = model.terms(t, q, v, u, p)
+    a, multipliers = model.accelerations(t, q, v, u, p)
+    x_rate = model.ode(t, x, u, p)        # x = (q, v)
+    casadi.integrator("motion", "idas", model.dae, t0, times)
+
+u are the values of INPUTS, p those of PARAMETERS: model.U and model.P. All numbers are in SI units and radians.
+`python @FILE@` compares all of this with numbers that bksim computed.
+@NOTES@"""
+
+from math import inf, isnan, nan
+
+import casadi as ca
+from casadi import acos, asin, atan, atan2, cos, cosh, exp, floor, log, sign, sin, sinh, sqrt, tan, tanh
+from casadi import fabs as absolute, fmax as larger, fmin as smaller
+
+#: How fast what integration leaves of g goes back to zero, 1/s.
+STABILISATION = 10.0
+
+# Names and units; parameters and inputs with their values. MASS and JACOBIAN: row and column of the entries of the lower
+# triangle of M, and of G. START, and MOTION that bksim computed: t, q, v. POINTS: arguments and values of `entries`.
+@TABLES@
+
+def select(condition, yes, no):
+    return ca.if_else(condition, yes, no)
+
+
+def lt(a, b):
+    return ca.if_else(a < b, 1.0, 0.0)
+
+
+def le(a, b):
+    return ca.if_else(a <= b, 1.0, 0.0)
+
+
+def gt(a, b):
+    return lt(b, a)
+
+
+def ge(a, b):
+    return le(b, a)
+
+
+def entries(inputs, parameters):
+    """Numbers of M (lower triangle), f, G, gamma, g and its rate by time that are not always zero."""
+@BODY@
+
+
+N, R = len(COORDINATES), len(MULTIPLIERS)
+P = [value for _, _, value in PARAMETERS]
+U = [value for _, _, value in INPUTS]
+
+
+def _elements(vector):
+    return [vector[i] for i in range(vector.numel())]
+
+
+def _of(symbol):
+    sizes = [("t", 1), ("q", N), ("v", N), ("u", len(U)), ("p", len(P))]
+    return [symbol(name, n) for name, n in sizes]
+
+
+def _terms():
+    arguments = _of(ca.SX.sym)
+    values = iter(entries(_elements(ca.vertcat(*arguments[:-1])), _elements(arguments[-1])))
+    M, f, G = ca.SX(N, N), ca.SX(N, 1), ca.SX(R, N)
+    for i, j in MASS:
+        M[i, j] = M[j, i] = next(values)
+    for i in range(N):
+        f[i] = next(values)
+    for i, j in JACOBIAN:
+        G[i, j] = next(values)
+    gamma, g, g_t = (ca.vertcat(*[next(values) for _ in range(R)]) if R else ca.SX(0, 1) for _ in range(3))
+    names = ["M", "f", "G", "gamma", "g", "g_t"]
+    return ca.Function("terms", arguments, [M, f, G, gamma, g, g_t], ["t", "q", "v", "u", "p"], names)
+
+
+terms = _terms()
+
+
+def _aim(v, G, gamma, g, g_t):
+    """Right side of G a = ..., which draws g back to zero."""
+    return -gamma - 2 * STABILISATION * (G @ v + g_t) - STABILISATION**2 * g
+
+
+def _accelerations():
+    arguments = t, q, v, u, p = _of(ca.MX.sym)
+    M, f, G, gamma, g, g_t = terms(*arguments)
+    K = ca.vertcat(ca.horzcat(M, G.T), ca.horzcat(G, ca.MX(R, R)))
+    found = ca.solve(K, ca.vertcat(f, _aim(v, G, gamma, g, g_t)), "qr")
+    return ca.Function("accelerations", arguments, [found[:N], found[N:]], ["t", "q", "v", "u", "p"], ["a", "lambda"])
+
+
+accelerations = _accelerations()
+
+
+def _ode():
+    t, u, p, x = ca.MX.sym("t"), ca.MX.sym("u", len(U)), ca.MX.sym("p", len(P)), ca.MX.sym("x", 2 * N)
+    a, _ = accelerations(t, x[:N], x[N:], u, p)
+    return ca.Function("ode", [t, x, u, p], [ca.vertcat(x[N:], a)], ["t", "x", "u", "p"], ["x_rate"])
+
+
+ode = _ode()
+
+
+def _dae():
+    t, q, v, u, p = _of(ca.SX.sym)
+    a, multipliers = ca.SX.sym("a", N), ca.SX.sym("lambda", R)
+    M, f, G, gamma, g, g_t = terms(t, q, v, u, p)
+    rest = ca.vertcat(M @ a + G.T @ multipliers - f, G @ a - _aim(v, G, gamma, g, g_t))
+    return {
+        "t": t,
+        "x": ca.vertcat(q, v),
+        "z": ca.vertcat(a, multipliers),
+        "u": u,
+        "p": p,
+        "ode": ca.vertcat(v, a),
+        "alg": rest,
+    }
+
+
+#: Index 1: x = (q, v), z = (a, lambda).
+dae = _dae()
+
+
+def check():
+    """Compares values and motion with those that bksim computed; the largest differences, relative to one and the value."""
+    inputs, parameters = ca.SX.sym("inputs", 1 + 2 * N + len(U)), ca.SX.sym("parameters", len(P))
+    values = ca.vertcat(*entries(_elements(inputs), _elements(parameters)))
+    function = ca.Function("entries", [inputs, parameters], [values])
+    worst = [0.0, 0.0]
+    for point, of_parameters, expected in POINTS:
+        size = max((abs(x) for x in expected if not isnan(x)), default=1.0)
+        for found, x in zip(_elements(function(point, of_parameters)), expected):
+            worst[0] = max(worst[0], 0.0 if isnan(x) else abs(float(found) - x) / (1e-3 * size + abs(x)))
+    assert worst[0] < 1e-9, f"values differ by {worst[0]}"
+    if MOTION:
+        t0, q0, v0 = START
+        x, u, p = ca.MX.sym("x", 2 * N), ca.MX.sym("u", len(U)), ca.MX.sym("p", len(P))
+        t = ca.MX.sym("t")
+        problem = {"t": t, "x": x, "u": u, "p": p, "ode": ode(t, x, u, p)}
+        options = {"abstol": 1e-13, "reltol": 1e-13, "max_num_steps": 1000000}
+        motion = ca.integrator("motion", "cvodes", problem, t0, [t for t, _, _ in MOTION], options)
+        found = motion(x0=q0 + v0, u=U, p=P)["xf"]
+        for k, (_, q, v) in enumerate(MOTION):
+            for i, x in enumerate(q + v):
+                worst[1] = max(worst[1], abs(float(found[i, k]) - x) / (1 + abs(x)))
+        assert worst[1] < 1e-8, f"motion differs by {worst[1]}"
+    return worst
+
+
+if __name__ == "__main__":
+    values, motion = check()
+    print(f"values differ by {values:.1e}, motion by {motion:.1e}")
