@@ -1,6 +1,8 @@
 //! Drawings without attributes: the joints, bodies, freedoms and scales that their draughtsmen meant.
 
+use bksim::cad::model::ModelOptions;
 use bksim::import::plain::{Options, Understanding, understand};
+use bksim::mechanism_from_drawing;
 
 use crate::support::{derive, model, solve};
 
@@ -25,7 +27,7 @@ const PIN: &str = "pin";
 const SLIDE: &str = "slide";
 
 #[rustfmt::skip]
-const ALL: [Meant; 11] = [
+const ALL: [Meant; 15] = [
     // Single lines, split, in inches, pins as blocks, a side view next to it.
     Meant { drawing: drawing!("slider_crank_b"), mobility: 1, mm_per_unit: 25.4, n_bodies: 3, joints: &[
         (SLIDE, [8.325, 3.150], 2), (PIN, [3.937, 3.150], 2), (PIN, [4.696, 4.054], 2), (PIN, [8.325, 3.150], 2)] },
@@ -55,6 +57,17 @@ const ALL: [Meant; 11] = [
         (PIN, [100.0, 100.0], 3), (PIN, [145.0, 100.0], 2), ("gear", [125.0, 100.0], 2)] },
     Meant { drawing: drawing!("trammel"), mobility: 1, mm_per_unit: 1.0, n_bodies: 3, joints: &[
         (PIN, [100.0, 150.0], 2), (PIN, [160.0, 80.0], 2), (SLIDE, [100.0, 150.0], 2), (SLIDE, [160.0, 80.0], 2)] },
+    // The ring is hatched, so it stands still, and what turns in it turns about its centre.
+    Meant { drawing: drawing!("ring"), mobility: 1, mm_per_unit: 1.0, n_bodies: 3, joints: &[
+        (PIN, [100.0, 100.0], 3), (PIN, [150.0, 100.0], 2), ("gear", [130.0, 100.0], 2), ("gear inside", [170.0, 100.0], 2)] },
+    Meant { drawing: drawing!("eccentric"), mobility: 1, mm_per_unit: 1.0, n_bodies: 2, joints: &[
+        (PIN, [100.0, 100.0], 2), ("cam", [108.0, 146.0], 2), (SLIDE, [100.0, 203.5], 2)] },
+    Meant { drawing: drawing!("roller"), mobility: 1, mm_per_unit: 1.0, n_bodies: 2, joints: &[
+        (PIN, [100.0, 100.0], 2), ("cam", [103.819, 145.817], 2), (PIN, [190.0, 150.0], 2)] },
+    // A pitch circle about the pin of a rocker: with one drive all of it moves if the wheel is the rocker's.
+    Meant { drawing: drawing!("sector"), mobility: 1, mm_per_unit: 1.0, n_bodies: 4, joints: &[
+        (PIN, [0.0, 0.0], 2), (PIN, [12.0, 32.5], 2), (PIN, [120.0, 0.0], 2), (PIN, [115.464, 69.853], 2),
+        ("rack", [120.0, -40.0], 2), (SLIDE, [125.0, -52.0], 2)] },
 ];
 
 fn understood((name, bytes): (&str, &[u8]), answers: &[(&str, &str)]) -> Understanding {
@@ -149,4 +162,82 @@ fn a_drawing_is_understood_alike_every_time_and_any_bytes_are_faults() {
     let faults = understand(name, bytes, &options).expect_err("answers to nothing");
     let codes: Vec<&str> = faults.iter().map(|fault| fault.code.0).collect();
     assert_eq!(codes, ["I018", "I019"]);
+}
+
+/// A drawing with what was understood attached to it moves as the text of the model does, and differs from the drawing by
+/// extended data alone.
+#[test]
+fn a_drawing_with_what_was_understood_is_the_model() {
+    for drawing in [drawing!("gear_pair_a"), drawing!("loose"), drawing!("slider_crank_b")] {
+        let asked = understood(drawing, &[]);
+        let drive = asked.questions.iter().find(|question| question.key == "drive");
+        let drive = drive.expect("what drives it is asked").readings[1].answer.clone();
+        let answers = [("drive", drive.as_str()), ("gravity", "down")];
+        let driven = understood(drawing, &answers);
+        let edits = driven.records.as_ref().expect("records");
+        let attached = bksim::cad::patch::apply(drawing.1.to_vec(), edits).expect("entities");
+        // All lines of the file are there, but for the next free handle.
+        let mut left: Vec<&[u8]> = attached.bytes.split(|byte| *byte == b'\n').collect();
+        left.sort_unstable();
+        let mut lines: Vec<&[u8]> = drawing.1.split(|byte| *byte == b'\n').collect();
+        lines.sort_unstable();
+        let mut left = left.into_iter().peekable();
+        let mut is_kept = |line: &&[u8]| {
+            while left.next_if(|other| *other < *line).is_some() {}
+            left.next_if(|other| *other == *line).is_some()
+        };
+        let n_changed = lines.len() - lines.iter().copied().filter(&mut is_kept).count();
+        assert!(n_changed <= 1, "{}: {n_changed} lines changed", drawing.0);
+        let solving = "[solve]\nt_end = \"20 ms\"\nevery = \"10 ms\"\n";
+        let options = ModelOptions { sidecar: Some(solving), ..ModelOptions::default() };
+        let own = mechanism_from_drawing(attached.bytes, options, "attached").expect("a mechanism");
+        let text = derive(model(&format!("{}\n{solving}", driven.model)));
+        let energy = |mechanism| {
+            let motion = solve(mechanism);
+            motion.samples.iter().map(|sample| sample.energy.kinetic).collect::<Vec<f64>>()
+        };
+        let (own, expected) = (energy(&own), energy(&text));
+        assert_eq!(own.len(), expected.len());
+        for (found, expected) in own.iter().zip(&expected) {
+            let size = expected.abs().max(1e-9);
+            assert!(
+                (found - expected).abs() < 1e-6 * size,
+                "{}: {found} J, not {expected} J",
+                drawing.0
+            );
+        }
+    }
+    // At another scale than 1:1 a drawing cannot say what it means.
+    let refused = understood(drawing!("watt_b"), &[]).records.expect_err("half size");
+    assert_eq!(refused.code.0, "I020");
+}
+
+/// Four bars and four pins without bearings: one body stands still, and any of them may.
+#[test]
+fn which_body_stands_still_is_asked_where_nothing_is_hatched() {
+    let found = understood(drawing!("loose"), &[]);
+    let question = found.questions.iter().find(|question| question.key == "ground");
+    let question = question.expect("which body is the ground").clone();
+    assert_eq!((question.readings.len(), found.mobility, found.bodies.len()), (4, 1, 3));
+    for reading in &question.readings {
+        let answered = understood(drawing!("loose"), &[("ground", reading.answer.as_str())]);
+        assert_eq!(answered.mobility, 1, "{}", reading.answer);
+        let on_ground = answered.joints.iter().filter(|joint| joint.bodies[0] == "ground").count();
+        assert_eq!(on_ground, 2, "{}", reading.answer);
+    }
+}
+
+/// A disc of 40 mm whose pin is 10 mm off its centre lifts a flat face by the height of its centre: 6 mm at the start and, a
+/// quarter of a turn on, 8 mm.
+#[test]
+fn a_flat_follower_is_lifted_by_an_eccentric_disc() {
+    let driven = understood(drawing!("eccentric"), &[("drive", "O")]);
+    let text = format!("{}\n[solve]\nt_end = \"250 ms\"\nevery = \"250 ms\"\n", driven.model);
+    let mechanism = derive(model(&text));
+    let motion = solve(&mechanism);
+    let [first, last] = [&motion.samples[0], &motion.samples[motion.samples.len() - 1]];
+    let place = mechanism.system.coordinates().iter().position(|c| c.name.contains("slide"));
+    let place = place.expect("the follower's own coordinate");
+    let lift = last.q[place] - first.q[place];
+    assert!((lift - 0.002).abs() < 1e-7, "{lift} m");
 }

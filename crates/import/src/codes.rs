@@ -20,4 +20,5 @@ bksim_model::codes! {
     TOO_MANY_STROKES = "I017", "a drawing with too many strokes";
     NO_QUESTION = "I018", "an answer to no question";
     NO_ANSWER = "I019", "an answer that no question has";
+    NOT_ATTACHED = "I020", "a drawing that cannot hold its model";
 }

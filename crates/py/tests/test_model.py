@@ -391,3 +391,21 @@ def test_a_wrong_unit_is_refused_where_it_is_set() -> None:
     bksim.Drive(joint="A", motion="2 rad/s*t + phi0")
     again = copy.deepcopy(m.bodies["bob"])
     assert again == m.bodies["bob"] and pickle.loads(pickle.dumps(again)) == again
+
+
+def test_a_robot_of_another_program_is_a_model(tmp_path: Path) -> None:
+    robot = tmp_path / "arm.urdf"
+    text = """<robot name="arm"><link name="base"/><link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+    <inertia ixx="0.1" iyy="0.1" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <joint name="pin" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/></joint></robot>"""
+    robot.write_text(text)
+    m = bksim.import_model(robot)
+    assert m.coordinates == ("pin_angle",)
+    # About the pin: 0.1 + 2 · 0.5².
+    np.testing.assert_allclose(m.compile().mass_matrix(np.zeros(1)), [[0.6]])
+    robot.write_text(text.replace('child link="rod"', 'child link="rot"'))
+    with pytest.raises(bksim.ModelError) as raised:
+        bksim.import_model(robot)
+    assert raised.value.diagnostics[0].code == "I005" and raised.value.diagnostics[0].help is not None
+    with pytest.raises(OSError, match="no such file"):
+        bksim.import_model(tmp_path / "nothing.urdf")

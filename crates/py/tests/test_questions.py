@@ -124,6 +124,18 @@ def test_a_linear_system_has_the_poles_of_its_modes() -> None:
     assert np.allclose(m.modes().s, expected[expected.imag > 0], rtol=1e-10)
 
 
+def test_a_linear_system_becomes_one_of_python_control(examples: Path) -> None:
+    control = pytest.importorskip("control")
+    linear = bksim.load(examples / "cart-pole/model.toml").linearize("u", "pole.angle", at="start")
+    system = linear.to_control()
+    np.testing.assert_array_equal(system.A, linear.A)
+    assert system.output_labels == ["pole_angle"] and system.input_labels == ["u"]
+    sampled = linear.to_control(dt=0.01)
+    exact = control.c2d(control.ss(linear.A, linear.B, linear.C, linear.D), 0.01)
+    np.testing.assert_allclose(sampled.A, exact.A)
+    assert sampled.state_labels == system.state_labels and sampled.dt == 0.01
+
+
 def test_a_linear_system_names_its_state_and_another_can_be_chosen() -> None:
     upright = PENDULUM.replace('k = "3 N m/rad"', 'k = "0 N m/rad"') + '[initial]\nA = { angle = "179 deg" }\n'
     m = bksim.loads(upright)

@@ -96,6 +96,8 @@ struct Scope {
     layer: String,
     dash: Dash,
     depth: usize,
+    /// The outermost insert: what a CAD program lists in place of the entities of its block.
+    insert: Option<Handle>,
 }
 
 /// Reads all that the model space shows.
@@ -109,7 +111,13 @@ pub fn sheet(opened: &Opened) -> Sheet {
         unread: std::collections::BTreeSet::new(),
     };
     let mut out = Sheet::default();
-    let top = Scope { map: Affine::IDENTITY, layer: "0".to_owned(), dash: Dash::Solid, depth: 0 };
+    let top = Scope {
+        map: Affine::IDENTITY,
+        layer: "0".to_owned(),
+        dash: Dash::Solid,
+        depth: 0,
+        insert: None,
+    };
     let mut budget = MAX_INSERTED;
     let mut waiting = vec![(None::<String>, top)];
     // Blocks in the order of their inserts; their number is bounded by the budget.
@@ -129,9 +137,11 @@ pub fn sheet(opened: &Opened) -> Sheet {
                     continue;
                 };
                 let (layer, dash) = types.resolved(&reading, &insert.common, &scope);
+                let own = reading.location("INSERT", &insert.common, [0.0; 2]).handle;
                 for cell in cells(insert) {
                     let map = cell.then(&map).then(&scope.map);
-                    let inner = Scope { map, layer: layer.clone(), dash, depth: scope.depth + 1 };
+                    let (depth, outer) = (scope.depth + 1, scope.insert.or(own));
+                    let inner = Scope { map, layer: layer.clone(), dash, depth, insert: outer };
                     waiting.push((Some(insert.block_name.clone()), inner));
                 }
                 for attribute in &insert.attributes {
@@ -161,8 +171,10 @@ fn add(
     let common = entity.common();
     let kind = entity.as_entity().entity_type();
     let (layer, dash) = types.resolved(reading, common, scope);
-    let located =
-        |at: Point| Location { layer: layer.clone(), ..reading.location(kind, common, at) };
+    let located = |at: Point| {
+        let own = reading.location(kind, common, at);
+        Location { layer: layer.clone(), handle: scope.insert.or(own.handle), ..own }
+    };
     let map = &scope.map;
     match shape::shape(entity) {
         Shape::Path(path) => {

@@ -8,7 +8,8 @@ use clap::Args;
 pub(crate) struct Import {
     /// The file (URDF, MJCF, SDF, Adams `.adm`), a drawing without attributes (DXF, DWG), or a link of PMKS+ in quotes.
     pub(crate) file: PathBuf,
-    /// The model file; standard output unless given.
+    /// The model file; standard output unless given. Of a drawing also a drawing of its kind: the same one with what was
+    /// understood attached to it.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Folder in which `package://NAME` and `model://NAME` are looked for; may be given several times.

@@ -14,7 +14,6 @@ use crate::render;
 use crate::source::{Text, read_bytes};
 
 pub(crate) fn run(args: &Import, as_json: bool) -> Result<Status, Failure> {
-    args.output.iter().try_for_each(|path| check_ending(path, &["toml"]))?;
     let written = args.file.to_string_lossy().into_owned();
     let is_link = !args.file.exists() && (written.contains("://") || written.starts_with('?'));
     let (name, bytes) = if is_link {
@@ -25,12 +24,13 @@ pub(crate) fn run(args: &Import, as_json: bool) -> Result<Status, Failure> {
     if !is_link && super::import_drawing::is_drawing(&args.file, &bytes) {
         return super::import_drawing::run(args, as_json, &name, &bytes);
     }
+    args.output.iter().try_for_each(|path| check_ending(path, &["toml"]))?;
     let places = Places::of(&args.file, &args.paths);
     let base = if args.free { Base::Free } else { Base::Fixed };
     let mut imported = import(&name, &bytes, &|wanted| places.bytes(wanted), base);
     let Some(model) = imported.model.take() else { return Err(rejected(&imported)) };
     if let Some(path) = &args.output {
-        super::import_drawing::write(path, &args.file, args.force, &model)?;
+        super::import_drawing::write(path, &args.file, args.force, model.as_bytes())?;
     }
     if as_json {
         output::json("import", as_object(args, &imported, &model))?;

@@ -3,7 +3,7 @@
 use std::io::{self, BufRead as _, IsTerminal as _, Write as _};
 use std::path::Path;
 
-use bksim::cad::{container, tags::excerpt_text, units};
+use bksim::cad::{container, patch::apply, tags::excerpt_text, units};
 use bksim::import::plain::{Material, Options, Question, Understanding, understand};
 use serde_json::{Value, json};
 
@@ -26,6 +26,7 @@ pub(super) fn run(
     name: &str,
     bytes: &[u8],
 ) -> Result<Status, Failure> {
+    args.output.iter().try_for_each(|path| check_ending(path, &["toml", "dxf", "dwg"]))?;
     args.picture.iter().try_for_each(|path| check_ending(path, &["svg"]))?;
     let mut options = options(args)?;
     let rejected = |diagnostics| Failure::Model {
@@ -37,10 +38,24 @@ pub(super) fn run(
     if may_ask && put_questions(&understood, &mut options) {
         understood = understand(name, bytes, &options).map_err(rejected)?;
     }
-    for (path, text) in [(&args.output, &understood.model), (&args.picture, &understood.picture)] {
-        if let Some(path) = path {
-            write(path, &args.file, args.force, text)?;
+    let ending = |path: &Path| path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
+    match &args.output {
+        // A drawing in place of a model file: the same one, with what was understood attached to it.
+        Some(path) if matches!(ending(path), Some(it) if it == "dxf" || it == "dwg") => {
+            if ending(path) != ending(&args.file) {
+                let message =
+                    format!("`{}` is another kind of file than the drawing", path.display());
+                return Err(Failure::usage(message, "a drawing with attributes keeps its format"));
+            }
+            let edits = understood.records.clone().map_err(|fault| rejected(vec![fault]))?;
+            let attached = apply(bytes.to_vec(), &edits).map_err(rejected)?;
+            write(path, &args.file, args.force, &attached.bytes)?;
         }
+        Some(path) => write(path, &args.file, args.force, understood.model.as_bytes())?,
+        None => (),
+    }
+    if let Some(path) = &args.picture {
+        write(path, &args.file, args.force, understood.picture.as_bytes())?;
     }
     if as_json {
         output::json("import", as_object(args, name, &understood))?;
@@ -56,7 +71,7 @@ pub(super) fn run(
 }
 
 /// Writes a text that was made of a file next to it, never over that file.
-pub(super) fn write(path: &Path, input: &Path, force: bool, model: &str) -> Result<(), Failure> {
+pub(super) fn write(path: &Path, input: &Path, force: bool, bytes: &[u8]) -> Result<(), Failure> {
     let own = path.canonicalize().ok();
     if own.is_some() && own == input.canonicalize().ok() {
         let what = "is read by this command; nothing was written".to_owned();
@@ -66,7 +81,7 @@ pub(super) fn write(path: &Path, input: &Path, force: bool, model: &str) -> Resu
         let help = Some("add --force to overwrite it".to_owned());
         return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
     }
-    put(path, model.as_bytes())
+    put(path, bytes)
 }
 
 fn options(args: &Import) -> Result<Options, Failure> {

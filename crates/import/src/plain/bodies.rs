@@ -113,6 +113,8 @@ type OpenSlot = ([Point; 2], f64, Vec<usize>, Vec<Point>);
 #[derive(Clone, Default, Debug)]
 pub(super) struct Bodies {
     pub(super) all: Vec<Body>,
+    /// Toothed rings of the ground: centre, pitch radius, stroke.
+    pub(super) rings: Vec<(Point, f64, usize)>,
     pub(super) slots: Vec<Slot>,
 }
 

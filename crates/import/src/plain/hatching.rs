@@ -1,7 +1,7 @@
 //! Ground: lines with short strokes on one side, hatched pieces, and the symbols that stand on them.
 
-use bksim_cad::geometry::Point;
-use bksim_cad::geometry::vector::{along, cross, distance, dot, sub};
+use bksim_cad::geometry::vector::{along, between, cross, distance, dot, sub};
+use bksim_cad::geometry::{Path, Point};
 use bksim_cad::read::Sheet;
 
 use super::pieces::{Pieces, Ring, is_inside, skew, to_border, to_segment, turned, unit};
@@ -37,6 +37,70 @@ pub(super) struct Plate {
     pub(super) points: Vec<Point>,
 }
 
+/// A ring that stands still: hatched between two circles, or outside of one.
+#[derive(Clone, Debug)]
+pub(super) struct GroundRing {
+    pub(super) centre: Point,
+    /// Least and largest radius of what is drawn of it.
+    pub(super) reach: [f64; 2],
+}
+
+/// Rings of the ground; takes the strokes about them away.
+pub(super) fn rings(sheet: &Sheet, pieces: &mut Pieces) -> Vec<GroundRing> {
+    let mut found = Vec::new();
+    for fill in sheet.fills.iter().filter(|fill| fill.has_pattern) {
+        let round: Vec<(Point, f64)> =
+            fill.borders.iter().filter_map(|border| as_circle(border, pieces)).collect();
+        if let [(centre, first), (other, second)] = round[..]
+            && distance(centre, other) < pieces.tolerance
+        {
+            found.push(GroundRing { centre, reach: [first.min(second), first.max(second)] });
+        }
+    }
+    let large = pieces.circles.iter().filter(|circle| circle.radius > 6.0 * pieces.pin);
+    let large: Vec<(Point, f64)> = large.map(|circle| (circle.centre, circle.radius)).collect();
+    let near = pieces.tolerance;
+    for (centre, radius) in large {
+        let height = |p: Point| distance(p, centre) - radius;
+        let is_mark = |line: &super::pieces::Line| {
+            let [low, high] = {
+                let [a, b] = line.ends.map(height);
+                [a.min(b), a.max(b)]
+            };
+            !line.is_used && low.abs() < near && high > near && high < 5.0 * pieces.pin
+        };
+        let marks: Vec<usize> =
+            (0..pieces.lines.len()).filter(|&idx| is_mark(&pieces.lines[idx])).collect();
+        let away = |idx: &usize| {
+            let [a, b] = pieces.lines[*idx].ends.map(height);
+            a.max(b)
+        };
+        let thick = marks.iter().map(away).fold(0.0, f64::max);
+        if marks.len() < FEWEST_MARKS {
+            continue;
+        }
+        for idx in marks {
+            pieces.lines[idx].is_used = true;
+        }
+        found.push(GroundRing { centre, reach: [radius, radius + thick] });
+    }
+    found
+}
+
+/// Fewest strokes that make a circle a hatched one.
+const FEWEST_MARKS: usize = 8;
+
+/// Centre and radius of a border that is a circle.
+fn as_circle(border: &Path, pieces: &Pieces) -> Option<(Point, f64)> {
+    let bounds = border.bounds();
+    let centre = between(bounds.min, bounds.max, 0.5);
+    let points = border.flattened(0.02 * pieces.pin);
+    let radius = 0.5 * (bounds.max[0] - bounds.min[0]);
+    let is_round = points.len() >= FEWEST_MARKS
+        && points.iter().all(|p| (distance(*p, centre) - radius).abs() < 0.5 * pieces.tolerance);
+    is_round.then_some((centre, radius))
+}
+
 /// Finds all borders of the ground, and takes their lines and strokes away.
 pub(super) fn bases(sheet: &Sheet, pieces: &mut Pieces, pins: &[Point]) -> (Vec<Base>, Vec<Plate>) {
     let mut bases = Vec::new();
@@ -56,10 +120,18 @@ pub(super) fn bases(sheet: &Sheet, pieces: &mut Pieces, pins: &[Point]) -> (Vec<
             if size < 3.0 * pieces.pin || points.len() < 3 {
                 continue;
             }
-            let holds = |pin: &Point| {
-                is_inside(&points, *pin) || to_border(&points, *pin) < 1.5 * pieces.tolerance
-            };
-            if pins.iter().any(holds) {
+            let on_border = |pin: &Point| to_border(&points, *pin) < 1.5 * pieces.tolerance;
+            let holds = |pin: &Point| is_inside(&points, *pin) || on_border(pin);
+            let held: Vec<Point> = pins.iter().copied().filter(holds).collect();
+            // A hatched piece with one pin at its edge is a bearing.
+            let is_bearing = fill.has_pattern && matches!(held[..], [pin] if on_border(&pin));
+            let is_ring = fill.has_pattern
+                && fill.borders.len() == 2
+                && fill.borders.iter().all(|border| as_circle(border, pieces).is_some());
+            if is_ring {
+                continue;
+            }
+            if !held.is_empty() && !is_bearing {
                 plates.push(Plate { points });
             } else if fill.has_pattern {
                 bases.extend(bases_of_fill(pieces, &points));
@@ -264,6 +336,19 @@ fn bases_of_fill(pieces: &mut Pieces, points: &[Point]) -> Vec<Base> {
             }
         }
         all.push((from.is_empty(), Base { ends, free, from }));
+    }
+    // An outline about the hatching is its border.
+    let near = 0.9 * pieces.tolerance;
+    for ring in pieces.rings.iter_mut().filter(|ring| !ring.is_used) {
+        let is_border = ring.points.iter().all(|p| to_border(points, *p) < near)
+            && points.iter().all(|p| to_border(&ring.points, *p) < near);
+        if is_border {
+            ring.is_used = true;
+            for (is_bare, base) in &mut all {
+                *is_bare = false;
+                base.from.extend(ring.from.clone());
+            }
+        }
     }
     // Edges that are drawn are the borders; without any, all are.
     let has_drawn = all.iter().any(|(is_bare, _)| !is_bare);

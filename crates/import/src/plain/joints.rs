@@ -38,6 +38,12 @@ pub(super) enum Kind {
         radius: f64,
         axis: Point,
     },
+    /// The outline of the first body moves the second one, along the normal of the contact.
+    Cam {
+        normal: Point,
+        /// Radius of a roller about a pin of the second body; of a flat face none.
+        roller: Option<f64>,
+    },
 }
 
 impl Kind {
@@ -49,6 +55,7 @@ impl Kind {
             Self::Gear { is_internal: false, .. } => "gear",
             Self::Gear { .. } => "gear inside",
             Self::Rack { .. } => "rack",
+            Self::Cam { .. } => "cam",
         }
     }
 }
@@ -65,8 +72,16 @@ pub(super) struct Joint {
 }
 
 impl Joint {
-    fn new(kind: Kind, at: Point, on: Vec<On>, from: Vec<usize>) -> Self {
+    pub(super) fn new(kind: Kind, at: Point, on: Vec<On>, from: Vec<usize>) -> Self {
         Self { kind, at, on, name: String::new(), from }
+    }
+
+    /// Centre of the pin: of a roller on a cam, away from the contact.
+    pub(super) fn centre(&self) -> Point {
+        match self.kind {
+            Kind::Cam { normal, roller } => along(self.at, roller.unwrap_or_default(), normal),
+            _ => self.at,
+        }
     }
 
     /// Name of the part that joins the k-th of the further bodies: a pin of three bodies is two joints of a model.
@@ -91,6 +106,7 @@ pub(super) fn joints(scene: &mut Scene<'_>) -> Vec<Joint> {
     let on_bars = blocks_on_bars(scene);
     let slides = slides(scene);
     fix_near(scene, &slides);
+    super::cams::add_discs(scene);
     on_wheels(scene, &slots);
     let held =
         slides.iter().chain(&slots).chain(&on_bars).flat_map(|joint| joint.on.clone()).collect();
@@ -100,6 +116,7 @@ pub(super) fn joints(scene: &mut Scene<'_>) -> Vec<Joint> {
     all.extend(slots);
     all.extend(on_bars);
     all.extend(gears(scene));
+    all.extend(super::cams::cams(scene, &all));
     all
 }
 
@@ -294,18 +311,19 @@ fn slides(scene: &mut Scene<'_>) -> Vec<Joint> {
         for body in 0..scene.bodies.all.len() {
             let it = &scene.bodies.all[body];
             let is_known = found.iter().any(|joint| joint.on.contains(&On::Body(body)));
+            let is_rack = has_pitch_line(scene.pieces, it);
             let lies = it.segments.iter().any(|[a, b]| {
                 let heights = [base.place(*a)[1], base.place(*b)[1]];
                 overlap(base, [*a, *b]) > 0.9
                     && heights.iter().all(|h| h.abs() < 1.2 * tolerance)
-                    && base.length() > 1.3 * distance(*a, *b)
+                    && base.length() > if is_rack { 1.0 } else { 1.3 } * distance(*a, *b)
             });
             // A plate that stands on the ground by its arch was taken as a bearing before.
             let is_slider = matches!(it.look, Look::Block | Look::Plate) && !it.border.is_empty();
-            if is_slider && lies && !is_known && !it.pins.is_empty() {
-                let pin = *it.pins.iter().next().expect("it has pins");
+            if is_slider && lies && !is_known && (is_rack || !it.pins.is_empty()) {
                 let axis = oriented(base.direction());
-                let at = scene.pins[pin].at;
+                let on_it = between(base.ends[0], base.ends[1], 0.5);
+                let at = it.pins.first().map_or(on_it, |pin| scene.pins[*pin].at);
                 found.push(Joint::new(
                     Kind::Slide { axis },
                     at,
@@ -393,14 +411,17 @@ fn pinned(scene: &Scene<'_>) -> Vec<Joint> {
 fn gears(scene: &Scene<'_>) -> Vec<Joint> {
     let mut found = Vec::new();
     let near = 1.5 * scene.pieces.tolerance;
-    let wheels: Vec<(usize, Point, f64)> = scene
+    let moving = scene
         .bodies
         .all
         .iter()
         .enumerate()
         .filter_map(|(idx, body)| body.wheel.as_ref().map(|wheel| (idx, wheel)))
-        .flat_map(|(idx, (centre, radii))| radii.iter().map(move |radius| (idx, *centre, *radius)))
-        .collect();
+        .flat_map(|(idx, (centre, radii))| {
+            radii.iter().map(move |radius| (On::Body(idx), *centre, *radius))
+        });
+    let still = scene.bodies.rings.iter().map(|(centre, radius, _)| (On::Ground, *centre, *radius));
+    let wheels: Vec<(On, Point, f64)> = still.chain(moving).collect();
     for (n, &(first, a, ra)) in wheels.iter().enumerate() {
         for &(second, b, rb) in &wheels[n + 1..] {
             let d = distance(a, b);
@@ -413,9 +434,8 @@ fn gears(scene: &Scene<'_>) -> Vec<Joint> {
             let at = if is_outer || ra > rb { along(a, ra, u) } else { along(a, -ra, u) };
             let ratio = if is_outer { -ra / rb } else { ra / rb };
             let kind = Kind::Gear { ratio, radii: [ra, rb], is_internal: !is_outer };
-            let from =
-                [first, second].iter().flat_map(|&k| scene.bodies.all[k].from.clone()).collect();
-            found.push(Joint::new(kind, at, vec![On::Body(first), On::Body(second)], from));
+            let from = [first, second].into_iter().flat_map(|on| strokes(scene, on)).collect();
+            found.push(Joint::new(kind, at, vec![first, second], from));
         }
         for axis in &scene.pieces.axes {
             let d = unit(sub(axis[1], axis[0]));
@@ -425,19 +445,37 @@ fn gears(scene: &Scene<'_>) -> Vec<Joint> {
             let foot = along(axis[0], dot(sub(a, axis[0]), d), d);
             // The rack has an edge along its pitch line.
             let rack = (0..scene.bodies.all.len()).find(|&k| {
-                k != first
+                On::Body(k) != first
                     && scene.bodies.all[k].segments.iter().any(|[p, q]| {
                         skew(d, unit(sub(*q, *p))) < 0.03
                             && to_segment(foot, [*p, *q]) < 5.0 * scene.pieces.pin
                             && distance(*p, *q) > 0.8 * ra
                     })
             });
-            if let Some(rack) = rack {
+            if let (Some(rack), On::Body(_)) = (rack, first) {
                 let kind = Kind::Rack { radius: ra, axis: oriented(d) };
-                let from = scene.bodies.all[first].from.clone();
-                found.push(Joint::new(kind, foot, vec![On::Body(first), On::Body(rack)], from));
+                let from = strokes(scene, first);
+                found.push(Joint::new(kind, foot, vec![first, On::Body(rack)], from));
             }
         }
     }
     found
+}
+
+/// Strokes of a body, or of the toothed rings of the ground.
+fn strokes(scene: &Scene<'_>, on: On) -> Vec<usize> {
+    match on {
+        On::Body(idx) => scene.bodies.all[idx].from.clone(),
+        On::Ground => scene.bodies.rings.iter().map(|(.., from)| *from).collect(),
+    }
+}
+
+/// Whether an edge of a body is a centre line: the pitch line of a rack.
+fn has_pitch_line(pieces: &Pieces, body: &Body) -> bool {
+    let near = 5.0 * pieces.pin;
+    let is_along = |axis: &[Point; 2], [a, b]: [Point; 2]| {
+        skew(unit(sub(axis[1], axis[0])), unit(sub(b, a))) < 0.03
+            && [a, b].iter().all(|p| to_segment(*p, *axis) < near)
+    };
+    pieces.axes.iter().any(|axis| body.segments.iter().any(|segment| is_along(axis, *segment)))
 }

@@ -71,6 +71,7 @@ fn rows(joints: &[Joint], n_bodies: usize, size: f64) -> Vec<Vec<f64>> {
                 relative(joint.on[0], joint.on[1], turned(super::pieces::unit(sub(at, centre))));
             }
             Kind::Rack { axis, .. } => relative(joint.on[0], joint.on[1], *axis),
+            Kind::Cam { normal, .. } => relative(joint.on[0], joint.on[1], *normal),
         }
     }
     for row in &mut rows {

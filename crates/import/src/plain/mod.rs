@@ -11,7 +11,9 @@
 //! circles mesh. What has two readings is a [`Question`] with its place and what each reading means for the freedoms;
 //! a line that belongs to nothing stays a line.
 
+mod attached;
 mod bodies;
+mod cams;
 mod hatching;
 mod joints;
 mod loops;
@@ -37,7 +39,7 @@ use bksim_model::diagnostic::Diagnostic;
 
 use bodies::{Bodies, Pin};
 use hatching::Base;
-use joints::{Joint, On, Scene};
+use joints::{Joint, Kind, On, Scene};
 use notes::Notes;
 use pieces::Pieces;
 use springs::Zigzag;
@@ -83,7 +85,7 @@ pub struct FoundBody {
 pub struct FoundJoint {
     /// Name in the model.
     pub name: String,
-    /// `pin`, `slide`, `pin in slot`, `gear`, `gear inside` or `rack`.
+    /// `pin`, `slide`, `pin in slot`, `gear`, `gear inside`, `rack` or `cam`.
     pub kind: &'static str,
     /// In the units of the file.
     pub at: Point,
@@ -137,6 +139,8 @@ pub struct Understanding {
     pub left_out: Vec<(String, Vec<Location>)>,
     /// The text of the model.
     pub model: String,
+    /// Records of extended data that make the drawing itself the model, or why it cannot be.
+    pub records: Result<Vec<bksim_cad::patch::Edit>, Diagnostic>,
     /// The drawing with what was understood over it, as SVG.
     pub picture: String,
     /// Warnings of the drawing itself.
@@ -177,7 +181,8 @@ pub fn understand(
             return Err(vec![questions::too_many(count, limit, what)]);
         }
     }
-    let mut found = found(sheet);
+    let (mut found, mut first) = with_wheels(&sheet, options);
+    first.extend(grounded(&mut found, options)?);
     let n_bodies = found.bodies.all.len();
     if n_bodies > MAX_BODIES {
         return Err(vec![questions::too_many(n_bodies, MAX_BODIES, "bodies")]);
@@ -188,8 +193,15 @@ pub fn understand(
     }
     let mut names = Names::default();
     let named = naming::name(&mut found, &mut names);
-    let asked = questions::ask(&found, &named, (opened.unit, has_unit), options)?;
-    Ok(model::finish(name, found, &named, asked, options, opened.warnings))
+    let asked = questions::ask(&found, &named, first, (opened.unit, has_unit), options)?;
+    // A drawing with attributes is read in the unit that its file states.
+    let stated = options.unit.and_then(|_| open(bytes.to_vec(), &OpenOptions::default()).ok());
+    let own_unit = match (stated, options.unit) {
+        (Some(stated), _) => (stated.unit.metres, true),
+        (None, Some(unit)) => (unit.metres, false),
+        (None, None) => (opened.unit.metres, has_unit),
+    };
+    Ok(model::finish(name, found, &named, asked, own_unit, options, opened.warnings))
 }
 
 /// Opens the drawing; whether it states its unit.
@@ -211,8 +223,48 @@ fn opened(bytes: &[u8], options: &Options) -> Result<(Opened, bool), Vec<Diagnos
     }
 }
 
-/// Everything that can be read without asking.
-fn found(sheet: Sheet) -> Found {
+/// Everything that can be read, and the questions whether wheels turn on their own or with the links at their pins.
+fn with_wheels(sheet: &Sheet, options: &Options) -> (Found, Vec<Question>) {
+    let first = found(sheet.clone(), &[]);
+    let doubtful = wheels::doubtful(&first.bodies);
+    let free = first.freedoms(&[]);
+    let (mut held, mut questions) = (Vec::new(), Vec::new());
+    for pin in doubtful {
+        let fixed = found(sheet.clone(), &[pin]).freedoms(&[]);
+        // Nobody draws what is locked.
+        if fixed < 1 {
+            continue;
+        }
+        let question = questions::about_wheel(&first, pin, [free, fixed]);
+        let answer = options.answers.iter().find(|(key, _)| *key == question.key);
+        let taken = answer.map_or(question.taken(), |(_, value)| value);
+        if taken == questions::WITH_LINK {
+            held.push(pin);
+        }
+        questions.push(question);
+    }
+    let found = if held.is_empty() { first } else { found(sheet.clone(), &held) };
+    (found, questions)
+}
+
+/// Makes a body the ground where the drawing shows none, and asks which.
+fn grounded(found: &mut Found, options: &Options) -> Result<Option<Question>, Vec<Diagnostic>> {
+    let is_shown = found.joints.iter().any(|joint| joint.on.contains(&On::Ground));
+    if is_shown || found.joints.is_empty() {
+        return Ok(None);
+    }
+    let question = questions::about_ground(found);
+    let answer = options.answers.iter().find(|(key, _)| *key == question.key);
+    let taken = answer.map_or(question.taken(), |(_, value)| value);
+    let body = question.readings.iter().position(|reading| reading.answer == taken);
+    // What is no answer is refused with the other answers.
+    let body = questions::by_joints(found)[body.unwrap_or_default()];
+    found.fix(body);
+    Ok(Some(question))
+}
+
+/// Everything that can be read without asking; wheels at the pins `held` turn with a link.
+fn found(sheet: Sheet, held: &[usize]) -> Found {
     let mut pieces = Pieces::of(&sheet);
     let pins = bodies::pins(&pieces);
     let places: Vec<Point> = pins.iter().map(|pin| pin.at).collect();
@@ -222,6 +274,7 @@ fn found(sheet: Sheet) -> Found {
     pieces.join_cuts(&fixed);
     bodies::take_centre_marks(&mut pieces, &pins);
     let notes = Notes::of(&sheet, &mut pieces, &places);
+    let rings = hatching::rings(&sheet, &mut pieces);
     let (bases, plates) = hatching::bases(&sheet, &mut pieces, &places);
     pieces.merge_lines(&places);
     let with_radii: Vec<(Point, f64)> = pins.iter().map(|pin| (pin.at, pin.reach())).collect();
@@ -230,7 +283,7 @@ fn found(sheet: Sheet) -> Found {
     loops::close_rings(&mut pieces, &places);
     hatching::stand_symbols(&mut pieces, &bases, &with_radii, &mut is_fixed);
     let mut bodies = bodies::bodies(&mut pieces, &pins, &plates, &is_fixed);
-    wheels::add_wheels(&mut bodies, &pieces, &pins);
+    wheels::add_wheels(&mut bodies, &pieces, (&pins, held), &rings);
     let mut scene = Scene {
         pieces: &pieces,
         pins: &pins,
@@ -238,6 +291,14 @@ fn found(sheet: Sheet) -> Found {
         is_fixed: &mut is_fixed,
         bodies: &mut bodies,
     };
+    // What turns in a ring of the ground turns about its centre.
+    for (centre, ..) in &scene.bodies.rings {
+        let mut pins = scene.pins.iter().enumerate();
+        let pin = pins.find(|(_, pin)| distance(pin.at, *centre) < scene.pieces.tolerance);
+        if let Some((idx, _)) = pin {
+            scene.is_fixed[idx] = true;
+        }
+    }
     let joints = joints::joints(&mut scene);
     let mut found =
         Found { sheet, pieces, notes, pins, is_fixed, bases, bodies, joints, springs, size: 0.0 };
@@ -247,6 +308,31 @@ fn found(sheet: Sheet) -> Found {
 }
 
 impl Found {
+    /// Makes a body the ground.
+    fn fix(&mut self, body: usize) {
+        for joint in &mut self.joints {
+            for on in &mut joint.on {
+                match on {
+                    On::Body(idx) if *idx == body => *on = On::Ground,
+                    On::Body(idx) if *idx > body => *idx -= 1,
+                    _ => (),
+                }
+            }
+            // The ground comes first, but for what the order means something.
+            if matches!(joint.kind, Kind::Pin | Kind::Slide { .. }) {
+                joint.on.sort_by_key(|on| *on != On::Ground);
+            }
+        }
+        for pin in &self.bodies.all[body].pins {
+            self.is_fixed[*pin] = true;
+        }
+        self.bodies.all.remove(body);
+        self.bodies.slots.retain(|slot| slot.body != body);
+        for slot in &mut self.bodies.slots {
+            slot.body -= usize::from(slot.body > body);
+        }
+    }
+
     /// Drops bodies without joints: side views, loose lines.
     fn keep_joined(&mut self) {
         let is_joined: Vec<bool> = (0..self.bodies.all.len())

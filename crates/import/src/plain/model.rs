@@ -33,6 +33,7 @@ pub(super) fn finish(
     mut found: Found,
     named: &Named,
     asked: Asked,
+    own_unit: (f64, bool),
     options: &Options,
     warnings: Vec<Diagnostic>,
 ) -> Understanding {
@@ -52,8 +53,9 @@ pub(super) fn finish(
     let left_out = left_out(&found);
     let picture = picture::svg(&found, &asked);
     found.joints.extend(answered);
-    let model = Writing { found: &found, asked: &asked, elements: &elements, options }
-        .draft(name, mobility, &left_out);
+    let writing = Writing { found: &found, asked: &asked, elements: &elements, options };
+    let model = writing.draft(name, mobility, &left_out);
+    let records = super::attached::records(&writing, own_unit);
     Understanding {
         bodies,
         joints,
@@ -64,21 +66,22 @@ pub(super) fn finish(
         questions: asked.questions,
         left_out,
         model: crate::write::text(&model, &[], &[], &[]),
+        records,
         picture,
         warnings,
     }
 }
 
-struct Writing<'a> {
-    found: &'a Found,
-    asked: &'a Asked,
-    elements: &'a [Element],
-    options: &'a Options,
+pub(super) struct Writing<'a> {
+    pub(super) found: &'a Found,
+    pub(super) asked: &'a Asked,
+    pub(super) elements: &'a [Element],
+    pub(super) options: &'a Options,
 }
 
 impl Writing<'_> {
     /// Metres in a unit of the file.
-    fn metres(&self, length: f64) -> f64 {
+    pub(super) fn metres(&self, length: f64) -> f64 {
         let value = length * self.asked.mm_per_unit * 1e-3;
         // What a drawing states to 1e-9 of its size is not longer than that.
         format!("{value:.9}").parse().unwrap_or(value)
@@ -119,7 +122,7 @@ impl Writing<'_> {
         draft
     }
 
-    fn origin(&self, body: usize) -> Point {
+    pub(super) fn origin(&self, body: usize) -> Point {
         let first = self.found.joints.iter().find(|joint| joint.on.contains(&On::Body(body)));
         first.map_or_else(|| anchor(&self.found.bodies.all[body]), |joint| joint.at)
     }
@@ -213,17 +216,7 @@ impl Writing<'_> {
 
     /// The mass of a rod or a disc, as a key in letters of the common parameter.
     fn assumed(&self, out: &mut draft::Body, idx: usize, body: &Body, origin: Point) {
-        let ends: Vec<Point> = self
-            .found
-            .joints
-            .iter()
-            .filter(|joint| joint.on.contains(&On::Body(idx)))
-            .map(|joint| joint.at)
-            .collect();
-        let mut reach = 0.0_f64;
-        for a in &ends {
-            reach = ends.iter().map(|b| distance(*a, *b)).fold(reach, f64::max);
-        }
+        let (centre, reach) = self.middle(idx);
         out.keys.push(("mass", draft::quoted("body_mass")));
         if let Some((_, radii)) = &body.wheel {
             let radius = self.metres(radii[0]);
@@ -231,7 +224,6 @@ impl Writing<'_> {
                 .push(("inertia", draft::quoted(&format!("body_mass*({} m)^2/2", number(radius)))));
             return;
         }
-        let centre = ends.iter().fold([0.0; 2], |sum, p| along(sum, 1.0 / ends.len() as f64, *p));
         let com = self.point(origin, centre);
         if com != [0.0; 3] {
             out.keys.push(("com", list(&com[..2])));
@@ -239,6 +231,30 @@ impl Writing<'_> {
         let length = self.metres(reach.max(2.0 * self.found.pieces.pin));
         out.keys
             .push(("inertia", draft::quoted(&format!("body_mass*({} m)^2/12", number(length)))));
+    }
+
+    /// Middle of the joints of a body, and their largest distance.
+    fn middle(&self, body: usize) -> (Point, f64) {
+        let joints = self.found.joints.iter().filter(|joint| joint.on.contains(&On::Body(body)));
+        let ends: Vec<Point> = joints.map(|joint| joint.at).collect();
+        let mut reach = 0.0_f64;
+        for a in &ends {
+            reach = ends.iter().map(|b| distance(*a, *b)).fold(reach, f64::max);
+        }
+        let share = 1.0 / ends.len().max(1) as f64;
+        (ends.iter().fold([0.0; 2], |sum, p| along(sum, share, *p)), reach)
+    }
+
+    /// Centre of mass of a rod or a disc of `mass` kilograms, and its moment of inertia about it, kg m².
+    pub(super) fn rod(&self, idx: usize, body: &Body, mass: f64) -> (Point, f64) {
+        let (centre, reach) = self.middle(idx);
+        match &body.wheel {
+            Some((_, radii)) => (self.origin(idx), mass * self.metres(radii[0]).powi(2) / 2.0),
+            None => {
+                let length = self.metres(reach.max(2.0 * self.found.pieces.pin));
+                (centre, mass * length * length / 12.0)
+            }
+        }
     }
 
     /// The border of a body in its frame, thinned where it is round.
@@ -305,12 +321,15 @@ impl Writing<'_> {
             Kind::Gear { radii, is_internal, .. } => {
                 let names = [0, 1].map(|k| self.bearing(joint, k));
                 let [Some(first), Some(second)] = names else { return };
-                // Pitch circles touch; what the drawing misses is shared between them.
-                let centres = [0, 1].map(|k| self.bearing_place(joint, k));
-                let reach =
-                    if *is_internal { (radii[0] - radii[1]).abs() } else { radii[0] + radii[1] };
-                let fit = distance(centres[0], centres[1]) / reach;
-                let lengths = radii.map(|radius| radius * fit * self.asked.mm_per_unit * 1e-3);
+                // The place of a ring of the ground is a point there.
+                if joint.on[0] == On::Ground
+                    && let Some(pin) = self.bearing_pin(joint, 0)
+                {
+                    self.place(draft, On::Ground, &pin.name, pin.at, origins);
+                }
+                let lengths = self
+                    .pitch_radii(joint, *radii, *is_internal)
+                    .map(|r| self.asked.mm_per_unit * 1e-3 * r);
                 let mut table = Table::new(name.to_owned(), "gear")
                     .between(&first, &second)
                     .key("radii", list(&lengths));
@@ -329,8 +348,7 @@ impl Writing<'_> {
                 let (Some(first), Some(slide)) = (self.bearing(joint, 0), slide) else { return };
                 let Kind::Slide { axis: along_slide } = slide.kind else { return };
                 let centre = joint_centre(&self.found.joints, joint);
-                let centre =
-                    if centre == joint.at { self.wheel_centre(joint.on[0]) } else { centre };
+                let centre = if centre == joint.at { self.wheel_centre(joint, 0) } else { centre };
                 let moves = dot(turned(sub(joint.at, centre)), along_slide);
                 let mut table = Table::new(name.to_owned(), "rack").between(&first, &slide.name);
                 table = table.number("radius", self.metres(*radius));
@@ -339,17 +357,86 @@ impl Writing<'_> {
                 }
                 draft.couplings.push(table);
             }
+            Kind::Cam { normal, roller } => self.cam(draft, joint, (*normal, *roller), origins),
         }
     }
 
-    fn wheel_centre(&self, on: On) -> Point {
-        let On::Body(idx) = on else { return [0.0; 2] };
+    /// The outline as a curve, and what touches it.
+    fn cam(
+        &self,
+        draft: &mut Draft,
+        joint: &Joint,
+        (normal, roller): (Point, Option<f64>),
+        origins: &[Point],
+    ) {
+        let On::Body(idx) = joint.on[0] else { return };
+        let (body, origin) = (&self.found.bodies.all[idx], origins[idx]);
+        let curve = format!("{}_outline", body.name);
+        draft.curves.push(match &body.wheel {
+            Some((centre, radii)) => {
+                let [x, y, _] = self.point(origin, *centre);
+                let radius = number(self.metres(radii[0]));
+                let formula = |at: f64, name: &str| {
+                    draft::quoted(&format!("{} m + {radius} m*{name}(p)", number(at)))
+                };
+                let formula = format!("[{}, {}]", formula(x, "cos"), formula(y, "sin"));
+                Table::plain(curve.clone()).text("type", "formula").key("formula", formula)
+            }
+            None => {
+                // Begins and ends where the follower is not.
+                let mut points = super::cams::outline(body);
+                if area(&points) < 0.0 {
+                    points.reverse();
+                }
+                let far = (0..points.len())
+                    .max_by(|&a, &b| {
+                        let away = |k: usize| distance(points[k], joint.at);
+                        away(a).total_cmp(&away(b))
+                    })
+                    .unwrap_or_default();
+                points.rotate_left(far);
+                points.extend(points.first().copied());
+                let corners: Vec<String> =
+                    points.iter().map(|p| list(&self.point(origin, *p)[..2])).collect();
+                let points = format!("[{}]", corners.join(", "));
+                Table::plain(curve.clone()).text("type", "points").key("points", points)
+            }
+        });
+        let cam = body.name.clone();
+        let place = self.place(draft, joint.on[1], &joint.name, joint.centre(), origins);
+        let kind = if roller.is_some() { "point-on-curve" } else { "line-on-curve" };
+        let mut table =
+            Table::new(joint.name.clone(), kind).between(&cam, &place).text("curve", &curve);
+        match roller {
+            Some(radius) => {
+                table = table.number("radius", self.metres(radius)).text("side", "right");
+            }
+            None => table = table.key("axis", list(&[-normal[1], normal[0]])),
+        }
+        draft.joints.push(table);
+    }
+
+    fn wheel_centre(&self, gear: &Joint, which: usize) -> Point {
+        let On::Body(idx) = gear.on[which] else {
+            let Kind::Gear { radii, .. } = gear.kind else { return [0.0; 2] };
+            let rings = &self.found.bodies.rings;
+            let ring = rings.iter().find(|(_, radius, _)| *radius == radii[which]);
+            return ring.map_or([0.0; 2], |(centre, ..)| *centre);
+        };
         self.found.bodies.all[idx].wheel.as_ref().map_or([0.0; 2], |(centre, _)| *centre)
     }
 
+    /// Pitch radii in drawing units: they touch; what the drawing misses is shared between them.
+    pub(super) fn pitch_radii(&self, gear: &Joint, radii: [f64; 2], is_internal: bool) -> [f64; 2] {
+        let centres = [0, 1].map(|k| self.bearing_place(gear, k));
+        let reach = if is_internal { (radii[0] - radii[1]).abs() } else { radii[0] + radii[1] };
+        let fit = distance(centres[0], centres[1]) / reach;
+        radii.map(|radius| radius * fit)
+    }
+
     /// The pin about which a wheel turns.
-    fn bearing_pin(&self, wheel: On) -> Option<&Joint> {
-        let centre = self.wheel_centre(wheel);
+    fn bearing_pin(&self, gear: &Joint, which: usize) -> Option<&Joint> {
+        let (wheel, centre) = (gear.on[which], self.wheel_centre(gear, which));
         let near = 2.0 * self.found.pieces.tolerance;
         self.found.joints.iter().find(|joint| {
             joint.kind == Kind::Pin
@@ -359,22 +446,24 @@ impl Writing<'_> {
     }
 
     fn bearing_place(&self, gear: &Joint, which: usize) -> Point {
-        self.bearing_pin(gear.on[which])
-            .map_or_else(|| self.wheel_centre(gear.on[which]), |pin| pin.at)
+        self.bearing_pin(gear, which).map_or_else(|| self.wheel_centre(gear, which), |pin| pin.at)
     }
 
     /// The moving body that carries both wheels of a gear.
-    fn carrier(&self, gear: &Joint) -> Option<String> {
-        let [first, second] = [0, 1].map(|k| self.bearing_pin(gear.on[k]));
+    pub(super) fn carrier(&self, gear: &Joint) -> Option<String> {
+        let [first, second] = [0, 1].map(|k| self.bearing_pin(gear, k));
         let common = first?.on.iter().filter(|on| second.is_some_and(|pin| pin.on.contains(on)));
         let moving = |on: &&On| **on != On::Ground && !gear.on.contains(on);
         common.into_iter().find(moving).map(|on| body_name(self.found, *on))
     }
 
     /// The joint about which a wheel turns.
-    fn bearing(&self, gear: &Joint, which: usize) -> Option<String> {
+    pub(super) fn bearing(&self, gear: &Joint, which: usize) -> Option<String> {
         let wheel = gear.on[which];
-        let pin = self.bearing_pin(wheel)?;
+        let pin = self.bearing_pin(gear, which)?;
+        if wheel == On::Ground {
+            return Some(format!("ground.{}", pin.name));
+        }
         let place = pin.on.iter().position(|on| *on == wheel)?;
         Some(pin.part_name(place.saturating_sub(1)))
     }
@@ -412,23 +501,22 @@ impl Writing<'_> {
 
     fn drive(&self, draft: &mut Draft) {
         draft.gravity = (self.asked.answer("gravity") == Some("down")).then_some([0.0, -9.81, 0.0]);
-        let Some(answer) = self.asked.answer("drive").filter(|answer| *answer != "none") else {
-            return;
-        };
-        let known = drivable(self.found).into_iter().find(|(name, ..)| name == answer);
-        let Some((_, idx, _)) = known else { return };
-        let joint = &self.found.joints[idx];
-        let (value, note) = match joint.kind {
-            Kind::Slide { .. } => ("0.01 m/s", "speed of the driven body, assumed"),
-            _ => ("60 rpm", "rate of the driven body, assumed"),
-        };
+        let Some((name, rate)) = self.driven() else { return };
         draft.parameters.push(Parameter {
             name: "drive_rate".to_owned(),
-            value: draft::quoted(value),
-            note: note.to_owned(),
+            value: draft::quoted(rate),
+            note: "rate of the driven body, assumed".to_owned(),
         });
         draft.drives.push(
-            Table::plain("motor".to_owned()).text("joint", answer).text("motion", "drive_rate*t"),
+            Table::plain("motor".to_owned()).text("joint", &name).text("motion", "drive_rate*t"),
         );
+    }
+
+    /// The joint that is driven by the answer, and its rate.
+    pub(super) fn driven(&self) -> Option<(String, &'static str)> {
+        let answer = self.asked.answer("drive").filter(|answer| *answer != "none")?;
+        let (name, idx, _) = drivable(self.found).into_iter().find(|(name, ..)| name == answer)?;
+        let is_slide = matches!(self.found.joints[idx].kind, Kind::Slide { .. });
+        Some((name, if is_slide { "0.01 m/s" } else { "60 rpm" }))
     }
 }

@@ -120,6 +120,7 @@ fn name_joints(found: &mut Found, names: &mut Names, named: &Named) {
             Kind::Slide { .. } => format!("{}_slide", of(&joint.on[1])),
             Kind::Slot { .. } => format!("{}_slot", of(&joint.on[1])),
             Kind::Rack { .. } => format!("{}_rack", of(&joint.on[0])),
+            Kind::Cam { .. } => format!("{}_contact", of(&joint.on[0])),
         };
         let wanted = letter.filter(|_| by_letter).unwrap_or(usual);
         joint.name = names.coin(&spelled(&wanted, "joint"));

@@ -155,7 +155,7 @@ fn mark(out: &mut String, joint: &Joint, view: &View, pin: f64) {
             }
             format!("{} ({})", joint.name, joint.kind.name())
         }
-        Kind::Gear { .. } => {
+        Kind::Gear { .. } | Kind::Cam { .. } => {
             let _ = writeln!(
                 out,
                 "<path d=\"M{:.1} {y:.1}h{w:.1}M{x:.1} {:.1}v{w:.1}\" stroke=\"black\" stroke-width=\"3\"/>",
@@ -163,7 +163,7 @@ fn mark(out: &mut String, joint: &Joint, view: &View, pin: f64) {
                 y - pin,
                 w = 2.0 * pin
             );
-            format!("{} (gear)", joint.name)
+            format!("{} ({})", joint.name, joint.kind.name())
         }
     };
     let (dx, dy) =

@@ -129,6 +129,7 @@ pub(super) fn no_joints(found: &Found) -> Diagnostic {
 pub(super) fn ask(
     found: &Found,
     named: &Named,
+    wheels: Vec<Question>,
     (unit, has_unit): (LengthUnit, bool),
     options: &Options,
 ) -> Result<Asked, Vec<Diagnostic>> {
@@ -143,6 +144,7 @@ pub(super) fn ask(
     ask_scale(found, &mut asked);
     ask_circles(found, named, &mut asked);
     ask_slots(found, &mut asked);
+    asked.questions.extend(wheels);
     ask_drive(found, &mut asked);
     asked.questions.push(
         Question::new("gravity", "which way the weight acts".to_owned())
@@ -216,7 +218,7 @@ fn ask_circles(found: &Found, named: &Named, asked: &mut Asked) {
         let holders: Vec<usize> = (0..found.bodies.all.len())
             .filter(|&k| found.bodies.all[k].pins.contains(&idx))
             .collect();
-        let is_joined = found.joints.iter().any(|joint| distance(joint.at, pin.at) < near);
+        let is_joined = found.joints.iter().any(|joint| distance(joint.centre(), pin.at) < near);
         let [body] = holders[..] else { continue };
         if is_joined || found.is_fixed[idx] {
             continue;
@@ -258,6 +260,57 @@ fn ask_circles(found: &Found, named: &Named, asked: &mut Asked) {
         asked.joints.push((joint, false));
         asked.questions.push(question);
     }
+}
+
+/// Bodies that may be the ground, that with the most joints first: those that no gear or slot measures.
+pub(super) fn by_joints(found: &Found) -> Vec<usize> {
+    let is_plain = |idx: &usize| {
+        let joints = found.joints.iter().filter(|joint| joint.on.contains(&On::Body(*idx)));
+        joints.clone().all(|joint| matches!(joint.kind, Kind::Pin | Kind::Slide { .. }))
+    };
+    let count = |idx: &usize| {
+        found.joints.iter().filter(|joint| joint.on.contains(&On::Body(*idx))).count()
+    };
+    let mut all: Vec<usize> = (0..found.bodies.all.len()).filter(is_plain).collect();
+    if all.is_empty() {
+        all = (0..found.bodies.all.len()).collect();
+    }
+    all.sort_by_key(|idx| std::cmp::Reverse(count(idx)));
+    all
+}
+
+/// Which body stands still, where nothing is hatched.
+pub(super) fn about_ground(found: &Found) -> Question {
+    let text = "nothing is hatched and no bearing is drawn: which body stands still".to_owned();
+    let mut question = Question::new("ground", text);
+    for idx in by_joints(found) {
+        let body = &found.bodies.all[idx];
+        let handle = handle_of(found, &body.from);
+        let answer = handle.map_or(format!("{}", idx + 1), |handle| format!("{handle:X}"));
+        let [x, y] = super::bodies::anchor(body);
+        let meaning = format!("the {} at ({x:.3}, {y:.3})", body.look.name());
+        question = question.reading(&answer, meaning, None);
+    }
+    question
+}
+
+/// Answer that joins a wheel to a link.
+pub(super) const WITH_LINK: &str = "with_link";
+
+/// Whether the wheel at a pin turns on its own, or with the link that ends there; `free` and `fixed` are the freedoms then.
+pub(super) fn about_wheel(found: &Found, pin: usize, [free, fixed]: [i64; 2]) -> Question {
+    let it = &found.pins[pin];
+    let handle = handle_of(found, &it.from);
+    let key = handle.map_or(format!("{}", pin + 1), |handle| format!("{handle:X}"));
+    let text = "a wheel and a link have one pin".to_owned();
+    let question = Question::new(&format!("wheel.{key}"), text).about(handle, it.at);
+    let alone =
+        |question: Question| question.reading("alone", "the wheel turns on its own", Some(free));
+    let with_link = |question: Question| {
+        question.reading(WITH_LINK, "the wheel turns with the link", Some(fixed))
+    };
+    // A machine that one motor drives is likelier than one that is locked or loose.
+    if fixed == 1 && free != 1 { alone(with_link(question)) } else { with_link(alone(question)) }
 }
 
 fn ask_slots(found: &Found, asked: &mut Asked) {

@@ -21,7 +21,7 @@ pub(super) fn found_bodies(found: &Found, named: &Named) -> Vec<FoundBody> {
     .collect()
 }
 
-fn handles(found: &Found, from: &[usize]) -> Vec<u64> {
+pub(super) fn handles(found: &Found, from: &[usize]) -> Vec<u64> {
     let mut all: Vec<u64> = from.iter().filter_map(|&idx| handle_of(found, &[idx])).collect();
     all.sort_unstable();
     all.dedup();
@@ -37,7 +37,7 @@ pub(super) fn body_name(found: &Found, on: On) -> String {
 
 pub(super) fn found_joint(found: &Found, joint: &Joint, is_asked: bool) -> FoundJoint {
     let (axis, ratio, radius) = match &joint.kind {
-        Kind::Pin => (None, None, None),
+        Kind::Pin | Kind::Cam { .. } => (None, None, None),
         Kind::Slide { axis } | Kind::Slot { axis } => (Some(*axis), None, None),
         Kind::Gear { ratio, .. } => (None, Some(*ratio), None),
         Kind::Rack { radius, axis } => (Some(*axis), None, Some(*radius)),

@@ -7,10 +7,18 @@ use bksim_cad::geometry::vector::distance;
 use bksim_cad::read::Dash;
 
 use super::bodies::{Bodies, Body, Look, Pin};
+use super::hatching::GroundRing;
 use super::pieces::{Circle, Pieces, to_segment};
 
 /// Wheels: pitch circles that touch, and large circles about pins.
-pub(super) fn add_wheels(found: &mut Bodies, pieces: &Pieces, pins: &[Pin]) {
+///
+/// A wheel at one of the pins `held` turns with the link that has this pin, too.
+pub(super) fn add_wheels(
+    found: &mut Bodies,
+    pieces: &Pieces,
+    (pins, held): (&[Pin], &[usize]),
+    ground: &[GroundRing],
+) {
     let near = 1.5 * pieces.tolerance;
     let pin_of = |centre: Point| pins.iter().position(|pin| distance(pin.at, centre) < near);
     let large: Vec<_> =
@@ -35,6 +43,16 @@ pub(super) fn add_wheels(found: &mut Bodies, pieces: &Pieces, pins: &[Pin]) {
     };
     for circle in &pitch {
         if !meshes(circle) && !rack(circle) {
+            continue;
+        }
+        let still = ground.iter().find(|ring| {
+            let [least, most] = ring.reach;
+            distance(ring.centre, circle.centre) < near
+                && circle.radius > 0.8 * least
+                && circle.radius < most + near
+        });
+        if still.is_some() {
+            found.rings.push((circle.centre, circle.radius, circle.from));
             continue;
         }
         let mut from = vec![circle.from];
@@ -63,9 +81,16 @@ pub(super) fn add_wheels(found: &mut Bodies, pieces: &Pieces, pins: &[Pin]) {
             own.extend(from);
             continue;
         }
+        let pin = pin_of(circle.centre);
+        let link = pin.filter(|pin| held.contains(pin)).and_then(|pin| link_at(found, pin));
+        if let Some(link) = link {
+            found.all[link].wheel = Some((circle.centre, vec![circle.radius]));
+            found.all[link].from.extend(from);
+            continue;
+        }
         let mut body = Body::new(Look::Wheel, from);
         body.wheel = Some((circle.centre, vec![circle.radius]));
-        body.pins.extend(pin_of(circle.centre));
+        body.pins.extend(pin);
         found.all.push(body);
     }
     let known: BTreeSet<usize> = found.all.iter().flat_map(|body| body.from.clone()).collect();
@@ -78,7 +103,11 @@ pub(super) fn add_wheels(found: &mut Bodies, pieces: &Pieces, pins: &[Pin]) {
             .collect();
         let is_disc = pin_of(circle.centre).is_some() || inside.len() > 1;
         let is_plain = circle.radius < 14.0 * pieces.pin || pin_of(circle.centre).is_some();
-        if is_path || inside.is_empty() || !is_disc || !is_plain {
+        let is_ground = ground.iter().any(|ring| {
+            distance(ring.centre, circle.centre) < near
+                && ring.reach.iter().any(|reach| (reach - circle.radius).abs() < near)
+        });
+        if is_path || is_ground || inside.is_empty() || !is_disc || !is_plain {
             continue;
         }
         let mut body = Body::new(Look::Wheel, vec![circle.from]);
@@ -86,4 +115,32 @@ pub(super) fn add_wheels(found: &mut Bodies, pieces: &Pieces, pins: &[Pin]) {
         body.pins.extend(pin_of(circle.centre));
         found.all.push(body);
     }
+}
+
+/// The only body but wheels that has a pin.
+fn link_at(found: &Bodies, pin: usize) -> Option<usize> {
+    let has = |idx: &usize| {
+        let body = &found.all[*idx];
+        body.look != Look::Wheel && body.wheel.is_none() && body.pins.contains(&pin)
+    };
+    let mut all = (0..found.all.len()).filter(has);
+    all.next().filter(|_| all.next().is_none())
+}
+
+/// Pins about which a wheel may turn with the link that has them, or on its own: the wheel has no other pin, and the link
+/// carries no other wheel, which would be locked then.
+pub(super) fn doubtful(found: &Bodies) -> Vec<usize> {
+    let wheels = found.all.iter().filter(|body| body.look == Look::Wheel && body.pins.len() == 1);
+    let pins = wheels.filter_map(|body| body.pins.first().copied());
+    let carries = |link: usize, pin: usize| {
+        let others = found.all[link].pins.iter().filter(|other| **other != pin);
+        others.clone().any(|other| {
+            found.all.iter().any(|body| body.wheel.is_some() && body.pins.contains(other))
+        })
+    };
+    let is_doubtful = |pin: &usize| link_at(found, *pin).is_some_and(|link| !carries(link, *pin));
+    let mut all: Vec<usize> = pins.filter(is_doubtful).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
 }

@@ -1,10 +1,10 @@
 //! Joints, loops among them, and links that none holds.
 
 use crate::codes;
-use crate::draft::{Table, list, number};
+use crate::draft::{self, Table, list, number};
 use crate::job::{short, suggestion};
 use crate::loads::Motion;
-use crate::spatial::{Pose, Rotation, Vector, add, cross, dot, scale, sub, unit};
+use crate::spatial::{Inertia, Pose, Rotation, Vector, add, cross, dot, scale, sub, unit};
 use crate::xml::NodeId;
 
 use super::Reader;
@@ -139,7 +139,23 @@ impl Reader<'_, '_> {
             .collect();
         let vectors: Vec<Vector> =
             axes.iter().map(|&axis| self.axis(id, axis, own.turn.inverse())).collect();
-        for (idx, axis) in vectors.iter().enumerate() {
+        let second = match vectors[..] {
+            [first, second] if is_skew(first, second) => {
+                Some(self.names.coin(&format!("{name}_2")))
+            }
+            _ => None,
+        };
+        if let Some(second) = &second {
+            // Axes that are not square to each other: two hinges, with a body without mass between them.
+            let middle = self.names.coin(&format!("{name}_cross"));
+            let none = Inertia::default();
+            self.draft.bodies.push(draft::Body::new(middle.clone(), none));
+            let first = Table::new(name.clone(), "revolute").between(&points[0], &middle);
+            self.draft.joints.push(first.vector("axis", vectors[0]));
+            table = Table::new(second.clone(), "revolute").between(&middle, &points[1]);
+            table = table.vector("axis", vectors[1]);
+        }
+        for (idx, axis) in vectors.iter().enumerate().filter(|_| second.is_none()) {
             let across = if idx == 1 { perpendicular(*axis, vectors[0]) } else { *axis };
             table = table.vector(["axis", "second"][idx], across);
         }
@@ -164,8 +180,11 @@ impl Reader<'_, '_> {
         }
         self.draft.joints.push(table);
         for (idx, axis) in axes.into_iter().enumerate() {
-            let of = if n_axes == 2 { Some(["angle1", "angle2"][idx]) } else { None };
-            self.forces(axis, Motion { joint: &name, of, turns: kind != "prismatic" });
+            let (joint, of) = match &second {
+                Some(second) => (if idx == 0 { &name } else { second }, None),
+                None => (&name, (n_axes == 2).then_some(["angle1", "angle2"][idx])),
+            };
+            self.forces(axis, Motion { joint, of, turns: kind != "prismatic" });
         }
         for child in self.tree.children(node) {
             if matches!(self.tree.tag(child), "sensor" | "physics" | "plugin") {
@@ -256,6 +275,12 @@ impl Reader<'_, '_> {
             }
         }
     }
+}
+
+/// Whether two axes are neither square to each other nor along each other.
+fn is_skew(first: Vector, second: Vector) -> bool {
+    let [Some(first), Some(second)] = [first, second].map(unit) else { return false };
+    (1e-9..1.0 - 1e-9).contains(&dot(first, second).abs())
 }
 
 /// The part of a second axis across the first one; of one along it, any direction across.

@@ -24,7 +24,7 @@ from ._errors import (
 )
 from ._facts import Check, Start
 from ._functions import Functions
-from ._load import example, load, loads
+from ._load import example, import_model, load, loads
 from ._model import Model
 from ._joints import (
     ConstantVelocity,
@@ -151,6 +151,7 @@ __all__ = [
     "WorthWarning",
     "__version__",
     "example",
+    "import_model",
     "fit",
     "explain",
     "expr",

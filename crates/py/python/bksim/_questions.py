@@ -122,11 +122,12 @@ class LinearSystem(Answer):
         return _complex(self.facts["poles"])
 
     def to_control(self, dt: float | None = None, method: str = "zoh") -> Any:
-        """As ``StateSpace`` of the package ``control``, with the names of states, inputs and outputs; with ``dt`` sampled
-        every ``dt`` seconds by ``method``, as of ``control.c2d``."""
+        """As ``StateSpace`` of the package ``control``, with the names of states, inputs and outputs, ``_`` in place of
+        their points; with ``dt`` sampled every ``dt`` seconds by ``method``, as of ``control.c2d``."""
         import control
 
-        names = {"states": list(self.states), "inputs": list(self.inputs), "outputs": list(self.outputs)}
+        kinds = {"states": self.states, "inputs": self.inputs, "outputs": self.outputs}
+        names = {kind: [name.replace(".", "_") for name in all] for kind, all in kinds.items()}
         system = control.ss(self.A, self.B, self.C, self.D, **names)
         if dt is None:
             return system
