@@ -51,7 +51,7 @@ impl Case {
         found.into_iter().map(|values| values.filter(is_finite)).collect()
     }
 
-    /// What is wrong with the mechanism at a point where nothing is found at rest.
+    /// Fault of the mechanism at a point where nothing is found at rest.
     pub(super) fn fault_at_rest(&self, point: &[f64]) -> Option<Diagnostic> {
         let Over::Static = self.over else { return None };
         let parameters = self.study.parameters_at(point)?;
