@@ -230,7 +230,7 @@ impl GivenPath {
         for part in 1..n_parts {
             #[expect(clippy::cast_precision_loss, reason = "a few parts")]
             let at = from + (to - from) * part as f64 / n_parts as f64;
-            if let Some(stop) = self.pulling_at((&mut *walk, loaded, &mut *solver), at)? {
+            if let Some(stop) = self.pulling_at((&mut *walk, loaded, &mut *solver), at).ok()? {
                 return Some((stop, self.let_go((walk, loaded, solver), (before, at))));
             }
             before = at;
@@ -238,16 +238,17 @@ impl GivenPath {
         None
     }
 
-    /// The stop that would have to pull at a time; `None` where no efforts are found.
+    /// The stop that would have to pull at a time.
     fn pulling_at(
         &mut self,
         (walk, loaded, solver): PullingAlong<'_, '_, '_>,
         t: f64,
-    ) -> Option<Option<usize>> {
-        let [q, v, a] = walk.to(&mut self.rows, t)?;
+    ) -> Result<Option<usize>, AnalysisError> {
+        let [q, v, a] = walk.to(&mut self.rows, t).ok_or(AnalysisError::Lost { t })?;
         let (state, parameters) = ([&q[..], &v, &a], &loaded.parameters);
         let at = InstantState { t, state, n_moving: q.len(), parameters };
-        solver.at(at).ok().map(|solved| solver.pulling(&solved))
+        let solved = solver.at(at)?;
+        Ok(solver.pulling(&solved))
     }
 
     /// The instant at which a stop would have to pull first, between two times; the later one for a mechanism with
@@ -263,9 +264,9 @@ impl GivenPath {
         for _ in 0..50 {
             let t = 0.5 * (from + to);
             match self.pulling_at((&mut *walk, loaded, &mut *solver), t) {
-                Some(Some(_)) => to = t,
-                Some(None) => from = t,
-                None => break,
+                Ok(Some(_)) => to = t,
+                Ok(None) => from = t,
+                Err(_) => break,
             }
         }
         to

@@ -141,7 +141,7 @@ fn leaves_first(model: &Model, tree: &Tree) -> Vec<(BodyId, Branch)> {
             let beam = model.bodies[root.0].flexible.as_ref();
             beam.is_some_and(|beam| beam.has_part(body)).then_some(root)
         }
-        _ => None,
+        Branch::Free => None,
     };
     let (mut sorted, mut waiting) = (Vec::new(), Vec::new());
     for &(body, branch) in tree.branches.iter().rev() {

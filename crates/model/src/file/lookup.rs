@@ -55,8 +55,14 @@ impl Reader<'_> {
                 return Some(Lowered::new(self.pool.symbol("t"), kind, None, span));
             }
             ([_], Some(Meaning::Value(idx))) => {
-                // One that could not be read was reported there.
-                let known = self.value_of(idx)?;
+                let Some(known) = self.value_of(idx) else {
+                    // Constants and motions of drives are read before all of these; elsewhere one that could not be read
+                    // was reported there.
+                    if matches!(context.scope, Scope::Constant | Scope::Time) {
+                        self.not_constant(name, span, context);
+                    }
+                    return None;
+                };
                 let is_refused = match context.scope {
                     Scope::Constant => known.value.is_none(),
                     Scope::Position => !self.follows_positions(known.expr),
