@@ -327,19 +327,21 @@ impl Pool {
     }
 
     /// Adds the exponents of equal bases. Positive and negative powers stay apart: x/x has no
-    /// value at zero.
+    /// value at zero. Those of π, which is none, cancel.
     fn merged_powers(&self, mut bases: Vec<(Expr, i64)>) -> Vec<(Expr, i64)> {
         if bases.len() > 1 {
             let order = self.ordering();
             bases.sort_by(|a, b| order.compare(a.0, b.0).then((a.1 < 0).cmp(&(b.1 < 0))));
         }
         bases.dedup_by(|next, kept| {
-            let is_like = next.0 == kept.0 && (next.1 < 0) == (kept.1 < 0);
+            let is_alike = (next.1 < 0) == (kept.1 < 0) || self.node(next.0).op == Op::Pi;
+            let is_like = next.0 == kept.0 && is_alike;
             if is_like {
                 kept.1 = kept.1.saturating_add(next.1);
             }
             is_like
         });
+        bases.retain(|&(_, exponent)| exponent != 0);
         bases
     }
 

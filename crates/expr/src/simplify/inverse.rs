@@ -20,7 +20,9 @@ impl Pool {
     /// A call of a function on an inverse function in a form without either; `None` without one.
     pub(super) fn folded_call(&self, e: Expr) -> Option<Expr> {
         use Function::{Acos, Asin, Atan, Atan2, Cos, Exp, Ln, Sin, Sqrt, Tan};
-        let (outer, inner, a, b) = self.nested_call(e)?;
+        let Some((outer, inner, a, b)) = self.nested_call(e) else {
+            return self.folded_double(e);
+        };
         let other_leg = || self.sqrt(self.sub(ONE, self.powi(a, 2)));
         let hypotenuse = || self.sqrt(self.add(ONE, self.powi(a, 2)));
         Some(match (outer, inner) {
@@ -37,6 +39,31 @@ impl Pool {
             (Exp, Ln) if self.is_never_negative(a) => a,
             (Ln, Sqrt) => self.mul(self.rational(1, 2), self.ln(a)),
             (Sqrt, Exp) => self.exp(self.mul(self.rational(1, 2), a)),
+            _ => return None,
+        })
+    }
+
+    /// Sine or cosine of twice an inverse function: sin(2 atan a) = 2 a / (1 + a²).
+    fn folded_double(&self, e: Expr) -> Option<Expr> {
+        use Function::{Acos, Asin, Atan, Cos, Sin};
+        let node = self.node(e);
+        let Op::Call(outer @ (Sin | Cos)) = node.op else { return None };
+        if self.node(node.left).op != Op::Mul {
+            return None;
+        }
+        let terms = self.terms_of(node.left);
+        let [(angle, factor)] = terms.as_slice() else { return None };
+        let two = self.rational(2, 1);
+        let Op::Call(inner) = self.node(*angle).op else { return None };
+        if self.number(factor.clone()) != two {
+            return None;
+        }
+        let a = self.node(*angle).left;
+        let square = self.powi(a, 2);
+        Some(match (outer, inner) {
+            (Sin, Atan) => self.div(self.mul(two, a), self.add(ONE, square)),
+            (Cos, Atan) => self.div(self.sub(ONE, square), self.add(ONE, square)),
+            (Sin, Asin | Acos) => self.mul(self.mul(two, a), self.sqrt(self.sub(ONE, square))),
             _ => return None,
         })
     }

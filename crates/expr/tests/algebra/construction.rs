@@ -82,6 +82,8 @@ fn functions_of_numbers_fold_when_exact() {
     check_same("if(lt(2, 1), a, b)", "b");
     check_same("abs(-3/7)", "3/7");
     check_same("sign(-2)*x", "-x");
+    check_same("180/pi*(pi/6)", "30");
+    check_same("pi^2*x/pi", "pi*x");
     check_same("atan2(0, 1)", "0");
     check_same("tanh(-x)", "-tanh(x)");
 }

@@ -8,11 +8,15 @@ use bksim_expr::{Expr, Pool};
 type Row = (&'static str, &'static str);
 
 #[rustfmt::skip]
-const FOLDS: [Row; 40] = [
+const FOLDS: [Row; 44] = [
     // Functions of inverse functions.
     ("tan(atan(x))",                                "x"),
     ("sin(atan(x))",                                "x/sqrt(1 + x^2)"),
     ("cos(atan(x))",                                "1/sqrt(1 + x^2)"),
+    ("sin(2*atan(x))",                              "2*x/(1 + x^2)"),
+    ("cos(2*atan(x))",                              "(1 - x^2)/(1 + x^2)"),
+    ("sin(2*asin(x))",                              "2*x*sqrt(1 - x^2)"),
+    ("sin(2*acos(x))",                              "2*x*sqrt(1 - x^2)"),
     ("cos(asin(x))",                                "sqrt(1 - x^2)"),
     ("sin(acos(x))",                                "sqrt(1 - x^2)"),
     ("tan(asin(x))",                                "x/sqrt(1 - x^2)"),
