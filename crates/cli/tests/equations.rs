@@ -221,3 +221,71 @@ fn a_document_needs_a_format_that_has_one() {
     let output = place.run("equations none.toml --document --format json");
     assert_eq!(output.status.code(), Some(2), "{}", text(&output.stdout));
 }
+
+/// The left sides below a heading, with their names.
+fn rows(printed: &str, heading: &str) -> Vec<(String, String)> {
+    let lines = printed.lines().skip_while(|line| *line != heading).skip(1);
+    let lines = lines.take_while(|line| !line.is_empty());
+    let row = |line: &str| {
+        let (name, formula) = line.trim().split_once(':').expect("a name");
+        (name.to_owned(), formula.trim().trim_end_matches("= 0").trim().to_owned())
+    };
+    lines.map(row).collect()
+}
+
+#[test]
+fn the_effort_of_a_drive_is_that_of_the_motion() {
+    let place = Scratch::new();
+    let model = PathBuf::from(CRATE).join("../../examples/four-bar/model.toml");
+    let model = std::fs::read_to_string(model).expect("an example");
+    place.write("four.toml", model.replace("speed*t", "speed*t + 3 rad/s^2*t^2"));
+    let run = |arguments: &str| {
+        let output = place.run(arguments);
+        assert!(output.status.success(), "{arguments}: {}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    run("solve four.toml --t-end 0.3 --every 0.1 --rtol 1e-10 --atol 1e-12");
+    let table = run("export four.mcap state acceleration multipliers.ld3");
+    let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let heads = lines.next().expect("headings");
+    let formulas = run("equations four.toml --effort --groups off");
+    let velocities = rows(&formulas, "velocities by that of the drive");
+    let [(name, effort)] = &rows(&formulas, "effort of the drive")[..] else {
+        panic!("one effort: {formulas}")
+    };
+    assert_eq!((velocities.len(), name.as_str()), (2, "ld3"), "{formulas}");
+    assert!(!effort.contains("ld1") && !effort.contains("ld2"), "{effort}");
+    let parameters = [("a", 0.1), ("b", 0.3), ("c", 0.25), ("d", 0.3), ("g", 9.81)];
+    for cells in lines {
+        let logged = heads.iter().zip(&cells).map(|(head, cell)| {
+            let name = head.rsplit('.').next().expect("a name");
+            (name.to_owned(), cell.parse::<f64>().expect("a number"))
+        });
+        let known = parameters.iter().map(|&(name, value)| (name.to_owned(), value));
+        let mut values: Vec<(String, f64)> = logged.chain(known).collect();
+        let left_side = |formula: &str, values: &[(String, f64)]| {
+            let pool = Pool::new();
+            let e = pool.parse(formula).expect("a formula");
+            let symbol = |name: &str| pool.symbol_id(pool.symbol(name)).expect("a symbol");
+            let known: Vec<_> = values.iter().map(|(name, x)| (symbol(name), *x)).collect();
+            let value = |of| known.iter().find(|(symbol, _)| *symbol == of).map(|(_, x)| *x);
+            pool.evaluate(e, &value).expect("a value")
+        };
+        for (name, formula) in &velocities {
+            values.push((name.clone(), 0.0));
+            let rate = -left_side(formula, &values);
+            values.last_mut().expect("the rate").1 = rate;
+            // As fast as in the run.
+            let of = |name: &str| values.iter().find(|(known, _)| known == name).expect(name).1;
+            let own = of(&format!("{}_dot", &name[2..])) / of("A_angle_dot");
+            assert!((rate - own).abs() < 1e-6, "{name}: {rate} for {own}");
+        }
+        let left = left_side(effort, &values);
+        let size = values.iter().find(|(name, _)| name == "ld3").expect("an effort").1;
+        assert!(left.abs() < 1e-6 * (1.0 + size.abs()), "{left} of {size}");
+    }
+    // A mechanism without a drive has none.
+    let output =
+        place.run(&format!("equations {CRATE}/../../examples/slider-crank/model.toml --effort"));
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+}

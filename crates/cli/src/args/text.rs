@@ -81,6 +81,10 @@ pub(crate) struct Equations {
     /// its joints.
     #[arg(long)]
     pub(crate) free_bodies: bool,
+    /// Add the effort of the only drive in explicit form: the velocities of all coordinates by that of the drive, and the
+    /// effort by them.
+    #[arg(long)]
+    pub(crate) effort: bool,
     /// Whether constants that take more than one operation get names of their own.
     #[arg(long, value_enum, default_value_t = Switch::On, value_name = "SWITCH")]
     pub(crate) groups: Switch,

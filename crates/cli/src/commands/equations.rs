@@ -6,7 +6,9 @@ use std::collections::HashMap;
 use bksim::describe;
 use bksim::expr::SymbolId;
 use bksim::mbs::equations::page::{Page, Style, Subject};
-use bksim::mbs::equations::{Level, ReadingForm, free_bodies, levels, levels_at, proof};
+use bksim::mbs::equations::{
+    Level, ReadingForm, drive_effort, free_bodies, levels, levels_at, proof,
+};
 use bksim::{Mechanism, Rejected};
 
 use crate::args::Switch;
@@ -47,14 +49,26 @@ pub(crate) fn run(args: &Equations, as_json: bool, nesting: usize) -> Result<Sta
     render::print_all(&loaded.source, &loaded.warnings);
     let (coordinates, multipliers) = (&compiled.coordinates, &compiled.multipliers);
     let subject = Subject { model, system, coordinates, multipliers, form: &form, proof: &proof };
-    let levels = further(args, &mechanism).map_err(|error| loaded.source.rejected(error.0))?;
+    if args.effort && drive_effort(model, system, &form).is_empty() {
+        let message = "the effort of a drive has no explicit form here";
+        let help = "leave out --effort: it is for one drive without other free motions, stops or \
+                    friction, and for joints that do not repeat each other; `bksim inverse` has \
+                    the numbers";
+        return Err(Failure::usage(message, help));
+    }
+    let levels =
+        further(args, &mechanism, &form).map_err(|error| loaded.source.rejected(error.0))?;
     let page = Page::with_levels(&subject, style(args, format), &levels);
     output::text(&if is_document { page.document() } else { page.formulas() })?;
     Ok(Status::Done)
 }
 
 /// The equations that are asked for besides those of motion.
-fn further(args: &Equations, mechanism: &Mechanism) -> Result<Vec<Level>, Rejected> {
+fn further(
+    args: &Equations,
+    mechanism: &Mechanism,
+    form: &ReadingForm,
+) -> Result<Vec<Level>, Rejected> {
     let Mechanism { model, system, parameters, .. } = mechanism;
     let mut all = Vec::new();
     if args.levels {
@@ -70,6 +84,9 @@ fn further(args: &Equations, mechanism: &Mechanism) -> Result<Vec<Level>, Reject
     }
     if args.free_bodies {
         all.push(free_bodies(model, system));
+    }
+    if args.effort {
+        all.extend(drive_effort(model, system, form));
     }
     Ok(all)
 }

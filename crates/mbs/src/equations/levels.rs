@@ -1,8 +1,15 @@
-//! Equations besides those of motion: the constraints at velocity and acceleration level, and the free bodies.
+//! Equations besides those of motion: the constraints at velocity and acceleration level, the free bodies, the effort
+//! of a drive.
 //!
 //! ```text
 //! ġ = G v + ∂g/∂t = 0        g̈ = G v̇ + γ = 0
 //! m r̈_c = Σ F                d/dt L_c = Σ (M + (r − r_c) × F)
+//! ```
+//!
+//! The effort of a drive is explicit, too: with v = K ṡ for the rate ṡ of the only drive, no other constraint does work, so that
+//!
+//! ```text
+//! λ = Kᵀ (M v̇ + h + ∂V/∂q − Q)
 //! ```
 //!
 //! In the equations of a body its neighbours act by the components of reactions, `A_fx` on the second body of the
@@ -11,7 +18,8 @@
 use bksim_expr::{Expr, Number, SymbolId};
 use bksim_model::{BodyId, JointKind, Model, MotionKind, Space, Vector};
 
-use super::arrange::to_be_read;
+use super::arrange::{Kind, to_be_read};
+use super::form::ReadingForm;
 use crate::constraint::Source;
 use crate::force::Wrench;
 use crate::inertia::central_inertia;
@@ -85,6 +93,64 @@ pub fn levels_at(
 /// Six digits of a number; what is far below one is rounding.
 fn rounded(value: f64) -> f64 {
     if value.abs() < 1e-12 { 0.0 } else { format!("{value:.5e}").parse().unwrap_or(value) }
+}
+
+/// Coordinates up to which velocities by that of a drive are solved for.
+const MOST_EXPLICIT: usize = 12;
+
+/// The velocities by that of the only drive, and its effort by them, with the named constants of `form`; none of a
+/// mechanism with other free motions, drives or constraints that change with time, stops or friction, or with
+/// conditions that repeat others.
+///
+/// `K_phi` is the velocity of the coordinate `phi` for a drive that moves at the rate one.
+pub fn drive_effort(model: &Model, system: &SymbolicSystem, form: &ReadingForm) -> Vec<Level> {
+    explicit_effort(model, system, form).map_or_else(Vec::new, Vec::from)
+}
+
+fn explicit_effort(
+    model: &Model,
+    system: &SymbolicSystem,
+    form: &ReadingForm,
+) -> Option<[Level; 2]> {
+    let pool = &model.pool;
+    let system = &to_be_read(model, system);
+    let (n, coordinates) = (system.n_bilateral(), system.coordinates());
+    let is_drive = |k: &usize| matches!(system.constraints[*k].source, Source::Drive(_));
+    let mut drives = (0..n).filter(is_drive);
+    let (Some(drive), None) = (drives.next(), drives.next()) else { return None };
+    let moves = (0..n).any(|k| k != drive && !pool.is_zero(system.constraint_rate[k]));
+    let is_square = n == coordinates.len() && n <= MOST_EXPLICIT;
+    if moves || !is_square || !system.contacts.is_empty() {
+        return None;
+    }
+
+    // The loops, and one for the drive: its row is the motion less what it moves.
+    let named: Vec<Expr> =
+        coordinates.iter().map(|c| pool.symbol(&format!("K_{}", c.name))).collect();
+    let unknowns: Option<Vec<SymbolId>> = named.iter().map(|&k| pool.symbol_id(k)).collect();
+    let equation = |k: usize| {
+        let terms = system.constraint_jacobian.row(k).iter().map(|&(i, g)| pool.mul(g, named[i]));
+        let sum = pool.sum(terms.collect::<Vec<_>>());
+        if k == drive { pool.add(sum, pool.one()) } else { sum }
+    };
+    let equations: Vec<Expr> = (0..n).map(equation).collect();
+    let solution = pool.solve_linear(&equations, &unknowns?).ok()?;
+    let values = pool.cancel(&solution.values).roots;
+
+    // The power of inertia and of all forces, less what does none.
+    let factor = |i: usize| if pool.as_number(values[i]).is_some() { values[i] } else { named[i] };
+    let needed = |i: usize| {
+        let parts = form.equations[i].iter().filter(|part| part.kind != Kind::Constraint);
+        pool.mul(factor(i), pool.sum(parts.flat_map(|part| part.terms(pool)).collect::<Vec<_>>()))
+    };
+    let effort = pool.symbol_expr(system.constraints[drive].lambda);
+    let power = pool.sum((0..n).map(needed).collect::<Vec<_>>());
+    let is_formula = |i: &usize| pool.as_number(values[*i]).is_none();
+    let rates = (0..n).filter(is_formula).map(|i| (named[i], pool.sub(named[i], values[i])));
+    Some([
+        Level { title: "velocities by that of the drive", rows: rates.collect() },
+        Level { title: "effort of the drive", rows: vec![(effort, pool.sub(effort, power))] },
+    ])
 }
 
 /// The balance of each body that is cut free: forces, then moments about the centre of mass.

@@ -30,7 +30,7 @@ pub use constants::Group;
 pub use contact::{ContactText, contact_texts};
 pub use form::ReadingForm;
 pub use functions::{FunctionText, functions};
-pub use levels::{Level, free_bodies, levels, levels_at};
+pub use levels::{Level, drive_effort, free_bodies, levels, levels_at};
 pub use proof::{Counts, Proof, Work, proof};
 
 use bksim_expr::{Printer, SymbolId};

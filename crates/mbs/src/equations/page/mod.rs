@@ -165,6 +165,7 @@ impl Page {
         // Reactions and accelerations of bodies come last in products, as those of coordinates do.
         let known: HashSet<SymbolId> = (form.trailing.iter().copied())
             .chain(subject.model.parameters.iter().map(|parameter| parameter.symbol))
+            .chain(form.groups.iter().map(|group| group.symbol))
             .chain(subject.system.coordinates().iter().map(|coordinate| coordinate.q))
             .collect();
         let rows = levels.iter().flat_map(|level| &level.rows);
