@@ -4,7 +4,7 @@ use bksim_sim::pose::Pose;
 
 use crate::label::{Label, Labels};
 use crate::rod::{DUSK, lit_caps};
-use crate::rule::arrow_legend;
+use crate::rule::{arrow_legend, written};
 use crate::vectors::ArrowKind;
 use crate::{
     Camera, Color, Form, HalfSpace, Item, Marker, MarkerKind, Paint, Picture, Role, Scene, Section,
@@ -24,6 +24,8 @@ pub struct Extras {
     pub legend: Vec<ArrowKind>,
     /// Poses at other instants, drawn faintly under the mechanism.
     pub ghosts: Vec<Vec<Pose>>,
+    /// Lines of words in the upper left corner, the first one larger, and a line below the mechanism.
+    pub words: Words,
     /// The plane that cuts a mechanism in space, with trails, and arrows and names on the side that is left out.
     pub section: Option<Section>,
 }
@@ -41,6 +43,24 @@ impl Extras {
             arrows: self.arrows.iter().filter(|it| half.height(it.from) <= 0.0).copied().collect(),
             ..self.clone()
         }
+    }
+}
+
+/// Words around a mechanism.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Words {
+    /// Title in the upper left corner; may be empty.
+    pub title: String,
+    /// The instant below it, if it is shown.
+    pub instant: Option<String>,
+    /// Caption in the middle below the mechanism; may be empty.
+    pub caption: String,
+}
+
+impl Words {
+    /// True where there are none.
+    pub fn is_empty(&self) -> bool {
+        self.title.is_empty() && self.instant.is_none() && self.caption.is_empty()
     }
 }
 
@@ -90,6 +110,7 @@ pub fn picture(
         painter.labels(poses, &along_arrows);
     }
     painter.items.extend(arrow_legend(&extras.legend, camera, theme));
+    painter.items.extend(written(&extras.words, camera, theme));
     let size = [single(camera.size[0]), single(camera.size[1])];
     Picture { size, background: Some(theme.background), items: painter.items }
 }

@@ -31,7 +31,7 @@ mod written;
 
 pub use camera::{Camera, StandardView};
 pub use color::Color;
-pub use draw::{Arrow, Extras, picture};
+pub use draw::{Arrow, Extras, Words, picture};
 pub use picture::{Align, Item, Picture, Stroke};
 pub use rod::{sheets, silhouette};
 pub use rule::scale_bar;

@@ -1,7 +1,7 @@
-//! Size of the view: a bar of a round length, and arrows of the vectors of each kind.
+//! Size of the view: a bar of a round length, and arrows of the vectors of each kind; words around a mechanism.
 
 use crate::vectors::ArrowKind;
-use crate::{Align, Camera, Item, Stroke, Theme};
+use crate::{Align, Camera, Item, Stroke, Theme, Words};
 
 /// Distance from the edges of the picture, pixels.
 const EDGE: f32 = 14.0;
@@ -54,6 +54,33 @@ pub(crate) fn arrow_legend(kinds: &[ArrowKind], camera: &Camera, theme: &Theme) 
             items.push(Item::Text { at, align: Align::Start, text, size, color: kind.color });
             y -= 1.5 * theme.sizes.text;
         }
+    }
+    items
+}
+
+/// Title, instant and caption around a mechanism.
+#[expect(clippy::cast_possible_truncation, reason = "pixels")]
+pub(crate) fn written(words: &Words, camera: &Camera, theme: &Theme) -> Vec<Item> {
+    let [width, height] = camera.size.map(|side| side as f32);
+    let text = theme.sizes.text;
+    let item = |at, align, text: &str, size| Item::Text {
+        at,
+        align,
+        text: text.to_owned(),
+        size,
+        color: theme.text,
+    };
+    let (mut items, mut y) = (Vec::new(), EDGE);
+    if !words.title.is_empty() {
+        y += 1.3 * text;
+        items.push(item([EDGE, y], Align::Start, &words.title, 1.3 * text));
+    }
+    if let Some(instant) = &words.instant {
+        y += 1.4 * text;
+        items.push(item([EDGE, y], Align::Start, instant, text));
+    }
+    if !words.caption.is_empty() {
+        items.push(item([0.5 * width, height - EDGE], Align::Middle, &words.caption, text));
     }
     items
 }

@@ -106,3 +106,31 @@ fn films_are_replaced_by_those_of_the_same_model_and_by_no_other() {
         assert_eq!(output.status.code(), Some(4), "{name}: {}", text(&output.stderr));
     }
 }
+
+#[test]
+fn a_picture_has_title_instant_and_caption_where_they_are_asked_for() {
+    let place = with_model();
+    let mut command = place.bksim();
+    command.args(["render", "model.toml", "-o", "a.svg", "--at", "0.25", "--time"]);
+    let output = command.args(["--title", "Up & down", "--caption", "As drawn"]).output();
+    let output = output.expect("bksim starts");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let svg = fs::read_to_string(place.path().join("a.svg")).expect("a picture");
+    let document = roxmltree::Document::parse(&svg).expect("XML");
+    let words: Vec<&str> = document
+        .descendants()
+        .filter(|node| node.has_tag_name(("http://www.w3.org/2000/svg", "text")))
+        .filter_map(|node| node.text())
+        .collect();
+    assert_eq!(words.first(), Some(&"Up & down"), "{words:?}");
+    assert!(words[1].starts_with("t = 0.25"), "{words:?}");
+    assert_eq!(words.last(), Some(&"As drawn"), "{words:?}");
+    // A frame of a film has them, too: it is another one than without.
+    for (name, words) in [("b.png", ""), ("c.png", " --time")] {
+        let drawn =
+            place.run(&format!("render model.toml -o {name} --size 160x120 --at 0.25{words}"));
+        assert!(drawn.status.success(), "{}", text(&drawn.stderr));
+    }
+    let [b, c] = ["b.png", "c.png"].map(|name| fs::read(place.path().join(name)).expect("it"));
+    assert!(b != c, "nothing is written");
+}

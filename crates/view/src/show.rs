@@ -16,7 +16,7 @@ use bksim::playback::Playback;
 use bksim::sim::pose::Pose;
 use bksim::sim::run::{Sample, Unreplayed};
 use bksim_scene::vectors::ArrowKind;
-use bksim_scene::{Arrow, Extras, Scene, Section, Theme};
+use bksim_scene::{Arrow, Extras, Scene, Section, Theme, Words};
 
 use self::arrows::Arrows;
 #[cfg(test)]
@@ -39,6 +39,12 @@ pub struct ShowOptions {
     pub velocities: bool,
     /// Arrows of applied forces.
     pub forces: bool,
+    /// Title in the upper left corner; may be empty.
+    pub title: String,
+    /// Whether the instant is written below the title.
+    pub time: bool,
+    /// Caption below the mechanism; may be empty.
+    pub caption: String,
     /// Whether the scales of arrows are told in the picture.
     pub legend: bool,
     /// Number of earlier instants at which the mechanism is drawn faintly.
@@ -58,6 +64,9 @@ impl Default for ShowOptions {
             reactions: false,
             velocities: false,
             forces: false,
+            title: String::new(),
+            time: false,
+            caption: String::new(),
             legend: false,
             ghosts: 0,
             dark: false,
@@ -178,7 +187,22 @@ impl Show {
         let arrows = arrows.unwrap_or_default();
         let legend = if self.options.legend { self.arrow_kinds() } else { Vec::new() };
         let (has_labels, section) = (self.options.labels, self.options.section);
-        Ok(Extras { trails, arrows, has_labels, legend, ghosts, section })
+        let words = self.words();
+        Ok(Extras { trails, arrows, has_labels, legend, ghosts, words, section })
+    }
+
+    /// Title, instant and caption.
+    fn words(&self) -> Words {
+        let ShowOptions { title, time, caption, .. } = &self.options;
+        let [first, last] = self.span();
+        let unit = self.units.of("s");
+        // Three digits of the whole run, as many in every frame.
+        let size = unit.of_si((last - first).abs()).log10().floor();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        let decimals = (2.0 - size).clamp(0.0, 9.0) as usize;
+        let instant = || format!("t = {:.decimals$} {}", unit.of_si(self.t), unit.unit);
+        let (title, caption) = (title.clone(), caption.clone());
+        Words { title, instant: time.then(instant), caption }
     }
 
     /// Whether the last additions are complete; otherwise later calls give more.

@@ -64,6 +64,15 @@ pub struct Render {
     /// Write names next to joints, points and centres of mass.
     #[arg(long)]
     pub labels: bool,
+    /// Write this title in the upper left corner.
+    #[arg(long, value_name = "TEXT")]
+    pub title: Option<String>,
+    /// Write the instant below it, in every frame of a film.
+    #[arg(long)]
+    pub time: bool,
+    /// Write this caption below the mechanism.
+    #[arg(long, value_name = "TEXT")]
+    pub caption: Option<String>,
     /// Draw the way of this joint, point (`crank.P`) or centre of mass (`crank`); may be repeated.
     #[arg(long, value_name = "POINT")]
     pub trail: Vec<String>,
@@ -109,6 +118,9 @@ impl Render {
             ghosts: 0,
             past: None,
             labels: false,
+            title: None,
+            time: false,
+            caption: None,
             trail: Vec::new(),
             curve: Vec::new(),
             path: Vec::new(),

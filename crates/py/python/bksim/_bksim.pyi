@@ -110,6 +110,9 @@ class _Drawn(TypedDict):
     section: str | None
     background: str
     labels: bool
+    title: str | None
+    time: bool
+    caption: str | None
     trails: list[str]
     arrows: list[str]
     ghosts: int

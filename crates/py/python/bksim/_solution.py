@@ -327,6 +327,9 @@ class Solution(Samples):
         section: str | None = None,
         background: str = "light",
         labels: bool = False,
+        title: str | None = None,
+        time: bool = False,
+        caption: str | None = None,
         trails: str | Sequence[str] = (),
         arrows: str | Sequence[str] = (),
         ghosts: int = 0,
@@ -347,7 +350,8 @@ class Solution(Samples):
 
         ``trails`` names joints, points (``"crank.P"``) and bodies, for their centres of mass; ``arrows`` are
         ``"reactions"``, ``"velocities"`` and ``"forces"``; ``ghosts`` are drawn faintly at as many earlier
-        instants. Both reach back ``past`` seconds, or to the start.
+        instants. Both reach back ``past`` seconds, or to the start. ``title`` is written in the upper left corner, with
+        ``time`` the instant below it, and ``caption`` below the mechanism.
 
         The interpreter lock is released; Ctrl-C ends it, and nothing is written. Raises bksim.Error where
         there is no graphics adapter, not even a software one, which ``.svg`` alone does without.
@@ -372,6 +376,9 @@ class Solution(Samples):
                 "section": section,
                 "background": background,
                 "labels": labels,
+                "title": title,
+                "time": time,
+                "caption": caption,
                 "trails": checked_names("trails", trails),
                 "arrows": checked_names("arrows", arrows),
                 "ghosts": whole("ghosts", ghosts),

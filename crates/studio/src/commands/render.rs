@@ -129,6 +129,9 @@ fn order(args: &Render) -> Result<Request, Failure> {
         velocities: has(Arrows::Velocities),
         forces: has(Arrows::Forces),
         ghosts: usize::from(args.ghosts),
+        title: args.title.clone().unwrap_or_default(),
+        time: args.time,
+        caption: args.caption.clone().unwrap_or_default(),
         section: args.section,
         ..ShowOptions::default()
     };

@@ -121,7 +121,8 @@ fn camera(show: &mut Show, view: Option<[f64; 2]>, points: [f64; 2]) -> Result<C
     };
     let options = &show.options;
     let has_overhang = options.labels || options.reactions || options.velocities || options.forces;
-    let margin = if has_overhang { WIDE_MARGIN } else { MARGIN };
+    let has_words = !options.title.is_empty() || options.time || !options.caption.is_empty();
+    let margin = if has_overhang || has_words { WIDE_MARGIN } else { MARGIN };
     Ok(camera.fitted(all_points(show)?, margin))
 }
 

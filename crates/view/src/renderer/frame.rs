@@ -119,7 +119,7 @@ impl Drawing {
             let ghost = self.add_layer(fixed, frame, poses, GHOST);
             self.cut_mechanism(scene, fixed, &Frame { poses, ..*frame }, half, ghost);
         }
-        let Extras { trails, arrows, has_labels, legend, .. } = extras;
+        let Extras { trails, arrows, has_labels, legend, words, .. } = extras;
         if !trails.is_empty() {
             let world = world(fixed, frame);
             for (color, points) in trails {
@@ -129,10 +129,10 @@ impl Drawing {
             }
         }
         self.cut_mechanism(scene, fixed, frame, half, layer);
-        if !arrows.is_empty() || *has_labels {
+        if !arrows.is_empty() || *has_labels || !words.is_empty() {
             let (arrows, has_labels, legend) = (arrows.clone(), *has_labels, legend.clone());
-            let section = extras.section;
-            let extras = Extras { arrows, has_labels, legend, section, ..Extras::default() };
+            let (section, words) = (extras.section, words.clone());
+            let extras = Extras { arrows, has_labels, legend, section, words, ..Extras::default() };
             self.overlay(fixed, frame, &extras, layer);
         }
     }
