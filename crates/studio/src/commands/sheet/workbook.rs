@@ -45,7 +45,8 @@ const STYLES: &str = "<fonts count=\"2\"><font><sz val=\"11\"/></font><font><b/>
      <borders count=\"1\"><border><left/><right/><top/><bottom/></border></borders>\
      <cellStyleXfs count=\"1\"><xf fontId=\"0\" fillId=\"0\" borderId=\"0\"/></cellStyleXfs>\
      <cellXfs count=\"2\"><xf fontId=\"0\" fillId=\"0\" borderId=\"0\" xfId=\"0\"/>\
-     <xf fontId=\"1\" fillId=\"0\" borderId=\"0\" xfId=\"0\" applyFont=\"1\"/></cellXfs>";
+     <xf fontId=\"1\" fillId=\"0\" borderId=\"0\" xfId=\"0\" applyFont=\"1\"/></cellXfs>\
+     <cellStyles count=\"1\"><cellStyle name=\"Normal\" xfId=\"0\" builtinId=\"0\"/></cellStyles>";
 
 /// The files of the archive.
 fn files(sheets: &[Sheet]) -> Vec<(String, Vec<u8>)> {
