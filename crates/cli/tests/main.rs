@@ -13,6 +13,7 @@ mod faults;
 mod handover;
 mod info;
 mod lsp;
+mod lsp_client;
 mod outputs;
 mod outsiders;
 mod parts;

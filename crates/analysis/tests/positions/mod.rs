@@ -8,3 +8,4 @@ mod interval_search;
 mod kinematics;
 mod limits;
 mod polygons;
+mod trusses;
