@@ -22,11 +22,6 @@
 //! assert_eq!(pool.to_text(slope), "-l*w*sin(p + q)");
 //! assert_eq!(pool.to_latex(slope), r"-l \, w \, \sin(p + q)");
 //!
-//! // Near a point a polynomial is enough.
-//! let p = pool.find_symbol("p").ok_or("p was parsed")?;
-//! let near = pool.linearise(slope, &[(q, pool.zero()), (p, pool.zero())]);
-//! assert_eq!(pool.to_text(near), "-l*p*w - l*q*w");
-//!
 //! // A tape computes many outputs at once; parts that depend on parameters only are computed ahead.
 //! let ids = ["q", "p", "w", "l"].map(|name| pool.find_symbol(name).expect("was parsed"));
 //! let tape = Tape::compile(&pool, &[simple, slope], &ids[..3], &ids[3..])?;
@@ -96,7 +91,7 @@ pub use op::Function;
 pub use parse::{ParseOptions, parse};
 pub use pool::{Expr, Pool, PoolSnapshot, SymbolId};
 pub use print::{Notation, OperationCount, Operations, Printer, SplitTerm};
-pub use simplify::{Budget, Cancelled, Limit, Report, Simplified};
+pub use simplify::Cancelled;
 pub use solve::{LinearSolution, SolveError};
 pub use syntax::{
     BinaryOperator, ParseError, ParseErrorKind, Syntax, SyntaxKind, SyntaxNode, UnitFactor,

@@ -87,44 +87,4 @@ impl Pool {
     pub fn is_singular(&self, e: Expr) -> bool {
         self.has_fact(e, fact::POISONED)
     }
-
-    /// The part of `e` of at most first order in the offsets of several symbols from a point:
-    ///
-    /// ```text
-    /// e(p) + Σᵢ ∂e/∂xᵢ(p) · (xᵢ − pᵢ)
-    /// ```
-    ///
-    /// ```
-    /// let pool = bksim_expr::Pool::new();
-    /// let e = pool.parse("a^2*sin(b) + b").expect("valid");
-    /// let [a, b] = ["a", "b"].map(|name| pool.find_symbol(name).expect("was parsed"));
-    /// let linear = pool.linearise(e, &[(a, pool.int(3)), (b, pool.zero())]);
-    /// assert_eq!(pool.to_text(linear), "10*b");
-    /// ```
-    ///
-    /// At a kink, as that of `abs(x)` at 0, the slope is NaN; see [`Pool::is_singular`].
-    pub fn linearise(&self, e: Expr, point: &[(SymbolId, Expr)]) -> Expr {
-        let symbols: Vec<SymbolId> = point.iter().map(|&(x, _)| x).collect();
-        let mut parts = self.gradient(e, &symbols);
-        parts.push(e);
-        let mut at_point = self.substitute_all(&parts, point);
-        let value = at_point[point.len()];
-        let slopes = &mut at_point[..point.len()];
-        // Along each axis through the point by itself.
-        for (slope, &(x, at)) in slopes.iter_mut().zip(point) {
-            let others: Vec<_> = point.iter().copied().filter(|other| other.0 != x).collect();
-            let along = self.substitute(e, &others);
-            if self.has_kink(along, x, at) {
-                let coefficients = self.common_coefficients(along, x, at, 1);
-                let is_known = coefficients.first().is_none_or(|&c| !self.is_singular(c));
-                let rise = coefficients.get(1).copied().unwrap_or(ZERO);
-                *slope = if is_known { rise } else { self.rational(0, 0) };
-            }
-        }
-        let rises = point
-            .iter()
-            .zip(slopes)
-            .map(|(&(x, at), slope)| self.mul(*slope, self.sub(self.symbol_expr(x), at)));
-        self.sum(rises.chain([value]))
-    }
 }

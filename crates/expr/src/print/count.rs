@@ -91,11 +91,7 @@ impl Pool {
 
     /// Counts the operations of `roots` together.
     pub fn operation_count(&self, roots: &[Expr]) -> OperationCount {
-        self.count_sweep(&self.sweep(roots))
-    }
-
-    /// Counts the operations of all steps of a sweep.
-    pub(crate) fn count_sweep(&self, sweep: &Sweep) -> OperationCount {
+        let sweep = &self.sweep(roots);
         let stands_alone = stands_alone(sweep);
         let mut total = OperationCount::default();
         let mut printed: Vec<u64> = Vec::with_capacity(sweep.steps.len());

@@ -10,7 +10,7 @@
 //! cancelled here has a value in more places or in fewer. As of the solution of linear equations,
 //! the conditions are expressions that must not be zero, or not negative.
 
-use super::budget::{Budget, FORM_BUDGET, Meter};
+use super::budget::{BUDGET, FORM_BUDGET, Meter};
 use super::cost::CostModel;
 use super::driver::parts;
 use super::factor::{Preference, factored};
@@ -48,7 +48,7 @@ impl Pool {
         let simple = self.simplify_all(roots);
         let mut canceller = Canceller {
             pool: self,
-            model: CostModel::new(self, Meter::new(&Budget::default(), roots.len())),
+            model: CostModel::new(self, Meter::new(BUDGET, roots.len())),
             algebra: Algebra::new(self, 0),
             conditions: Vec::new(),
         };

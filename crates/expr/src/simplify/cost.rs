@@ -133,7 +133,7 @@ impl<'p> CostModel<'p> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::budget::Budget;
+    use super::super::budget::BUDGET;
     use super::*;
 
     #[test]
@@ -148,7 +148,7 @@ mod tests {
             ("sqrt(a^2 + b^2)", 11),
             ("a/(b*c)", 5),
         ] {
-            let model = CostModel::new(&pool, Meter::new(&Budget::default(), 1));
+            let model = CostModel::new(&pool, Meter::new(BUDGET, 1));
             assert_eq!(model.cost(pool.parse(text).expect(text)).work, expected, "{text}");
         }
     }

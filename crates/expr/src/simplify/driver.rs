@@ -1,7 +1,7 @@
 //! The driver: goes through expressions, operands first, and simplifies part by part.
 
 use super::best::Best;
-use super::budget::{Budget, FORM_BUDGET, Meter};
+use super::budget::{FORM_BUDGET, Meter};
 use super::cost::CostModel;
 use super::exponential::exponential_forms;
 use super::poly::{Algebra, Poly, Reading, Term};
@@ -60,17 +60,14 @@ pub(super) struct Driver<'p> {
     pub(super) model: CostModel<'p>,
     algebra: Algebra<'p>,
     known: ExprMap<Expr>,
-    /// Parts left as they were because the budget ended.
-    pub(super) n_kept: usize,
 }
 
 impl<'p> Driver<'p> {
-    pub(super) fn new(pool: &'p Pool, budget: &Budget, n_roots: usize) -> Self {
+    pub(super) fn new(pool: &'p Pool, budget: u64, n_roots: usize) -> Self {
         Self {
             model: CostModel::new(pool, Meter::new(budget, n_roots)),
             algebra: Algebra::new(pool, 0),
             known: ExprMap::default(),
-            n_kept: 0,
         }
     }
 
@@ -152,7 +149,6 @@ impl<'p> Driver<'p> {
             }
             result = next;
         }
-        self.n_kept += usize::from(self.model.meter.has_ended());
         self.known.insert(e, result);
         result
     }

@@ -12,7 +12,7 @@
 //!
 //! The value never changes where the expression has one; removable singularities of quotients of
 //! sines and cosines are filled. What has other values somewhere is left to [`cancel`], which states
-//! its conditions. Work is bounded by a [`Budget`]: parts that are not reached stay
+//! its conditions. Work is bounded: parts that are not reached stay
 //! as they are. The result depends on the expression alone, not on the order it was built in.
 
 mod best;
@@ -29,18 +29,15 @@ mod fraction;
 mod gcd;
 mod inverse;
 mod poly;
-mod report;
 mod rules;
 mod together;
 mod trig;
 mod trig_forms;
 
-pub use budget::{Budget, Limit};
 pub use cancel::Cancelled;
-pub use report::{Report, Simplified};
 
 use crate::pool::{Expr, Pool};
-use budget::FORM_BUDGET;
+use budget::{BUDGET, FORM_BUDGET};
 use driver::Driver;
 use poly::{Algebra, Reading};
 
@@ -50,43 +47,24 @@ impl Pool {
         self.simplified(e, || self.simplify_all(&[e])[0])
     }
 
-    /// Simplifies several expressions within the default [`Budget`], shared parts once. Together
+    /// Simplifies several expressions, shared parts once. Together
     /// they never cost more than before: an expression stays as it is where its simpler form would
     /// share so much less with the others that the whole grows.
     pub fn simplify_all(&self, roots: &[Expr]) -> Vec<Expr> {
-        Driver::new(self, &Budget::default(), roots.len()).run(&self.sweep(roots))
+        self.simplify_within(roots, BUDGET)
     }
 
-    /// Simplifies several expressions within a budget, and reports the outcome. Parts that are not
-    /// reached before the budget ends stay as they are: the result always has the same values.
+    /// Simplifies several expressions by at most so much work for each: nodes visited and terms multiplied. Parts that are
+    /// not reached before stay as they are: the result always has the same values.
     ///
     /// ```
-    /// use bksim_expr::{Budget, Limit, Pool};
-    ///
-    /// let pool = Pool::new();
+    /// let pool = bksim_expr::Pool::new();
     /// let e = pool.parse("a*cos(p)*cos(q) - a*sin(p)*sin(q)").expect("valid");
-    /// let done = pool.simplify_within(&[e], &Budget::default());
-    /// assert_eq!(pool.to_text(done.roots[0]), "a*cos(p + q)");
-    /// assert_eq!((done.report.before.total(), done.report.after.total()), (9, 3));
-    /// assert_eq!(done.report.ended_by, None);
-    ///
-    /// let none = pool.simplify_within(&[e], &Budget { nodes: 0, ..Budget::default() });
-    /// assert_eq!((none.roots[0], none.report.ended_by), (e, Some(Limit::Nodes)));
+    /// assert_eq!(pool.to_text(pool.simplify_within(&[e], 10_000)[0]), "a*cos(p + q)");
+    /// assert_eq!(pool.simplify_within(&[e], 0), [e]);
     /// ```
-    pub fn simplify_within(&self, roots: &[Expr], budget: &Budget) -> Simplified {
-        let sweep = self.sweep(roots);
-        let mut driver = Driver::new(self, budget, roots.len());
-        let simple = driver.run(&sweep);
-        let report = Report {
-            before: self.count_sweep(&sweep).operations(),
-            after: self.operation_count(&simple).operations(),
-            printed_before: self.printed_operations(roots),
-            printed_after: self.printed_operations(&simple),
-            work: driver.model.meter.spent(),
-            ended_by: driver.model.meter.ended_by(),
-            n_kept: driver.n_kept,
-        };
-        Simplified { roots: simple, report }
+    pub fn simplify_within(&self, roots: &[Expr], budget: u64) -> Vec<Expr> {
+        Driver::new(self, budget, roots.len()).run(&self.sweep(roots))
     }
 
     /// Multiplies out products and powers of sums; the expression itself if that is too much.

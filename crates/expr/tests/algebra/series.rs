@@ -41,18 +41,3 @@ fn a_kink_has_no_series_beyond_what_both_sides_share() {
         assert_eq!(series(text, order).as_deref(), expected, "{text} to order {order}");
     }
 }
-
-#[test]
-fn a_kink_has_no_slope_to_linearise_by() {
-    let pool = Pool::new();
-    let linear = |text: &str| {
-        let e = pool.parse(text).expect(text);
-        let point = ["x", "y"]
-            .map(|name| (pool.symbol_id(pool.symbol(name)).expect("a symbol"), pool.zero()));
-        pool.linearise(e, &point)
-    };
-    assert!(pool.is_singular(linear("abs(x + y)")));
-    assert!(pool.is_singular(linear("y + max(x, 0)")));
-    assert_eq!(pool.to_text(linear("3*y + x*abs(x) + abs(x*y)")), "3*y");
-    assert_eq!(pool.to_text(linear("abs(x - 1) + y")), "y - x + 1");
-}

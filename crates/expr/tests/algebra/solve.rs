@@ -22,15 +22,6 @@ fn series_match_the_textbook() {
     check("y", "3", 2, "y");
 }
 
-#[test]
-fn linearisation_takes_all_first_order_terms() {
-    let pool = Pool::new();
-    let e = pool.parse("m*sin(q)*v^2 + k*q - f").expect("valid");
-    let point = [(id(&pool, "q"), pool.symbol("q0")), (id(&pool, "v"), pool.zero())];
-    let expected = pool.parse("k*q0 - f + k*(q - q0)").expect("valid");
-    assert_eq!(pool.expand(pool.linearise(e, &point)), pool.expand(expected));
-}
-
 /// Solves, and puts the solution back into the equations.
 fn check_solves(texts: &[&str], unknowns: &[&str]) {
     let pool = Pool::new();
