@@ -166,11 +166,6 @@ impl<'a> Functions<'a> {
         out.copy_from_slice(self.constraints_at(t, q).value);
     }
 
-    /// Writes ∂g/∂t, nc.
-    pub fn constraint_rate_into(&mut self, t: f64, q: &[f64], out: &mut [f64]) {
-        out.copy_from_slice(self.constraints_at(t, q).rate);
-    }
-
     /// Writes M v̇ + Gᵀ λ − f, nq rows, and g, nc rows.
     pub fn residual_into(
         &mut self,

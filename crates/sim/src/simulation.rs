@@ -14,7 +14,7 @@ use bksim_model::{Compliance, Outputs, ParameterId, SolveOptions};
 use crate::compiled::CompiledSystem;
 use crate::fault::{diagnose_run, diagnose_slowness, diagnose_start, diagnose_worth};
 use crate::formulate::{LazyMotionEquations, MotionEquations};
-use crate::input::{InputError, InputValues, Law, UnknownInput, check_inputs};
+use crate::input::{InputError, InputValues, UnknownInput, check_inputs};
 use crate::mechanism::{Mechanism, uncompiled};
 use crate::modes::Modes;
 use crate::redundancy::SelfStress;
@@ -184,14 +184,6 @@ impl Simulation {
     /// that the motion is the same to the last bit.
     pub fn set_samples(&mut self, samples: Option<Outputs>) {
         self.samples = samples;
-    }
-
-    /// Gives the inputs of the model their values by `law`.
-    pub fn set_law(&mut self, law: Arc<Law>) {
-        let compiled = CompiledSystem::clone(&self.compiled).with_law(law);
-        self.compiled = Arc::new(compiled);
-        self.equations =
-            self.derivation.equations_on_demand(self.options.formulation, &self.compiled);
     }
 
     /// Lets other joints yield than those of the model; see
