@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex};
 use bksim::sim::compiled::CompiledSystem;
 use bksim::sim::functions::{Functions as Evaluated, IdleFunctions};
 use bksim::sim::state::{AccelerationRef, StateRef};
-use numpy::ndarray::{Array2, ArrayView1, ArrayView2};
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::ndarray::{Array2, ArrayView1, ArrayView2, IntoDimension, Ix1, Ix2};
+use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt};
 
@@ -146,13 +146,13 @@ pub(crate) fn check_sizes(
     }
 }
 
-/// A vector that is filled by `fill`, which tells whether it did.
-fn filled(
+/// An array that is filled by `fill`, which says whether it did.
+fn filled<S: IntoDimension>(
     py: Python<'_>,
-    n: usize,
+    size: S,
     fill: impl FnOnce(&mut [f64]) -> PyResult<bool>,
-) -> AtOne<'_, PyArray1<f64>> {
-    let out = PyArray1::zeros(py, n, false);
+) -> AtOne<'_, PyArray<f64, S::Dim>> {
+    let out = PyArray::zeros(py, size, false);
     let is_done = match out.readwrite().as_slice_mut() {
         Ok(values) => fill(values)?,
         Err(_) => false,
@@ -160,184 +160,62 @@ fn filled(
     Ok(is_done.then_some(out))
 }
 
-/// Matrix that is [`filled`].
-fn filled_matrix(
-    py: Python<'_>,
-    size: [usize; 2],
-    fill: impl FnOnce(&mut [f64]) -> PyResult<bool>,
-) -> AtOne<'_, PyArray2<f64>> {
-    let out = PyArray2::zeros(py, size, false);
-    let is_done = match out.readwrite().as_slice_mut() {
-        Ok(values) => fill(values)?,
-        Err(_) => false,
+/// The methods of [`Functions`], two for each row: over a batch of states, and at one. Behind each state is its size,
+/// behind the arrow the axes of the result, each as the sum of what stands in it.
+macro_rules! functions {
+    ($($name:ident $at:ident($($state:ident: $size:ident),*) -> $dimension:ident[$($($n:ident)+),*]
+        |$f:ident, $t:ident, $out:ident| $evaluate:expr;)*) => {
+        #[pymethods]
+        impl Functions {
+            #[getter]
+            fn engine(&self, py: Python<'_>) -> Py<Engine> {
+                self.engine.clone_ref(py)
+            }
+
+            /// Numbers of coordinates and of constraints.
+            #[getter]
+            fn sizes(&self) -> (usize, usize) {
+                (self.nq(), self.nc())
+            }
+
+            $(fn $name<'py>(
+                &self,
+                py: Python<'py>,
+                t: Vector<'py>,
+                $($state: Matrix<'py>),*
+            ) -> Answer<'py> {
+                let n = [$($(self.$n() +)+ 0),*].iter().product();
+                let states = [$(&$state.as_array()),*];
+                self.over(py, &t.as_array(), states, n, |$f, $t, [$($state),*], $out| $evaluate)
+            }
+
+            fn $at<'py>(
+                &self,
+                py: Python<'py>,
+                t: &Bound<'py, PyAny>,
+                $($state: &Bound<'py, PyAny>),*
+            ) -> AtOne<'py, PyArray<f64, $dimension>> {
+                let states = [$(($state, self.$size())),*];
+                filled(py, [$($(self.$n() +)+ 0),*], |$out| {
+                    self.at_one(py, t, states, |$f, $t, [$($state),*]| $evaluate)
+                })
+            })*
+        }
     };
-    Ok(is_done.then_some(out))
 }
 
-#[pymethods]
-impl Functions {
-    #[getter]
-    fn engine(&self, py: Python<'_>) -> Py<Engine> {
-        self.engine.clone_ref(py)
-    }
-
-    /// Numbers of coordinates and of constraints.
-    #[getter]
-    fn sizes(&self) -> (usize, usize) {
-        (self.nq(), self.nc())
-    }
-
-    fn mass_matrix<'py>(&self, py: Python<'py>, t: Vector<'py>, q: Matrix<'py>) -> Answer<'py> {
-        let nq = self.nq();
-        self.over(py, &t.as_array(), [&q.as_array()], nq * nq, |f, t, [q], out| {
-            f.mass_matrix_into(t, q, out);
-        })
-    }
-
-    fn mass_matrix_at<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        q: &Bound<'py, PyAny>,
-    ) -> AtOne<'py, PyArray2<f64>> {
-        let nq = self.nq();
-        filled_matrix(py, [nq, nq], |out| {
-            self.at_one(py, t, [(q, nq)], |f, t, [q]| f.mass_matrix_into(t, q, out))
-        })
-    }
-
-    fn constraint_jacobian<'py>(
-        &self,
-        py: Python<'py>,
-        t: Vector<'py>,
-        q: Matrix<'py>,
-    ) -> Answer<'py> {
-        let n = self.nc() * self.nq();
-        self.over(py, &t.as_array(), [&q.as_array()], n, |f, t, [q], out| {
-            f.constraint_jacobian_into(t, q, out);
-        })
-    }
-
-    fn constraint_jacobian_at<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        q: &Bound<'py, PyAny>,
-    ) -> AtOne<'py, PyArray2<f64>> {
-        let nq = self.nq();
-        filled_matrix(py, [self.nc(), nq], |out| {
-            self.at_one(py, t, [(q, nq)], |f, t, [q]| f.constraint_jacobian_into(t, q, out))
-        })
-    }
-
-    fn constraints<'py>(&self, py: Python<'py>, t: Vector<'py>, q: Matrix<'py>) -> Answer<'py> {
-        self.over(py, &t.as_array(), [&q.as_array()], self.nc(), |f, t, [q], out| {
-            f.constraints_into(t, q, out);
-        })
-    }
-
-    fn constraints_at<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        q: &Bound<'py, PyAny>,
-    ) -> AtOne<'py, PyArray1<f64>> {
-        filled(py, self.nc(), |out| {
-            self.at_one(py, t, [(q, self.nq())], |f, t, [q]| f.constraints_into(t, q, out))
-        })
-    }
-
-    fn forces<'py>(
-        &self,
-        py: Python<'py>,
-        t: Vector<'py>,
-        q: Matrix<'py>,
-        v: Matrix<'py>,
-    ) -> Answer<'py> {
-        let states = [&q.as_array(), &v.as_array()];
-        self.over(py, &t.as_array(), states, self.nq(), |f, t, [q, v], out| {
-            f.force_into(t, q, v, out);
-        })
-    }
-
-    fn forces_at<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-    ) -> AtOne<'py, PyArray1<f64>> {
-        let n = self.nq();
-        filled(py, n, |out| {
-            self.at_one(py, t, [(q, n), (v, n)], |f, t, [q, v]| f.force_into(t, q, v, out))
-        })
-    }
-
-    /// Accelerations, then multipliers.
-    fn accelerations<'py>(
-        &self,
-        py: Python<'py>,
-        t: Vector<'py>,
-        q: Matrix<'py>,
-        v: Matrix<'py>,
-    ) -> Answer<'py> {
-        let (nq, nc) = (self.nq(), self.nc());
-        let states = [&q.as_array(), &v.as_array()];
-        self.over(py, &t.as_array(), states, nq + nc, |f, t, [q, v], out| {
-            let (a, lambda) = out.split_at_mut(nq);
-            // Where there are none, they are NaN.
-            let _ = f.accelerations_into(StateRef { t, q, v }, a, lambda);
-        })
-    }
-
-    /// Accelerations, then multipliers.
-    fn accelerations_at<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-    ) -> AtOne<'py, PyArray1<f64>> {
-        let n = self.nq();
-        filled(py, n + self.nc(), |out| {
-            self.at_one(py, t, [(q, n), (v, n)], |f, t, [q, v]| {
-                let (a, lambda) = out.split_at_mut(n);
-                let _ = f.accelerations_into(StateRef { t, q, v }, a, lambda);
-            })
-        })
-    }
-
-    fn residual<'py>(
-        &self,
-        py: Python<'py>,
-        t: Vector<'py>,
-        q: Matrix<'py>,
-        v: Matrix<'py>,
-        a: Matrix<'py>,
-        lambda: Matrix<'py>,
-    ) -> Answer<'py> {
-        let states = [&q.as_array(), &v.as_array(), &a.as_array(), &lambda.as_array()];
-        let n = self.nq() + self.nc();
-        self.over(py, &t.as_array(), states, n, |f, t, [q, v, a, lambda], out| {
-            f.residual_into(StateRef { t, q, v }, AccelerationRef { a, lambda }, out);
-        })
-    }
-
-    fn residual_at<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        a: &Bound<'py, PyAny>,
-        lambda: &Bound<'py, PyAny>,
-    ) -> AtOne<'py, PyArray1<f64>> {
-        let (n, nc) = (self.nq(), self.nc());
-        let states = [(q, n), (v, n), (a, n), (lambda, nc)];
-        filled(py, n + nc, |out| {
-            self.at_one(py, t, states, |f, t, [q, v, a, lambda]| {
-                f.residual_into(StateRef { t, q, v }, AccelerationRef { a, lambda }, out);
-            })
-        })
-    }
+functions! {
+    mass_matrix mass_matrix_at(q: nq) -> Ix2[nq, nq] |f, t, out| f.mass_matrix_into(t, q, out);
+    constraint_jacobian constraint_jacobian_at(q: nq) -> Ix2[nc, nq]
+        |f, t, out| f.constraint_jacobian_into(t, q, out);
+    constraints constraints_at(q: nq) -> Ix1[nc] |f, t, out| f.constraints_into(t, q, out);
+    forces forces_at(q: nq, v: nq) -> Ix1[nq] |f, t, out| f.force_into(t, q, v, out);
+    accelerations accelerations_at(q: nq, v: nq) -> Ix1[nq nc] |f, t, out| {
+        // Accelerations, then multipliers; NaN where there are none.
+        let (a, lambda) = out.split_at_mut(q.len());
+        let _ = f.accelerations_into(StateRef { t, q, v }, a, lambda);
+    };
+    residual residual_at(q: nq, v: nq, a: nq, lambda: nc) -> Ix1[nq nc] |f, t, out| {
+        f.residual_into(StateRef { t, q, v }, AccelerationRef { a, lambda }, out);
+    };
 }
