@@ -61,7 +61,7 @@ pub struct Constraint {
     /// The joint, coupling, drive or contact it comes from.
     pub source: Source,
     /// `x`, `y`, `z`, `normal`, `angle`, `length`, `motion`, `norm`, `coupling`, `min`, `max`, `rope`, `forward`, `back` or `friction`;
-    /// `rate`, `along`, `across` or `rolling` of a row between rates.
+    /// `rate`, `along`, `across` or `roll` of a row between rates.
     pub direction: &'static str,
     /// Translation where λ is a force, rotation where it is a moment.
     pub effort: MotionKind,

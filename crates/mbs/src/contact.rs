@@ -323,7 +323,7 @@ fn row_of_contact(model: &Model, kinematics: &Kinematics, id: LoadId) -> Option<
         states: Some(states_of(pool, id)),
         expression: pool.zero(),
         source: Source::Friction(id),
-        direction: if opposed == Opposed::Slip { "along" } else { "rolling" },
+        direction: if opposed == Opposed::Slip { "along" } else { "roll" },
         effort: model.loads[id.0].effort(),
         rate: Some(speed_along(model, kinematics, &wrenches)),
         reach: None,

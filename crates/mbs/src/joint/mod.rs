@@ -47,7 +47,7 @@ use bksim_model::{Joint, JointKind, MotionKind, Vector};
 
 /// The directions of rows that hold between rates: of a stated condition, of the slip of a wheel, blade or contact along
 /// a plane, and of the rolling of a contact.
-pub(crate) const OF_RATES: [&str; 4] = ["rate", "along", "across", "rolling"];
+pub(crate) const OF_RATES: [&str; 4] = ["rate", "along", "across", "roll"];
 
 /// One elementary motion, with its axis in the frame it starts from.
 #[derive(Clone, Copy, Debug)]
