@@ -1,6 +1,6 @@
 //! Every kind of load against a motion known in closed form, in relative and absolute coordinates.
 
-use crate::support::{Probe, Within, close, derive, model, solve};
+use crate::support::{Probe, Within, close, derive, model, signal, solve};
 use bksim::model::CoordinatePolicy;
 
 /// A mechanism, a measure in relative and in absolute coordinates, and its value by hand.
@@ -120,5 +120,28 @@ fn every_load_moves_as_its_closed_form() {
             let error = balance.worst_error / balance.scale;
             assert!(error < 1e-9, "{}, {policy:?}: energy off by {error:.1e}", case.what);
         }
+    }
+}
+
+/// A spring with a damper and a force between two points, in the results of their own motion.
+#[test]
+fn springs_and_forces_between_points_are_results_by_name() {
+    let text = "[ground]\npoints = { O = [0, 0] }\n[bodies.bob]\nmass = 2\n\
+                [joints.S]\ntype = \"prismatic\"\nbetween = [\"ground.O\", \"bob\"]\naxis = [1, 0]\n\
+                [loads.strut]\ntype = \"spring\"\nbetween = [\"ground.O\", \"bob\"]\n\
+                stiffness = 50\nlength = \"0.4 m\"\ndamping = 3\n\
+                [loads.push]\ntype = \"force\"\nbetween = [\"ground.O\", \"bob\"]\nvalue = \"4*cos(t/(1 s))\"\n\
+                [initial]\nS = { position = 0.5, velocity = 0.2 }\n\
+                [outputs]\nforce = \"loads.strut.force\"\nlength = \"loads.strut.length\"\n\
+                rate = \"loads.strut.rate\"\npush = \"loads.push.force\"\n[solve]\nt_end = 0.5\nevery = 0.25\n";
+    let mechanism = derive(model(text));
+    let within = Within { relative: 1e-12, absolute: 1e-12 };
+    for sample in &solve(&mechanism).samples {
+        let [x, v] = [sample.q[0], sample.v[0]];
+        let value = |name| signal(&mechanism, sample, name);
+        close("force", value("force"), 50.0 * (x - 0.4) + 3.0 * v, within);
+        close("length", value("length"), x, within);
+        close("rate", value("rate"), v, within);
+        close("push", value("push"), -4.0 * sample.t.cos(), within);
     }
 }

@@ -94,6 +94,7 @@ impl Kinematics {
             | Measure::Effort(_)
             | Measure::Force(_)
             | Measure::Contact(..)
+            | Measure::Line(..)
             | Measure::Moment(_) => {
                 let own = model.signals.iter().find(|signal| signal.measure == measure);
                 own.map_or(pool.zero(), |signal| pool.symbol_expr(signal.symbol))

@@ -187,6 +187,11 @@ pub fn reported(
         Measure::Contact(contact, of) => {
             Some(touch::part(model, &system.kinematics, &system.constraints, contact, of))
         }
+        Measure::Line(idx, of) => {
+            let load = model.loads.iter().find(|load| load.name == model.line_names[idx])?;
+            let signals = signal_values(model, &system.kinematics);
+            force::part_of_line(model, &system.kinematics, &signals, &load.kind, of)
+        }
         _ => None,
     };
     let values = model.signals.iter().filter_map(|signal| Some((signal.symbol, value(signal)?)));

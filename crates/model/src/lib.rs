@@ -60,7 +60,9 @@ pub use io::Io;
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{FrictionLaw, Load, LoadKind, Opposed, Surface};
 pub use load_case::LoadCase;
-pub use measure::{Axis, ContactPart, Frame, Initial, Measure, Orientation, Resultant, Signal};
+pub use measure::{
+    Axis, ContactPart, Frame, Initial, LinePart, Measure, Orientation, Resultant, Signal,
+};
 pub use measure_names::{ENERGIES, free_motion_names, reaction_words};
 pub use mesh::{Mesh, MeshFault, MeshMoments};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};

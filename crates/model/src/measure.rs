@@ -104,6 +104,9 @@ pub enum Measure {
     Moment(usize),
     /// A quantity of a contact, in results.
     Contact(ContactId, ContactPart),
+    /// A quantity of a spring, damper or force between two points, in results: by its place among
+    /// [`Model::line_names`](crate::Model::line_names).
+    Line(usize, LinePart),
 }
 
 impl Measure {
@@ -116,6 +119,7 @@ impl Measure {
                 | Self::Force(_)
                 | Self::Moment(_)
                 | Self::Contact(..)
+                | Self::Line(..)
                 | Self::JointAcceleration(..)
                 | Self::AngularAcceleration(..)
                 | Self::PointAcceleration(..)
@@ -170,7 +174,8 @@ impl Measure {
             | Self::Effort(_)
             | Self::Force(_)
             | Self::Moment(_)
-            | Self::Contact(..) => true,
+            | Self::Contact(..)
+            | Self::Line(..) => true,
         }
     }
 }
@@ -188,6 +193,17 @@ pub enum ContactPart {
     Gap,
     /// Speed of the second body along the first where they touch, m/s, in the sense of the friction; zero while they do not.
     Slip,
+}
+
+/// A quantity of a load between two points.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum LinePart {
+    /// The force with which it pulls its points together, N.
+    Force,
+    /// Distance of its points, m.
+    Length,
+    /// Speed at which they part, m/s.
+    Rate,
 }
 
 /// A symbol that stands for a measure.

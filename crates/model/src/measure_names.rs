@@ -3,7 +3,7 @@
 use crate::body::Body;
 use crate::ids::{BodyId, DriveId, JointId, PointId, StateId};
 use crate::joint::{MotionKind, motion_words};
-use crate::measure::{Axis, ContactPart, Frame, Initial, Measure, Resultant};
+use crate::measure::{Axis, ContactPart, Frame, Initial, LinePart, Measure, Resultant};
 use crate::model::{Model, Space};
 use crate::state::NamedSignal;
 
@@ -118,6 +118,13 @@ pub(crate) const CONTACT_WORDS: [(&str, ContactPart); 5] = [
     ("gap", ContactPart::Gap),
     ("slip", ContactPart::Slip),
 ];
+
+/// The owner of the quantities of loads between two points, where no body or joint has this name: `loads.spring.force`.
+pub(crate) const LOADS: &str = "loads";
+
+/// The words of quantities of loads between two points.
+pub(crate) const LINE_WORDS: [(&str, LinePart); 3] =
+    [("force", LinePart::Force), ("length", LinePart::Length), ("rate", LinePart::Rate)];
 
 /// The owner of the efforts of drives, where no body or joint has this name: `drives.crank`.
 pub(crate) const DRIVES: &str = "drives";
@@ -289,10 +296,12 @@ impl Measure {
             Self::JointAcceleration(joint, idx) if turns(joint, idx) => "rad/s^2",
             Self::JointPosition(..)
             | Self::PointPosition(..)
-            | Self::Contact(_, ContactPart::Gap) => "m",
+            | Self::Contact(_, ContactPart::Gap)
+            | Self::Line(_, LinePart::Length) => "m",
             Self::JointVelocity(..)
             | Self::PointVelocity(..)
-            | Self::Contact(_, ContactPart::Slip) => "m/s",
+            | Self::Contact(_, ContactPart::Slip)
+            | Self::Line(_, LinePart::Rate) => "m/s",
             Self::BodyAngle(_)
             | Self::Turn(..)
             | Self::CardanAngle(..)
@@ -306,7 +315,8 @@ impl Measure {
             | Self::Resultant(_, Resultant::Force)
             | Self::Effort(_)
             | Self::Force(_)
-            | Self::Contact(_, ContactPart::Force | ContactPart::Friction) => "N",
+            | Self::Contact(_, ContactPart::Force | ContactPart::Friction)
+            | Self::Line(_, LinePart::Force) => "N",
             Self::Reaction(..)
             | Self::Resultant(..)
             | Self::Moment(_)

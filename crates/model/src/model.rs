@@ -84,6 +84,8 @@ pub struct Model<P = Pool> {
     /// Names of the forces that [`Measure::Force`](crate::Measure::Force) measures: of couplings, and of ropes that may
     /// become slack.
     pub force_names: Vec<String>,
+    /// The names of loads between two points that results may use.
+    pub line_names: Vec<String>,
     /// Stated and guessed values of the start.
     pub initial: Vec<Initial>,
     /// Orientations of bodies among them.
@@ -133,6 +135,7 @@ impl<P> Model<P> {
             table_calls: self.table_calls.clone(),
             signals: self.signals.clone(),
             force_names: self.force_names.clone(),
+            line_names: self.line_names.clone(),
             initial: self.initial.clone(),
             orientations: self.orientations.clone(),
             assembly: self.assembly.clone(),

@@ -151,6 +151,7 @@ impl<'m> Quantities<'m> {
                         | Measure::Force(_)
                         | Measure::Moment(_)
                         | Measure::Contact(..)
+                        | Measure::Line(..)
                 )
         };
         if !self.model.signals.iter().any(|signal| is_one(signal.measure)) {

@@ -22,7 +22,7 @@ use crate::joint::JointWrench;
 use crate::kinematics::Kinematics;
 use crate::kinematics::bending;
 use crate::spatial;
-use bksim_model::{BodyId, JointId, Load, LoadKind, Model, Vector};
+use bksim_model::{BodyId, JointId, LinePart, Load, LoadKind, Model, Vector};
 
 use context::Context;
 
@@ -151,6 +151,40 @@ impl Action {
             None => Self::of_applied([elastic, viscous].concat()),
         }
     }
+}
+
+/// A quantity of a spring, damper or force between two points; `None` of other loads. `signals` as in [`action`].
+pub(crate) fn part_of_line(
+    model: &Model,
+    kinematics: &Kinematics,
+    signals: &[(SymbolId, Expr)],
+    kind: &LoadKind,
+    part: LinePart,
+) -> Option<Expr> {
+    let pool = &model.pool;
+    let context = &Context { model, pool, kinematics, signals };
+    let (LoadKind::Spring { a, b, .. } | LoadKind::ForceBetween { a, b, .. }) = kind else {
+        return None;
+    };
+    let (distance, _) = context.line([*a, *b]);
+    let rate = || kinematics.rate(model, distance);
+    Some(match (part, kind) {
+        (LinePart::Length, _) => distance,
+        (LinePart::Rate, _) => rate(),
+        (LinePart::Force, LoadKind::Spring { stiffness, length, damping, .. }) => {
+            let [stiffness, length, damping] =
+                [stiffness, length, damping].map(|&e| context.resolved(e));
+            let elastic = pool.mul(stiffness, pool.sub(distance, length));
+            if pool.is_zero(damping) {
+                return Some(elastic);
+            }
+            pool.add(elastic, pool.mul(damping, rate()))
+        }
+        (LinePart::Force, LoadKind::ForceBetween { value, .. }) => {
+            pool.neg(context.resolved(*value))
+        }
+        _ => return None,
+    })
 }
 
 /// The effects of all loads of a model.

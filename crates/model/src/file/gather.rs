@@ -15,6 +15,9 @@ use crate::joint::{JOINT_TYPES, MotionKind, motion_words};
 use crate::measure::Measure;
 use crate::measure_names::BODY_WORDS;
 
+/// Loads that act between two points, by their types.
+const LINES: [&str; 3] = ["spring", "damper", "force"];
+
 impl Reader<'_> {
     /// Gathers the names of all bodies, points and joints.
     pub(super) fn gather_names(&mut self, root: &Table) {
@@ -63,6 +66,14 @@ impl Reader<'_> {
         }
         self.names.contacts =
             sub_tables(root, "contacts").into_iter().map(|(name, ..)| name.to_owned()).collect();
+        let is_line = |table: &Table| {
+            let kind = table.get("type").map(|entry| &entry.node.value);
+            let is_kind = matches!(kind, Some(Value::Text(word)) if LINES.contains(&word.as_str()));
+            is_kind && table.get("between").is_some()
+        };
+        let loads = sub_tables(root, "loads").into_iter();
+        let lines = loads.filter(|(_, _, table)| table.is_some_and(is_line));
+        self.names.lines = lines.map(|(name, ..)| name.to_owned()).collect();
     }
 
     /// Gathers the names of drives with the motions that they drive: their efforts are among the results.

@@ -16,8 +16,8 @@ use crate::ids::JointId;
 use crate::joint::motion_words;
 use crate::measure::{Frame, Measure, Resultant};
 use crate::measure_names::{
-    BODY_WORDS, CONTACT_WORDS, CONTACTS, COUPLINGS, DRIVES, N_POINT_WORDS, REACTIONS,
-    reaction_words,
+    BODY_WORDS, CONTACT_WORDS, CONTACTS, COUPLINGS, DRIVES, LINE_WORDS, LOADS, N_POINT_WORDS,
+    REACTIONS, reaction_words,
 };
 
 impl Reader<'_> {
@@ -183,6 +183,12 @@ impl Reader<'_> {
                 (2, CONTACT_WORDS.map(|(word, _)| word.to_owned()).to_vec())
             } else {
                 (1, self.names.contacts.clone())
+            }
+        } else if let (None, LOADS, [_, load, ..], true) = (body, owner, parts, is_result) {
+            if self.names.lines.iter().any(|known| known == load) {
+                (2, LINE_WORDS.map(|(word, _)| word.to_owned()).to_vec())
+            } else {
+                (1, self.names.lines.clone())
             }
         } else if let Some(body) = body {
             let points = self.names.bodies[body.0].points.clone();

@@ -9,9 +9,9 @@ use super::value::Lowered;
 use crate::diagnostic::Span;
 use crate::ids::{BodyId, ClockId, ContactId, DriveId, JointId, PointId};
 use crate::joint::{MotionKind, motion_words};
-use crate::measure::{ContactPart, Measure, Resultant, Signal};
+use crate::measure::{ContactPart, LinePart, Measure, Resultant, Signal};
 use crate::measure_names::{
-    ACCELERATION_WORDS, BODY_WORDS, CONTACT_WORDS, CONTACTS, COUPLINGS, DRIVES,
+    ACCELERATION_WORDS, BODY_WORDS, CONTACT_WORDS, CONTACTS, COUPLINGS, DRIVES, LINE_WORDS, LOADS,
     N_POINT_ACCELERATIONS, N_POINT_WORDS, REACTIONS,
 };
 
@@ -58,7 +58,8 @@ pub(super) fn quantity_of(measure: Measure) -> Quantity {
         | Measure::Resultant(_, Resultant::Force)
         | Measure::Effort(_)
         | Measure::Force(_)
-        | Measure::Contact(_, ContactPart::Force | ContactPart::Friction) => Quantity::FORCE,
+        | Measure::Contact(_, ContactPart::Force | ContactPart::Friction)
+        | Measure::Line(_, LinePart::Force) => Quantity::FORCE,
         Measure::Reaction(..)
         | Measure::Resultant(..)
         | Measure::Moment(_)
@@ -67,10 +68,12 @@ pub(super) fn quantity_of(measure: Measure) -> Quantity {
         Measure::AngularMomentum(..) => Quantity::ANGULAR_MOMENTUM,
         Measure::JointPosition(..)
         | Measure::PointPosition(..)
-        | Measure::Contact(_, ContactPart::Gap) => Quantity::LENGTH,
+        | Measure::Contact(_, ContactPart::Gap)
+        | Measure::Line(_, LinePart::Length) => Quantity::LENGTH,
         Measure::JointVelocity(..)
         | Measure::PointVelocity(..)
-        | Measure::Contact(_, ContactPart::Slip) => Quantity::VELOCITY,
+        | Measure::Contact(_, ContactPart::Slip)
+        | Measure::Line(_, LinePart::Rate) => Quantity::VELOCITY,
     }
 }
 
@@ -128,6 +131,8 @@ pub(super) struct Names {
     pub(super) forces: Vec<(String, MotionKind)>,
     /// The names of contacts.
     pub(super) contacts: Vec<String>,
+    /// The names of springs, dampers and forces between two points.
+    pub(super) lines: Vec<String>,
     /// Parameters, coordinates and the time.
     pub(super) plain: BTreeMap<String, (Meaning, Option<Span>)>,
     /// Quantities of the named coordinates.
@@ -252,6 +257,12 @@ impl Names {
                 let idx = self.contacts.iter().position(|known| known == name)?;
                 let (_, part) = CONTACT_WORDS.iter().find(|(known, _)| known == word)?;
                 let measure = Measure::Contact(ContactId(idx), *part);
+                return Some((measure, quantity_of(measure)));
+            }
+            if let (LOADS, [name, word]) = (owner, parts) {
+                let idx = self.lines.iter().position(|known| known == name)?;
+                let (_, part) = LINE_WORDS.iter().find(|(known, _)| known == word)?;
+                let measure = Measure::Line(idx, *part);
                 return Some((measure, quantity_of(measure)));
             }
             let (DRIVES, [name]) = (owner, parts) else { return None };

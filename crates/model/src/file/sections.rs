@@ -152,6 +152,7 @@ impl Reader<'_> {
             measured: std::mem::take(&mut self.measured),
             table_calls: std::mem::take(&mut self.table_calls),
             signals: std::mem::take(&mut self.names.signals),
+            line_names: std::mem::take(&mut self.names.lines),
             force_names: std::mem::take(&mut self.names.forces).into_iter().map(|f| f.0).collect(),
             initial,
             orientations,
