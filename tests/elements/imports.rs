@@ -71,6 +71,18 @@ fn a_loop_of_sdf_closes_and_accelerates_with_its_springs() {
     );
 }
 
+/// Two axes of a universal joint at 45°. By hand: about the joint the body has (1, 2 + 2·0.09, 3 + 2·0.09) kg m², so that
+/// M = [1, 1/√2; 1/√2, 1.59], and its weight turns it by 0.3·2·9.81/√2 about the second axis.
+#[test]
+fn axes_of_a_universal_joint_need_not_be_square() {
+    let sdf = r#"<sdf version="1.9"><model name="skew"><link name="bob"><inertial><pose>0.3 0 0 0 0 0</pose><mass>2</mass>
+      <inertia><ixx>1</ixx><iyy>2</iyy><izz>3</izz></inertia></inertial></link>
+      <joint name="U" type="universal"><parent>world</parent><child>bob</child>
+      <axis><xyz>1 0 0</xyz></axis><axis2><xyz>1 1 0</xyz></axis2></joint></model></sdf>"#;
+    let expected = [("U_angle", 0.0, -2.7), ("U_2_angle", 0.0, 5.4 / 2.0_f64.sqrt())];
+    check(&text_of("skew.sdf", sdf), "U = { angle = 0 }", &expected);
+}
+
 #[test]
 fn a_loop_closed_by_connect_accelerates_as_with_hard_constraints() {
     let file = include_str!("../fixtures/import/four_bar_connect.xml");

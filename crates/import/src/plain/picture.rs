@@ -89,6 +89,13 @@ fn bodies(out: &mut String, found: &Found, view: &View) {
             view.path(&base.ends)
         );
     }
+    for (centre, radius, _) in &found.bodies.rings {
+        let ([x, y], r) = (view.at(*centre), radius * view.scale);
+        let _ = writeln!(
+            out,
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{r:.1}\" fill=\"none\" stroke=\"#222\" stroke-width=\"4\"/>"
+        );
+    }
     for (idx, body) in found.bodies.all.iter().enumerate() {
         let colour = COLOURS[idx % COLOURS.len()];
         let _ = writeln!(
