@@ -2,5 +2,6 @@
 
 mod book;
 mod built_once;
+mod manifests;
 mod rooms;
 mod words;

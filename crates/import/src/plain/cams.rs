@@ -7,7 +7,9 @@ use bksim_cad::read::Dash;
 
 use super::bodies::{Body, Look};
 use super::joints::{Joint, Kind, On, Scene};
-use super::pieces::{to_border, to_segment, turned, unit};
+use super::model::Writing;
+use super::pieces::{area, to_border, to_segment, turned, unit};
+use crate::draft::{self, Draft, Table, list, number};
 
 /// Fewest points of an outline that is curved.
 const FEWEST_POINTS: usize = 24;
@@ -129,4 +131,61 @@ fn contact(scene: &Scene<'_>, (cam, points): (usize, &[Point]), follower: usize)
         }
     }
     None
+}
+
+impl Writing<'_> {
+    /// The outline as a curve, and what touches it.
+    pub(super) fn cam(
+        &self,
+        draft: &mut Draft,
+        joint: &Joint,
+        (normal, roller): (Point, Option<f64>),
+        origins: &[Point],
+    ) {
+        let On::Body(idx) = joint.on[0] else { return };
+        let (body, origin) = (&self.found.bodies.all[idx], origins[idx]);
+        let curve = format!("{}_outline", body.name);
+        draft.curves.push(match &body.wheel {
+            Some((centre, radii)) => {
+                let [x, y, _] = self.point(origin, *centre);
+                let radius = number(self.metres(radii[0]));
+                let formula = |at: f64, name: &str| {
+                    draft::quoted(&format!("{} m + {radius} m*{name}(p)", number(at)))
+                };
+                let formula = format!("[{}, {}]", formula(x, "cos"), formula(y, "sin"));
+                Table::plain(curve.clone()).text("type", "formula").key("formula", formula)
+            }
+            None => {
+                // Begins and ends where the follower is not.
+                let mut points = outline(body);
+                if area(&points) < 0.0 {
+                    points.reverse();
+                }
+                let far = (0..points.len())
+                    .max_by(|&a, &b| {
+                        let away = |k: usize| distance(points[k], joint.at);
+                        away(a).total_cmp(&away(b))
+                    })
+                    .unwrap_or_default();
+                points.rotate_left(far);
+                points.extend(points.first().copied());
+                let corners: Vec<String> =
+                    points.iter().map(|p| list(&self.point(origin, *p)[..2])).collect();
+                let points = format!("[{}]", corners.join(", "));
+                Table::plain(curve.clone()).text("type", "points").key("points", points)
+            }
+        });
+        let cam = body.name.clone();
+        let place = self.place(draft, joint.on[1], &joint.name, joint.centre(), origins);
+        let kind = if roller.is_some() { "point-on-curve" } else { "line-on-curve" };
+        let mut table =
+            Table::new(joint.name.clone(), kind).between(&cam, &place).text("curve", &curve);
+        match roller {
+            Some(radius) => {
+                table = table.number("radius", self.metres(radius)).text("side", "right");
+            }
+            None => table = table.key("axis", list(&[-normal[1], normal[0]])),
+        }
+        draft.joints.push(table);
+    }
 }

@@ -87,7 +87,7 @@ impl Writing<'_> {
         format!("{value:.9}").parse().unwrap_or(value)
     }
 
-    fn point(&self, origin: Point, p: Point) -> [f64; 3] {
+    pub(super) fn point(&self, origin: Point, p: Point) -> [f64; 3] {
         let [x, y] = sub(p, origin);
         [self.metres(x), self.metres(y), 0.0]
     }
@@ -281,7 +281,14 @@ impl Writing<'_> {
         Some(format!("[{}]", corners.join(", ")))
     }
 
-    fn place(&self, draft: &mut Draft, on: On, name: &str, at: Point, origins: &[Point]) -> String {
+    pub(super) fn place(
+        &self,
+        draft: &mut Draft,
+        on: On,
+        name: &str,
+        at: Point,
+        origins: &[Point],
+    ) -> String {
         let (body, origin) = match on {
             On::Ground => (None, [0.0; 2]),
             On::Body(idx) => (Some(idx), origins[idx]),
@@ -359,61 +366,6 @@ impl Writing<'_> {
             }
             Kind::Cam { normal, roller } => self.cam(draft, joint, (*normal, *roller), origins),
         }
-    }
-
-    /// The outline as a curve, and what touches it.
-    fn cam(
-        &self,
-        draft: &mut Draft,
-        joint: &Joint,
-        (normal, roller): (Point, Option<f64>),
-        origins: &[Point],
-    ) {
-        let On::Body(idx) = joint.on[0] else { return };
-        let (body, origin) = (&self.found.bodies.all[idx], origins[idx]);
-        let curve = format!("{}_outline", body.name);
-        draft.curves.push(match &body.wheel {
-            Some((centre, radii)) => {
-                let [x, y, _] = self.point(origin, *centre);
-                let radius = number(self.metres(radii[0]));
-                let formula = |at: f64, name: &str| {
-                    draft::quoted(&format!("{} m + {radius} m*{name}(p)", number(at)))
-                };
-                let formula = format!("[{}, {}]", formula(x, "cos"), formula(y, "sin"));
-                Table::plain(curve.clone()).text("type", "formula").key("formula", formula)
-            }
-            None => {
-                // Begins and ends where the follower is not.
-                let mut points = super::cams::outline(body);
-                if area(&points) < 0.0 {
-                    points.reverse();
-                }
-                let far = (0..points.len())
-                    .max_by(|&a, &b| {
-                        let away = |k: usize| distance(points[k], joint.at);
-                        away(a).total_cmp(&away(b))
-                    })
-                    .unwrap_or_default();
-                points.rotate_left(far);
-                points.extend(points.first().copied());
-                let corners: Vec<String> =
-                    points.iter().map(|p| list(&self.point(origin, *p)[..2])).collect();
-                let points = format!("[{}]", corners.join(", "));
-                Table::plain(curve.clone()).text("type", "points").key("points", points)
-            }
-        });
-        let cam = body.name.clone();
-        let place = self.place(draft, joint.on[1], &joint.name, joint.centre(), origins);
-        let kind = if roller.is_some() { "point-on-curve" } else { "line-on-curve" };
-        let mut table =
-            Table::new(joint.name.clone(), kind).between(&cam, &place).text("curve", &curve);
-        match roller {
-            Some(radius) => {
-                table = table.number("radius", self.metres(radius)).text("side", "right");
-            }
-            None => table = table.key("axis", list(&[-normal[1], normal[0]])),
-        }
-        draft.joints.push(table);
     }
 
     fn wheel_centre(&self, gear: &Joint, which: usize) -> Point {
