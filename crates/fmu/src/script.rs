@@ -51,6 +51,9 @@ const TIGHT: f64 = 1e-12;
 /// # Errors
 /// [`AnalysisError`] is the fault of a mechanism without a start, of an unknown input, or of equations that are more than
 /// functions of the state.
+///
+/// # Panics
+/// Where the function has other names than its tape, which is a bug.
 pub fn script(
     mechanism: &Mechanism,
     inputs: &[String],
@@ -151,7 +154,7 @@ impl Parts<'_> {
             format!("({}, {}, {})", python_number(*t), python_list(q), python_list(v))
         });
         table(&mut tables, "MOTION", motion);
-        let notes: String = self.notes().iter().map(|line| format!("\n{line}\n")).collect();
+        let notes = joined(self.notes().iter(), "\n", "\n");
         let filled = template
             .replace("@NAME@", &comment(self.name).replace('"', "'"))
             .replace("@FILE@", &file)
@@ -198,8 +201,8 @@ impl Parts<'_> {
         let signature = &equations.function.signature;
         let mut statements = body.arguments.clone();
         statements.extend(body.operations.iter().map(|(_, statement)| statement.clone()));
-        let statements: String = statements.iter().map(|s| format!("    {s}\n")).collect();
-        let notes: String = self.notes().iter().map(|line| format!("%\n% {line}\n")).collect();
+        let statements = joined(statements.iter(), "    ", "\n");
+        let notes = joined(self.notes().iter(), "%\n% ", "\n");
         let inputs = || equations.inputs.iter().map(|(q, _)| q);
         include_str!("../scripts/model.m")
             .replace("@ID@", id)
@@ -227,9 +230,18 @@ impl Parts<'_> {
     }
 }
 
+/// Texts one after the other, each between two others.
+fn joined<T: AsRef<str>>(texts: impl Iterator<Item = T>, before: &str, after: &str) -> String {
+    let mut out = String::new();
+    for text in texts {
+        out.extend([before, text.as_ref(), after]);
+    }
+    out
+}
+
 /// A list of Python, an element a line.
 fn table(out: &mut String, title: &str, rows: impl Iterator<Item = String>) {
-    let rows: String = rows.map(|row| format!("    {row},\n")).collect();
+    let rows = joined(rows, "    ", ",\n");
     let rows = if rows.is_empty() { rows } else { format!("\n{rows}") };
     let _ = writeln!(out, "{title} = [{rows}]");
 }
@@ -238,7 +250,7 @@ fn table(out: &mut String, title: &str, rows: impl Iterator<Item = String>) {
 fn python_body(body: &ScriptBody) -> String {
     let operations = body.operations.iter().map(|(_, statement)| statement);
     let statements = body.arguments.iter().chain(operations);
-    let statements: String = statements.map(|statement| format!("    {statement}\n")).collect();
+    let statements = joined(statements, "    ", "\n");
     format!("{statements}    return [{}]", body.results.join(", "))
 }
 

@@ -212,12 +212,11 @@ fn of_equations(
     Ok(exported(&mechanism, part, &inputs))
 }
 
+/// Files with their names and texts, and the functions in them.
+type WithFiles = (Vec<(String, String)>, Vec<ExportedFunction>);
+
 /// The functions of the linear equations, and their files.
-fn of_linear(
-    model: Model,
-    args: &Code,
-    source: &Text,
-) -> Result<(Vec<(String, String)>, Vec<ExportedFunction>), AnalysisError> {
+fn of_linear(model: Model, args: &Code, source: &Text) -> Result<WithFiles, AnalysisError> {
     let name = model.name.clone();
     let channels =
         Channels { inputs: args.input.clone(), outputs: args.of.clone(), states: Vec::new() };

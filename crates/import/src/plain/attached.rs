@@ -90,18 +90,14 @@ impl Records<'_> {
             let weighs = (body.border.len() > 2 || body.wheel.is_some())
                 .then_some(self.writing.options.material)
                 .flatten();
-            match weighs {
-                Some(material) => {
-                    entries.push(key("density", format!("{} kg/m^3", number(material.density))));
-                    entries.push(key("thickness", format!("{} m", number(material.thickness))));
-                }
-                None => {
-                    let (centre, inertia) =
-                        self.writing.rod(idx, body, mass.parse().unwrap_or(1.0));
-                    entries.push(key("mass", format!("{mass} kg")));
-                    entries.push(key("inertia", format!("{} kg*m^2", number(inertia))));
-                    self.put(entity, "com", vec![key("body", &body.name), at("at", centre)]);
-                }
+            if let Some(material) = weighs {
+                entries.push(key("density", format!("{} kg/m^3", number(material.density))));
+                entries.push(key("thickness", format!("{} m", number(material.thickness))));
+            } else {
+                let (centre, inertia) = self.writing.rod(idx, body, mass.parse().unwrap_or(1.0));
+                entries.push(key("mass", format!("{mass} kg")));
+                entries.push(key("inertia", format!("{} kg*m^2", number(inertia))));
+                self.put(entity, "com", vec![key("body", &body.name), at("at", centre)]);
             }
             self.put(entity, "body", entries);
             let others = handles(found, &body.from).into_iter().filter(|other| *other != entity);

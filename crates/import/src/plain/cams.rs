@@ -145,36 +145,30 @@ impl Writing<'_> {
         let On::Body(idx) = joint.on[0] else { return };
         let (body, origin) = (&self.found.bodies.all[idx], origins[idx]);
         let curve = format!("{}_outline", body.name);
-        draft.curves.push(match &body.wheel {
-            Some((centre, radii)) => {
-                let [x, y, _] = self.point(origin, *centre);
-                let radius = number(self.metres(radii[0]));
-                let formula = |at: f64, name: &str| {
-                    draft::quoted(&format!("{} m + {radius} m*{name}(p)", number(at)))
-                };
-                let formula = format!("[{}, {}]", formula(x, "cos"), formula(y, "sin"));
-                Table::plain(curve.clone()).text("type", "formula").key("formula", formula)
+        let table = if let Some((centre, radii)) = &body.wheel {
+            let [x, y, _] = self.point(origin, *centre);
+            let radius = number(self.metres(radii[0]));
+            let formula = |at: f64, name: &str| {
+                draft::quoted(&format!("{} m + {radius} m*{name}(p)", number(at)))
+            };
+            let formula = format!("[{}, {}]", formula(x, "cos"), formula(y, "sin"));
+            Table::plain(curve.clone()).text("type", "formula").key("formula", formula)
+        } else {
+            // Begins and ends where the follower is not.
+            let mut points = outline(body);
+            if area(&points) < 0.0 {
+                points.reverse();
             }
-            None => {
-                // Begins and ends where the follower is not.
-                let mut points = outline(body);
-                if area(&points) < 0.0 {
-                    points.reverse();
-                }
-                let far = (0..points.len())
-                    .max_by(|&a, &b| {
-                        let away = |k: usize| distance(points[k], joint.at);
-                        away(a).total_cmp(&away(b))
-                    })
-                    .unwrap_or_default();
-                points.rotate_left(far);
-                points.extend(points.first().copied());
-                let corners: Vec<String> =
-                    points.iter().map(|p| list(&self.point(origin, *p)[..2])).collect();
-                let points = format!("[{}]", corners.join(", "));
-                Table::plain(curve.clone()).text("type", "points").key("points", points)
-            }
-        });
+            let away = |k: &usize| distance(points[*k], joint.at);
+            let far = (0..points.len()).max_by(|a, b| away(a).total_cmp(&away(b)));
+            points.rotate_left(far.unwrap_or_default());
+            points.extend(points.first().copied());
+            let corners: Vec<String> =
+                points.iter().map(|p| list(&self.point(origin, *p)[..2])).collect();
+            let points = format!("[{}]", corners.join(", "));
+            Table::plain(curve.clone()).text("type", "points").key("points", points)
+        };
+        draft.curves.push(table);
         let cam = body.name.clone();
         let place = self.place(draft, joint.on[1], &joint.name, joint.centre(), origins);
         let kind = if roller.is_some() { "point-on-curve" } else { "line-on-curve" };

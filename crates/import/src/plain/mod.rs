@@ -182,7 +182,7 @@ pub fn understand(
         }
     }
     let (mut found, mut first) = with_wheels(&sheet, options);
-    first.extend(grounded(&mut found, options)?);
+    first.extend(grounded(&mut found, options));
     let n_bodies = found.bodies.all.len();
     if n_bodies > MAX_BODIES {
         return Err(vec![questions::too_many(n_bodies, MAX_BODIES, "bodies")]);
@@ -248,10 +248,10 @@ fn with_wheels(sheet: &Sheet, options: &Options) -> (Found, Vec<Question>) {
 }
 
 /// Makes a body the ground where the drawing shows none, and asks which.
-fn grounded(found: &mut Found, options: &Options) -> Result<Option<Question>, Vec<Diagnostic>> {
+fn grounded(found: &mut Found, options: &Options) -> Option<Question> {
     let is_shown = found.joints.iter().any(|joint| joint.on.contains(&On::Ground));
     if is_shown || found.joints.is_empty() {
-        return Ok(None);
+        return None;
     }
     let question = questions::about_ground(found);
     let answer = options.answers.iter().find(|(key, _)| *key == question.key);
@@ -260,7 +260,7 @@ fn grounded(found: &mut Found, options: &Options) -> Result<Option<Question>, Ve
     // What is no answer is refused with the other answers.
     let body = questions::by_joints(found)[body.unwrap_or_default()];
     found.fix(body);
-    Ok(Some(question))
+    Some(question)
 }
 
 /// Everything that can be read without asking; wheels at the pins `held` turn with a link.

@@ -219,6 +219,10 @@ impl Writing<'_> {
         let (centre, reach) = self.middle(idx);
         out.keys.push(("mass", draft::quoted("body_mass")));
         if let Some((_, radii)) = &body.wheel {
+            let disc = self.point(origin, self.rod(idx, body, 1.0).0);
+            if disc != [0.0; 3] {
+                out.keys.push(("com", list(&disc[..2])));
+            }
             let radius = self.metres(radii[0]);
             out.keys
                 .push(("inertia", draft::quoted(&format!("body_mass*({} m)^2/2", number(radius)))));
@@ -248,13 +252,17 @@ impl Writing<'_> {
     /// Centre of mass of a rod or a disc of `mass` kilograms, and its moment of inertia about it, kg m².
     pub(super) fn rod(&self, idx: usize, body: &Body, mass: f64) -> (Point, f64) {
         let (centre, reach) = self.middle(idx);
-        match &body.wheel {
-            Some((_, radii)) => (self.origin(idx), mass * self.metres(radii[0]).powi(2) / 2.0),
-            None => {
-                let length = self.metres(reach.max(2.0 * self.found.pieces.pin));
-                (centre, mass * length * length / 12.0)
-            }
+        if let Some((wheel, radii)) = &body.wheel {
+            // A wheel is about its pin, but for what the drawing misses; an eccentric disc is not.
+            let origin = self.origin(idx);
+            let is_about = distance(*wheel, origin) < 3.0 * self.found.pieces.tolerance;
+            return (
+                if is_about { origin } else { *wheel },
+                mass * self.metres(radii[0]).powi(2) / 2.0,
+            );
         }
+        let length = self.metres(reach.max(2.0 * self.found.pieces.pin));
+        (centre, mass * length * length / 12.0)
     }
 
     /// The border of a body in its frame, thinned where it is round.
