@@ -85,13 +85,10 @@ fn body(runs: &Runs, args: &Sheet) -> Result<usize, Failure> {
     let bodies = &runs.cases[0].show.playback().mechanism().model.bodies;
     let names: Vec<&str> = bodies.iter().skip(1).map(|body| body.name.as_str()).collect();
     match &args.body {
-        Some(name) => match bodies.iter().position(|body| body.name == *name) {
-            Some(body) => Ok(body),
-            None => {
-                let help = bksim::model::file::suggest(name, &names);
-                Err(Failure::usage(format!("the model has no body `{name}`"), &help))
-            }
-        },
+        Some(name) => bodies.iter().position(|body| body.name == *name).ok_or_else(|| {
+            let help = bksim::model::file::suggest(name, &names);
+            Failure::usage(format!("the model has no body `{name}`"), &help)
+        }),
         None if names.len() == 1 => Ok(1),
         None => {
             let help = format!("choose one with --body: {}", names.join(", "));

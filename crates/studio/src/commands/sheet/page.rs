@@ -57,9 +57,12 @@ pub(super) fn of(runs: &mut Runs) -> Result<Document, Unreplayed> {
     Ok(Document { title: format!("Pin forces of {}", runs.model), foot, blocks })
 }
 
+/// A joint with its largest force, N.
+type Named = (String, f64);
+
 /// The mechanism where the largest forces act, those of one instant together.
 fn poses(runs: &mut Runs) -> Result<Vec<Block>, Unreplayed> {
-    let mut instants: Vec<(usize, f64, Vec<(String, f64)>)> = Vec::new();
+    let mut instants: Vec<(usize, f64, Vec<Named>)> = Vec::new();
     for (joint, case) in runs.worst().into_iter().enumerate() {
         let one = &runs.cases[case].report.reactions[joint];
         let (t, size) = (one.force.t, one.force.value);
@@ -71,7 +74,7 @@ fn poses(runs: &mut Runs) -> Result<Vec<Block>, Unreplayed> {
             None => instants.push((case, t, vec![own])),
         }
     }
-    let largest = |joints: &[(String, f64)]| joints.iter().map(|it| it.1).fold(0.0, f64::max);
+    let largest = |joints: &[Named]| joints.iter().map(|it| it.1).fold(0.0, f64::max);
     let most = instants.iter().map(|(.., joints)| largest(joints)).fold(0.0, f64::max);
     instants.retain(|(.., joints)| largest(joints) > 1e-9 * most);
     instants.sort_by(|a, b| largest(&b.2).total_cmp(&largest(&a.2)));
