@@ -36,7 +36,7 @@ impl Sketch<'_> {
             .contacts
             .iter()
             .flat_map(|pair| &pair.shapes)
-            .any(|shape| shape.anchors()[0].body.0 == body && self.is_filled(shape));
+            .any(|shape| shape.anchors()[0].body.0 == body && self.is_whole(shape));
         let mut shapes = if has_outline { Vec::new() } else { self.link(body) };
         shapes.extend(self.sliders(body));
         shapes

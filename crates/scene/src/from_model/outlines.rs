@@ -4,7 +4,7 @@ use bksim_model::{EdgesForm, Shape as Outline};
 
 use super::Sketch;
 use super::wheels::fine_circle;
-use crate::geometry::Plane;
+use crate::geometry::{Plane, distance3};
 use crate::{Form, Role, Shape};
 
 impl Sketch<'_> {
@@ -19,12 +19,21 @@ impl Sketch<'_> {
     }
 
     /// True of a disc or a closed outline.
-    pub(super) fn is_filled(&self, outline: &Outline) -> bool {
+    fn is_filled(&self, outline: &Outline) -> bool {
         match outline {
             Outline::Round(round) => self.numbers.value(round.radius) > 0.0,
             Outline::Ring(_) => false,
             Outline::Edges { form, .. } => *form == EdgesForm::Outline,
         }
+    }
+
+    /// True of a closed outline, and of a disc in which all joints of its body are.
+    pub(super) fn is_whole(&self, outline: &Outline) -> bool {
+        let Outline::Round(round) = outline else { return self.is_filled(outline) };
+        let radius = self.numbers.value(round.radius);
+        let center = self.numbers.attached(round.center).position;
+        let is_inside = |&point: &[f64; 3]| distance3(point, center) <= radius;
+        self.is_filled(outline) && self.attached[round.center.body.0].iter().all(is_inside)
     }
 
     fn outline_of_contact(&self, outline: &Outline) -> Option<Shape> {
