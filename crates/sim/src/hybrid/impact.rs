@@ -171,7 +171,7 @@ impl ImpactEquations<'_> {
             Ok(()) => Some(Factored::Sparse(elimination)),
             Err(Singular::Multiplier) => None,
             Err(Singular::Coordinate) => {
-                let mut augmented = Augmented::new(&shape, &all);
+                let mut augmented = Box::new(Augmented::new(&shape, &all));
                 augmented.factor(&mass, &jacobian).ok()?;
                 Some(Factored::Augmented(augmented, jacobian))
             }
@@ -185,7 +185,7 @@ pub(super) enum Factored {
     Dense(LU<f64, Dyn, Dyn>, Vec<f64>),
     Sparse(Elimination),
     /// With the entries of the rows.
-    Augmented(Augmented, Vec<f64>),
+    Augmented(Box<Augmented>, Vec<f64>),
 }
 
 impl Factored {

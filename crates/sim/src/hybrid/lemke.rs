@@ -103,8 +103,7 @@ fn complementary_basis(m: &DMatrix<f64>, q: &DVector<f64>) -> Option<Vec<usize>>
     let cover = 2 * n;
     let mut table = Table::new(m, q);
     let mut basis: Vec<usize> = (0..n).collect();
-    let right = |table: &Table, i: usize| table.right(i);
-    let mut leaving = (0..n).min_by(|&a, &b| right(&table, a).total_cmp(&right(&table, b)))?;
+    let mut leaving = (0..n).min_by(|&a, &b| table.right(a).total_cmp(&table.right(b)))?;
     if table.right(leaving) >= 0.0 {
         return Some(basis);
     }
