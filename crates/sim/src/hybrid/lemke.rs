@@ -86,7 +86,9 @@ impl Table {
     fn pivot(&mut self, at: usize, column: usize) {
         let mut row = std::mem::take(&mut self.rows[at]);
         let pivot = row[column];
-        row.iter_mut().for_each(|value| *value /= pivot);
+        for value in &mut row {
+            *value /= pivot;
+        }
         for other in self.rows.iter_mut().filter(|other| !other.is_empty()) {
             let factor = other[column];
             if factor != 0.0 {

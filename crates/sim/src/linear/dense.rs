@@ -84,7 +84,9 @@ fn rows_in_dependencies(scaled: &DMatrix<f64>, dependent: &[usize]) -> Vec<usize
     let nc = scaled.nrows();
     let mut involved = vec![false; nc];
     let mut is_dependent = vec![false; nc];
-    dependent.iter().for_each(|&row| is_dependent[row] = true);
+    for &row in dependent {
+        is_dependent[row] = true;
+    }
     let others: Vec<usize> = (0..nc).filter(|&row| !is_dependent[row]).collect();
     let independent = scaled.select_rows(&others).transpose();
     for &row_idx in dependent {
