@@ -1,7 +1,7 @@
 //! Edits of texts: what they change, what they leave, and that every one is undone byte for byte.
 
 use bksim_edit::{Document, Edit, EditError, End, edited};
-use bksim_model::file::{Limits, Source, read};
+use bksim_model::file::{Source, read};
 
 const FOUR_BAR: &str = include_str!("../../../examples/four-bar/model.toml");
 

@@ -266,7 +266,7 @@ mod tests {
 
     #[test]
     fn a_held_body_follows_the_pointer_and_the_run_comes_back() {
-        let show = pendulum();
+        let show = pendulum("30 deg", "1 s");
         let playback = show.playback();
         let mut hand = Hand::of(playback).expect("a mechanism");
         assert!(hand.poses().is_none());

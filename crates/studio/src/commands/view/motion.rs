@@ -97,7 +97,7 @@ impl Motion {
     /// The motion of a model.
     fn solved(&self, task: &Task) -> Loaded {
         let mut model = self.model.clone();
-        model.set.extend(task.values());
+        model.set.0.extend(task.values());
         let read = match load(&model, self.nesting) {
             Ok(read) => read,
             Err(failure) => return faulty(&failure),
