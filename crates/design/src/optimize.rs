@@ -143,8 +143,10 @@ pub struct Optimized {
     /// How slopes were found.
     pub slopes: &'static str,
     /// Best combinations of rows of catalogues, the best first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub choices: Vec<Choice>,
     /// Points of the front of two objectives, by the first of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub front: Option<Front>,
     /// The text of the model with the values of the optimum.
     #[serde(skip)]
@@ -268,7 +270,8 @@ pub fn optimize(
     wish: &OptimizeWish,
     watch: Watch<'_>,
 ) -> Result<Optimized, DesignError> {
-    if wish.vary.is_empty() && wish.choose.is_empty() {
+    let has_goal = wish.minimize.is_some() || wish.maximize.is_some();
+    if has_goal && wish.vary.is_empty() && wish.choose.is_empty() {
         let help = "name what varies with its ends: `vary = { l1 = [\"80 mm\", \"120 mm\"] }`, or `--vary \"l1=80 mm:120 mm\"`";
         return Err(DesignError::fault(codes::NOTHING_ASKED, "nothing varies", help));
     }

@@ -7,7 +7,7 @@ use crate::common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 /// Objects keyed by names of the model, written `a.*` in the page.
-const BY_NAME: [&str; 13] = [
+const BY_NAME: [&str; 16] = [
     "q",
     "v",
     "a",
@@ -21,6 +21,9 @@ const BY_NAME: [&str; 13] = [
     "candidates[].checks",
     "poses[].at",
     "open.null_vectors[]",
+    "choices[].rows",
+    "front.points[].quantities",
+    "front.points[].rows",
 ];
 
 type Keys = BTreeMap<String, Vec<String>>;
@@ -226,6 +229,12 @@ fn the_page_lists_the_keys_that_are_printed() {
     let open = BAR.replace("b = \"170 mm\"", "b = \"400 mm\"");
     place.write("open.toml", format!("{BAR}{longer}subject_to = [\"min(D.angle) >= 0 deg\"]\n"));
     place.write("wide.toml", open.replace("[tolerance]", &format!("{longer}[tolerance]")));
+    // Two catalogue rows of which one closes, and two objectives.
+    let rows = "[optimize.choose.base]\nnear = { d = \"180 mm\" }\nfar = { d = \"900 mm\" }\n";
+    let trade = "[optimize]\nminimize = [\"b\", \"1 m - b\"]\npoints = 3\n\
+                 vary = { b = [\"150 mm\", \"200 mm\"] }\nover = \"A.angle=40:50 deg:3\"\n";
+    place.write("trade.toml", format!("{BAR}{trade}{rows}"));
+    place.write("rows.toml", format!("{BAR}{longer}{rows}"));
     place.write(
         "lever.toml",
         "[synthesize]\ntask = \"quick_return\"\ntime_ratio = 1.6\nground = 0.3\n",
@@ -237,6 +246,8 @@ fn the_page_lists_the_keys_that_are_printed() {
     let commands = [
         "optimize swing.toml -o spring.toml",
         "optimize open.toml",
+        "optimize trade.toml",
+        "optimize rows.toml",
         "fit swing.toml --data swing.csv -o fitted.toml",
         "fit swing.toml --data swing.csv --vary k",
         "tolerance bar.toml",

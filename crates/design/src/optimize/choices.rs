@@ -33,7 +33,7 @@ pub(super) fn best(
     }
     let mut choices = Vec::new();
     let mut found: Option<Optimized> = None;
-    let (mut evaluations, mut last) = (0, None);
+    let (mut evaluations, mut first_fault) = (0, None);
     for k in 0..n {
         if (watch.stop)() && found.is_some() {
             break;
@@ -54,18 +54,18 @@ pub(super) fn best(
                 }
                 (Some(after), None)
             }
-            Err(DesignError::Stopped) => return Err(DesignError::Stopped),
-            Err(error) if is_of_rows(&error) => {
-                let why = error.to_string();
-                last = Some(error);
-                (None, Some(why))
+            // Other rows may close, and meet the conditions.
+            Err(error @ DesignError::Rejected(_)) => {
+                let why = error.diagnostics().first().map(|fault| fault.message.clone());
+                first_fault.get_or_insert(error);
+                (None, why)
             }
             Err(error) => return Err(error),
         };
         choices.push(Choice { rows: named, after, why_not });
         (watch.reached)(&format!("{} of {n} combinations", k + 1), (k + 1) as f64 / n as f64);
     }
-    let Some(mut best) = found else { return Err(last.unwrap_or(DesignError::Stopped)) };
+    let Some(mut best) = found else { return Err(first_fault.unwrap_or(DesignError::Stopped)) };
     let sign = if best.goal == "maximize" { -1.0 } else { 1.0 };
     let key = |choice: &Choice| choice.after.map_or(f64::INFINITY, |after| sign * after);
     choices.sort_by(|a, b| key(a).total_cmp(&key(b)));
@@ -75,12 +75,6 @@ pub(super) fn best(
 
 fn is_better(one: &Optimized, best: &Optimized) -> bool {
     if one.goal == "maximize" { one.after > best.after } else { one.after < best.after }
-}
-
-/// Whether another row may do what these cannot.
-fn is_of_rows(error: &DesignError) -> bool {
-    let cure = |code| code == codes::UNMET || code == codes::NO_START;
-    error.diagnostics().first().is_some_and(|fault| cure(fault.code))
 }
 
 /// The `k`-th combination: one row of each catalogue, the last one running fastest.
