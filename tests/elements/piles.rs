@@ -142,8 +142,9 @@ fn rolling_resistance_brakes_a_disc_by_its_arm_and_holds_it_on_a_small_slope() {
     close("torque", signal(&mechanism, sample, "torque"), 0.002 * 9.81, within);
     close("friction", signal(&mechanism, sample, "friction"), -brake, within);
     close("end", at(&motion, 8.0).q[x], 0.5 / brake, within);
-    let stops = motion.summary.changes.iter().filter(|c| matches!(c.kind, ChangeKind::Stick(_)));
-    close("stops", stops.last().expect("it stops").t, 1.0 / brake, within);
+    let mut stops =
+        motion.summary.changes.iter().filter(|c| matches!(c.kind, ChangeKind::Stick(_)));
+    close("stops", stops.next_back().expect("it stops").t, 1.0 / brake, within);
     let energy = &motion.summary.energy;
     assert!(energy.worst_error <= 1e-8 * energy.scale, "{}", energy.worst_error);
     // tan α below and above b/r.

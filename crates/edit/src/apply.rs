@@ -127,13 +127,13 @@ fn set_length(draft: &mut Draft, from: &str, to: &str, value: &str) -> Result<()
     // One of them is the origin, the other one on an axis by a parameter: the parameter is the distance.
     for (origin, end) in [(&from_path, &to_path), (&to_path, &from_path)] {
         let is_origin = of(origin).iter().all(|c| *c == Ok(Coordinate::Zero));
-        let parameter = match of(end) {
-            [Ok(Coordinate::Parameter { name, .. }), Ok(Coordinate::Zero)]
-            | [Ok(Coordinate::Zero), Ok(Coordinate::Parameter { name, .. })] => name,
-            _ => continue,
+        let ([Ok(Coordinate::Parameter { name, .. }), Ok(Coordinate::Zero)]
+        | [Ok(Coordinate::Zero), Ok(Coordinate::Parameter { name, .. })]) = of(end)
+        else {
+            continue;
         };
         if is_origin {
-            return draft.replace(&["parameters", &parameter], &typed(value));
+            return draft.replace(&["parameters", &name], &typed(value));
         }
     }
     let formula = |point: &str, path: &[String]| EditError::Formula {

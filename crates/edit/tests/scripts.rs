@@ -181,6 +181,6 @@ fn whatever_is_edited_equals_a_fresh_reading_and_is_undone() {
             assert!(way == "redo" || session.text() == original, "{way} of script {number}");
         }
     }
-    println!("{n_scripts} scripts: {n_made} changes, {n_refused} refused, {n_moved} motions");
+    eprintln!("{n_scripts} scripts: {n_made} changes, {n_refused} refused, {n_moved} motions");
     assert!(n_made > 3 * n_refused, "{n_made} of {}", n_made + n_refused);
 }
