@@ -126,6 +126,23 @@ fn a_rate_that_jumps_is_told_with_its_instant_and_rates() {
     }
 }
 
+/// A corner exactly at the start is none of the motion, and hides no later one.
+#[test]
+fn a_corner_at_the_start_is_no_jump() {
+    let jumps = |t_end: &str| -> Vec<String> {
+        let text = format!(
+            "[bodies.cart]\nmass = 1\n[joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"cart\"]\naxis = [1, 0]\n\
+             [drives.d]\njoint = \"S\"\nmotion = \"0.1 m*abs(sin(2 rad/s*t))\"\n[solve]\nt_end = {t_end}\n"
+        );
+        let found = warnings_of(&text).into_iter().filter(|warning| warning.code.0 == "S029");
+        found.map(|warning| warning.message).collect()
+    };
+    assert_eq!(jumps("1"), [""; 0]);
+    let later = jumps("2");
+    assert_eq!(later.len(), 1, "{later:?}");
+    assert!(later[0].contains("from -0.2 m/s to 0.2 m/s at t = 1.57"), "{later:?}");
+}
+
 #[test]
 fn lengths_in_time_move_what_has_no_freedom_left() {
     let text = "[ground]\npoints = { A = [0, 0] }\n[bodies.cart]\nmass = 1\n[joints]\n\

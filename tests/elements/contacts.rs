@@ -164,6 +164,21 @@ fn a_stack_of_boxes_rests_without_creeping() {
     }
 }
 
+/// The upper box slides on a corner of its own and on one of the box below: its slip is its speed, not twice that.
+#[test]
+fn the_slip_of_two_places_is_the_speed_of_sliding() {
+    let text = stack(0.1)
+        .replace("[outputs]\n", "[outputs]\nslip = \"contacts.under3.slip\"\n")
+        .replace("\"2 s\"", "\"0.05 s\"")
+        .replace("\"1 s\"", "\"0.05 s\"");
+    let (before, after) = text.split_once("[initial.box3]").expect("the upper box");
+    let after = after.replacen("vx = 0", "vx = \"0.1 m/s\"", 1);
+    let mechanism = derive(model(&format!("{before}[initial.box3]{after}")));
+    let motion = solve(&mechanism);
+    let slip = signal(&mechanism, at(&motion, 0.05), "slip");
+    close("slip", slip, 0.1 - 0.1 * 9.81 * 0.05, Within { relative: 1e-8, absolute: 0.0 });
+}
+
 #[test]
 fn outlines_that_overlap_at_the_start_are_refused_with_their_depth() {
     let text = stack(0.5).replace("y = \"0.1 m\"", "y = \"0.09 m\"");

@@ -67,7 +67,7 @@ struct Section {
 
 /// One objective, or two of which neither is more important.
 #[derive(Deserialize, Debug)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "an output, or a list of two outputs")]
 enum Goals {
     One(String),
     Two([String; 2]),
@@ -274,6 +274,11 @@ pub fn optimize(
     if has_goal && wish.vary.is_empty() && wish.choose.is_empty() {
         let help = "name what varies with its ends: `vary = { l1 = [\"80 mm\", \"120 mm\"] }`, or `--vary \"l1=80 mm:120 mm\"`";
         return Err(DesignError::fault(codes::NOTHING_ASKED, "nothing varies", help));
+    }
+    if wish.points.is_some_and(|n| !(3..=1000).contains(&n)) {
+        let help = "write 3 to 1000 points, or leave `points` out for 11";
+        let fault = DesignError::fault(codes::BAD_QUESTION, "a front has 3 to 1000 points", help);
+        return Err(located(fault, &source.text, "points"));
     }
     match &wish.against {
         Some(against) => front::front(source, wish, against, watch),

@@ -124,6 +124,13 @@ fn set_length(draft: &mut Draft, from: &str, to: &str, value: &str) -> Result<()
             Coordinate::of(&places, &keys)
         })
     };
+    let formula = |point: &str, path: &[String]| EditError::Formula {
+        point: point.to_owned(),
+        formula: value.to_owned(),
+        path: path.join("."),
+    };
+    let wanted = literal(value).and_then(|known| length_of(&places, &known));
+    let wanted = wanted.filter(|wanted| *wanted > 0.0).ok_or_else(|| formula(to, &to_path))?;
     // One of them is the origin, the other one on an axis by a parameter: the parameter is the distance.
     for (origin, end) in [(&from_path, &to_path), (&to_path, &from_path)] {
         let is_origin = of(origin).iter().all(|c| *c == Ok(Coordinate::Zero));
@@ -133,32 +140,51 @@ fn set_length(draft: &mut Draft, from: &str, to: &str, value: &str) -> Result<()
             continue;
         };
         if is_origin {
-            return draft.replace(&["parameters", &name], &typed(value));
+            // A parameter below zero stays so.
+            let is_below = places.find(&["parameters", &name]).is_some_and(|place| {
+                places.text_of(place).trim_start_matches(['"', '\'']).starts_with('-')
+            });
+            let minus = if is_below { "-" } else { "" };
+            return draft
+                .replace(&["parameters", &name], &typed(&format!("{minus}{}", value.trim())));
         }
     }
-    let formula = |point: &str, path: &[String]| EditError::Formula {
-        point: point.to_owned(),
-        formula: value.to_owned(),
-        path: path.join("."),
-    };
     let [a, b] = [(from, &from_path), (to, &to_path)].map(|(point, path)| {
         let values = of(path).map(|c| c.ok().and_then(|c| c.value(&places)));
         let [Some(x), Some(y)] = values else { return Err(formula(point, path)) };
         Ok([x, y])
     });
     let (a, b) = (a?, b?);
-    let known = literal(value).ok_or_else(|| formula(to, &to_path))?;
-    let wanted = length_of(&places, &known).ok_or_else(|| formula(to, &to_path))?;
-    let distance = (b[0] - a[0]).hypot(b[1] - a[1]);
-    let along = if distance > 0.0 { [0, 1].map(|i| (b[i] - a[i]) / distance) } else { [1.0, 0.0] };
-    move_point(draft, to, [0, 1].map(|i| a[i] + wanted * along[i]))
+    // A point on an axis, by a parameter, stays on it.
+    let axis = match of(&to_path) {
+        [Ok(Coordinate::Parameter { .. }), Ok(Coordinate::Zero)] => Some(0),
+        [Ok(Coordinate::Zero), Ok(Coordinate::Parameter { .. })] => Some(1),
+        _ => None,
+    };
+    let place = if let Some(axis) = axis {
+        let along = (wanted * wanted - a[1 - axis] * a[1 - axis]).sqrt();
+        if along.is_nan() {
+            return Err(formula(to, &to_path));
+        }
+        let along = if b[axis] < a[axis] { -along } else { along };
+        let mut place = [0.0; 2];
+        place[axis] = a[axis] + along;
+        place
+    } else {
+        let distance = (b[0] - a[0]).hypot(b[1] - a[1]);
+        let unit =
+            [0, 1].map(|i| if distance > 0.0 { (b[i] - a[i]) / distance } else { [1.0, 0.0][i] });
+        [0, 1].map(|i| a[i] + wanted * unit[i])
+    };
+    move_point(draft, to, place)
 }
 
 /// A length as it is written, m; a bare number is in the unit of the file.
 fn length_of(places: &Places<'_>, known: &Literal) -> Option<f64> {
     let bare = file_unit(places, "length");
     let unit = if known.unit.is_empty() { &bare } else { &known.unit };
-    Some(bksim_model::file::WrittenUnit::parse(unit)?.to_si(known.number))
+    let unit = bksim_model::file::WrittenUnit::parse(unit)?;
+    (unit.si() == "m").then(|| unit.to_si(known.number))
 }
 
 /// The path of the list of coordinates of a point.

@@ -58,9 +58,12 @@ fn value(places: &Places<'_>, path: &[&str], is_mirrored: bool) -> String {
         Some(Place { kind: Kind::Array, .. }) => {
             let is_place =
                 is_mirrored && places.find(&[path, &["1"]].concat()).is_some_and(is_number);
+            // Turns about x and about z change their sense.
+            let turned: &[&str] = if path.last() == Some(&"rpy") { &["0", "2"] } else { &["1"] };
+            let is_turned = |key: &String| is_place && turned.contains(&key.as_str());
             let elements: Vec<String> = children()
                 .iter()
-                .map(|key| if is_place && key == "1" { negated(&child(key)) } else { child(key) })
+                .map(|key| if is_turned(key) { negated(&child(key)) } else { child(key) })
                 .collect();
             format!("[{}]", elements.join(", "))
         }

@@ -101,6 +101,7 @@ pub(crate) fn rename(draft: &mut Draft, name: &str, to: &str) -> Result<(), Edit
             spans.extend(key_in_line(&places, place, name));
         }
     }
+    spans.extend(in_cases(&places, name));
     spans.sort_by_key(|span| span.start);
     spans.dedup();
     for span in spans.into_iter().rev() {
@@ -120,4 +121,37 @@ fn key_in_line(places: &Places<'_>, place: &Place, name: &str) -> Option<Range<u
     let at = line.len() - line.trim_start().len();
     let rest = line[at..].strip_prefix(name)?;
     rest.trim_start().starts_with('.').then(|| start + at..start + at + name.len())
+}
+
+/// The name among the keys of load cases: `set = { rod.mass = 1, initial.A.angle = 0 }`.
+fn in_cases(places: &Places<'_>, name: &str) -> Vec<Range<usize>> {
+    let mut found = Vec::new();
+    for place in places.below(&["cases"]).filter(|place| place.path.len() > 3) {
+        let keys = &place.path[3..];
+        let is_section = |key: &String| key == "initial" || NAMED.contains(&key.as_str());
+        let at = usize::from(keys.len() > 1 && is_section(&keys[0]) && keys[0] != name);
+        if place.path[2] != "set" || keys.get(at).is_none_or(|key| key != name) {
+            continue;
+        }
+        if place.kind == Kind::Table {
+            let header = places.text_of(place);
+            let keyed = header.rfind(&format!(".{name}")).map(|at| place.span.start + at + 1);
+            found.extend(keyed.map(|at| at..at + name.len()));
+            continue;
+        }
+        // Back over the keys with dots between them.
+        let Some(key) = place.key.clone() else { continue };
+        let mut start = key.start;
+        let mut idx = keys.len() - 1;
+        while idx > at {
+            let before = places.text[..start].trim_end();
+            let Some(before) = before.strip_suffix('.').map(str::trim_end) else { break };
+            let Some(rest) = before.strip_suffix(keys[idx - 1].as_str()) else { break };
+            (start, idx) = (rest.len(), idx - 1);
+        }
+        if idx == at && places.text[start..].starts_with(name) {
+            found.push(start..start + name.len());
+        }
+    }
+    found
 }

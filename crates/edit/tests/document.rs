@@ -193,6 +193,14 @@ fn a_distance_that_is_typed_becomes_the_parameter_or_the_place() {
         "[units]\nlength = \"mm\"\n[bodies.p]\nmass = 1\npoints = { A = [0, 0], B = [30, 40] }\n";
     let text = edited(bare, &length("p.A", "p.B", "25")).expect("an edit");
     assert!(text.contains("B = [15, 20]"), "{text}");
+    let crank = "[parameters]\na = \"60 mm\"\n[bodies.c]\nmass = 1\n\
+                 points = { A = [0, 0], B = [\"a\", 0], T = [\"40 mm\", \"30 mm\"] }\n";
+    let text = edited(crank, &length("c.T", "c.B", "50 mm")).expect("an edit");
+    assert!(text.contains("a = \"80 mm\""), "{text}");
+    for value in ["3 kg", "100 deg", "-3 mm", "a*2", "0 m"] {
+        assert!(edited(crank, &length("c.A", "c.T", value)).is_err(), "{value}");
+        assert!(edited(crank, &length("c.A", "c.B", value)).is_err(), "{value}");
+    }
     for refused in
         [length("p.A", "p.A", "1 m"), length("p.A", "p.B", "l/2"), length("p.A", "q.B", "1 m")]
     {
@@ -230,4 +238,21 @@ fn wheels_guides_and_copies_are_models() {
     assert!(new.contains(&"com = [0, \"h\"]"), "{new:?}");
     assert!(new.contains(&"points = { A = [0, -1], B = [2, \"-(h/2)\"] }"), "{new:?}");
     assert!(new.contains(&"outline = [[0, \"-30 mm\"], [1, 0]]"), "{new:?}");
+}
+
+#[test]
+fn names_change_in_load_cases_too() {
+    let text = format!(
+        "{FOUR_BAR}\n[cases.heavy]\nset = {{ crank.mass = \"3 kg\", a = \"0.11 m\", initial.D.angle.guess = \"90 deg\" }}\n"
+    );
+    let rename = |name: &str, to: &str| Edit::Rename { name: name.to_owned(), to: to.to_owned() };
+    let mut document = Document::new(&text);
+    for (name, to) in [("crank", "arm"), ("a", "r"), ("D", "E")] {
+        document.apply(&rename(name, to)).expect("an edit");
+    }
+    let last = document.text().lines().last().expect("a line");
+    assert_eq!(
+        last,
+        "set = { arm.mass = \"3 kg\", r = \"0.11 m\", initial.E.angle.guess = \"90 deg\" }"
+    );
 }

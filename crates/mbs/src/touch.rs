@@ -275,15 +275,24 @@ pub fn part(
             pair.places.iter().map(gap).reduce(least).unwrap_or(pool.zero())
         }
         ContactPart::Slip => {
+            // Of each track the speed while it is pressed, and whether it is.
             let slip = |track: usize| {
                 let pressed = pressing(model, constraints, (contact, track));
                 let first = pair.tracks[track][0];
                 let touching = Touching::of(model, kinematics, &pair.places[first]);
                 let speed = speed_along(model, kinematics, &touching.rubbing(pool));
                 let is_pressed = pool.call(Function::Gt, &[pressed, pool.zero()]);
-                pool.select(is_pressed.expect("two arguments"), speed, pool.zero())
+                let is_pressed = is_pressed.expect("two arguments");
+                let while_pressed = |value: Expr| pool.select(is_pressed, value, pool.zero());
+                (while_pressed(speed), while_pressed(pool.one()))
             };
-            pool.sum((0..pair.tracks.len()).map(slip).collect::<Vec<_>>())
+            let (speeds, pressed): (Vec<_>, Vec<_>) = (0..pair.tracks.len()).map(slip).unzip();
+            let total = pool.sum(speeds);
+            if pressed.len() < 2 {
+                return total;
+            }
+            // The mean over those that are.
+            pool.div(total, pool.max(pool.one(), pool.sum(pressed)))
         }
     }
 }

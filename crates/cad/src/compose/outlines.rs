@@ -9,7 +9,8 @@ use super::source::Source;
 use crate::codes;
 use crate::drawing::{Drawing, Location, Shape};
 use crate::excerpt::short;
-use crate::geometry::{Bounds, Curve, Point};
+use crate::geometry::vector::along;
+use crate::geometry::{Bounds, Curve, Path, Point};
 use crate::outline::{Chains, Outline, OutlineError, Stroke, chain, doubled, nest};
 
 /// A gap wider than this part of the size of its body or loop was not meant to be closed.
@@ -41,22 +42,51 @@ pub(super) fn close_outlines(source: Source<'_>, bodies: &mut Bodies, faults: &m
 /// The chains of a body's curves, and the outline that the closed ones make.
 fn outline_of(drawing: &Drawing, body: &Body, tolerance: f64) -> Result<Drawn, OutlineError> {
     // Hatches fill outlines that are drawn, too; alone, they are the outline.
-    let is_hatch = |entity: usize| matches!(drawing.entities[entity].shape, Shape::Hatch(_));
-    let has_lines = body.paths.iter().any(|&(_, entity)| !is_hatch(entity));
-    let strokes: Vec<Stroke> = body
-        .paths
-        .iter()
-        .filter(|(_, entity)| !(has_lines && is_hatch(*entity)))
-        .map(|(path, entity)| Stroke { path: path.clone(), entity: *entity })
-        .collect();
-    let error = match chained(&strokes, tolerance) {
+    let is_fill = |entity: usize| matches!(drawing.entities[entity].shape, Shape::Hatch(_));
+    if body.paths.iter().all(|&(_, entity)| is_fill(entity)) {
+        return taken_once(&strokes(body, |_| true), tolerance);
+    }
+    let drawn = taken_once(&strokes(body, |&(_, entity)| !is_fill(entity)), tolerance)?;
+    // Areas of three or four corners are outlines of their own, unless they fill one that is drawn.
+    let is_area =
+        |entity: usize| is_fill(entity) && drawing.entities[entity].location.kind != "HATCH";
+    let is_more = |(path, entity): &(Path, usize)| {
+        let outline = drawn.outline.as_ref();
+        is_area(*entity) && !outline.is_some_and(|it| is_filled_by(it, path, tolerance))
+    };
+    if !body.paths.iter().any(is_more) {
+        return Ok(drawn);
+    }
+    taken_once(&strokes(body, |it| !is_fill(it.1) || is_more(it)), tolerance)
+}
+
+/// The curves of a body that are chosen.
+fn strokes(body: &Body, is_meant: impl Fn(&(Path, usize)) -> bool) -> Vec<Stroke> {
+    let meant = body.paths.iter().filter(|it| is_meant(it));
+    meant.map(|(path, entity)| Stroke { path: path.clone(), entity: *entity }).collect()
+}
+
+/// Whether an area of straight edges fills an outline or a part of it: its corners are in the material or on
+/// the border, and its middle is in the material or a hole.
+fn is_filled_by(outline: &Outline, area: &Path, tolerance: f64) -> bool {
+    let corners: Vec<Point> = area.curves.iter().map(Curve::start_point).collect();
+    let share = 1.0 / corners.len() as f64;
+    let middle = corners.iter().fold([0.0; 2], |sum, corner| along(sum, share, *corner));
+    let is_near = |at: Point| outline.distance(at) <= tolerance;
+    corners.iter().all(|corner| is_near(*corner) || outline.contains(*corner))
+        && (is_near(middle) || outline.outer_contains(middle))
+}
+
+/// The outline that strokes make; what is drawn twice is taken once.
+fn taken_once(strokes: &[Stroke], tolerance: f64) -> Result<Drawn, OutlineError> {
+    let error = match chained(strokes, tolerance) {
         Ok((chains, outline)) => return Ok(Drawn { chains, outline, doubled: Vec::new() }),
         Err(error) => error,
     };
     // Ends that meet in more than one way, and loops on top of each other, may be what is drawn twice.
     let may_be_doubled =
         matches!(error, OutlineError::Ambiguous { .. } | OutlineError::Coincident { .. });
-    let doubled = if may_be_doubled { doubled(&strokes, tolerance) } else { Vec::new() };
+    let doubled = if may_be_doubled { doubled(strokes, tolerance) } else { Vec::new() };
     if doubled.is_empty() {
         return Err(error);
     }

@@ -81,6 +81,21 @@ fn a_filled_area_is_an_outline_with_its_corners_crosswise() {
         // Lines around it are the outline then.
         assert_area(&dxf("", &format!("{solid}|{PLATE}|{HOLE}")), WITH_HOLE, &[]);
     }
+    // With lines that are not around it, it is an outline among theirs; twice, it counts once.
+    let solid = format!("0 SOLID|8 BK_BODY_plate|{corners}");
+    assert_area(&dxf("", &format!("{solid}|{HOLE}")), WITH_HOLE, &[]);
+    assert_area(&dxf("", &format!("{HOLE}|{solid}|{solid}")), WITH_HOLE, &["D027"]);
+    let window =
+        "0 LWPOLYLINE|8 BK_BODY_plate|90 4|70 1|10 30|20 5|10 50|20 5|10 50|20 15|10 30|20 15";
+    assert_area(&dxf("", &format!("{solid}|{window}")), 1800.0, &[]);
+    let beside = "0 3DFACE|8 BK_BODY_plate|10 200|20 0|30 0|11 250|21 0|31 0|12 250|22 20|32 0|13 200|23 20|33 0";
+    assert_area(&dxf("", &format!("{PLATE}|{beside}")), 3000.0, &[]);
+    // What fills a part of an outline, or its whole in two halves, is no hole.
+    let part = "0 SOLID|8 BK_BODY_plate|10 0|20 0|11 60|21 0|12 0|22 20|13 60|23 20";
+    let rest = "0 SOLID|8 BK_BODY_plate|10 60|20 0|11 100|21 0|12 60|22 20|13 100|23 20";
+    assert_area(&dxf("", &format!("{PLATE}|{part}|{rest}|{HOLE}")), WITH_HOLE, &[]);
+    let within = "0 SOLID|8 BK_BODY_plate|10 10|20 5|11 20|21 5|12 10|22 15|13 20|23 15";
+    assert_area(&dxf("", &format!("{PLATE}|{within}|{HOLE}")), WITH_HOLE, &[]);
     let triangle = "0 SOLID|8 BK_BODY_plate|10 0|20 0|11 100|21 0|12 0|22 20|13 0|23 20";
     assert_area(&dxf("", triangle), 1000.0, &[]);
     let face = "0 3DFACE|8 BK_BODY_plate|10 0|20 0|30 0|11 100|21 0|31 0|12 100|22 20|32 0|13 0|23 20|33 0";

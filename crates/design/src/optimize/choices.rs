@@ -1,6 +1,6 @@
 //! Catalogues: every combination of their rows, each with the best of what varies continuously.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Choice, NamedCase, OptimizeWish, Optimized, continuous};
 use crate::base::{Source, Watch};
@@ -31,6 +31,7 @@ pub(super) fn best(
             name,
         ));
     }
+    check(source, wish)?;
     let mut choices = Vec::new();
     let mut found: Option<Optimized> = None;
     let (mut evaluations, mut first_fault) = (0, None);
@@ -71,6 +72,28 @@ pub(super) fn best(
     choices.sort_by(|a, b| key(a).total_cmp(&key(b)));
     (best.choices, best.evaluations) = (choices, evaluations);
     Ok(best)
+}
+
+/// Refuses rows of values that are no parameters, and parameters that two catalogues set.
+fn check(source: &Source, wish: &OptimizeWish) -> Result<(), DesignError> {
+    let is_geometry = wish.over.as_deref().is_some_and(|over| over != "motion" && over != "static");
+    let mut owners: BTreeMap<&str, &str> = BTreeMap::new();
+    for (catalogue, rows) in &wish.choose {
+        let names: BTreeSet<&str> = rows
+            .iter()
+            .flat_map(|(_, values)| values.iter().map(|(name, _)| name.as_str()))
+            .collect();
+        for name in names {
+            source.stated(&[name.to_owned()], is_geometry)?;
+            if let Some(other) = owners.insert(name, catalogue) {
+                let message = format!("catalogues `{other}` and `{catalogue}` both set `{name}`");
+                let help = format!("set `{name}` in one of them alone");
+                let fault = DesignError::fault(codes::BAD_QUESTION, message, help);
+                return Err(located(fault, &source.text, catalogue));
+            }
+        }
+    }
+    Ok(())
 }
 
 fn is_better(one: &Optimized, best: &Optimized) -> bool {

@@ -7,6 +7,8 @@ use crate::base::{Source, Watch};
 use crate::codes;
 use crate::error::DesignError;
 
+/// Part of an objective that is given away for the other one at the ends of a front.
+const SLACK: f64 = 1e-9;
 /// Points unless their number is given.
 const N_POINTS: u64 = 11;
 
@@ -17,7 +19,7 @@ pub(super) fn front(
     against: &str,
     watch: Watch<'_>,
 ) -> Result<Optimized, DesignError> {
-    let n = wish.points.unwrap_or(N_POINTS).clamp(3, 1000);
+    let n = wish.points.unwrap_or(N_POINTS);
     let first = wish.minimize.clone().unwrap_or_default();
     let alone = |objective: &str| OptimizeWish {
         minimize: Some(objective.to_owned()),
@@ -34,7 +36,26 @@ pub(super) fn front(
         };
         best(&Source { text: at.model.clone(), ..source.clone() }, &plain, watch)
     };
-    let ends = [best(source, &alone(&first), watch)?, best(source, &alone(against), watch)?];
+    // Of all places where one is least, that where the other one is least, too.
+    let end = |least: &str, other: &str| -> Result<Optimized, DesignError> {
+        let found = best(source, &alone(least), watch)?;
+        let mut wish = alone(other);
+        let bound = found.after + SLACK * found.after.abs().max(f64::MIN_POSITIVE);
+        wish.subject_to.push(format!("{least} <= {bound:e} {}", found.unit));
+        let from = Source { text: found.model.clone(), ..source.clone() };
+        match best(&from, &wish, watch) {
+            Ok(other) => Ok(Optimized {
+                objective: found.objective,
+                unit: found.unit,
+                before: found.before,
+                after: found.after,
+                evaluations: found.evaluations + other.evaluations,
+                ..other
+            }),
+            Err(_) => Ok(found),
+        }
+    };
+    let ends = [end(&first, against)?, end(against, &first)?];
     let of_second = value(against, &ends[0])?;
     let (high, low, unit) = (of_second.after, ends[1].after, of_second.unit);
     let of_first = value(&first, &ends[1])?.after;

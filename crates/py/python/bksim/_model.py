@@ -371,7 +371,8 @@ class Model(Questions):
         if run.fault is not None:
             words, faults = run.fault
             diagnostics = diagnostics_of(faults)
-            t = float(solution.t[-1])
+            # A fault at the first sample leaves none.
+            t = float(solution.t[-1]) if len(solution.t) else start
             raise SolverError(words, t, diagnostics[0].message, solution, diagnostics)
         return solution
 

@@ -15,6 +15,8 @@ const STANDS_OUT: f64 = 4.0;
 const N_HALVINGS: usize = 40;
 /// A smaller part of the largest rate is no jump.
 const LEAST: f64 = 1e-3;
+/// This part of the run after its start is not looked at: a corner at the start is none of the motion.
+const AT_START: f64 = 1e-9;
 
 /// The warning of the first drive whose rate jumps in the time of the run.
 pub(super) fn rate_jumps(model: &Model) -> Option<Diagnostic> {
@@ -53,9 +55,11 @@ fn jump(model: &Model, drive: &Drive) -> Option<[f64; 3]> {
         };
         model.pool.evaluate(rate, &value).ok().filter(|x| x.is_finite())
     };
-    let instants: Vec<f64> = (0..=N_INSTANTS)
+    let after_start = (AT_START * (to - from)).max(4.0 * f64::EPSILON * from.abs());
+    let mut instants: Vec<f64> = (0..=N_INSTANTS)
         .map(|i| from + (to - from) * f64::from(i) / f64::from(N_INSTANTS))
         .collect();
+    instants[0] = from + after_start;
     let rates: Vec<f64> = instants.iter().map(|&t| at(t)).collect::<Option<_>>()?;
     let largest = rates.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
     let differences: Vec<f64> = rates.windows(2).map(|two| (two[1] - two[0]).abs()).collect();

@@ -117,6 +117,7 @@ pub(crate) fn optimize(args: &Optimize, as_json: bool, nesting: usize) -> Result
     let mut wish = OptimizeWish::of_model(&asked.source.text).map_err(fault)?;
     if args.minimize.is_some() || args.maximize.is_some() {
         (wish.minimize, wish.maximize) = (args.minimize.clone(), args.maximize.clone());
+        (wish.against, wish.points) = (None, None);
     }
     for (name, range) in &args.vary {
         let (from, to) = range.split_once(':').ok_or_else(|| {
