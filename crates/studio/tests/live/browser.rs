@@ -46,7 +46,7 @@ fn live_pages_follow_hands_in_a_browser() {
         let output = page.output().expect("bksim starts");
         assert!(output.status.success(), "{}", text(&output.stderr));
         let n_bytes = std::fs::metadata(&file).expect("the page").len();
-        assert!(n_bytes < 3_100_000, "the live page of {example} has {n_bytes} bytes");
+        assert!(n_bytes < 3_000_000, "the live page of {example} has {n_bytes} bytes");
         pages.insert(example.to_owned(), Value::from(file.display().to_string()));
     }
     let nothing = bksim_page::live(
