@@ -387,3 +387,39 @@ fn what_has_no_sensitivity_says_why() {
     let alone = alone.replace("\nw = ", "\nl3 = \"0.4 m\"\nw = ");
     assert!(rejected(&alone, "l3").contains("no motion exists for any other value of `l3`"));
 }
+
+/// With the crank upright no velocity depends on the rod: dG/dl = l/√(l² − r² sin²θ) later on.
+#[test]
+fn a_crank_that_starts_upright_has_slopes_by_its_rod() {
+    let text = r#"
+[parameters]
+r = "60 mm"
+l = "200 mm"
+[bodies.crank]
+mass = 0
+points = { B = ["r", 0] }
+[bodies.rod]
+mass = 0
+points = { C = ["l", 0] }
+[bodies.slider]
+mass = "2 kg"
+[joints]
+A = { type = "revolute", between = ["ground", "crank"] }
+B = { type = "revolute", between = ["crank.B", "rod"] }
+C = { type = "revolute", between = ["rod.C", "slider"] }
+G = { type = "prismatic", between = ["ground", "slider"], axis = [1, 0] }
+[drives.motor]
+joint = "A"
+motion = "90 deg + 2 rad/s*t"
+[initial]
+G = { guess = { position = "190 mm" } }
+"#;
+    let by = found(text, &["l"], TIGHT);
+    let position = coordinate(&mechanism(text, TIGHT), "G_position");
+    for (sample, by) in by.motion.samples.iter().zip(&by.sensitivities) {
+        let height = 0.06 * (2.0 * sample.t).cos();
+        let expected = 0.2 / (0.04 - height * height).sqrt();
+        let found = by[0].q[position];
+        assert!((found - expected).abs() < 1e-8, "{found} for {expected} at {}", sample.t);
+    }
+}

@@ -41,7 +41,7 @@ pub(super) fn front(
         let found = best(source, &alone(least), watch)?;
         let mut wish = alone(other);
         let bound = found.after + SLACK * found.after.abs().max(f64::MIN_POSITIVE);
-        wish.subject_to.push(format!("{least} <= {bound:e} {}", found.unit));
+        wish.subject_to.push(format!("{least} <= {bound} {}", found.unit));
         let from = Source { text: found.model.clone(), ..source.clone() };
         match best(&from, &wish, watch) {
             Ok(other) => Ok(Optimized {
@@ -76,7 +76,7 @@ pub(super) fn front(
         let share = k as f64 / (n - 1) as f64;
         let bound = high + share * (low - high);
         let mut wish = alone(&first);
-        wish.subject_to.push(format!("{against} <= {bound:e} {unit}"));
+        wish.subject_to.push(format!("{against} <= {bound} {unit}"));
         let one = best(&Source { text: text.clone(), ..source.clone() }, &wish, watch)?;
         text.clone_from(&one.model);
         evaluations += one.evaluations;

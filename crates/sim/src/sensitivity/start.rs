@@ -144,7 +144,8 @@ impl Opening<'_> {
         if dx.iter().any(|value| !value.is_finite()) {
             return Err(SensitivityError::NotFinite(by));
         }
-        if nearest.is_met_by(&dx) { Ok(dx) } else { Err(SensitivityError::NoNeighbour(by)) }
+        let v = self.at.state.v.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
+        if nearest.is_met_by(&dx, v) { Ok(dx) } else { Err(SensitivityError::NoNeighbour(by)) }
     }
 
     /// The initial values that `which` selects, at velocities `v`, along ∂q and p_k.

@@ -331,11 +331,13 @@ impl Nearest {
         free - step
     }
 
-    /// Whether R dx + (dR x + dr) = 0 has a solution, and dx is one.
-    pub(super) fn is_met_by(&self, dx: &DVector<f64>) -> bool {
+    /// Whether R dx + (dR x + dr) = 0 has a solution, and dx is one; the largest of x is `x`.
+    pub(super) fn is_met_by(&self, dx: &DVector<f64>, x: f64) -> bool {
         /// Rounding and the closure of the start leave less.
         const TOLERANCE: f64 = 1e-7;
-        let size = dx.amax() * self.rows.amax() + self.residual.amax();
+        // In dR x large terms may cancel: of velocities that do not change, rounding is left.
+        let changes = dx.amax() * self.rows.amax() + self.turned.amax() * x;
+        let size = changes + self.residual.amax();
         let left = &self.rows * dx + &self.residual;
         left.is_empty() || left.amax() <= TOLERANCE * size
     }
@@ -364,7 +366,7 @@ mod tests {
         };
         let found = nearest.change(&(&x - &x0), &DVector::from_vec(vec![1.0, 1.0]));
         assert!((&found - &expected).amax() < 1e-9, "{found} against {expected}");
-        assert!(nearest.is_met_by(&found));
-        assert!(!nearest.is_met_by(&(found * 2.0)));
+        assert!(nearest.is_met_by(&found, 0.0));
+        assert!(!nearest.is_met_by(&(found * 2.0), 0.0));
     }
 }
