@@ -117,6 +117,29 @@ fn case_table(runs: &Runs) -> Vec<Vec<String>> {
     std::iter::once(heads).chain(runs.cases.iter().map(row)).collect()
 }
 
+/// What the tables do not have: the rest of runs that ended early, and forces of contacts.
+fn remarks(runs: &Runs) -> Vec<String> {
+    let early = runs.cases.iter().filter(|case| !case.is_complete).map(|case| {
+        let of_case = if case.name.is_empty() {
+            String::new()
+        } else {
+            format!(" of load case {}", case.name)
+        };
+        let t = runs.units.of("s");
+        let end = number(t.of_si(case.report.span[1]));
+        format!(
+            "The run{of_case} ended early, at t = {end} {}: later forces are not in this sheet.",
+            t.unit
+        )
+    });
+    let has_contacts = runs
+        .cases
+        .first()
+        .is_some_and(|case| !case.show.playback().mechanism().model.contacts.is_empty());
+    let contacts = "Forces of contacts are not in this sheet: `contacts.NAME.force` in `[outputs]` shows them.";
+    early.chain(has_contacts.then(|| contacts.to_owned())).collect()
+}
+
 pub(crate) fn run(args: &Sheet, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let input = &args.run.input;
     let planned = args.output.as_deref().map(|path| {
@@ -190,6 +213,7 @@ fn in_words(runs: &Runs) -> String {
         parts.push(format!("Load cases\n{}", table(&cases)));
     }
     parts.push(format!("Largest forces\n{}", table(&shown(&runs.largest()))));
+    parts.extend(remarks(runs));
     parts.join("\n\n")
 }
 

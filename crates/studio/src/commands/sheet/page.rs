@@ -7,7 +7,7 @@ use bksim_cli::output::number;
 use bksim_plot::{Axis, Block, Curve, Document, Figure, Panel, ROOM, Size, Theme};
 
 use super::drawing::{with_dimensions, with_forces};
-use super::{CaseRun, Runs, case_table, shown};
+use super::{CaseRun, Runs, case_table, remarks, shown};
 
 /// Instants of a curve.
 const INSTANTS: u32 = 400;
@@ -39,6 +39,7 @@ pub(super) fn of(runs: &mut Runs) -> Result<Document, Unreplayed> {
          Six digits of each force are shown, and its components to the same digit."
             .to_owned(),
     ));
+    blocks.extend(remarks(runs).into_iter().map(Block::Text));
     blocks.push(Block::Heading("Poses of the largest forces".to_owned()));
     blocks.extend(poses(runs)?);
     blocks.push(Block::Heading("Pin forces over time".to_owned()));
