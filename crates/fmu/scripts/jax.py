@@ -118,4 +118,5 @@ def check():
 
 if __name__ == "__main__":
     values, motion = check()
-    print(f"values differ by {values:.1e}, motion by {motion:.1e}")
+    of_motion = f"motion by {motion:.1e}" if MOTION else "no motion is compared"
+    print(f"values differ by {values:.1e}, {of_motion}")
