@@ -65,6 +65,10 @@ impl Reader<'_> {
         let Some(table) = self.table(&entry.node, "`cases`") else { return Vec::new() };
         let mut cases = Vec::new();
         for Entry { key, key_span, node } in &table.entries {
+            // Names of cases become parts of names of files.
+            if !self.usable_name(key, key_span, "load case") {
+                continue;
+            }
             let what = format!("load case `{}`", cut(key));
             let Some(case) = self.table(node, &what) else { continue };
             let fields = Fields::open(self, case, what, key_span.clone(), &CASE_KEYS);
