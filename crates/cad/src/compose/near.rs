@@ -1,9 +1,9 @@
 //! Loops that gaps leave open: outlines that would close under a larger tolerance.
 
 use super::outlines::WIDEST_GAP;
-use crate::geometry::Point;
 use crate::geometry::signed_area;
 use crate::geometry::vector::distance;
+use crate::geometry::{Bounds, Point};
 use crate::outline::{Chain, Snap, Stroke, chain_apart};
 
 /// Gaps that are tried; what has more open ends than twice this is no drawing with a slip.
@@ -73,8 +73,11 @@ fn widths(strokes: &[Stroke], tolerance: f64) -> Vec<f64> {
         let others = ends.iter().enumerate().filter(|(other, _)| *other != idx);
         others.map(|(_, other)| distance(*other, *at)).fold(f64::INFINITY, f64::min)
     };
+    // No loop is wider than all of the strokes, and no gap wider than its part of that.
+    let all = strokes.iter().map(|stroke| stroke.path.bounds()).fold(Bounds::EMPTY, Bounds::union);
+    let widest = WIDEST_GAP * (all.diagonal() + 2.0 * tolerance);
     let mut widths: Vec<f64> = ends.iter().enumerate().map(nearest).collect();
-    widths.retain(|width| *width > tolerance && width.is_finite());
+    widths.retain(|width| *width > tolerance && *width <= widest);
     widths.sort_by(f64::total_cmp);
     widths.dedup();
     widths
