@@ -117,7 +117,7 @@ fn case_table(runs: &Runs) -> Vec<Vec<String>> {
     std::iter::once(heads).chain(runs.cases.iter().map(row)).collect()
 }
 
-/// What the tables do not have: the rest of runs that ended early, and forces of contacts.
+/// Remarks on the tables: runs that ended early, and forces of contacts that they leave out.
 fn remarks(runs: &Runs) -> Vec<String> {
     let early = runs.cases.iter().filter(|case| !case.is_complete).map(|case| {
         let of_case = if case.name.is_empty() {
