@@ -9,7 +9,7 @@ use bksim_cad::geometry::vector::{along, distance};
 use bksim_cad::patch::{Edit, Entry};
 use bksim_model::diagnostic::Diagnostic;
 
-use super::joints::{Joint, Kind, On};
+use super::joint::{Joint, Kind, On};
 use super::model::Writing;
 use super::questions::handle_of;
 use super::report::{body_name, handles};

@@ -6,7 +6,7 @@ use bksim_cad::geometry::vector::{along, distance, dot, sub};
 use bksim_cad::read::Dash;
 
 use super::bodies::{Body, Look};
-use super::joints::{Joint, Kind, On, Scene};
+use super::joint::{Joint, Kind, On, Scene};
 use super::model::Writing;
 use super::pieces::{area, to_border, to_segment, turned, unit};
 use crate::draft::{self, Draft, Table, list, number};

@@ -11,7 +11,7 @@ use bksim_cad::geometry::Point;
 use bksim_cad::geometry::vector::sub;
 use nalgebra::DMatrix;
 
-use super::joints::{Joint, Kind, On};
+use super::joint::{Joint, Kind, On};
 use super::pieces::turned;
 
 /// Freedoms with singular values below `loose` taken as zero.

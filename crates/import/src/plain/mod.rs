@@ -15,6 +15,7 @@ mod attached;
 mod bodies;
 mod cams;
 mod hatching;
+mod joint;
 mod joints;
 mod loops;
 mod mobility;
@@ -39,9 +40,13 @@ use bksim_model::diagnostic::Diagnostic;
 
 use bodies::{Bodies, Pin};
 use hatching::Base;
-use joints::{Joint, Kind, On, Scene};
+use joint::{Joint, Kind, On, Scene};
+use model::Writing;
+use naming::Named;
 use notes::Notes;
 use pieces::Pieces;
+use questions::Asked;
+use report::{elements, found_bodies, found_joint, left_out};
 use springs::Zigzag;
 
 pub use model::Material;
@@ -201,7 +206,52 @@ pub fn understand(
         (None, Some(unit)) => (unit.metres, false),
         (None, None) => (opened.unit.metres, has_unit),
     };
-    Ok(model::finish(name, found, &named, asked, own_unit, options, opened.warnings))
+    Ok(finish(name, found, &named, asked, own_unit, options, opened.warnings))
+}
+
+/// Puts everything together.
+fn finish(
+    name: &str,
+    mut found: Found,
+    named: &Named,
+    asked: Asked,
+    own_unit: (f64, bool),
+    options: &Options,
+    warnings: Vec<Diagnostic>,
+) -> Understanding {
+    let answered: Vec<Joint> = asked
+        .joints
+        .iter()
+        .filter(|(_, is_there)| *is_there)
+        .map(|(joint, _)| joint.clone())
+        .collect();
+    let mobility = found.freedoms(&answered);
+    let elements = elements(&found, named, &asked);
+    let mut joints: Vec<FoundJoint> =
+        found.joints.iter().map(|joint| found_joint(&found, joint, false)).collect();
+    joints
+        .extend(asked.joints.iter().map(|(joint, is_there)| found_joint(&found, joint, !is_there)));
+    let bodies = found_bodies(&found, named);
+    let left_out = left_out(&found);
+    let picture = picture::svg(&found, &asked);
+    found.joints.extend(answered);
+    let writing = Writing { found: &found, asked: &asked, elements: &elements, options };
+    let model = writing.draft(name, mobility, &left_out);
+    let records = attached::records(&writing, own_unit);
+    Understanding {
+        bodies,
+        joints,
+        elements,
+        mobility,
+        mm_per_unit: asked.mm_per_unit,
+        unit: asked.unit,
+        questions: asked.questions,
+        left_out,
+        model: crate::write::text(&model, &[], &[], &[]),
+        records,
+        picture,
+        warnings,
+    }
 }
 
 /// Opens the drawing; whether it states its unit.

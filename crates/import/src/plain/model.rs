@@ -5,16 +5,14 @@ use std::fmt::Write as _;
 use bksim_cad::drawing::Location;
 use bksim_cad::geometry::Point;
 use bksim_cad::geometry::vector::{along, distance, dot, sub};
-use bksim_model::diagnostic::Diagnostic;
 
 use super::bodies::{Body, anchor};
-use super::joints::{Joint, Kind, On};
+use super::joint::{Joint, Kind, On};
 use super::mobility::joint_centre;
-use super::naming::Named;
 use super::pieces::{area, turned};
 use super::questions::{Asked, drivable};
-use super::report::{body_name, elements, found_bodies, found_joint, left_out};
-use super::{Element, Found, FoundJoint, Options, Understanding, picture};
+use super::report::body_name;
+use super::{Element, Found, Options};
 use crate::draft::{self, Draft, Parameter, Table, list, number};
 use crate::spatial::Inertia;
 
@@ -27,51 +25,7 @@ pub struct Material {
     pub thickness: f64,
 }
 
-/// Puts everything together.
-pub(super) fn finish(
-    name: &str,
-    mut found: Found,
-    named: &Named,
-    asked: Asked,
-    own_unit: (f64, bool),
-    options: &Options,
-    warnings: Vec<Diagnostic>,
-) -> Understanding {
-    let answered: Vec<Joint> = asked
-        .joints
-        .iter()
-        .filter(|(_, is_there)| *is_there)
-        .map(|(joint, _)| joint.clone())
-        .collect();
-    let mobility = found.freedoms(&answered);
-    let elements = elements(&found, named, &asked);
-    let mut joints: Vec<FoundJoint> =
-        found.joints.iter().map(|joint| found_joint(&found, joint, false)).collect();
-    joints
-        .extend(asked.joints.iter().map(|(joint, is_there)| found_joint(&found, joint, !is_there)));
-    let bodies = found_bodies(&found, named);
-    let left_out = left_out(&found);
-    let picture = picture::svg(&found, &asked);
-    found.joints.extend(answered);
-    let writing = Writing { found: &found, asked: &asked, elements: &elements, options };
-    let model = writing.draft(name, mobility, &left_out);
-    let records = super::attached::records(&writing, own_unit);
-    Understanding {
-        bodies,
-        joints,
-        elements,
-        mobility,
-        mm_per_unit: asked.mm_per_unit,
-        unit: asked.unit,
-        questions: asked.questions,
-        left_out,
-        model: crate::write::text(&model, &[], &[], &[]),
-        records,
-        picture,
-        warnings,
-    }
-}
-
+/// What a text is written from.
 pub(super) struct Writing<'a> {
     pub(super) found: &'a Found,
     pub(super) asked: &'a Asked,
@@ -92,7 +46,13 @@ impl Writing<'_> {
         [self.metres(x), self.metres(y), 0.0]
     }
 
-    fn draft(&self, name: &str, mobility: i64, left_out: &[(String, Vec<Location>)]) -> Draft {
+    /// The model, with what is said above it.
+    pub(super) fn draft(
+        &self,
+        name: &str,
+        mobility: i64,
+        left_out: &[(String, Vec<Location>)],
+    ) -> Draft {
         let found = self.found;
         let origins: Vec<Point> = (0..found.bodies.all.len()).map(|idx| self.origin(idx)).collect();
         let mut draft = Draft {

@@ -3,7 +3,7 @@
 use bksim_cad::geometry::vector::{between, distance};
 
 use super::bodies::anchor;
-use super::joints::{Kind, On};
+use super::joint::{Kind, On};
 use super::pieces::to_segment;
 use super::{Found, Notes};
 use crate::names::Names;

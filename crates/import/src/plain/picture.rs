@@ -7,7 +7,7 @@ use bksim_cad::geometry::{Bounds, Point};
 
 use super::Found;
 use super::bodies::{Look, anchor};
-use super::joints::{Joint, Kind, On};
+use super::joint::{Joint, Kind, On};
 use super::questions::Asked;
 
 const WIDTH: f64 = 960.0;

@@ -6,7 +6,7 @@ use bksim_cad::geometry::vector::distance;
 use bksim_cad::units;
 use bksim_model::diagnostic::Diagnostic;
 
-use super::joints::{Joint, Kind, On};
+use super::joint::{Joint, Kind, On};
 use super::naming::Named;
 use super::{Found, Options};
 use crate::codes;

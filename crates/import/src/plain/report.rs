@@ -4,7 +4,7 @@ use bksim_cad::drawing::Location;
 use bksim_cad::geometry::Point;
 
 use super::bodies::Body;
-use super::joints::{Joint, Kind, On};
+use super::joint::{Joint, Kind, On};
 use super::naming::Named;
 use super::pieces::{is_inside, to_segment};
 use super::questions::{Asked, handle_of};

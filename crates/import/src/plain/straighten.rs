@@ -7,7 +7,7 @@ use bksim_cad::geometry::Point;
 use bksim_cad::geometry::vector::{along, distance, norm, sub};
 
 use super::Found;
-use super::joints::{Kind, On};
+use super::joint::{Kind, On};
 use super::mobility::freedoms;
 
 /// Most conditions that are tried.

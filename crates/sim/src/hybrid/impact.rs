@@ -21,13 +21,22 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::complementarity::{pushes, stays_apart};
 use super::mode_sets::ModeSets;
-use super::rubbing_impact::Rubbing;
 use crate::linear::augmented::Augmented;
 use crate::linear::elimination::{Elimination, Singular};
 use crate::linear::matrix::Matrix;
 use crate::linear::rank::dependent_rows;
 use crate::linear::rows::SparseRows;
 use crate::linear::shape::Shape;
+
+/// Friction that takes part in an impact.
+pub(crate) struct Rubbing<'a> {
+    /// One row for each track: that of its slip with the opposite sign.
+    pub(crate) rows: &'a SparseRows,
+    /// μ of each.
+    pub(crate) mu: &'a [f64],
+    /// The stops that press each, by their numbers among those of the impact.
+    pub(crate) pressed_by: &'a [Vec<usize>],
+}
 
 /// Outcome of an impact.
 #[derive(Clone, PartialEq, Debug)]

@@ -18,9 +18,8 @@ use super::complementarity::{
 };
 use super::consistent::{ConsistentModes, Hit, ImpactRecord, Instant, NoConsistentModes};
 use super::fixed::FixedModes;
-use super::impact::{ImpactEquations, independent_without};
+use super::impact::{ImpactEquations, Rubbing, independent_without};
 use super::mode_sets::ModeSets;
-use super::rubbing_impact::Rubbing;
 use super::undecided::{Undecided, differ, none_consistent};
 use crate::linear::matrix::Matrix;
 use crate::modes::indicators::{CompiledContact, ContactState, Indicator, IndicatorValues};

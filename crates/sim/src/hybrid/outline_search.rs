@@ -3,9 +3,9 @@
 
 use nalgebra::DVector;
 
-use super::impact::{ImpactEquations, independent_without};
+use super::impact::{ImpactEquations, Rubbing, independent_without};
 use super::mode_search::{ModeSearch, ROUNDING};
-use super::rubbing_impact::{Response, Rubbing};
+use super::rubbing_impact::Response;
 use super::undecided::Undecided;
 use crate::linear::rows::SparseRows;
 use crate::modes::indicators::{ContactState, IndicatorValues};

@@ -19,21 +19,11 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::complementarity::{holds, pushes, slips_against_friction, stays_apart};
-use super::impact::{Impact, ImpactEquations};
+use super::impact::{Impact, ImpactEquations, Rubbing};
 use super::lemke::{Complementary, lemke};
 use super::mode_sets::ModeSets;
 use crate::linear::matrix::Matrix;
 use crate::linear::rows::SparseRows;
-
-/// Friction that takes part in an impact.
-pub(crate) struct Rubbing<'a> {
-    /// One row for each track: that of its slip with the opposite sign.
-    pub(crate) rows: &'a SparseRows,
-    /// μ of each.
-    pub(crate) mu: &'a [f64],
-    /// The stops that press each, by their numbers among those of the impact.
-    pub(crate) pressed_by: &'a [Vec<usize>],
-}
 
 /// Relative size of rounding in a sign.
 const ROUNDING: f64 = 1e-9;

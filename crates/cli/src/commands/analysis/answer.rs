@@ -290,3 +290,11 @@ pub(super) fn in_units(value: f64, unit: &str, units: &ShownUnits) -> (f64, Stri
     }
     (own.of_si(value), own.unit)
 }
+
+/// The note about stops and contacts that an answer about positions does not keep to.
+pub(super) fn beyond(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        names => format!("\n  as if there were none of these: {}", names.join(", ")),
+    }
+}

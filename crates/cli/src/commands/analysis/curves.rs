@@ -6,8 +6,7 @@ use bksim::analysis::{
 };
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Asked, asked_geometry, failed, lines, shown};
-use super::kinematics::beyond;
+use super::answer::{Answer, Asked, asked_geometry, beyond, failed, lines, shown};
 use crate::args::analysis::Curves as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};

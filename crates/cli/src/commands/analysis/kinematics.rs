@@ -13,7 +13,7 @@ use bksim::sim::fault::another_assembly;
 use serde_json::{Value, json};
 
 use super::answer::{
-    Answer, Asked, Draw, asked_drawn, failed, lines, pose_json, shown, table_json,
+    Answer, Asked, Draw, asked_drawn, beyond, failed, lines, pose_json, shown, table_json,
 };
 use super::limits::{extreme_json, extreme_row, told_limits};
 use crate::args::analysis::Kinematics as Args;
@@ -148,14 +148,6 @@ pub fn prescribed(
         drives.push(drive);
     }
     Ok((!drives.is_empty()).then_some(Prescribed::Drives { drives, through }))
-}
-
-/// The note about stops and contacts that an answer about positions does not keep to.
-pub(super) fn beyond(names: &[String]) -> String {
-    match names {
-        [] => String::new(),
-        names => format!("\n  as if there were none of these: {}", names.join(", ")),
-    }
 }
 
 /// The answer about a model of this name: over a range. The object of `--json` repeats the whole table, and stays

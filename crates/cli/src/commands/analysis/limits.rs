@@ -5,8 +5,7 @@ use bksim::analysis::{
 };
 use serde_json::{Value, json};
 
-use super::answer::{Answer, lines, shown, text_units};
-use super::kinematics::beyond;
+use super::answer::{Answer, beyond, lines, shown, text_units};
 use crate::output::number;
 
 pub(super) fn extreme_json(extreme: &Extreme) -> Value {
