@@ -10,7 +10,7 @@ use crate::args::{Cli, Command};
 use crate::exit::{Failure, Status};
 use crate::{output, render};
 
-/// Whether the process has more to do after a command.
+/// True if the process has more to do after a command.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum More {
     /// Nothing.

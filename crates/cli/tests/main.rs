@@ -1,6 +1,7 @@
 //! The command, run as a user runs it: one module for each subject.
 
 mod again;
+mod answers;
 mod cad_edit;
 mod cams;
 mod channels;

@@ -78,7 +78,7 @@ fn value(places: &Places<'_>, path: &[&str], is_mirrored: bool) -> String {
     }
 }
 
-/// Whether a place is that of a coordinate rather than of a list.
+/// True if a place is that of a coordinate rather than of a list.
 fn is_number(place: &Place) -> bool {
     place.kind == Kind::Value
 }

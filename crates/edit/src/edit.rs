@@ -101,7 +101,7 @@ pub enum Edit {
         name: String,
         /// Guess of the place of its centre of mass.
         at: [f64; 2],
-        /// Whether its points are mirrored in the x axis of its frame.
+        /// True if the points of the copy are mirrored in the x axis of its frame.
         #[serde(default)]
         mirrored: bool,
     },

@@ -41,7 +41,7 @@ pub struct ShowOptions {
     pub forces: bool,
     /// Title in the upper left corner; may be empty.
     pub title: String,
-    /// Whether the instant is written below the title.
+    /// True if the instant is written below the title.
     pub time: bool,
     /// Caption below the mechanism; may be empty.
     pub caption: String,

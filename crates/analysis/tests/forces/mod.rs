@@ -18,4 +18,5 @@ mod shares;
 mod spatial_four_bar;
 mod states;
 mod statics;
+mod stops;
 mod verify;

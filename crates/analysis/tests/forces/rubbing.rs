@@ -1,7 +1,7 @@
 //! Efforts against friction and stops: those of a run, and ranges at rest.
 
 use crate::support::{difference, model};
-use bksim_analysis::{Actuators, AnalysisError, EffortLimit, Inverse, Motion, Range, inverse};
+use bksim_analysis::{Actuators, AnalysisError, Inverse, Motion, Range, inverse};
 use bksim_dae::Control;
 use bksim_mbs::constraint::Source as RowSource;
 use bksim_model::file::{Source, read};
@@ -54,7 +54,7 @@ fn of_run(model: Model, times: &Range) -> Vec<(String, Vec<f64>)> {
 }
 
 /// Compares the efforts of a model's drives, and its reactions, with those of its run, to this part of the largest of their unit.
-fn needs_what_a_run_takes(text: &str, times: &Range) -> Inverse {
+pub(super) fn needs_what_a_run_takes(text: &str, times: &Range) -> Inverse {
     let found = inverse(model(text), &[], times, &Actuators::default());
     let found = found.unwrap_or_else(|fault| panic!("{text}: {:?}", fault.diagnostics()));
     let run = of_run(model(text), times);
@@ -74,7 +74,7 @@ fn needs_what_a_run_takes(text: &str, times: &Range) -> Inverse {
     found
 }
 
-fn column(found: &Inverse, name: &str) -> Vec<f64> {
+pub(super) fn column(found: &Inverse, name: &str) -> Vec<f64> {
     found.table.column(name).unwrap_or_else(|| panic!("no {name} in {:?}", found.table.columns))
 }
 
@@ -196,7 +196,7 @@ fn block(motion: &str, loads: &str) -> String {
     )
 }
 
-fn efforts(text: &str, times: &Range) -> Inverse {
+pub(super) fn efforts(text: &str, times: &Range) -> Inverse {
     inverse(model(text), &[], times, &Actuators::default()).expect("efforts")
 }
 
@@ -296,140 +296,6 @@ fn a_joint_without_an_actuator_may_be_held_by_its_friction() {
     assert!(help.contains("--actuator A --actuator B"), "{help}");
 }
 
-const ARM_AND_WHEEL: &str = r#"
-    [bodies.arm]
-    mass = "2 kg"
-    com = [0.3, 0]
-    inertia = 0.05
-    [bodies.wheel]
-    mass = "1 kg"
-    inertia = 0.02
-    [ground]
-    points = { W = [1, 0] }
-    [joints.A]
-    type = "revolute"
-    between = ["ground", "arm"]
-    [joints.B]
-    type = "revolute"
-    between = ["ground.W", "wheel"]
-    [couplings.g]
-    type = "gear"
-    between = ["A", "B"]
-    radii = [0.6, 0.4]
-    [drives.m]
-    joint = "A"
-    motion = "10 deg + 3 rad/s*t + 1 rad/s^2*t^2"
-    [initial]
-    A = { angle = "10 deg" }
-    [loads.s]
-    type = "stop"
-    joint = "A"
-    max = "40 deg"
-    "#;
-
-#[test]
-fn a_motion_through_a_stop_is_refused_with_the_instant() {
-    let times = Range { from: 0.0, to: 0.4, n: 5 };
-    let found = inverse(model(ARM_AND_WHEEL), &[], &times, &Actuators::default());
-    let (code, message, help) = refusal(found);
-    assert_eq!(code, "Q015");
-    assert!(message.contains("`s`") && message.contains("0.165412"), "{message}");
-    // The help, taken at its word.
-    let written = help.split('"').nth(1).expect("times");
-    let before = Range::parse(written, "s").expect("times");
-    inverse(model(ARM_AND_WHEEL), &[], &before, &Actuators::default()).expect("efforts");
-
-    // There and back between two of the times.
-    let back =
-        ARM_AND_WHEEL.replace("10 deg + 3 rad/s*t + 1 rad/s^2*t^2", "40.1 deg*sin(10 rad/s*t)");
-    let back = back.replace("A = { angle = \"10 deg\" }", "A = { angle = 0 }");
-    let times = Range { from: 0.0, to: 0.3, n: 2 };
-    let (code, message, _) = refusal(inverse(model(&back), &[], &times, &Actuators::default()));
-    let at = (40.0_f64 / 40.1).asin() / 10.0;
-    assert!(code == "Q015" && message.contains(&format!("{at:.6}")), "{message}, not {at}");
-    // Up to the stop and no further.
-    let touching = back.replace("40.1 deg*sin", "40 deg*sin");
-    inverse(model(&touching), &[], &times, &Actuators::default()).expect("efforts");
-}
-
-#[test]
-fn a_stop_that_is_held_closed_leaves_the_effort_open_on_one_side() {
-    let held = ARM_AND_WHEEL.replace("10 deg + 3 rad/s*t + 1 rad/s^2*t^2", "40 deg");
-    let held = held.replace("A = { angle = \"10 deg\" }", "A = { angle = \"40 deg\" }");
-    let held =
-        format!("{held}[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, \"9.81 m/s^2\"]\n");
-    let found = efforts(&held, &Range { from: 0.0, to: 0.1, n: 2 });
-    let [effort, least, most] =
-        ["effort", "effort_min", "effort_max"].map(|word| column(&found, &format!("m.{word}"))[0]);
-    // The load presses it onto the stop: no effort is needed, and any that presses more is possible.
-    let pressing = 2.0 * 9.81 * 0.3 * 40.0_f64.to_radians().cos();
-    assert!(effort.abs() < 1e-9 && (least + pressing).abs() < 1e-7, "{effort}, {least}");
-    assert_eq!(most, f64::INFINITY);
-    let limit = EffortLimit { name: "m".to_owned(), limit: 3.0 };
-    let actuators = Actuators { limits: vec![limit], ..Actuators::default() };
-    let times = Range { from: 0.0, to: 0.1, n: 2 };
-    let bounded = inverse(model(&held), &[], &times, &actuators).expect("efforts");
-    assert!((column(&bounded, "m.effort_max")[0] - 3.0).abs() < 1e-7);
-}
-
-/// A cam that lifts its follower by a stop.
-fn cam(spring: &str) -> String {
-    format!(
-        r#"
-        [bodies]
-        cam = {{ mass = "1 kg", inertia = "1e-3 kg m^2" }}
-        follower = {{ mass = "0.3 kg" }}
-        [joints]
-        O = {{ type = "revolute", between = ["ground", "cam"] }}
-        guide = {{ type = "prismatic", between = ["ground", "follower"], axis = [0, 1] }}
-        [drives.motor]
-        joint = "O"
-        motion = "100 rad/s*t"
-        [loads]
-        spring = {{ type = "force", joint = "guide", value = "{spring}" }}
-        contact = {{ type = "stop", joint = "guide", min = "10 mm*sin(O.angle)" }}
-        [initial]
-        guide = {{ position = 0, velocity = "1 m/s" }}
-        "#
-    )
-}
-
-#[test]
-fn a_closed_stop_moves_what_it_bears() {
-    let text = cam("-30 N - 4000 N/m*(guide.position + 10 mm)");
-    let times = Range { from: 0.0, to: 0.05, n: 11 };
-    needs_what_a_run_takes(&text, &times);
-    let found = efforts(&text, &times);
-    for (t, effort) in times.values().into_iter().zip(column(&found, "motor.effort")) {
-        // The follower's force F on the cam, times the slope of the lift.
-        let (sin, cos) = (100.0 * t).sin_cos();
-        let force = 30.0 + 4000.0 * (0.01 * sin + 0.01) + 0.3 * -0.01 * 1e4 * sin;
-        let expected = force * 0.01 * cos;
-        assert!((effort - expected).abs() < 1e-9, "at {t}: {effort} instead of {expected}");
-    }
-    // From a later time on the stop is as closed.
-    let later = efforts(&text, &Range { from: 0.02, to: 0.04, n: 3 });
-    assert!((column(&later, "motor.effort")[0] - column(&found, "motor.effort")[4]).abs() < 1e-9);
-}
-
-#[test]
-fn a_stop_that_would_have_to_pull_is_named_with_the_instant() {
-    // 5 N + 10 N (1 + s) = 30 N s for s = sin(100 t).
-    let at = 0.75_f64.asin() / 100.0;
-    // At many times, and at two between which it would have to pull, though at neither.
-    for n in [101, 2] {
-        let found = inverse(
-            model(&cam("-5 N - 1000 N/m*(guide.position + 10 mm)")),
-            &[],
-            &Range { from: 0.0, to: 0.04, n },
-            &Actuators::default(),
-        );
-        let (code, message, _) = refusal(found);
-        assert!(code == "Q017" && message.contains("`contact`"), "{code} {message}");
-        assert!(message.contains(&format!("{at:.7}")), "{message}, not {at}");
-    }
-}
-
 #[test]
 fn examples_need_what_their_runs_take() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
@@ -493,30 +359,6 @@ fn a_screw_jack_takes_the_torque_of_its_lead_and_its_friction() {
         panic!("one motion for two");
     };
     assert_eq!((left, open), (vec!["swivel.angle".to_owned()], vec![]));
-}
-
-/// A follower that a stop lifts where it is closed: apart from its cam at the start, the stop is named.
-#[test]
-fn a_stop_that_is_open_at_the_start_is_named_where_motions_are_free() {
-    let text = |at: &str| {
-        format!(
-            "[bodies]\ncam = {{ mass = 1, inertia = 0.001 }}\nfollower = {{ mass = 0.3 }}\n\
-             [joints]\nO = {{ type = \"revolute\", between = [\"ground\", \"cam\"] }}\n\
-             guide = {{ type = \"prismatic\", between = [\"ground\", \"follower\"], axis = [0, 1] }}\n\
-             [loads]\nspring = {{ type = \"force\", joint = \"guide\", value = \"-30 N\" }}\n\
-             contact = {{ type = \"stop\", joint = \"guide\", min = \"0.01*sin(O.angle)\" }}\n\
-             [drives]\nmotor = {{ joint = \"O\", motion = \"20 rad/s*t\" }}\n\
-             [initial]\nguide = {{ position = {at} }}\n[solve]\nt_end = 0.05\n"
-        )
-    };
-    let times = Range { from: 0.0, to: 0.05, n: 3 };
-    let ask = |at: &str| inverse(model(&text(at)), &[], &times, &Actuators::default());
-    let Err(AnalysisError::NMotions { left, open, .. }) = ask("0.02") else {
-        panic!("a free motion")
-    };
-    assert_eq!((left, open), (vec!["guide.position".to_owned()], vec!["contact".to_owned()]));
-    let closed = text("0").replace("position = 0", "position = 0, velocity = 0.2");
-    assert!(inverse(model(&closed), &[], &times, &Actuators::default()).is_ok());
 }
 
 /// An output without a value somewhere along the motion is an error with its name and place.

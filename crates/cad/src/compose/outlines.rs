@@ -66,7 +66,7 @@ fn strokes(body: &Body, is_meant: impl Fn(&(Path, usize)) -> bool) -> Vec<Stroke
     meant.map(|(path, entity)| Stroke { path: path.clone(), entity: *entity }).collect()
 }
 
-/// Whether an area of straight edges fills an outline or a part of it: its corners are in the material or on
+/// True if an area of straight edges fills an outline or a part of it: its corners are in the material or on
 /// the border, and its middle is in the material or a hole.
 fn is_filled_by(outline: &Outline, area: &Path, tolerance: f64) -> bool {
     let corners: Vec<Point> = area.curves.iter().map(Curve::start_point).collect();

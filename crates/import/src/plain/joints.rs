@@ -382,7 +382,7 @@ fn strokes(scene: &Scene<'_>, on: On) -> Vec<usize> {
     }
 }
 
-/// Whether an edge of a body is a centre line: the pitch line of a rack.
+/// True if an edge of a body is a centre line: the pitch line of a rack.
 fn has_pitch_line(pieces: &Pieces, body: &Body) -> bool {
     let near = 5.0 * pieces.pin;
     let is_along = |axis: &[Point; 2], [a, b]: [Point; 2]| {

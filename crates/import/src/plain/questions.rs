@@ -297,7 +297,7 @@ pub(super) fn about_ground(found: &Found) -> Question {
 /// Answer that joins a wheel to a link.
 pub(super) const WITH_LINK: &str = "with_link";
 
-/// Whether the wheel at a pin turns on its own, or with the link that ends there; `free` and `fixed` are the freedoms then.
+/// True if the wheel at a pin turns on its own, or with the link that ends there; `free` and `fixed` are the freedoms then.
 pub(super) fn about_wheel(found: &Found, pin: usize, [free, fixed]: [i64; 2]) -> Question {
     let it = &found.pins[pin];
     let handle = handle_of(found, &it.from);

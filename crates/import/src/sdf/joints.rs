@@ -277,7 +277,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// Whether two axes are neither square to each other nor along each other.
+/// True if two axes are neither square to each other nor along each other.
 fn is_skew(first: Vector, second: Vector) -> bool {
     let [Some(first), Some(second)] = [first, second].map(unit) else { return false };
     (1e-9..1.0 - 1e-9).contains(&dot(first, second).abs())

@@ -158,7 +158,7 @@ fn place(root: &Table, path: &[String]) -> Option<Vec<String>> {
     (is_named && is_start).then(|| below("initial")).flatten()
 }
 
-/// Whether there is something at the end of these keys.
+/// True if there is something at the end of these keys.
 fn leads(table: &Table, path: &[String]) -> bool {
     let [key, rest @ ..] = path else { return false };
     let Some(entry) = table.get(key) else { return false };

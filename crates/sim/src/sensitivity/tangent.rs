@@ -331,7 +331,7 @@ impl Nearest {
         free - step
     }
 
-    /// Whether R dx + (dR x + dr) = 0 has a solution, and dx is one; the largest of x is `x`.
+    /// True if R dx + (dR x + dr) = 0 has a solution, and dx is one; the largest of x is `x`.
     pub(super) fn is_met_by(&self, dx: &DVector<f64>, x: f64) -> bool {
         /// Rounding and the closure of the start leave less.
         const TOLERANCE: f64 = 1e-7;

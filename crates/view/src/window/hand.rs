@@ -237,7 +237,7 @@ fn closed(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     points.iter().chain(points.first()).copied().collect()
 }
 
-/// Whether a ring of pixels goes round a pixel.
+/// True if a ring of pixels goes round a pixel.
 fn surrounds(ring: &[[f64; 3]], [x, y]: [f64; 2]) -> bool {
     let crosses = |pair: &&[[f64; 3]]| {
         let [[ax, ay, _], [bx, by, _]] = [pair[0], pair[1]];

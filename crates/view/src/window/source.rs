@@ -83,7 +83,7 @@ impl Task {
         is_busy.then(|| f64::from_bits(self.part.load(Ordering::Relaxed)))
     }
 
-    /// Whether the window was closed.
+    /// True if the window was closed.
     fn is_closed(&self) -> bool {
         self.is_closed.load(Ordering::Relaxed)
     }
@@ -116,7 +116,7 @@ pub(super) enum News {
 #[derive(Debug)]
 pub(super) struct Loader {
     pub(super) task: Arc<Task>,
-    /// Whether values can be changed.
+    /// True if values of parameters can be changed in the window.
     pub(super) takes_values: bool,
     news: Receiver<News>,
     changed: Sender<Change>,

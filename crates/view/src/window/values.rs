@@ -8,7 +8,7 @@ use crate::show::Show;
 /// The panel of values.
 #[derive(Debug, Default)]
 pub(super) struct ValuePanel {
-    /// Whether the panel is shown.
+    /// True if the panel is shown.
     pub(super) is_open: bool,
     rows: Vec<Row>,
 }

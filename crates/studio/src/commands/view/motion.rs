@@ -32,7 +32,7 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// Whether values can be changed: of a model that is solved.
+    /// True if the window can change values of parameters: of a model that is solved.
     pub(super) fn takes_values(&self) -> bool {
         self.mode.is_none() && !is_log(&self.model.model)
     }

@@ -1,0 +1,163 @@
+//! Answers as they are printed: their state, their units, the files that they go into.
+
+use crate::common::{Scratch, text};
+use crate::questions::{FOUR_BAR, SLIDER_CRANK, json};
+use serde_json::Value;
+
+/// A bob that starts one degree from upright, in millimetres and degrees.
+const UPRIGHT: &str = r#"
+[units]
+length = "mm"
+angle = "deg"
+[parameters]
+u = "0 N m"
+[bodies.bob]
+mass = "1 kg"
+inertia = 0
+com = [0, 1000]
+[joints.A]
+type = "revolute"
+between = ["ground", "bob"]
+coordinate = "phi"
+[loads]
+gravity = { type = "gravity", acceleration = [0, "-9.81 m/s^2"] }
+motor = { type = "torque", on = "bob", value = "u" }
+[io]
+input = ["u"]
+output = ["A.angle"]
+[initial]
+A = { angle = 1 }
+"#;
+
+#[test]
+fn every_answer_about_a_state_names_it_first() {
+    let place = Scratch::new();
+    place.write("up.toml", UPRIGHT);
+    let named = "about the equilibrium nearest to the start: phi = 0 deg, unstable; 1 other";
+    for command in ["linearize", "modes", "bode"] {
+        let output = place.run(&format!("{command} up.toml"));
+        let report = text(&output.stdout);
+        assert!(report.lines().next().expect("a line").ends_with(named), "{report}");
+        assert!(report.contains("others, by number for `--at`: 2: phi = "), "{report}");
+        let answer = json(&place, &[command, "up.toml"]);
+        let state = &answer["state"];
+        assert_eq!((&state["stability"], &state["number"]), (&"unstable".into(), &1.into()));
+        assert_eq!(state["coordinates"][0]["unit"], "deg", "{state}");
+        let other = &state["others"][0];
+        assert_eq!((&other["stability"], &other["number"]), (&"stable".into(), &2.into()));
+        let angle = other["coordinates"][0]["value"].as_f64().expect("an angle");
+        assert!((angle.abs() - 180.0).abs() < 1e-9, "{other}");
+        for at in ["2", "stable"] {
+            let answer = json(&place, &[command, "up.toml", "--at", at]);
+            assert_eq!(answer["state"]["stability"], "stable", "{command} --at {at}");
+        }
+    }
+    for (language, file) in
+        [("c", "up_linear.h"), ("python", "up_linear.py"), ("json", "up_linear.json")]
+    {
+        let output = place.run(&format!("code up.toml --part linear --lang {language} -o code"));
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let code = std::fs::read_to_string(place.path().join("code").join(file)).expect("code");
+        assert!(code.contains(&format!("Linear {named}.")), "{code}");
+    }
+    let refused = place.run("modes up.toml --at 3");
+    assert!(text(&refused.stderr).contains("there is no equilibrium 3, of 2"));
+}
+
+#[test]
+fn a_range_that_ends_says_where_in_the_unit_that_was_asked_for() {
+    let place = Scratch::new();
+    // The rocker that drives turns back at 54.9003678 deg.
+    place.write(
+        "linkage.toml",
+        format!("{FOUR_BAR}rocker = {{ guess = {{ angle = \"57 deg\" }} }}\n"),
+    );
+    for (range, end) in [
+        ("rocker.angle=57:50 deg:8", "rocker.angle = 54.9003678 deg"),
+        ("rocker.angle=1:0.9:3", "rocker.angle = 0.958192179 (SI)"),
+    ] {
+        let mut command = place.bksim();
+        command.args(["kinematics", "linkage.toml", "--drive", range]);
+        let warning = text(&command.output().expect("bksim starts").stderr);
+        assert!(
+            warning.contains(&format!("goes no further than {end}: a dead point")),
+            "{warning}"
+        );
+    }
+}
+
+#[test]
+fn a_range_from_a_branch_point_needs_a_branch() {
+    let place = Scratch::new();
+    let flat = FOUR_BAR
+        .replace("[\"120 mm\", 0]", "[\"100 mm\", 0]")
+        .replace("[\"80 mm\", 0]", "[\"40 mm\", 0]");
+    place.write("flat.toml", flat.replace("\"40 deg\"", "0"));
+    let drive = ["kinematics", "flat.toml", "--drive", "A.angle=0:350 deg:36"];
+    let output = place.bksim().args(drive).output().expect("bksim starts");
+    assert!(!output.status.success());
+    let fault = text(&output.stderr);
+    assert!(fault.contains("error[Q021]") && fault.contains("branch 1: A.angle 1"), "{fault}");
+    let answer = json(&place, &[&drive[..], &["--branch", "1"]].concat());
+    assert_eq!(answer["table"]["rows"].as_array().map(Vec::len), Some(36));
+}
+
+#[test]
+fn answers_are_in_the_units_that_are_asked_for() {
+    let place = Scratch::new();
+    place.write("crank.toml", SLIDER_CRANK);
+    let run = |arguments: &[&str]| {
+        let output = place.bksim().args(arguments).output().expect("bksim starts");
+        assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let drive = ["kinematics", "crank.toml", "--drive", "A.angle=0:90 deg:2", "-o"];
+    run(&[&drive[..], &["si.csv"]].concat());
+    run(&[&drive[..], &["mm.csv", "--units", "mm,deg"]].concat());
+    let read = |name: &str| std::fs::read_to_string(place.path().join(name)).expect("a table");
+    let [si, shown] = ["si.csv", "mm.csv"].map(read);
+    let cells = |table: &str, line: usize| {
+        let line = table.lines().nth(line).expect("a line");
+        line.split(',').map(str::to_owned).collect::<Vec<String>>()
+    };
+    let heads = cells(&shown, 0);
+    for (k, name) in cells(&si, 0).iter().enumerate() {
+        let factor = match name.as_str() {
+            "A.angle" => 180.0 / std::f64::consts::PI,
+            "slider.x" => 1000.0,
+            _ => continue,
+        };
+        let unit = if name == "A.angle" { "deg" } else { "mm" };
+        assert_eq!(heads[k], format!("{name} [{unit}]"));
+        let [own, other] =
+            [&si, &shown].map(|table| cells(table, 2)[k].parse::<f64>().expect("a number"));
+        assert!((own * factor - other).abs() < 1e-9 * other.abs(), "{name}: {own}, {other}");
+    }
+    // Text follows them, and the model's own.
+    let limits = ["kinematics", "crank.toml", "--limits"];
+    assert!(run(&[&limits[..], &["--units", "mm,rad"]].concat()).contains(" mm"));
+    place.write(
+        "crank.toml",
+        format!("[units]\nlength = \"mm\"\n{}", SLIDER_CRANK.replace("\"-20 mm\"", "-20")),
+    );
+    assert!(run(&limits).contains(" mm"));
+}
+
+#[test]
+fn a_text_goes_into_a_file_and_replaces_none() {
+    let place = Scratch::new();
+    place.write("four.toml", FOUR_BAR);
+    let run = |arguments: &str| place.run(arguments);
+    let printed = text(&run("check four.toml").stdout);
+    assert!(run("check four.toml -o check.txt").status.success());
+    let read = |name: &str| std::fs::read_to_string(place.path().join(name)).expect("a file");
+    assert_eq!(read("check.txt"), printed);
+    let refused = run("check four.toml -o check.txt");
+    assert_eq!(refused.status.code(), Some(4), "{}", text(&refused.stderr));
+    assert!(run("check four.toml -o check.txt --force --json").status.success());
+    let object: Value = serde_json::from_str(&read("check.txt")).expect("an object");
+    assert_eq!(object["command"], "check");
+    // The model itself is never replaced.
+    assert!(!run("expand four.toml -o four.toml --force").status.success());
+    assert_eq!(read("four.toml"), FOUR_BAR);
+}
