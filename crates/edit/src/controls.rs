@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::numbers::{Literal, literal};
+use crate::numbers::literal;
 use crate::places::{Kind, Place, Places};
 
 /// Steps of a slider over its range.
@@ -43,7 +43,7 @@ fn control(places: &Places<'_>, place: &Place) -> Value {
         "is_guess": place.path.iter().any(|key| key == "guess"),
     });
     if let Some(literal) = literal(text) {
-        let [low, high] = range(&literal);
+        let [low, high] = range_about(literal.number, &literal.unit);
         value["number"] = json!(literal.number);
         value["unit"] = json!(literal.unit);
         value["range"] = json!([low, high, (high - low) / N_STEPS]);
@@ -51,10 +51,9 @@ fn control(places: &Places<'_>, place: &Place) -> Value {
     value
 }
 
-/// A range about a number: a whole turn of an angle, from a fifth to twice of all else.
-fn range(literal: &Literal) -> [f64; 2] {
-    let Literal { number, unit } = literal;
-    match (unit.as_str(), *number) {
+/// Range of a slider about a number: a whole turn of an angle, from a fifth to twice of all else.
+pub fn range_about(number: f64, unit: &str) -> [f64; 2] {
+    match (unit, number) {
         ("deg", x) if x.abs() <= 180.0 => [-180.0, 180.0],
         (_, 0.0) => [-1.0, 1.0],
         (_, x) if x > 0.0 => [0.2 * x, 2.0 * x],

@@ -34,6 +34,7 @@ mod written;
 
 pub use apply::edited;
 pub use codes::PAGES;
+pub use controls::range_about;
 pub use document::Document;
 pub use edit::{Edit, EditError, End};
 pub use hand::Hold;

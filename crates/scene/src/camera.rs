@@ -97,6 +97,13 @@ impl Camera {
         std::array::from_fn(|i| self.centre[i] + right * rows_x[i] + up * rows_y[i])
     }
 
+    /// The point seen at a pixel that is as far from the eye as another one.
+    pub fn unproject_like(&self, pixel: [f64; 2], like: [f64; 3]) -> [f64; 3] {
+        let (seen, [.., near]) = (self.unproject(pixel), self.project(like));
+        let [.., towards_eye] = self.r_view_from_world;
+        std::array::from_fn(|i| seen[i] + near * towards_eye[i])
+    }
+
     /// Puts all points into the picture, with a margin of this part of its size on every side.
     #[must_use]
     pub fn fitted(mut self, points: impl IntoIterator<Item = [f64; 3]>, margin: f64) -> Self {

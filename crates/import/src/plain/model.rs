@@ -25,7 +25,7 @@ pub struct Material {
     pub thickness: f64,
 }
 
-/// What a text is written from.
+/// A mechanism that was understood, with what its text is written from.
 pub(super) struct Writing<'a> {
     pub(super) found: &'a Found,
     pub(super) asked: &'a Asked,

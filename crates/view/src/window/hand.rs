@@ -4,7 +4,7 @@ use bksim::model::diagnostic::Diagnostic;
 use bksim::playback::Playback;
 use bksim::sim::pose::Pose;
 use bksim_edit::{Live, Posed, hold_of, limit_words};
-use bksim_scene::{Camera, Form, Scene, Shape};
+use bksim_scene::{Camera, Picked, Scene};
 
 use super::overlay::marker_at;
 
@@ -12,16 +12,6 @@ use super::overlay::marker_at;
 const REACH: f64 = 8.0;
 /// Longest part of a motion between two frames, s.
 const LONGEST_STEP: f64 = 0.05;
-
-/// A place of a body under the pointer.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Hit {
-    body: usize,
-    /// In the frame of the body, m.
-    point: [f64; 3],
-    /// In the world, m.
-    world: [f64; 3],
-}
 
 /// A mechanism that is posed or pulled by the pointer.
 #[derive(Debug)]
@@ -70,13 +60,13 @@ impl Hand {
     }
 
     /// Takes hold of a body.
-    pub(super) fn grab(&mut self, playback: &Playback, hit: Hit) {
+    pub(super) fn grab(&mut self, playback: &Playback, hit: Picked) {
         self.held = Some(hit.world);
         self.words.clear();
         if let Some(live) = &self.live {
             let model = playback.log().model_with(&playback.mechanism().parameters).ok();
             let held = model.and_then(|model| {
-                let hold = hold_of(&model, hit.body, hit.point)?;
+                let hold = hold_of(&model, hit.at.body, hit.at.position)?;
                 Some(Live::held(model, hold, self.posed.size(), &live.left()))
             });
             self.take_live(held);
@@ -84,7 +74,7 @@ impl Hand {
         }
         self.go_to_run(playback);
         // A model that was read compiles.
-        let _ = self.posed.grab(hit.body, hit.point);
+        let _ = self.posed.grab(hit.at.body, hit.at.position);
         self.poses = Some(self.posed.bodies());
     }
 
@@ -170,97 +160,24 @@ impl Hand {
     }
 }
 
-/// The place of the world under a pixel, as far from the eye as a place of the world.
-pub(super) fn world_at(camera: &Camera, pixel: [f64; 2], like: [f64; 3]) -> [f64; 3] {
-    let [right, up, _] = camera.r_view_from_world;
-    let at = camera.project(like);
-    let (dx, dy) = ((pixel[0] - at[0]) / camera.scale, (at[1] - pixel[1]) / camera.scale);
-    std::array::from_fn(|i| like[i] + dx * right[i] + dy * up[i])
-}
-
-/// The body under a pixel: a named point of it, or a line; the uppermost where several are near.
-pub(super) fn hit(camera: &Camera, scene: &Scene, poses: &[Pose], at: [f64; 2]) -> Option<Hit> {
-    if let Some((marker_idx, _)) = marker_at(camera, scene, poses, at) {
-        let marker = scene.markers[marker_idx].at;
-        let world = poses[marker.body].place(marker.position);
-        return Some(Hit { body: marker.body, point: marker.position, world });
-    }
-    let shapes = scene.shapes.iter().rev().filter(|shape| shape.body != 0);
-    shapes.into_iter().find_map(|shape| on_shape(camera, shape, poses.get(shape.body)?, at))
-}
-
-/// The place of a shape under a pixel.
-fn on_shape(camera: &Camera, shape: &Shape, pose: &Pose, at: [f64; 2]) -> Option<Hit> {
-    let (lines, reach): (Vec<Vec<[f64; 3]>>, f64) = match &shape.form {
-        Form::Region(rings) => (rings.iter().map(|ring| closed(ring)).collect(), REACH),
-        Form::Line { points, is_closed } => {
-            (vec![if *is_closed { closed(points) } else { points.clone() }], REACH)
-        }
-        Form::Rod { ends, radius } => (vec![ends.to_vec()], REACH.max(radius * camera.scale)),
-        Form::Solid(solid) => (vec![solid.corners.clone()], REACH),
-        Form::Section { .. } => return None,
-    };
-    let projected = |line: &Vec<[f64; 3]>| -> Vec<[f64; 3]> {
-        line.iter().map(|p| camera.project(pose.place(*p))).collect()
-    };
-    let lines: Vec<Vec<[f64; 3]>> = lines.iter().map(projected).collect();
-    let is_inside = matches!(shape.form, Form::Region(_))
-        && lines.iter().filter(|ring| surrounds(ring, at)).count() % 2 == 1;
-    let is_near = lines.iter().any(|line| distance(line, at) <= reach);
-    let middle = shape_middle(&shape.form)?;
-    (is_inside || is_near).then(|| {
-        let world = world_at(camera, at, pose.place(middle));
-        Hit { body: shape.body, point: local(pose, world), world }
-    })
-}
-
-/// A place of the world in the frame of a body.
-fn local(pose: &Pose, world: [f64; 3]) -> [f64; 3] {
-    let d: [f64; 3] = std::array::from_fn(|i| world[i] - pose.origin[i]);
-    std::array::from_fn(|j| (0..3).map(|i| pose.r_world_from_body[i][j] * d[i]).sum())
-}
-
-/// A place of a shape, for its depth.
-fn shape_middle(form: &Form) -> Option<[f64; 3]> {
-    let points: &[[f64; 3]] = match form {
-        Form::Region(rings) => rings.first()?,
-        Form::Line { points, .. } => points,
-        Form::Rod { ends, .. } => ends,
-        Form::Solid(solid) => &solid.corners,
-        Form::Section { .. } => return None,
-    };
-    let n = points.len().max(1) as f64;
-    Some(std::array::from_fn(|i| points.iter().map(|p| p[i]).sum::<f64>() / n))
-}
-
-fn closed(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    points.iter().chain(points.first()).copied().collect()
-}
-
-/// True if a ring of pixels goes round a pixel.
-fn surrounds(ring: &[[f64; 3]], [x, y]: [f64; 2]) -> bool {
-    let crosses = |pair: &&[[f64; 3]]| {
-        let [[ax, ay, _], [bx, by, _]] = [pair[0], pair[1]];
-        (ay > y) != (by > y) && x < (bx - ax) * (y - ay) / (by - ay) + ax
-    };
-    ring.windows(2).filter(crosses).count() % 2 == 1
-}
-
-/// The distance of a pixel from a line of pixels.
-fn distance(line: &[[f64; 3]], [x, y]: [f64; 2]) -> f64 {
-    let of_piece = |pair: &[[f64; 3]]| {
-        let [[ax, ay, _], [bx, by, _]] = [pair[0], pair[1]];
-        let (dx, dy) = (bx - ax, by - ay);
-        let square = dx * dx + dy * dy;
-        let along = if square > 0.0 { ((x - ax) * dx + (y - ay) * dy) / square } else { 0.0 };
-        let part = along.clamp(0.0, 1.0);
-        (x - ax - part * dx).hypot(y - ay - part * dy)
-    };
-    line.windows(2).map(of_piece).fold(f64::INFINITY, f64::min)
+/// The body under a pixel: a named point of it, or its shape.
+pub(super) fn hit(
+    camera: &Camera,
+    scene: &Scene,
+    poses: &[Pose],
+    pixel: [f64; 2],
+) -> Option<Picked> {
+    let named = marker_at(camera, scene, poses, pixel).map(|(marker_idx, _)| {
+        let at = scene.markers[marker_idx].at;
+        Picked { at, world: poses[at.body].place(at.position) }
+    });
+    named.or_else(|| scene.pick(camera, poses, pixel, REACH))
 }
 
 #[cfg(test)]
 mod tests {
+    use bksim_scene::Attached;
+
     use super::*;
     use crate::show::pendulum;
 
@@ -271,7 +188,8 @@ mod tests {
         let mut hand = Hand::of(playback).expect("a mechanism");
         assert!(hand.poses().is_none());
         let at = show.poses()[1].place([0.0, -1.0, 0.0]);
-        hand.grab(playback, Hit { body: 1, point: [0.0, -1.0, 0.0], world: at });
+        let end = Attached { body: 1, position: [0.0, -1.0, 0.0] };
+        hand.grab(playback, Picked { at: end, world: at });
         let before = hand.poses().expect("a pose")[1];
         assert!((0..3).all(|i| (before.origin[i] - show.poses()[1].origin[i]).abs() < 1e-9));
         hand.drag([0.6, -0.8, 0.0]);
@@ -290,22 +208,5 @@ mod tests {
         assert!(!hand.is_live() && hand.poses().is_some());
         hand.open();
         assert!(hand.poses().is_none());
-    }
-
-    #[test]
-    fn bodies_are_found_at_their_lines_and_in_their_regions() {
-        let square = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
-        let role = bksim_scene::Role::Body(0);
-        let region = Shape { body: 1, role, form: Form::Region(vec![square.to_vec()]) };
-        let rod = Form::Rod { ends: [[-1.0, 0.0, 0.0], [-1.0, 1.0, 0.0]], radius: 0.1 };
-        let shapes = vec![region, Shape { body: 2, role, form: rod }];
-        let scene = Scene { shapes, ..Scene::default() };
-        let camera = Camera { scale: 100.0, ..Camera::planar([400.0, 400.0]) };
-        let poses = [Pose::default(); 3];
-        let found = |x, y| hit(&camera, &scene, &poses, [x, y]);
-        let inside = found(250.0, 150.0).expect("the square");
-        assert_eq!((inside.body, inside.point), (1, [0.5, 0.5, 0.0]));
-        assert_eq!(found(109.0, 150.0).map(|hit| hit.body), Some(2));
-        assert_eq!(found(150.0, 150.0), None);
     }
 }

@@ -1,6 +1,7 @@
 //! The panel of values: a slider for each parameter that is a number.
 
 use bksim::model::file::ShownUnit;
+use bksim_edit::range_about;
 use egui::{RichText, Slider, Ui};
 
 use crate::show::Show;
@@ -71,15 +72,5 @@ impl ValuePanel {
             }
         });
         changed
-    }
-}
-
-/// A range about a number: a whole turn of an angle, from a fifth to twice of all else.
-fn range_about(value: f64, unit: &str) -> [f64; 2] {
-    match (unit, value) {
-        ("deg", x) if x.abs() <= 180.0 => [-180.0, 180.0],
-        (_, 0.0) => [-1.0, 1.0],
-        (_, x) if x > 0.0 => [0.2 * x, 2.0 * x],
-        (_, x) => [2.0 * x, 0.2 * x],
     }
 }

@@ -164,7 +164,7 @@ impl Viewport {
         if response.drag_stopped() {
             hand.release();
         } else if let Some(pointer) = response.interact_pointer_pos() {
-            hand.drag(hand::world_at(self.eye.camera(), pixel(pointer), held));
+            hand.drag(self.eye.camera().unproject_like(pixel(pointer), held));
         }
         true
     }
