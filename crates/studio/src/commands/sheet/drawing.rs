@@ -18,6 +18,8 @@ const PER_METRE: f64 = 96.0 / 0.0254;
 const SCALES: [f64; 3] = [5.0, 2.0, 1.0];
 /// Space for dimensions around a mechanism, px.
 const EDGE: f64 = 56.0;
+/// Largest height of a drawing over its width.
+const HIGHEST: f64 = 0.9;
 /// Distance of a dimension from its link, its letters and its arrowheads, px.
 const AWAY: f64 = 20.0;
 const LETTERS: f64 = 10.0;
@@ -52,7 +54,7 @@ fn camera(show: &mut Show, width: f64) -> Result<(Camera, String), Unreplayed> {
     };
     let mut points = show.points_over_run().to_vec();
     points.extend(show.arrow_tips_over_run()?);
-    let height = 0.62 * width;
+    let height = HIGHEST * width;
     let room = [width - 2.0 * EDGE, height - 2.0 * EDGE];
     let fit = of_size(room).fitted(points.iter().copied(), 0.0);
     let (scale, words) = standard(fit.scale / PER_METRE);
