@@ -190,3 +190,10 @@ def test_what_notify_raises_ends_the_run(crank: bksim.Model) -> None:
     finally:
         signal.signal(signal.SIGALRM, before)
     assert len(caught.value.result) > 1  # type: ignore[attr-defined]
+
+
+def test_a_fault_at_the_first_sample_names_its_instant() -> None:
+    model = bksim.loads(FREE + '[outputs]\nratio = "1/(S.position/(1 m))"\n[solve]\nt_start = 2\nt_end = 3\n')
+    with pytest.raises(bksim.SolverError, match="ratio") as caught:
+        model.solve()
+    assert caught.value.t == 2

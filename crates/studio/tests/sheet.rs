@@ -155,3 +155,62 @@ fn loads_of_a_body_without_mass_are_in_balance() {
     let output = place.run("sheet pusher.toml -o other.inp --body rot");
     assert!(text(&output.stderr).contains("did you mean `rod`"), "{}", text(&output.stderr));
 }
+
+/// A bob whose torque leaves its table under one load, and that could touch a wall.
+const EARLY: &str = r#"
+[tables.curve]
+points = [[0, 1], [1, 2]]
+units = ["rad", "N m"]
+
+[parameters]
+factor = 0.01
+
+[ground]
+points = { A = ["1 m", "-1 m"], B = ["1 m", "1 m"] }
+
+[bodies.bob]
+mass = "1 kg"
+inertia = "0.1 kg m^2"
+com = ["0.1 m", 0]
+points = { P = ["0.1 m", 0] }
+
+[joints.A]
+type = "revolute"
+between = ["ground", "bob"]
+
+[loads.push]
+type = "torque"
+joint = "A"
+value = "curve(A.angle)*factor"
+
+[contacts.wall]
+between = [{ line = ["ground.A", "ground.B"] }, "bob.P"]
+
+[initial]
+A = { angle = 0, rate = 0.1 }
+
+[solve]
+t_end = "1 s"
+
+[cases.low]
+set = { factor = 0.02 }
+[cases.high]
+set = { factor = 1 }
+"#;
+
+#[test]
+fn a_sheet_says_what_it_leaves_out() {
+    let place = Scratch::new();
+    place.write("bob.toml", EARLY);
+    let output = place.run("sheet bob.toml");
+    let printed = text(&output.stdout);
+    assert!(printed.contains("The run of load case high ended early, at t = 0."), "{printed}");
+    assert!(!printed.contains("load case low ended early"), "{printed}");
+    assert!(printed.contains("Forces of contacts are not in this sheet"), "{printed}");
+    assert!(place.run("sheet bob.toml -o bob.html").status.success());
+    let page = fs::read_to_string(place.path().join("bob.html")).expect("a page");
+    assert!(page.contains("ended early") && page.contains("Forces of contacts"));
+    place.write("pusher.toml", PUSHER);
+    let printed = text(&place.run("sheet pusher.toml").stdout);
+    assert!(!printed.contains("ended early") && !printed.contains("contacts"), "{printed}");
+}
