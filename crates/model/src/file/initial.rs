@@ -149,6 +149,16 @@ impl Reader<'_> {
     ) {
         for (key, measure, quantity) in rows {
             let Some(node) = fields.get(key) else { continue };
+            if let Value::Table(table) = &node.value
+                && let Some(guess) = table.get("guess").filter(|_| !is_guess)
+            {
+                let value = self.text.get(guess.node.span.clone()).unwrap_or_default();
+                let help = format!(
+                    "write the guess around the key: `{name} = {{ guess = {{ {key} = {value} }} }}`"
+                );
+                self.wrong_kind(node, &fields.what(key), "a quantity", &node.value, &help);
+                continue;
+            }
             let read = self.read_value(node, &fields.what(key), *quantity, |value, span| Initial {
                 measure: *measure,
                 value,
