@@ -1,6 +1,6 @@
 //! A session as a page has it: poses under the hand, motions, faults under which the last picture stays.
 
-use bksim_edit::{Answer, Posed, Session, Solver};
+use bksim_edit::{Answer, Posed, Session, Solver, range_about};
 use bksim_model::file::{Source, read};
 use serde_json::{Value, json};
 
@@ -308,4 +308,16 @@ fn a_picture_is_drawn_as_a_page_sees_it() {
         "{svg}"
     );
     assert_ne!(light, dark);
+}
+
+#[test]
+fn sliders_of_negative_numbers_mirror_those_of_positive_ones() {
+    for x in [3.0, 0.5] {
+        let [[low, high], below] = [range_about(x, "N"), range_about(-x, "N")];
+        assert_eq!([low, high], [0.2 * x, 2.0 * x]);
+        assert_eq!(below, [-high, -low]);
+    }
+    assert_eq!(range_about(0.0, "N"), [-1.0, 1.0]);
+    assert_eq!(range_about(-30.0, "deg"), [-180.0, 180.0]);
+    assert_eq!(range_about(-200.0, "deg"), [-400.0, -40.0]);
 }
