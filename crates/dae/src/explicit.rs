@@ -25,9 +25,7 @@ use self::control::PiController;
 use self::stages::StageWork;
 pub use self::stiffness::STABLE_RANGE;
 use self::stiffness::StiffnessTest;
-pub use self::straight_line::{
-    N_EXTENSION_VECTORS, N_STEP_VECTORS, Recorder, STEP_END, record_extension, record_step,
-};
+pub use self::straight_line::{N_STEP_VECTORS, Recorder, STEP_END, record_step};
 use crate::accessors::accessors;
 use crate::dense::{ContinuousExtension, Interpolant, Step};
 use crate::error::{Cause, SolveError, Standstill};

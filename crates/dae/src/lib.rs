@@ -115,8 +115,8 @@ pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
 pub use events::{Crossing, Event, EventSearch, Events};
 pub use explicit::{
-    Advance, ExplicitSolver, N_EXTENSION_VECTORS, N_STEP_VECTORS, Recorder, STABLE_RANGE, STEP_END,
-    record_extension, record_step, solve_ode,
+    Advance, ExplicitSolver, N_STEP_VECTORS, Recorder, STABLE_RANGE, STEP_END, record_step,
+    solve_ode,
 };
 pub use noise::Noise;
 pub use run::{Control, End, Outcome, Start};
@@ -126,4 +126,4 @@ pub use settings::{
 };
 pub use solve::{Solver, solve};
 pub use stats::Stats;
-pub use system::{Attempt, ExtendedStep, Index, Layout, NotFinite, Ode, Pattern, StepSpan, System};
+pub use system::{Attempt, Index, Layout, NotFinite, Ode, Pattern, StepSpan, System};

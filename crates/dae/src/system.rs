@@ -155,18 +155,6 @@ pub trait Ode {
         false
     }
 
-    /// Writes the vectors of [`record_extension`](crate::record_extension) of the step that [`Ode::whole_step`] has taken
-    /// last, with these `results`, where there is straight-line code for them and they are finite; false where its dense
-    /// output must be found stage by stage. What is written must equal what stages give.
-    fn whole_extension(
-        &mut self,
-        _step: ExtendedStep<'_>,
-        _results: &[f64],
-        _terms: &mut [f64],
-    ) -> bool {
-        false
-    }
-
     /// Takes note of how the attempts at steps go. What [`Ode::derivative`] continues the equations by, away from
     /// their solutions, may change between two of them, but not within one. By default nothing is done.
     fn note(&mut self, _attempt: Attempt) {}
@@ -193,21 +181,6 @@ pub struct StepSpan {
     pub t1: f64,
 }
 
-/// An accepted step whose dense output is asked for.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct ExtendedStep<'a> {
-    /// Start of the step.
-    pub t: f64,
-    /// Size of the step, signed.
-    pub h: f64,
-    /// The state where it begins.
-    pub y: &'a [f64],
-    /// The derivative there.
-    pub f0: &'a [f64],
-    /// The derivative at its end.
-    pub f1: &'a [f64],
-}
-
 /// A borrowed system is one too, so that a run need not consume it.
 impl<S: Ode + ?Sized> Ode for &mut S {
     fn layout(&self) -> &Layout {
@@ -230,15 +203,6 @@ impl<S: Ode + ?Sized> Ode for &mut S {
 
     fn whole_end(&mut self, t1: f64, results: &[f64], y1: &mut [f64], ydot1: &mut [f64]) -> bool {
         (**self).whole_end(t1, results, y1, ydot1)
-    }
-
-    fn whole_extension(
-        &mut self,
-        step: ExtendedStep<'_>,
-        results: &[f64],
-        terms: &mut [f64],
-    ) -> bool {
-        (**self).whole_extension(step, results, terms)
     }
 
     fn note(&mut self, attempt: Attempt) {

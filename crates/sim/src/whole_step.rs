@@ -6,10 +6,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use bksim_dae::{
-    ExtendedStep, N_EXTENSION_VECTORS, N_STEP_VECTORS, Recorder, STEP_END, StepSpan,
-    record_extension, record_step,
-};
+use bksim_dae::{N_STEP_VECTORS, Recorder, STEP_END, StepSpan, record_step};
 use bksim_expr::{Composition, Jit, LaneRunner, LaneValues, LaneWorkspace, Tape, Value};
 
 use crate::function::{Buffers, Function, Uses};
@@ -22,8 +19,6 @@ const N_STAGES: usize = 11;
 /// Operations up to which a step is made one function: beyond, code is longer than the cache of a processor, and what
 /// surrounds an evaluation is little next to it.
 const LARGEST: usize = 20_000;
-/// Stages of its dense output.
-const N_EXTENSION_STAGES: usize = 3;
 /// Steps by which making the function for one state has about paid, for each operation of a stage: it is made of so many stages.
 const STEPS_PER_OPERATION: usize = N_STAGES;
 
@@ -37,9 +32,6 @@ pub(crate) struct WholeStep {
     made: OnceLock<Option<Made>>,
     /// A further projection of the end, and the derivative there.
     closing: OnceLock<Function>,
-    /// The dense output.
-    extensions: Uses,
-    extension: OnceLock<Function>,
 }
 
 /// The functions that a step is made of, all of the same parameters.
@@ -152,15 +144,7 @@ pub(crate) fn are_finite(numbers: &[f64]) -> bool {
 impl WholeStep {
     /// Step that is not made yet.
     pub(crate) fn new(parts: Arc<StepParts>, jit: Jit) -> Self {
-        Self {
-            parts,
-            jit,
-            steps: Uses::new(jit),
-            made: OnceLock::new(),
-            closing: OnceLock::new(),
-            extensions: Uses::new(jit),
-            extension: OnceLock::new(),
-        }
+        Self { parts, jit, steps: Uses::new(jit), made: OnceLock::new(), closing: OnceLock::new() }
     }
 
     fn made(&self) -> Option<&Made> {
@@ -228,24 +212,6 @@ impl WholeStep {
         let results = self.closing.get_or_init(make).evaluate(buffers, &[&[t1], state, factors]);
         ProjectedEnd::of(results, state.len(), self.parts.shape.nc)
     }
-
-    /// The terms of the dense output of a step with these results, see [`record_extension`], and the pivots of its stages;
-    /// `None` where these are computed one by one.
-    pub(crate) fn extend<'b>(
-        &self,
-        buffers: &'b mut Buffers,
-        ExtendedStep { t, h, y, f0, f1 }: ExtendedStep<'_>,
-        results: &[f64],
-    ) -> Option<(&'b [f64], &'b [f64])> {
-        if !self.extensions.are_enough(N_EXTENSION_STAGES * self.parts.line.len()) {
-            return None;
-        }
-        let make = || Function::with_code(extension_tape(&self.parts), Jit::On);
-        let (function, n) = (self.extension.get_or_init(make), y.len());
-        let stages = &results[..N_STAGES * n];
-        let found = function.evaluate(buffers, &[&[t, h], y, f0, stages, f1]);
-        Some(found.split_at(N_EXTENSION_VECTORS * n))
-    }
 }
 
 impl StepParts {
@@ -306,26 +272,6 @@ fn closing_tape(parts: &StepParts, n_factors: usize) -> Tape {
     let inputs: Vec<Value> = (0..=n + n_factors).map(|i| recorder.input(i)).collect();
     let (end, pivots) = record_end(parts, &mut recorder, inputs[0], inputs[1..].split_at(n));
     recorder.finish(&[end, pivots].concat())
-}
-
-/// The dense output of a step as a function of (t, h, y, k_0 … k_12): its terms, then the pivots of its stages, each
-/// [`padded`].
-fn extension_tape(parts: &StepParts) -> Tape {
-    let Shape { nq, nc, .. } = parts.shape;
-    let n = 2 * nq + 1;
-    let n_inputs = 2 + (N_STAGES + 3) * n;
-    let mut recorder = StepRecorder(Composition::new(n_inputs, parts.line.n_parameters()));
-    let inputs: Vec<Value> = (0..n_inputs).map(|i| recorder.0.input(i)).collect();
-    let (y, k) = inputs[2..].split_at(n);
-    let k = k.chunks_exact(n).map(<[Value]>::to_vec).collect();
-    let mut pivots = Vec::new();
-    let stage = |StepRecorder(recorder): &mut StepRecorder, t: Value, y: &[Value]| {
-        let (slope, factors) = parts.record_derivative(recorder, t, y);
-        pivots.extend(padded(&factors[..nq + nc]));
-        slope
-    };
-    let terms = record_extension(&mut recorder, [inputs[0], inputs[1]], y, k, stage);
-    recorder.0.finish(&[terms, pivots].concat())
 }
 
 /// Records a [`ProjectedEnd`] at `t1`, from a state near it and factors, and the pivots there, [`padded`].

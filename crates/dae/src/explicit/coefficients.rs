@@ -10,7 +10,7 @@
 //! Stages count from zero. Stage 12 is the derivative at the end of the step, the first stage of
 //! the next one; stages 13 to 15 serve the extension only.
 
-pub(super) use crate::dense::{N_STAGES, N_TERMS};
+pub(super) use crate::dense::N_STAGES;
 
 /// Stages with those of the continuous extension.
 pub(super) const N_EXTENDED: usize = 16;

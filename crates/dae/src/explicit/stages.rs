@@ -10,7 +10,7 @@ use crate::error::WorstUnknown;
 use crate::scale::{Scale, Unit};
 use crate::settings::Settings;
 use crate::stats::Stats;
-use crate::system::{ExtendedStep, Layout, NotFinite, Ode, StepSpan};
+use crate::system::{Layout, NotFinite, Ode, StepSpan};
 
 /// Buffers of one step, allocated once.
 pub(super) struct StageWork {
@@ -188,15 +188,6 @@ impl StageWork {
         let (n, at) = (y1.len(), (last.t0, last.h));
         if self.is_whole {
             // Where the step has been accepted, the run has left its first derivative in exchange for the last.
-            let (t, h, y, f0) = (last.t0, last.h, &last.y0[..], &self.f1[..]);
-            let ends = ExtendedStep { t, h, y, f0, f1 };
-            if system.whole_extension(ends, &self.whole, &mut last.terms[3 * n..]) {
-                stats.n_residual += N_EXTENDED - N_STAGES - 1;
-                for (i, &f0) in self.f1.iter().enumerate() {
-                    last.take_ends(i, (f0, y1[i], f1[i]));
-                }
-                return Ok(());
-            }
             let step = StepVectors::new(n, &self.whole);
             self.y0.values_mut().copy_from_slice(&last.y0);
             self.k.column_mut(0).copy_from_slice(&self.f1);

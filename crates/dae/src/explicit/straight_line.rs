@@ -2,7 +2,7 @@
 //!
 //! Operations are those of [`StageWork`](super::stages::StageWork) in the same order, so that the code gives the same bits.
 
-use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES, N_TERMS, Term};
+use super::coefficients::{A, C, E3, E5, N_STAGES, Term};
 
 /// Arithmetic that is written down, to be carried out often: straight-line code in the making.
 pub trait Recorder {
@@ -83,25 +83,6 @@ pub fn record_step<R: Recorder>(
     k.concat()
 }
 
-/// Vectors, as long as there are unknowns, that [`record_extension`] gives.
-pub const N_EXTENSION_VECTORS: usize = N_TERMS - 3;
-
-/// Records the stages of the dense output of a step from `(t, y)` of size `h`, where `k` holds `k_0 … k_12`, the last at its
-/// end, with a `derivative` that records `f`: the terms `r_4 … r_7` of the dense output, of `n` numbers each.
-pub fn record_extension<R: Recorder>(
-    recorder: &mut R,
-    [t, h]: [R::Value; 2],
-    y: &[R::Value],
-    mut k: Vec<Vec<R::Value>>,
-    mut derivative: impl FnMut(&mut R, R::Value, &[R::Value]) -> Vec<R::Value>,
-) -> Vec<R::Value> {
-    for i in N_STAGES + 1..N_EXTENDED {
-        let (stage_time, argument) = record_stage(recorder, i, [t, h], (y, &k));
-        k.push(derivative(recorder, stage_time, &argument));
-    }
-    D.iter().flat_map(|row| record_sum(recorder, (h, row), &k, None)).collect()
-}
-
 /// Time and argument of stage `i`.
 fn record_stage<R: Recorder>(
     recorder: &mut R,
@@ -145,7 +126,7 @@ mod tests {
     use crate::explicit::solve_ode;
     use crate::run::{Control, Start};
     use crate::settings::Settings;
-    use crate::system::{ExtendedStep, Index, Layout, NotFinite, Ode, StepSpan};
+    use crate::system::{Index, Layout, NotFinite, Ode, StepSpan};
 
     /// Arithmetic that is carried out at once.
     struct Eager;
@@ -171,7 +152,6 @@ mod tests {
         layout: Layout,
         has_whole_steps: bool,
         n_whole_steps: usize,
-        n_extensions: usize,
     }
 
     fn slope(t: f64, y: &[f64]) -> Vec<f64> {
@@ -202,28 +182,13 @@ mod tests {
             }
             self.has_whole_steps
         }
-
-        fn whole_extension(
-            &mut self,
-            ExtendedStep { t, h, y, f0, f1 }: ExtendedStep<'_>,
-            results: &[f64],
-            terms: &mut [f64],
-        ) -> bool {
-            let stages = results.chunks_exact(2).take(N_STAGES - 1);
-            let k = [f0].into_iter().chain(stages).chain([f1]).map(<[f64]>::to_vec).collect();
-            let f = |_: &mut Eager, t: f64, y: &[f64]| slope(t, y);
-            self.n_extensions += 1;
-            terms.copy_from_slice(&record_extension(&mut Eager, [t, h], y, k, f));
-            true
-        }
     }
 
     #[test]
     fn whole_steps_give_the_bits_of_their_stages() {
         let run = |has_whole_steps: bool| {
             let layout = Layout::from_groups(&[(2, Index::One)]);
-            let mut system =
-                Oscillator { layout, has_whole_steps, n_whole_steps: 0, n_extensions: 0 };
+            let mut system = Oscillator { layout, has_whole_steps, n_whole_steps: 0 };
             let start = Start { t: 0.0, y: vec![2.0, 0.0], ydot: vec![0.0; 2] };
             let mut middles = Vec::new();
             let mut observe = |step: &crate::dense::Step<'_>| {
@@ -235,11 +200,11 @@ mod tests {
             let settings = Settings { rtol: 1e-9, ..Settings::default() };
             let outcome = solve_ode(&mut system, start, 20.0, settings, &mut observe);
             let stats = outcome.expect("it runs").stats;
-            (middles, stats, [system.n_whole_steps, system.n_extensions])
+            (middles, stats, system.n_whole_steps)
         };
         let (stages, stats, none) = run(false);
         let (whole, stats_of_whole, n) = run(true);
         assert_eq!((stages, stats), (whole, stats_of_whole));
-        assert!(none == [0; 2] && n[0] >= n[1] && n[1] > 50, "{n:?} whole steps and extensions");
+        assert!(none == 0 && n > 50, "{n} whole steps");
     }
 }

@@ -10,9 +10,7 @@
 //! coordinate projection method applied to mechanical systems with algebraic constraints*, SIAM
 //! J. Numer. Anal. 30 (1993).
 
-use bksim_dae::{
-    Attempt, ExtendedStep, Layout, NotFinite, Ode, Settings, StepControl, StepSpan, Tolerance,
-};
+use bksim_dae::{Attempt, Layout, NotFinite, Ode, Settings, StepControl, StepSpan, Tolerance};
 
 use super::holding::Holding;
 use super::singular::{CLOSE, NOTICEABLE};
@@ -37,8 +35,6 @@ pub(crate) struct ExplicitMotion<'a> {
     step: Option<StepBuffers>,
     /// Further projections of their ends.
     closing: Option<Buffers>,
-    /// Their dense output.
-    extension: Option<Buffers>,
     pub(super) parameters: Vec<f64>,
     /// One that was taken together with those of other runs.
     offered: Offered,
@@ -78,7 +74,6 @@ impl<'a> ExplicitMotion<'a> {
             lambda: vec![0.0; compiled.nc()],
             step: None,
             closing: None,
-            extension: None,
             offered: Offered::default(),
             parameters: parameters.to_vec(),
             has_left_factors: false,
@@ -235,26 +230,6 @@ impl Ode for ExplicitMotion<'_> {
             state.copy_from_slice(end.state[0]);
         }
         self.closing = Some(closing);
-        is_taken
-    }
-
-    fn whole_extension(
-        &mut self,
-        step: ExtendedStep<'_>,
-        results: &[f64],
-        terms: &mut [f64],
-    ) -> bool {
-        let Some(whole) = &self.evaluator.system().step else { return false };
-        if self.holding.is_on {
-            return false;
-        }
-        let mut extension = self.extension.take().unwrap_or_else(|| self.buffers());
-        let is_taken =
-            whole.extend(&mut extension, step, results).is_some_and(|(found, pivots)| {
-                terms.copy_from_slice(found);
-                are_finite(terms) && self.accept_pivots(pivots)
-            });
-        self.extension = Some(extension);
         is_taken
     }
 
