@@ -131,20 +131,8 @@ impl Saver {
 
     /// Adds counters.
     pub fn stats(&mut self, stats: &Stats) {
-        let Stats {
-            n_step,
-            n_accept,
-            n_reject,
-            n_newton_failed,
-            n_newton,
-            n_residual,
-            n_jacobian,
-            n_factor,
-            n_solve,
-        } = *stats;
-        let steps = [n_step, n_accept, n_reject, n_newton_failed];
-        let work = [n_newton, n_residual, n_jacobian, n_factor, n_solve];
-        steps.into_iter().chain(work).for_each(|x| self.count(x));
+        let mut stats = *stats;
+        stats.counters().into_iter().for_each(|x| self.count(*x));
     }
 
     /// Adds the whole checkpoint of a solver.
@@ -294,16 +282,10 @@ impl<'a> Loader<'a> {
     /// # Errors
     /// [`SolveError::Checkpoint`] when numbers are missing.
     pub fn stats(&mut self) -> Result<Stats, SolveError> {
-        Ok(Stats {
-            n_step: self.count()?,
-            n_accept: self.count()?,
-            n_reject: self.count()?,
-            n_newton_failed: self.count()?,
-            n_newton: self.count()?,
-            n_residual: self.count()?,
-            n_jacobian: self.count()?,
-            n_factor: self.count()?,
-            n_solve: self.count()?,
-        })
+        let mut stats = Stats::default();
+        for counter in stats.counters() {
+            *counter = self.count()?;
+        }
+        Ok(stats)
     }
 }

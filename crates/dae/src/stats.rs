@@ -27,29 +27,28 @@ pub struct Stats {
     pub n_solve: usize,
 }
 
-impl AddAssign for Stats {
-    fn add_assign(&mut self, other: Self) {
+impl Stats {
+    /// All counters, in the order of the fields.
+    pub(crate) fn counters(&mut self) -> [&mut usize; 9] {
         // Taken apart, so that no counter can be forgotten.
         let Self {
-            n_step,
-            n_accept,
-            n_reject,
-            n_newton_failed,
-            n_newton,
-            n_residual,
-            n_jacobian,
-            n_factor,
-            n_solve,
-        } = other;
-        self.n_step += n_step;
-        self.n_accept += n_accept;
-        self.n_reject += n_reject;
-        self.n_newton_failed += n_newton_failed;
-        self.n_newton += n_newton;
-        self.n_residual += n_residual;
-        self.n_jacobian += n_jacobian;
-        self.n_factor += n_factor;
-        self.n_solve += n_solve;
+            n_step: a,
+            n_accept: b,
+            n_reject: c,
+            n_newton_failed: d,
+            n_newton: e,
+            n_residual: f,
+            n_jacobian: g,
+            n_factor: h,
+            n_solve: i,
+        } = self;
+        [a, b, c, d, e, f, g, h, i]
+    }
+}
+
+impl AddAssign for Stats {
+    fn add_assign(&mut self, mut other: Self) {
+        self.counters().into_iter().zip(other.counters()).for_each(|(sum, own)| *sum += *own);
     }
 }
 
@@ -78,18 +77,10 @@ mod tests {
 
     /// Counters that are all different: `first`, `first + step`, ….
     fn counters(first: usize, step: usize) -> Stats {
-        let [a, b, c, d, e, f, g, h, i] = std::array::from_fn(|k| first + k * step);
-        Stats {
-            n_step: a,
-            n_accept: b,
-            n_reject: c,
-            n_newton_failed: d,
-            n_newton: e,
-            n_residual: f,
-            n_jacobian: g,
-            n_factor: h,
-            n_solve: i,
-        }
+        let mut stats = Stats::default();
+        let own = stats.counters().into_iter().enumerate();
+        own.for_each(|(k, counter)| *counter = first + k * step);
+        stats
     }
 
     #[test]

@@ -8,8 +8,6 @@
 //! gives it some, c = I_x + I_y + I_z + 2 m r² of the body that turns, about its point in the tree; on
 //! e·e = 1 and e·ė = 0 it is zero, and no motion changes by it.
 
-use std::collections::BTreeMap;
-
 use bksim_expr::{Expr, Pool};
 use bksim_model::{Model, Vector};
 
@@ -67,20 +65,13 @@ pub(crate) fn mass_matrix(
     matrix: &SparseMatrix,
 ) -> SparseMatrix {
     let pool = &model.pool;
-    let n = kinematics.coordinates.len();
-    let mut entries: BTreeMap<(usize, usize), Expr> =
-        matrix.entries().map(|(i, j, entry)| ((i, j), entry)).collect();
-    for turning in &kinematics.turnings {
+    let terms = kinematics.turnings.iter().flat_map(|turning| {
         let c = inertia(model, kinematics, turning);
-        let e = turning.quaternion.0;
-        for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
-            let entry =
-                entries.entry((turning.first + i, turning.first + j)).or_insert(pool.zero());
-            *entry = pool.add(*entry, pool.product([c, e[i], e[j]]));
-        }
-    }
-    let entries = entries.into_iter().map(|((i, j), entry)| (i, j, entry));
-    SparseMatrix::new(n, n, entries.filter(|&(.., entry)| !pool.is_zero(entry)))
+        let (first, e) = (turning.first, turning.quaternion.0);
+        let places = (0..4).flat_map(|i| (0..4).map(move |j| (i, j)));
+        places.map(move |(i, j)| (first + i, first + j, pool.product([c, e[i], e[j]])))
+    });
+    matrix.plus(pool, terms)
 }
 
 /// Adds c e (ė·ė + e·ë) to generalised forces that a motion needs, by coordinate; `named` may give each

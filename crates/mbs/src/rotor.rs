@@ -8,8 +8,6 @@
 //! that it turns with the body that carries it is left out, as its axis may be any. J is a row of zeros and a one
 //! for a joint of the tree.
 
-use std::collections::BTreeMap;
-
 use bksim_expr::{Expr, SymbolId};
 use bksim_model::{JointId, Measure, Model};
 
@@ -73,19 +71,15 @@ pub(crate) fn mass_matrix(
     matrix: &SparseMatrix,
 ) -> SparseMatrix {
     let pool = &model.pool;
-    let n = kinematics.coordinates.len();
-    let mut entries: BTreeMap<(usize, usize), Expr> =
-        matrix.entries().map(|(i, j, entry)| ((i, j), entry)).collect();
-    for rotor in rotors(model, kinematics) {
-        for &(i, of_i) in &rotor.row {
-            for &(j, of_j) in &rotor.row {
-                let entry = entries.entry((i, j)).or_insert(pool.zero());
-                *entry = pool.add(*entry, pool.product([rotor.inertia, of_i, of_j]));
-            }
-        }
-    }
-    let entries = entries.into_iter().map(|((i, j), entry)| (i, j, entry));
-    SparseMatrix::new(n, n, entries.filter(|&(.., entry)| !pool.is_zero(entry)))
+    let rotors = rotors(model, kinematics);
+    let terms = rotors.iter().flat_map(|rotor| {
+        let of_row = move |&(i, of_i): &(usize, Expr)| {
+            let of = move |&(j, of_j)| (i, j, pool.product([rotor.inertia, of_i, of_j]));
+            rotor.row.iter().map(of)
+        };
+        rotor.row.iter().flat_map(of_row)
+    });
+    matrix.plus(pool, terms)
 }
 
 /// Adds a Jᵀ (J v̇ + J̇ v) to generalised forces that a motion needs, by coordinate.

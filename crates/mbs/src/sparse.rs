@@ -3,7 +3,9 @@
 //! A body meets its neighbours only, so the matrices of a long mechanism hold a few entries in each
 //! row, and everything made from them grows with their number.
 
-use bksim_expr::Expr;
+use std::collections::BTreeMap;
+
+use bksim_expr::{Expr, Pool};
 
 /// The entries of a matrix that are not the number 0, row by row.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -83,6 +85,24 @@ impl SparseMatrix {
     /// The entries on and below the diagonal, row by row.
     pub fn lower(&self) -> impl Iterator<Item = (usize, usize, Expr)> {
         self.entries().filter(|&(row, column, _)| column <= row)
+    }
+
+    /// Sum with further entries, several at one position if need be; zeros are left out.
+    #[must_use]
+    pub(crate) fn plus(
+        &self,
+        pool: &Pool,
+        terms: impl IntoIterator<Item = (usize, usize, Expr)>,
+    ) -> Self {
+        let mut entries: BTreeMap<(usize, usize), Expr> =
+            self.entries().map(|(i, j, entry)| ((i, j), entry)).collect();
+        for (i, j, term) in terms {
+            let entry = entries.entry((i, j)).or_insert(pool.zero());
+            *entry = pool.add(*entry, term);
+        }
+        let entries = entries.into_iter().map(|((i, j), entry)| (i, j, entry));
+        let entries = entries.filter(|&(.., entry)| !pool.is_zero(entry));
+        Self::new(self.n_rows(), self.n_columns, entries)
     }
 
     /// Rows and columns exchanged.

@@ -4,28 +4,32 @@ use std::fmt::Display;
 
 /// A number for a message: six significant digits, no trailing zeros.
 pub fn short(value: f64) -> String {
-    if value == 0.0 {
-        return "0".into();
-    }
-    if !value.is_finite() {
-        return value.to_string();
-    }
-    let magnitude = value.abs();
-    if !(1e-4..1e7).contains(&magnitude) {
+    plain(value, 6, 1e7).unwrap_or_else(|| {
         let text = format!("{value:.5e}");
         let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
         let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
-        return format!("{mantissa}e{exponent}");
+        format!("{mantissa}e{exponent}")
+    })
+}
+
+/// A number with this many significant digits, no trailing zeros and no power of ten; `None` where its size is less
+/// than 1e-4 or not less than `most`, at most 1e15.
+pub fn plain(value: f64, digits: i32, most: f64) -> Option<String> {
+    if value == 0.0 {
+        return Some("0".into());
     }
-    // The value lies in 1e-4..1e7, so its exponent fits.
-    #[expect(clippy::cast_possible_truncation, reason = "the exponent is between -4 and 7")]
-    let decimals = (5 - magnitude.log10().floor() as i32).max(0);
-    let text = format!("{value:.*}", usize::try_from(decimals).unwrap_or(0));
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
+    if !value.is_finite() {
+        return Some(value.to_string());
     }
+    let magnitude = value.abs();
+    if !(1e-4..most).contains(&magnitude) {
+        return None;
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "the exponent is between -4 and 15")]
+    let decimals = usize::try_from(digits - 1 - magnitude.log10().floor() as i32).unwrap_or(0);
+    let text = format!("{value:.decimals$}");
+    let shorter = || text.trim_end_matches('0').trim_end_matches('.').to_owned();
+    Some(if text.contains('.') { shorter() } else { text })
 }
 
 /// `a`, `b` and `c`, each in backticks.

@@ -1,5 +1,6 @@
 //! Figures as files: SVG, pixels as PNG, pages as PDF.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use krilla::geom::Size as PageSize;
@@ -20,6 +21,29 @@ pub enum Format {
     Png,
     /// A page, for print.
     Pdf,
+}
+
+impl Format {
+    /// The format that an ending names, upper or lower case.
+    pub fn named(ending: &str) -> Option<Self> {
+        let formats = [Self::Svg, Self::Png, Self::Pdf];
+        formats.into_iter().find(|format| format.ending().eq_ignore_ascii_case(ending))
+    }
+
+    /// The format that the name of a file asks for; SVG where it names none.
+    pub fn of(path: &Path) -> Self {
+        let ending = path.extension().and_then(|ending| ending.to_str());
+        ending.and_then(Self::named).unwrap_or(Self::Svg)
+    }
+
+    /// Ending of the files.
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Svg => "svg",
+            Self::Png => "png",
+            Self::Pdf => "pdf",
+        }
+    }
 }
 
 /// Error of [`Figure::render`].

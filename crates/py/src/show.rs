@@ -113,14 +113,8 @@ pub(crate) fn figure<'py>(
     };
     let figure = Figure::new(&title, panels.into_iter().map(panel).collect());
     guard(py, move || {
-        let format = match format.as_str() {
-            "svg" => Format::Svg,
-            "png" => Format::Png,
-            "pdf" => Format::Pdf,
-            other => {
-                let known = "svg, png and pdf";
-                return Err(Fault::Value(format!("{other:?} is none of {known}")));
-            }
+        let Some(format) = Format::named(&format) else {
+            return Err(Fault::Value(format!("{format:?} is none of svg, png and pdf")));
         };
         let theme = if is_dark { bksim_plot::Theme::DARK } else { bksim_plot::Theme::LIGHT };
         let drawn = figure.render(format, None, &theme);

@@ -1,25 +1,10 @@
 //! Numbers as people read them.
 
+use bksim_model::message::plain;
+
 /// A number for a report: nine significant digits, no trailing zeros.
 pub fn number(value: f64) -> String {
-    if value == 0.0 {
-        return "0".into();
-    }
-    if !value.is_finite() {
-        return value.to_string();
-    }
-    let magnitude = value.abs();
-    if !(1e-4..1e9).contains(&magnitude) {
-        return format!("{value:.3e}");
-    }
-    #[expect(clippy::cast_possible_truncation, reason = "the exponent is between -4 and 9")]
-    let decimals = usize::try_from(8 - magnitude.log10().floor() as i32).unwrap_or(0);
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
+    plain(value, 9, 1e9).unwrap_or_else(|| format!("{value:.3e}"))
 }
 
 #[cfg(test)]

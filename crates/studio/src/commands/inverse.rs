@@ -10,11 +10,7 @@ use bksim_plot::{Axis, Curve, Figure, Format, Panel, Theme};
 
 /// Draws the efforts that are asked for.
 pub(crate) fn run(args: &Args, path: &Path, json: bool, nesting: usize) -> Result<Status, Failure> {
-    let format = match path.extension().and_then(|ending| ending.to_str()) {
-        Some("png") => Format::Png,
-        Some("pdf") => Format::Pdf,
-        _ => Format::Svg,
-    };
+    let format = Format::of(path);
     let draw = |name: &str, found: &Inverse| {
         let drawn = figure(name, found).render(format, None, &Theme::LIGHT);
         drawn.map_err(|error| Failure::file(path, format!("cannot be drawn: {error}"), None))

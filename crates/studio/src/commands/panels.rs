@@ -10,11 +10,7 @@ use bksim_scene::{Theme, titled_svg};
 
 /// The function that draws panels as the contents of a file with this ending.
 pub(crate) fn drawing(path: &Path) -> impl Fn(&str, &Panels) -> Result<Vec<u8>, Failure> + '_ {
-    let format = match path.extension().and_then(|ending| ending.to_str()) {
-        Some("png") => Format::Png,
-        Some("pdf") => Format::Pdf,
-        _ => Format::Svg,
-    };
+    let format = Format::of(path);
     move |name, panels| {
         let sheet = Sheet::of(panels, Theme::LIGHT);
         if format == Format::Svg {

@@ -222,16 +222,11 @@ fn picture(path: &Path, read: &[PathBuf], force: bool) -> Result<(OutputFile, Fo
 
 /// The format that the name of a picture asks for.
 fn format(path: &Path) -> Result<Format, Failure> {
-    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    match ending.to_ascii_lowercase().as_str() {
-        "svg" => Ok(Format::Svg),
-        "png" => Ok(Format::Png),
-        "pdf" => Ok(Format::Pdf),
-        _ => {
-            let message = format!("`{}` has no ending that names a picture", path.display());
-            Err(Failure::usage(message, "end the name with .svg, .png or .pdf"))
-        }
-    }
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    ending.and_then(Format::named).ok_or_else(|| {
+        let message = format!("`{}` has no ending that names a picture", path.display());
+        Failure::usage(message, "end the name with .svg, .png or .pdf")
+    })
 }
 
 /// The file of a picture; refuses names of what is read, or of what is there already.
@@ -367,7 +362,7 @@ fn report(
     json!({
         "output": args.output.as_ref().map(|path| path.display().to_string()),
         "format": match format {
-            Some(format) => format_word(format),
+            Some(format) => format.ending(),
             None if args.window => "window",
             None => "text",
         },
@@ -379,14 +374,6 @@ fn report(
         "panels": plotted.panels_json(runs),
         "left_out": plotted.n_left_out,
     })
-}
-
-fn format_word(format: Format) -> &'static str {
-    match format {
-        Format::Svg => "svg",
-        Format::Png => "png",
-        Format::Pdf => "pdf",
-    }
 }
 
 fn bad_log(path: &Path, error: &LogError) -> Failure {

@@ -26,11 +26,7 @@ const TEXT: f32 = 13.0;
 
 /// Draws the polygons that are asked for.
 pub(crate) fn run(args: &Args, path: &Path, json: bool, nesting: usize) -> Result<Status, Failure> {
-    let format = match path.extension().and_then(|ending| ending.to_str()) {
-        Some("png") => Format::Png,
-        Some("pdf") => Format::Pdf,
-        _ => Format::Svg,
-    };
+    let format = Format::of(path);
     let draw = |name: &str, found: &Polygons| {
         let picture = picture(found);
         let [width, height] = picture.size.map(f64::from);

@@ -165,7 +165,7 @@ fn described(
     };
     json!({
         "output": args.output.as_ref().map(|path| path.display().to_string()),
-        "format": format.map_or("text", super::format_word),
+        "format": format.map_or("text", Format::ending),
         "title": figure.title,
         "table": path.display().to_string(),
         "cases": table.inputs.first().map_or(0, |(_, values)| values.len()),
