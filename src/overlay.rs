@@ -16,7 +16,7 @@ pub struct Overlay {
     pub body: usize,
     /// Pieces of the overlay, m.
     pub lines: Vec<Vec<[f64; 3]>>,
-    /// Whether each piece comes back to where it began.
+    /// True if each piece comes back to where it began.
     pub is_closed: bool,
 }
 

@@ -353,7 +353,7 @@ impl LoopPolygons {
         Ok(Self { loops: system.tree.cuts.iter().map(around).collect() })
     }
 
-    /// Whether no two sides of a loop cross.
+    /// True if no two sides of a loop cross.
     fn is_open(&self, k: usize) -> bool {
         let corners: Vec<[f64; 2]> = self.loops[k].iter().map(|(_, p)| *p).collect();
         let n = corners.len();
@@ -362,7 +362,7 @@ impl LoopPolygons {
         pairs.filter(|&(i, j)| (j + 1) % n != i).all(|(i, j)| !cross(side(i), side(j)))
     }
 
-    /// Whether a corner lies to the left of the line between its neighbours.
+    /// True if a corner lies to the left of the line between its neighbours.
     fn is_left(&self, k: usize, corner: usize) -> bool {
         let corners = &self.loops[k];
         let n = corners.len();

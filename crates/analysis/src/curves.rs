@@ -28,7 +28,7 @@ pub struct CurvesRequest {
     pub centrodes: Vec<(String, Option<String>)>,
     /// Bodies whose swept regions are wanted.
     pub swept: Vec<String>,
-    /// Whether all assemblies count, not that of the start alone.
+    /// True if all assemblies count, not that of the start alone.
     pub all_assemblies: bool,
 }
 

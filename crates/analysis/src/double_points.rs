@@ -181,7 +181,7 @@ impl Singular<'_, '_> {
         self.is_at_rest(&sample).then_some(sample)
     }
 
-    /// Whether a curve goes on sharply aside where its point is at rest. Where the point goes back the way that it came, both
+    /// True if a curve goes on sharply aside where its point is at rest. Where the point goes back the way that it came, both
     /// sides lie on one line; where it goes straight on, they lie opposite each other.
     fn is_sharp(&mut self, rest: &Sample) -> bool {
         const ASIDE: f64 = 0.02;
@@ -196,7 +196,7 @@ impl Singular<'_, '_> {
         across > 1e-4 * ASIDE.powi(3) * self.tracer.size
     }
 
-    /// Whether two samples are of one pose, whole turns apart.
+    /// True if two samples are of one pose, whole turns apart.
     fn is_one(&self, a: &Sample, b: &Sample) -> bool {
         let is_turn = &self.curve.equations.rows.is_turn;
         let off = &a.pose.z - &b.pose.z;
@@ -237,7 +237,7 @@ fn ends(curve: &CouplerCurve, k: usize) -> [[f64; 2]; 2] {
     [beyond(b, a), beyond(a, b)]
 }
 
-/// Whether two lines between points cross.
+/// True if two lines between points cross.
 pub(crate) fn cross([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
     let turn = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
         (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])

@@ -137,7 +137,7 @@ pub fn position(model: &Model, name: &str) -> Result<Measure, AnalysisError> {
     }
 }
 
-/// Whether a measure can be prescribed.
+/// True if a measure can be prescribed.
 pub(crate) fn is_position(measure: Option<Measure>) -> bool {
     measure.is_some_and(Measure::is_position)
 }

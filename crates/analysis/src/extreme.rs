@@ -15,7 +15,7 @@ use crate::whole_turns::Turn;
 pub struct Extreme {
     /// The quantity that turns back: `rocker.angle`.
     pub name: String,
-    /// Whether it is largest there.
+    /// True if it is largest there.
     pub is_maximum: bool,
     /// Value of the extreme, rad or m.
     pub value: f64,

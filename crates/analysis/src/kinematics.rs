@@ -26,7 +26,7 @@ pub enum Prescribed {
     Drives {
         /// At least one.
         drives: Vec<Drive>,
-        /// Whether the motion goes on through dead points of the drives, which then turn back.
+        /// True if the motion goes on through dead points of the drives, which then turn back.
         through: bool,
     },
     /// The drives of the model, over times, s.

@@ -29,7 +29,7 @@ pub struct LimitsRequest {
     pub drive: Option<String>,
     /// Measures whose time ratio and fastest motions are wanted; they need a drive.
     pub outputs: Vec<String>,
-    /// Whether all assemblies count, not that of the start alone.
+    /// True if all assemblies count, not that of the start alone.
     pub all_assemblies: bool,
 }
 
@@ -72,7 +72,7 @@ pub struct RangeOf {
     pub min: f64,
     /// Largest value.
     pub max: f64,
-    /// Whether it turns all the way round, so that there are no limits.
+    /// True if it turns all the way round, so that there are no limits.
     pub turns: bool,
 }
 

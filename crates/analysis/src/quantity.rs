@@ -19,7 +19,7 @@ pub struct PoseQuantity {
 }
 
 impl PoseQuantity {
-    /// Whether values one turn apart mean the same.
+    /// True if values one turn apart mean the same.
     pub fn is_angle(&self) -> bool {
         self.unit == "rad"
     }

@@ -30,7 +30,7 @@ pub struct Statics {
     pub equilibria: Vec<Equilibrium>,
     /// Poses in balance beyond stops that are open at the start, in which the mechanism cannot be.
     pub left_out: Vec<Equilibrium>,
-    /// Whether these are all on the assembly of the start.
+    /// True if these are all on the assembly of the start.
     pub is_complete: bool,
     /// The branches that cross in the start, all of which are followed; none where it is on one alone.
     pub ways: Vec<WayRates>,

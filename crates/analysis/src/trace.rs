@@ -16,7 +16,7 @@ pub(crate) struct Trace {
     pub(crate) points: Vec<Point>,
     /// Length of each step.
     pub(crate) steps: Vec<f64>,
-    /// Whether the curve comes back to where it began.
+    /// True if the curve comes back to where it began.
     pub(crate) is_closed: bool,
     /// True where something has turned so often that it is taken to turn for ever, and the curve has not closed.
     pub(crate) is_endless: bool,
@@ -75,7 +75,7 @@ impl Trace {
         traces
     }
 
-    /// Whether a position, in units of the mechanism, lies on the curve.
+    /// True if a position, in units of the mechanism, lies on the curve.
     pub(crate) fn holds(&self, curve: &mut Curve<Path<'_>>, x: &[f64]) -> bool {
         for from in &self.points {
             let z = nearest_turn(&curve.equations.rows.is_turn, x, &from.z);

@@ -358,7 +358,7 @@ impl Reach {
         found
     }
 
-    /// Whether the point can be brought to a place without passing a limit.
+    /// True if the point can be brought to a place without passing a limit.
     fn reaches(&mut self, rows: &mut Rows, target: [f64; 2], pool: &[Stop]) -> bool {
         let off = |p: [f64; 2]| (p[0] - target[0]).hypot(p[1] - target[1]);
         let mut near: Vec<&Stop> = pool.iter().collect();
@@ -370,7 +370,7 @@ impl Reach {
         seeds.copied().any(|seed| self.brought(rows, seed.x.clone(), target))
     }
 
-    /// Whether Newton's iteration from a pose brings the point to a place within the limits.
+    /// True if Newton's iteration from a pose brings the point to a place within the limits.
     fn brought(&mut self, rows: &mut Rows, mut x: Vec<f64>, target: [f64; 2]) -> bool {
         const MOST: usize = 60;
         let n = x.len();

@@ -26,7 +26,7 @@ pub(crate) struct Effort {
     /// Seconds of CPU time that one run may be expected to take; larger sizes are left out. Full
     /// 60, quick 5.
     pub(crate) longest_s: f64,
-    /// Whether sizes are reduced to check that everything works.
+    /// True if sizes are reduced to check that everything works.
     pub(crate) is_quick: bool,
 }
 

@@ -79,7 +79,7 @@ pub fn recognise(bytes: &[u8]) -> Result<Container, Diagnostic> {
     Err(not_a_drawing(bytes))
 }
 
-/// Whether a file is meant as a drawing, so that a broken one is reported as one.
+/// True if a file is meant as a drawing, so that a broken one is reported as one.
 pub fn is_drawing(bytes: &[u8]) -> bool {
     bytes.starts_with(b"AC10") || recognise(bytes).is_ok()
 }

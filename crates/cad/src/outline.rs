@@ -36,7 +36,7 @@ pub struct Stroke {
 pub struct Loop {
     /// Counter-clockwise around material, clockwise around a hole.
     pub path: Path,
-    /// Whether the material is outside.
+    /// True if the material is outside.
     pub is_hole: bool,
     /// The entities it is made of, in the order of the path.
     pub entities: Vec<usize>,
@@ -98,7 +98,7 @@ impl Outline {
         Ok(Self { loops })
     }
 
-    /// Whether the point is in the material; on the border it is either.
+    /// True if the point is in the material; on the border it is either.
     pub fn contains(&self, point: Point) -> bool {
         self.loops.iter().map(|part| part.path.winding(point)).sum::<i32>() > 0
     }

@@ -62,7 +62,7 @@ pub(crate) fn kinds(
     kinds.into_iter().map(warning).collect()
 }
 
-/// Whether a layer is that of a shape of the mechanism: of a body, of the ground, of a curve.
+/// True if a layer is that of a shape of the mechanism: of a body, of the ground, of a curve.
 pub(crate) fn is_of_shapes(layer: &str) -> bool {
     let starts =
         |head: &str| layer.get(..head.len()).is_some_and(|it| it.eq_ignore_ascii_case(head));

@@ -118,7 +118,7 @@ impl StudioCommand<'_> {
 /// Options that every command has.
 #[derive(Clone, Copy, Debug)]
 pub struct Common {
-    /// Whether one JSON object is printed in place of text.
+    /// True if one JSON object is printed in place of text.
     pub json: bool,
     /// Levels to which tables, arrays and parentheses of a model may nest.
     pub nesting: usize,

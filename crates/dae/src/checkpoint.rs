@@ -178,7 +178,7 @@ impl<'a> Loader<'a> {
         Ok(Self { counts: checkpoint.counts.iter(), reals: &checkpoint.reals })
     }
 
-    /// Whether all numbers have been handed out.
+    /// True if all numbers have been handed out.
     pub fn is_empty(&self) -> bool {
         self.counts.len() == 0 && self.reals.is_empty()
     }

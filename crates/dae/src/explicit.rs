@@ -172,7 +172,7 @@ impl<S: Ode> ExplicitSolver<S> {
         &self.system
     }
 
-    /// Whether stability, not accuracy, has limited the last fifteen steps (HW2 §IV.2).
+    /// True if stability, not accuracy, has limited the last fifteen steps (HW2 §IV.2).
     pub fn is_stiff(&self) -> bool {
         self.stiffness.is_stiff()
     }

@@ -156,7 +156,7 @@ impl Jacobian {
         }
     }
 
-    /// Whether unknown `col` appears without its derivative.
+    /// True if unknown `col` appears without its derivative.
     pub(crate) fn is_algebraic(&self, pattern: &Pattern, col: usize) -> bool {
         self.df_dydot[pattern.column(col)].iter().all(|&x| x == 0.0)
     }

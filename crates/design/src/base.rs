@@ -178,7 +178,7 @@ impl Quantity {
         Some(Self { value, unit: unit.to_owned() })
     }
 
-    /// Whether it can stand for a quantity of this SI unit.
+    /// True if it can stand for a quantity of this SI unit.
     pub(crate) fn fits(&self, si: &str) -> bool {
         let pure = Some(WrittenUnit::PURE);
         let own = if self.unit.is_empty() { pure } else { WrittenUnit::parse(&self.unit) };

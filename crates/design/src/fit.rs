@@ -148,11 +148,11 @@ pub struct Fit {
     pub rms: f64,
     /// Sum of the squares over the degrees of freedom; near one where the standard deviations are right.
     pub s2: f64,
-    /// Whether standard deviations were given; else they are estimated from the differences.
+    /// True if standard deviations were given; else they are estimated from the differences.
     pub sigma_known: bool,
-    /// Whether the iteration came to its end.
+    /// True if the iteration came to its end.
     pub converged: bool,
-    /// Whether it was stopped.
+    /// True if it was stopped.
     pub stopped: bool,
     /// Number of iterations.
     pub iterations: usize,

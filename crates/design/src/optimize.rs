@@ -105,7 +105,7 @@ pub struct ConditionAt {
     pub after: f64,
     /// SI unit of the sides.
     pub unit: String,
-    /// Whether it holds with equality.
+    /// True if it holds with equality.
     pub is_active: bool,
     /// Change of the objective where the right side grows by one unit of SI.
     pub worth: f64,
@@ -128,9 +128,9 @@ pub struct Optimized {
     pub quantities: Vec<Optimum>,
     /// The conditions.
     pub conditions: Vec<ConditionAt>,
-    /// Whether the conditions of a minimum hold.
+    /// True if the conditions of a minimum hold.
     pub converged: bool,
-    /// Whether it was stopped, so that this is the best so far.
+    /// True if it was stopped, so that this is the best so far.
     pub stopped: bool,
     /// Largest slope of the Lagrangian, relative.
     pub stationarity: f64,

@@ -196,7 +196,7 @@ pub struct Band {
     pub exact_interval: [f64; 2],
     /// By parameter, on which limit the ends are: `-` or `+`; empty where they are none of the corners.
     pub exact_at: [Vec<&'static str>; 2],
-    /// Whether intervals prove the ends.
+    /// True if intervals prove the ends.
     pub proved: bool,
     /// Whether slopes alone give less than nine tenths or more than eleven tenths of the exact band.
     pub linear_fails: bool,
@@ -232,7 +232,7 @@ pub struct Tolerance {
     pub poses: Vec<PoseTolerance>,
     /// Samples of each pose.
     pub samples: u64,
-    /// Whether it was stopped before the samples were done.
+    /// True if it was stopped before the samples were done.
     pub stopped: bool,
 }
 

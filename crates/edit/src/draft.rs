@@ -258,7 +258,7 @@ impl Draft {
     }
 }
 
-/// Whether a text begins with an empty line.
+/// True if a text begins with an empty line.
 fn is_blank(text: &str) -> bool {
     text.split_inclusive('\n').next().is_some_and(|line| line.trim().is_empty())
 }

@@ -106,7 +106,7 @@ impl Live {
         Ok(Self { stepping, mechanism, poses, hand, goal })
     }
 
-    /// Whether the hand holds this place already.
+    /// True if the hand holds this place already.
     pub(crate) fn holds(&self, hold: Hold) -> bool {
         self.hand.as_ref().is_some_and(|hand| hand.hold == hold)
     }

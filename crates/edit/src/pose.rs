@@ -84,7 +84,7 @@ impl Posed {
         self.drag.size()
     }
 
-    /// Whether all coordinates are motions of joints.
+    /// True if all coordinates are motions of joints.
     pub(crate) fn is_of_joints(&self) -> bool {
         self.drag.coordinates().iter().all(|c| matches!(c.owner, Owner::Joint(..)))
     }

@@ -110,9 +110,9 @@ pub struct Session {
     document: Document,
     /// The pose of the last text that had one.
     posed: Option<Posed>,
-    /// Whether it is of the text as it is now.
+    /// True if it is of the text as it is now.
     is_current: bool,
-    /// Whether the text is a whole model, with masses.
+    /// True if the text is a whole model, with masses.
     is_whole: bool,
     faults: Vec<Diagnostic>,
     solver: Solver,

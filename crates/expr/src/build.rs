@@ -53,12 +53,12 @@ impl Pool {
         self.number(Number::float(value))
     }
 
-    /// Whether `e` is the number 0.
+    /// True if `e` is the number 0.
     pub fn is_zero(&self, e: Expr) -> bool {
         e == ZERO || self.as_number(e).is_some_and(|n| n.is_zero())
     }
 
-    /// Whether `e` is the number 1.
+    /// True if `e` is the number 1.
     pub fn is_one(&self, e: Expr) -> bool {
         e == ONE
     }
@@ -442,7 +442,7 @@ impl Pool {
         Some(self.product(powers.chain([self.number(scale)])))
     }
 
-    /// Whether the value can be shown never to be below zero.
+    /// True if the value can be shown never to be below zero.
     pub(crate) fn is_never_negative(&self, e: Expr) -> bool {
         self.has_fact(e, fact::NOT_NEGATIVE)
     }

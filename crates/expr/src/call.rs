@@ -292,7 +292,7 @@ impl Pool {
         }
     }
 
-    /// Whether `e` is more than a number times the root of a number.
+    /// True if `e` is more than a number times the root of a number.
     pub(crate) fn has_call(&self, e: Expr) -> bool {
         let (_, monic) = self.split_coefficient(e);
         let node = self.node(monic);

@@ -28,7 +28,7 @@ type ResolveQuantity<'a, E> =
 type LowerQuantity<'a, E> =
     dyn FnMut(&SyntaxNode, Number, &[UnitFactor]) -> Result<Expr, LowerError<E>> + 'a;
 
-/// Whether an operator joins the terms of a sum; the factors of a product otherwise.
+/// True if an operator joins the terms of a sum; the factors of a product otherwise.
 fn is_sum(operator: BinaryOperator) -> bool {
     matches!(operator, BinaryOperator::Add | BinaryOperator::Subtract)
 }

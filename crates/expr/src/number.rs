@@ -252,7 +252,7 @@ impl Number {
         }
     }
 
-    /// Whether this is an exact fraction.
+    /// True if this is an exact fraction.
     pub fn is_exact(&self) -> bool {
         !matches!(self.0, Float(_))
     }
@@ -265,7 +265,7 @@ impl Number {
         }
     }
 
-    /// Whether this is exactly 0 (a float zero too).
+    /// True if this is exactly 0 (a float zero too).
     pub fn is_zero(&self) -> bool {
         match self.0 {
             Short { numerator, .. } => numerator == 0,
@@ -274,12 +274,12 @@ impl Number {
         }
     }
 
-    /// Whether this is the exact 1.
+    /// True if this is the exact 1.
     pub fn is_one(&self) -> bool {
         matches!(self.0, Short { numerator: 1, denominator: 1 })
     }
 
-    /// Whether this is below zero.
+    /// True if this is below zero.
     pub fn is_negative(&self) -> bool {
         match &self.0 {
             Short { numerator, .. } => *numerator < 0,
@@ -288,7 +288,7 @@ impl Number {
         }
     }
 
-    /// Whether this is neither infinite nor NaN.
+    /// True if this is neither infinite nor NaN.
     pub fn is_finite(&self) -> bool {
         self.as_float().is_none_or(f64::is_finite)
     }
@@ -464,7 +464,7 @@ impl Number {
         Some(Self::from_big(BigRational::new_raw(numerator, denominator)))
     }
 
-    /// Whether the two differ by their sign at most.
+    /// True if the two differ by their sign at most.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         match (&self.0, &other.0) {
             (Short { numerator: p, denominator: q }, Short { numerator: r, denominator: s }) => {
@@ -478,7 +478,7 @@ impl Number {
         }
     }
 
-    /// Whether it divides no number of 63 bits into an integer: its denominator is longer.
+    /// True if it divides no number of 63 bits into an integer: its denominator is longer.
     pub(crate) fn has_long_denominator(&self) -> bool {
         matches!(&self.0, Long(fraction) if fraction.denom().bits() > 63)
     }
@@ -489,7 +489,7 @@ fn common_divisor(a: i64, b: i64) -> i64 {
     if b == 1 { 1 } else { a.gcd(&b) }
 }
 
-/// Whether products of any two of these, and the sum of two such products, fit 64 bits: most do,
+/// True if products of any two of these, and the sum of two such products, fit 64 bits: most do,
 /// and 64-bit division is much faster.
 fn are_tiny(parts: [i64; 4]) -> bool {
     parts.iter().all(|part| part.unsigned_abs() < 1 << 31)

@@ -114,7 +114,7 @@ impl Pool {
         self.arena.borrow().nodes.len()
     }
 
-    /// Whether the pool holds nothing but its constants.
+    /// True if the pool holds nothing but its constants.
     pub fn is_empty(&self) -> bool {
         self.len() <= 4
     }
@@ -185,7 +185,7 @@ impl Pool {
         self.arena.borrow().symbols[id.0 as usize].0.clone()
     }
 
-    /// Whether any function with a name was defined.
+    /// True if any function with a name was defined.
     pub(crate) fn has_named(&self) -> bool {
         !self.arena.borrow().named.is_empty()
     }

@@ -151,7 +151,7 @@ impl Pool {
         images
     }
 
-    /// Whether the symbol `x` occurs in `e`.
+    /// True if the symbol `x` occurs in `e`.
     pub fn depends_on(&self, e: Expr, x: SymbolId) -> bool {
         self.sweep(&[e]).steps.iter().any(|step| step.symbol() == Some(x))
     }

@@ -162,7 +162,7 @@ fn weight(c: C) -> f64 {
 }
 
 impl Ball {
-    /// Whether balls around two centres have nothing in common.
+    /// True if balls around two centres have nothing in common.
     pub fn is_apart(&self, x: &DVector<C>, other: &Self, y: &DVector<C>) -> bool {
         let reach = |x: C, y: C| self.radius * weight(x) + other.radius * weight(y);
         x.iter().zip(y.iter()).any(|(x, y)| (x - y).norm() > reach(*x, *y))

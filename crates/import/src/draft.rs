@@ -135,7 +135,7 @@ pub(crate) struct Draft {
     pub(crate) gravity: Option<Vector>,
     /// Loads of dry friction with their joints and places.
     pub(crate) frictions: Vec<(String, String, Place)>,
-    /// Whether the coordinates are those of the joints.
+    /// True if the coordinates are those of the joints.
     pub(crate) is_relative: bool,
 }
 

@@ -16,7 +16,7 @@ pub(crate) struct Motion<'m> {
     pub(crate) joint: &'m str,
     /// Which of several.
     pub(crate) of: Option<&'static str>,
-    /// Whether it turns; else it slides.
+    /// True if it turns; else it slides.
     pub(crate) turns: bool,
 }
 

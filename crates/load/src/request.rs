@@ -17,7 +17,7 @@ pub struct Request<'a> {
     pub tolerance: Option<f64>,
     /// Limits on the text of a model.
     pub limits: Limits,
-    /// Whether positions alone are asked for: bodies need no masses then.
+    /// True if positions alone are asked for: bodies need no masses then.
     pub is_geometry: bool,
 }
 

@@ -60,7 +60,7 @@ fn absolute_paths(file: &Path) -> Vec<PathBuf> {
     named.into_iter().chain(file.canonicalize()).collect()
 }
 
-/// Whether the file may have other contents afterwards; reading it is no change.
+/// True if the file may have other contents afterwards; reading it is no change.
 fn is_change(kind: EventKind) -> bool {
     matches!(
         kind,

@@ -88,7 +88,7 @@ impl<T> Saved<T> {
         self.is_last = false;
     }
 
-    /// Whether the run goes on from here: one that was stopped has saved its state last of all, and one that
+    /// True if the run goes on from here: one that was stopped has saved its state last of all, and one that
     /// failed would fail again.
     fn holds(&self, state: State, end: Option<&EndStatus>) -> bool {
         match state {

@@ -64,7 +64,7 @@ pub(crate) fn schema_name(topic_name: &str) -> String {
     format!("{PACKAGE}.{}", message_name(topic_name))
 }
 
-/// Whether a schema is one of bksim's own; all others are for other programs.
+/// True if a schema is one of bksim's own; all others are for other programs.
 pub(crate) fn is_own(schema_name: &str) -> bool {
     schema_name.strip_prefix(PACKAGE).is_some_and(|rest| rest.starts_with('.'))
 }

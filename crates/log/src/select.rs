@@ -99,7 +99,7 @@ fn matches(pattern: &str, name: &str) -> bool {
     ends.into_iter().any(|end| glob(pattern, &name[..end]))
 }
 
-/// Whether a pattern matches a whole name: `*` stands for any text, `?` for any letter.
+/// True if a pattern matches a whole name: `*` stands for any text, `?` for any letter.
 ///
 /// Greedy matching that goes back to the last star only, so that it never recurses.
 pub fn glob(pattern: &str, name: &str) -> bool {

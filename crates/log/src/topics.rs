@@ -19,7 +19,7 @@ pub(crate) const JOINT_STATES: &str = "/joint_states";
 /// Topics of the points of frames begin so, for other programs.
 pub(crate) const OUTLINES: &str = "/outlines/";
 
-/// Whether no topic of samples may have this name.
+/// True if no topic of samples may have this name.
 pub(crate) fn is_reserved(topic_name: &str) -> bool {
     [LOG_TOPIC, MOTION_TOPIC, TRANSFORMS, SCENE, SPANS, JOINT_STATES].contains(&topic_name)
         || topic_name.starts_with(OUTLINES)

@@ -37,7 +37,7 @@ pub struct Stage {
     pub entities: Vec<Entity>,
     /// Entities fixed to frames that are among the outlines alone, since spans show them elsewhere.
     pub rods: Vec<Entity>,
-    /// Whether something is drawn again for every sample.
+    /// True if something is drawn again for every sample.
     pub has_spans: bool,
     /// The joints.
     pub joints: Vec<Joint>,
@@ -72,7 +72,7 @@ pub struct Area {
 pub struct Line {
     /// The points, m.
     pub points: Vec<[f64; 3]>,
-    /// Whether the last is joined to the first.
+    /// True if the last is joined to the first.
     pub is_closed: bool,
     /// Pixels.
     pub width: f64,

@@ -277,7 +277,7 @@ impl<'m> AbsoluteAngles<'m> {
     }
 }
 
-/// Whether all entries of `part` are entries of `whole`; both ascend.
+/// True if all entries of `part` are entries of `whole`; both ascend.
 fn is_part(part: &[(usize, Number)], whole: &[(usize, Number)]) -> bool {
     let mut rest = whole.iter();
     part.iter().all(|entry| rest.any(|other| other == entry))

@@ -44,7 +44,7 @@ impl Source {
         matches!(self, Self::Joint(_) | Self::Quaternion(_) | Self::Coupling(_))
     }
 
-    /// Whether the row opens and closes.
+    /// True if the row opens and closes.
     pub fn is_contact(self) -> bool {
         matches!(self, Self::Stop(_) | Self::Friction(_))
     }

@@ -140,6 +140,6 @@ pub struct Switch {
     pub function: Expr,
     /// Symbol of σ, the sign of u.
     pub mode: SymbolId,
-    /// Whether u depends on time alone.
+    /// True if u depends on time alone.
     pub is_timed: bool,
 }

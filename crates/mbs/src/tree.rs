@@ -21,7 +21,7 @@ pub enum Branch {
         joint: JointId,
         /// The parent in the tree.
         parent: BodyId,
-        /// Whether the joint is passed from successor to predecessor.
+        /// True if the joint is passed from successor to predecessor.
         reversed: bool,
     },
     /// With coordinates of its own against the ground.

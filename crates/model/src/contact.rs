@@ -78,7 +78,7 @@ pub struct Place {
     pub neighbors: Vec<Anchor>,
     /// Edge, ring or disc of the other body.
     pub base: Base,
-    /// Whether the mover belongs to the second shape.
+    /// True if the mover belongs to the second shape.
     pub is_second: bool,
 }
 

@@ -55,7 +55,7 @@ impl CouplingKind {
         }
     }
 
-    /// Whether a positive motion of the first member drives the second backwards.
+    /// True if a positive motion of the first member drives the second backwards.
     pub fn is_reversed(&self) -> bool {
         match self {
             Self::Gear(wheels) | Self::Belt(wheels) => !wheels.is_same,
@@ -104,7 +104,7 @@ pub struct Wheels {
     pub teeth: Option<[Expr; 2]>,
     /// Angle of the second where that of the first is zero, rad.
     pub phase: Expr,
-    /// Whether both turn in one sense against the carrier.
+    /// True if both turn in one sense against the carrier.
     pub is_same: bool,
     /// Directions of the tooth force; `None` of one along the pitch circles alone.
     pub flanks: Option<Flanks>,
@@ -122,7 +122,7 @@ pub struct Rack {
     pub radius: Expr,
     /// Number of teeth of the pinion, where the author stated it.
     pub teeth: Option<Expr>,
-    /// Whether a positive turn moves the rack backwards.
+    /// True if a positive turn moves the rack backwards.
     pub is_reversed: bool,
     /// Directions of the tooth force, away from the pinion and along its axis; `None` of one along the rack alone.
     pub flanks: Option<Flanks>,

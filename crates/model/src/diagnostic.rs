@@ -121,7 +121,7 @@ impl Diagnostic {
         self
     }
 
-    /// Whether this fault rejects the model.
+    /// True if this fault rejects the model.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }

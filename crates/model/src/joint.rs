@@ -276,12 +276,12 @@ impl JointKind {
         }
     }
 
-    /// Whether its bodies turn about all axes.
+    /// True if its bodies turn about all axes.
     pub fn turns_freely(&self) -> bool {
         self.motions().ends_with(&[MotionKind::Rotation; 3])
     }
 
-    /// Whether this kind leaves so much freedom that a body is better placed without it.
+    /// True if this kind leaves so much freedom that a body is better placed without it.
     pub fn is_loose(&self) -> bool {
         matches!(
             self,

@@ -34,7 +34,7 @@ pub enum LoadKind {
         on: Anchor,
         /// Components.
         vector: Vector,
-        /// Whether the components are along the axes of the body instead of the world's.
+        /// True if the components are along the axes of the body instead of the world's.
         follows_body: bool,
     },
     /// A force along the line of two points, N; positive pushes them apart.
@@ -155,7 +155,7 @@ pub enum LoadKind {
     Flank {
         /// The coupling that holds where the flanks touch by which the first member drives the second forward.
         teeth: Box<Coupling>,
-        /// Whether these are the flanks by which the first turns backwards.
+        /// True if these are the flanks by which the first turns backwards.
         is_back: bool,
         /// Overlap of the flanks, m or rad: an expression of signals.
         excess: Expr,
@@ -179,7 +179,7 @@ impl Load {
         matches!(self.kind, LoadKind::Rope { .. } | LoadKind::Flank { .. })
     }
 
-    /// Whether it is the friction of a rope.
+    /// True if it is the friction of a rope.
     pub fn is_capstan(&self) -> bool {
         matches!(self.kind, LoadKind::Capstan { .. })
     }

@@ -126,7 +126,7 @@ impl Measure {
         )
     }
 
-    /// Whether it follows from positions alone.
+    /// True if it follows from positions alone.
     pub fn is_position(self) -> bool {
         !self.is_velocity() && !self.is_acceleration()
     }
@@ -136,7 +136,7 @@ impl Measure {
         matches!(self, Self::Reaction(..) | Self::Resultant(..))
     }
 
-    /// Whether it is the rate of a position, linear in velocities, that a condition on rates may hold.
+    /// True if it is the rate of a position, linear in velocities, that a condition on rates may hold.
     pub fn is_rate(self) -> bool {
         matches!(
             self,
@@ -147,7 +147,7 @@ impl Measure {
         )
     }
 
-    /// Whether it depends on velocities.
+    /// True if it depends on velocities.
     pub fn is_velocity(self) -> bool {
         match self {
             Self::JointPosition(..)
@@ -232,7 +232,7 @@ pub struct Initial {
     pub measure: Measure,
     /// Value in SI, an expression of parameters.
     pub value: Expr,
-    /// Whether it may move to close the mechanism.
+    /// True if it may move to close the mechanism.
     pub is_guess: bool,
     /// Name as written, for messages: `A.angle`.
     pub name: String,

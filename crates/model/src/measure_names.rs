@@ -334,7 +334,7 @@ impl Model {
         self.named_signals.iter().find(|signal| signal.name == own.unwrap_or(name))
     }
 
-    /// Whether a quantity of its runs has this name, one with a formula of the state.
+    /// True if a quantity of its runs has this name, one with a formula of the state.
     pub fn has_quantity(&self, name: &str) -> bool {
         let of_coupling = |own| self.couplings.iter().any(|coupling| coupling.name == own);
         Measure::named(self, name).is_some()

@@ -41,7 +41,7 @@ const WORKER: &str = "";
 pub struct LiveOptions {
     /// The heading; the name of the model unless given.
     pub title: Option<String>,
-    /// Whether the page comes from a server that keeps the text in its file.
+    /// True if the page comes from a server that keeps the text in its file.
     pub is_served: bool,
 }
 

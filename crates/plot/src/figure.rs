@@ -23,7 +23,7 @@ pub struct Panel {
     pub y: Axis,
     /// Curves in the order of the legend, the first drawn first.
     pub curves: Vec<Curve>,
-    /// Whether a unit is equally long in both directions, as for the path of a point; for linear
+    /// True if a unit is equally long in both directions, as for the path of a point; for linear
     /// axes.
     pub equal_scale: bool,
 }

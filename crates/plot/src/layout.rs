@@ -73,7 +73,7 @@ pub(crate) struct Side {
     pub(crate) title: String,
     /// Middle of the title's baseline.
     pub(crate) title_at: [f64; 2],
-    /// Whether numbers and title are written.
+    /// True if numbers and title are written.
     pub(crate) has_texts: bool,
 }
 

@@ -23,7 +23,7 @@ pub struct Screen {
     pub width: u16,
     /// Rows of each panel, its axes and legend included.
     pub panel_height: u16,
-    /// Whether characters have colours.
+    /// True if characters have colours.
     pub has_colors: bool,
 }
 

@@ -222,7 +222,7 @@ impl Chord {
         Self { start, last: start, reach: 0.0, sector: None }
     }
 
-    /// Whether the chord may go on to `point`; the sector shrinks if so.
+    /// True if the chord may go on to `point`; the sector shrinks if so.
     fn passes(&mut self, point: Point, scale: [f64; 2], tolerance: f64) -> bool {
         let [x, y] = [0, 1].map(|axis| (point[axis] - self.start[axis]) * scale[axis]);
         let distance = x.hypot(y);

@@ -137,7 +137,7 @@ impl Channels {
         value.copied().unwrap_or(f64::NAN)
     }
 
-    /// Whether a signal is the same in every solution of the equilibrium; only reactions, efforts and
+    /// True if a signal is the same in every solution of the equilibrium; only reactions, efforts and
     /// multipliers may not be.
     pub fn is_unique(&self, signal: Signal, uniqueness: &Uniqueness) -> bool {
         let Signal { topic_idx, field_idx } = signal;
@@ -163,7 +163,7 @@ impl Channels {
         }
     }
 
-    /// Whether the pull of a rope that may become slack is unique: its row is among the last.
+    /// True if the pull of a rope that may become slack is unique: its row is among the last.
     fn is_rope_unique(&self, rope: usize, uniqueness: &Uniqueness) -> bool {
         uniqueness.contacts[uniqueness.contacts.len() - self.n_ropes + rope]
     }
@@ -250,7 +250,7 @@ fn components(direction: &str) -> [usize; 2] {
 }
 
 impl TopicKind {
-    /// Whether a field has a value at every instant.
+    /// True if a field has a value at every instant.
     pub(crate) fn is_lasting(self, field: &Field) -> bool {
         match self {
             Self::Energy => field.name != "work",

@@ -120,7 +120,7 @@ pub struct ReactionReport {
     pub moment: Extreme,
     /// Root of the mean square of that size, N m.
     pub moment_rms: f64,
-    /// Whether force and moment are the same in every solution of the equilibrium, at every instant.
+    /// True if force and moment are the same in every solution of the equilibrium, at every instant.
     pub is_unique: bool,
 }
 

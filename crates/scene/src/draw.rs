@@ -18,7 +18,7 @@ pub struct Extras {
     pub trails: Vec<(Color, Vec<[f64; 3]>)>,
     /// Arrows; those shorter than a pixel are left out.
     pub arrows: Vec<Arrow>,
-    /// Whether markers are labelled with their names.
+    /// True if markers are labelled with their names.
     pub has_labels: bool,
     /// Kinds of arrows whose scales are told in the lower left corner.
     pub legend: Vec<ArrowKind>,

@@ -127,7 +127,7 @@ impl<'a> Sketch<'a> {
         self.rails.iter().flatten().filter(move |rail| rail.body == body)
     }
 
-    /// Whether a body slides on a rail.
+    /// True if a body slides on a rail.
     fn is_slider(&self, body: usize) -> bool {
         let mut sliders = self.rails.iter().flatten().filter_map(|rail| rail.slider);
         sliders.any(|slider| slider.body == body)

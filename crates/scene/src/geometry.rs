@@ -230,7 +230,7 @@ pub(crate) fn distance_from_edges(p: Point, ring: &[Point]) -> f64 {
     (0..n).map(from_edge).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether a point is inside rings, by the even–odd rule.
+/// True if a point is inside rings, by the even–odd rule.
 pub(crate) fn is_inside([x, y]: Point, rings: &[Vec<Point>]) -> bool {
     let mut is_inside = false;
     for ring in rings {

@@ -49,7 +49,7 @@ pub enum Item {
     Line {
         /// The points.
         points: Vec<[f32; 2]>,
-        /// Whether the last is joined to the first.
+        /// True if the last is joined to the first.
         is_closed: bool,
         /// Colour and width of the line.
         stroke: Stroke,

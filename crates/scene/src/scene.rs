@@ -7,7 +7,7 @@ use crate::Solid;
 /// A mechanism as shapes. Bodies are numbered as in the model, the ground first.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct Scene {
-    /// Whether all motion is in planes z = const.
+    /// True if all motion is in planes z = const.
     pub is_planar: bool,
     /// Names of the bodies.
     pub bodies: Vec<String>,
@@ -43,7 +43,7 @@ pub enum Form {
     Line {
         /// The points.
         points: Vec<[f64; 3]>,
-        /// Whether the last is joined to the first.
+        /// True if the last is joined to the first.
         is_closed: bool,
     },
     /// All points within a distance of a line: a rod with round ends, a ball where they coincide.
@@ -107,7 +107,7 @@ impl Role {
         matches!(self, Self::Curve(_) | Self::FaintCurve(_))
     }
 
-    /// Whether it is painted over springs, dampers and links.
+    /// True if it is painted over springs, dampers and links.
     pub fn is_in_front(self) -> bool {
         let is_sign = matches!(self, Self::Weld | Self::Drive | Self::Torque);
         is_sign || self.is_curve() || matches!(self, Self::Pin | Self::MassLight | Self::MassDark)
@@ -141,7 +141,7 @@ pub enum SpanKind {
     Spring {
         /// Unloaded length, m.
         length: f64,
-        /// Whether a damper is drawn next to it.
+        /// True if a damper is drawn next to it.
         is_damped: bool,
     },
     /// A damper.

@@ -30,7 +30,7 @@ pub struct Edge {
     pub corners: [usize; 2],
     /// The faces on either side.
     pub faces: [usize; 2],
-    /// Whether it is drawn from all sides: edges of round parts are drawn as outlines alone.
+    /// True if it is drawn from all sides: edges of round parts are drawn as outlines alone.
     pub is_sharp: bool,
 }
 

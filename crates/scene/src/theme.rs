@@ -27,7 +27,7 @@ pub struct SectionPaint {
 /// Colours on a background.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Theme {
-    /// Whether the background is dark.
+    /// True if the background is dark.
     pub is_dark: bool,
     /// Background of the picture.
     pub background: Color,

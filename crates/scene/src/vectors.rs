@@ -16,7 +16,7 @@ pub struct VectorAt {
     pub point: [f64; 3],
     /// Components in world axes, N or m/s.
     pub vector: [f64; 3],
-    /// Whether it could be no other vector: false of reactions that many solutions share.
+    /// True if it could be no other vector: false of reactions that many solutions share.
     pub is_unique: bool,
 }
 
@@ -39,7 +39,7 @@ pub struct ArrowScale {
     longest: f64,
     /// The size that it stands for, N or m/s.
     largest: f64,
-    /// Whether a tenth of the size takes a fifth of the longest arrow off, so that sizes of many powers of ten are seen.
+    /// True if a tenth of the size takes a fifth of the longest arrow off, so that sizes of many powers of ten are seen.
     pub is_logarithmic: bool,
 }
 

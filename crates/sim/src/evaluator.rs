@@ -273,7 +273,7 @@ impl CompiledSystem {
 }
 
 impl DynamicsAt<'_> {
-    /// Whether every number is finite.
+    /// True if every number is finite.
     pub(crate) fn is_finite(&self) -> bool {
         let parts = [self.mass, self.jacobian, self.force, self.gamma];
         parts.into_iter().flatten().all(|value| value.is_finite())

@@ -41,7 +41,7 @@ pub(crate) enum ContactMode {
 }
 
 impl ContactMode {
-    /// Whether the constraint row of the contact is active.
+    /// True if the constraint row of the contact is active.
     pub(crate) fn is_active(self) -> bool {
         matches!(self, Self::Closed | Self::Stick(_))
     }

@@ -114,7 +114,7 @@ const AHEAD: f64 = 3e-5;
 const AT_REST: f64 = 1e-9;
 
 impl Effort {
-    /// Whether it is there in these modes.
+    /// True if it is there in these modes.
     pub(crate) fn acts_in(self, modes: &Modes) -> bool {
         match self {
             Self::Coupling(_) | Self::Drive(_) => true,
@@ -267,7 +267,7 @@ impl Uniqueness {
         }
     }
 
-    /// Whether every component is unique.
+    /// True if every component is unique.
     pub fn is_complete(&self) -> bool {
         self.n_self_stresses == 0
     }

@@ -14,7 +14,7 @@ pub struct Moved {
     pub stated: f64,
     /// The value at the start, SI.
     pub found: f64,
-    /// Whether it was free to move.
+    /// True if it was free to move.
     pub is_guess: bool,
 }
 

@@ -23,7 +23,7 @@ pub struct Request {
     pub fixed: Vec<(String, String)>,
     /// Joints that yield, each by name and stiffness.
     pub compliance: Vec<(String, String)>,
-    /// Whether positions alone are asked for: bodies need no masses then, and no case can be run.
+    /// True if positions alone are asked for: bodies need no masses then, and no case can be run.
     pub is_geometry: bool,
     /// The cases.
     pub plan: Plan,

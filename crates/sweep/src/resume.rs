@@ -44,7 +44,7 @@ pub struct Report {
     pub n_failed: u64,
     /// Cases that were there before.
     pub n_resumed: u64,
-    /// Whether it was stopped: the table is not written yet, parts are.
+    /// True if it was stopped: the table is not written yet, parts are.
     pub is_stopped: bool,
     /// Failed cases by their code.
     pub faults: BTreeMap<String, FaultCount>,
@@ -110,7 +110,7 @@ pub fn write(
     Ok(report)
 }
 
-/// Whether a file is the whole table of this very sweep.
+/// True if a file is the whole table of this very sweep.
 pub fn is_whole(study: &Study, table: &Path) -> bool {
     let found = File::open(table).ok().and_then(|file| survey(&file).ok());
     found.is_some_and(|(n_rows, about)| {
@@ -293,7 +293,7 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// Whether a file is one that parts are written to.
+/// True if a file is one that parts are written to.
 fn is_part(name: &Path) -> bool {
     let name = name.to_string_lossy();
     [".parquet", ".parquet.new", ".crc32"].iter().any(|ending| name.ends_with(ending))

@@ -53,7 +53,7 @@ impl Format {
         entry.map(|(name, _)| *name).expect("every format is in the table")
     }
 
-    /// Whether it shows more than one instant.
+    /// True if it shows more than one instant.
     pub fn is_film(self) -> bool {
         matches!(self, Self::Film(_))
     }

@@ -45,7 +45,7 @@ pub struct ShowOptions {
     pub time: bool,
     /// Caption below the mechanism; may be empty.
     pub caption: String,
-    /// Whether the scales of arrows are told in the picture.
+    /// True if the scales of arrows are told in the picture.
     pub legend: bool,
     /// Number of earlier instants at which the mechanism is drawn faintly.
     pub ghosts: usize,
@@ -97,7 +97,7 @@ pub struct Show {
     arrows: Option<Arrows>,
     /// Outermost points over the run, computed on the first request.
     reach: Option<Vec<[f64; 3]>>,
-    /// Whether the last additions are complete.
+    /// True if the last additions are complete.
     is_whole: bool,
 }
 
@@ -205,7 +205,7 @@ impl Show {
         Words { title, instant: time.then(instant), caption }
     }
 
-    /// Whether the last additions are complete; otherwise later calls give more.
+    /// True if the last additions are complete; otherwise later calls give more.
     pub fn is_whole(&self) -> bool {
         self.is_whole
     }

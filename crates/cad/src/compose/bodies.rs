@@ -28,7 +28,7 @@ pub(super) struct Body {
     pub(super) marks: Vec<Point>,
     /// Closed outlines of the body.
     pub(super) outline: Option<Outline>,
-    /// Whether its outline has a fault that was reported.
+    /// True if its outline has a fault that was reported.
     pub(super) has_bad_outline: bool,
     /// The box around an outline that is not closed: what meets it, meets no body yet.
     pub(super) lost: Option<Bounds>,
@@ -75,7 +75,7 @@ impl Body {
         self.marks.iter().any(|mark| is_here(*mark)) || curves.any(is_centre)
     }
 
-    /// Whether a feature is a centre, not a corner of the outline.
+    /// True if a feature is a centre, not a corner of the outline.
     pub(super) fn has_centre_at(&self, feature: Point, rounding: f64) -> bool {
         let mut curves = self.paths.iter().flat_map(|(path, _)| &path.curves);
         curves.any(|curve| {
@@ -167,7 +167,7 @@ impl Bodies {
         self.owner(drawing.entities.iter().position(is_meant)?)
     }
 
-    /// Whether a point is where the outline of a body is not closed.
+    /// True if a point is where the outline of a body is not closed.
     pub(super) fn is_lost(&self, at: Point) -> bool {
         self.list.iter().any(|body| body.lost.is_some_and(|lost| lost.contains(at)))
     }

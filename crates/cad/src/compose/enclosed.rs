@@ -129,7 +129,7 @@ fn report_near(drawing: &Drawing, body: &mut Body, near: &NearLoop, faults: &mut
     body.lost = Some(near.chain.path.bounds()).filter(|_| severity == Severity::Error);
 }
 
-/// Whether a layer is one of ours, so that its geometry is no outline of anybody.
+/// True if a layer is one of ours, so that its geometry is no outline of anybody.
 fn is_own_layer(layer: &str) -> bool {
     layer.get(..3).is_some_and(|head| head.eq_ignore_ascii_case("BK_"))
 }
@@ -205,7 +205,7 @@ impl FreeChains<'_> {
         beyond.or(rim).or(around.first()).copied()
     }
 
-    /// Whether a chain is a circle about a point.
+    /// True if a chain is a circle about a point.
     fn is_pin(&self, chain: &Chain, at: Point) -> bool {
         match chain.path.curves.as_slice() {
             [Curve::Arc { centre, .. }] => distance(*centre, at) <= self.tolerance,

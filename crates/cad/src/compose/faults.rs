@@ -20,7 +20,7 @@ impl<'a> Faults<'a> {
         Self { excerpts, list: Vec::new() }
     }
 
-    /// Whether one of them is an error.
+    /// True if one of them is an error.
     pub(super) fn has_error(&self) -> bool {
         self.list.iter().any(Diagnostic::is_error)
     }

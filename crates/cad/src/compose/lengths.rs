@@ -156,7 +156,7 @@ fn name_in(text: &str) -> Option<(String, Option<f64>)> {
     (is_name && !is_word).then_some((name, stated))
 }
 
-/// Whether a dimension says the same as those of its name before it, as the parameter, and as its own
+/// True if a dimension says the same as those of its name before it, as the parameter, and as its own
 /// text; a fault where not.
 fn is_consistent(
     source: Source<'_>,
@@ -223,13 +223,13 @@ impl Skeleton<'_> {
         self.points.of(body_idx).iter().find(near)
     }
 
-    /// Whether both ends are at points of bodies.
+    /// True if both ends are at points of bodies.
     fn meets_points(&self, dimension: &Named<'_>) -> bool {
         let is_met = |at: &Point| (0..self.frames.len()).any(|it| self.point_at(it, *at).is_some());
         dimension.ends.iter().all(is_met)
     }
 
-    /// Whether a value of the drawing has this name in it.
+    /// True if a value of the drawing has this name in it.
     fn mentions(&self, name: &str) -> bool {
         let is_letter = |c: char| c.is_alphanumeric() || c == '_' || c == '\'';
         let mut values = self.source.attachments.iter().flat_map(|it| &it.values);

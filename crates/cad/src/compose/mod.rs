@@ -76,7 +76,7 @@ pub struct ComposeOptions<'a> {
     pub tolerance: Option<f64>,
     /// Density and thickness of bodies that state none, as texts of a model file.
     pub plate: [Option<&'a str>; 2],
-    /// Whether positions alone are asked for: bodies need no masses then.
+    /// True if positions alone are asked for: bodies need no masses then.
     pub is_geometry: bool,
 }
 

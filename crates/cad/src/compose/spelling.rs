@@ -90,7 +90,7 @@ impl Spellings {
         Self { list }
     }
 
-    /// Whether all names are usable as they are.
+    /// True if all names are usable as they are.
     pub(super) fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
@@ -293,7 +293,7 @@ fn texts(value: &Value) -> Vec<String> {
     }
 }
 
-/// Whether a model file takes a name as it is.
+/// True if a model file takes a name as it is.
 fn is_usable(name: &str) -> bool {
     let has_letters = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     has_letters && !name.is_empty() && !name.starts_with(|c: char| c.is_ascii_digit())

@@ -37,7 +37,7 @@ pub(super) struct Plate<'a> {
     pub(super) units: &'a BareUnits,
     /// Density and thickness of bodies that state none.
     pub(super) default: [Option<&'a str>; 2],
-    /// Whether every body must have a mass.
+    /// True if every body must have a mass.
     pub(super) needs_masses: bool,
 }
 

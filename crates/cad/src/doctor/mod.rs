@@ -45,7 +45,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Whether the drawing cannot be solved as it is.
+    /// True if the drawing cannot be solved as it is.
     pub fn has_error(&self) -> bool {
         self.findings.iter().any(|finding| finding.fault.is_error())
     }
@@ -129,7 +129,7 @@ impl Said {
         self.all.push(words);
     }
 
-    /// Whether a fault of this code is about all of its places.
+    /// True if a fault of this code is about all of its places.
     fn has(&self, fault: &Diagnostic) -> bool {
         let words = Self::words(fault);
         let Some(first) = words.first() else { return self.codes.contains(fault.code.0) };

@@ -58,7 +58,7 @@ impl Affine {
         cross(self.x, self.y)
     }
 
-    /// Whether circles stay circles.
+    /// True if circles stay circles.
     pub fn is_similarity(&self) -> bool {
         let (a, b) = (norm(self.x), norm(self.y));
         (a - b).abs() <= SIMILAR * a && dot(self.x, self.y).abs() <= SIMILAR * a * b

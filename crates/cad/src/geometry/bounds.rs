@@ -44,7 +44,7 @@ impl Bounds {
         }
     }
 
-    /// Whether it has no points.
+    /// True if it has no points.
     pub fn is_empty(&self) -> bool {
         self.min[0] > self.max[0] || self.min[1] > self.max[1]
     }
@@ -54,7 +54,7 @@ impl Bounds {
         (0..2).all(|k| self.min[k] <= point[k] && point[k] <= self.max[k])
     }
 
-    /// Whether the two have a point in common.
+    /// True if the two have a point in common.
     pub fn meets(&self, other: &Self) -> bool {
         (0..2).all(|k| self.min[k] <= other.max[k] && other.min[k] <= self.max[k])
     }

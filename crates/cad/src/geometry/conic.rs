@@ -42,7 +42,7 @@ impl Conic {
         along(turned, cos * self.sweep, self.minor)
     }
 
-    /// Whether the parameter `u`, in whichever turn, is on the arc.
+    /// True if the parameter `u`, in whichever turn, is on the arc.
     pub(crate) fn covers(&self, u: f64) -> bool {
         let ahead = (u - self.start) * self.sweep.signum();
         ahead.rem_euclid(TAU) <= self.sweep.abs()

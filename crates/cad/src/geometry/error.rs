@@ -171,7 +171,7 @@ impl Spline {
         self.check_knots()
     }
 
-    /// Whether the control points on either side of an inner knot of full multiplicity are one.
+    /// True if the control points on either side of an inner knot of full multiplicity are one.
     fn meets_at(&self, knot_idx: usize) -> bool {
         /// Points nearer than this part of the largest coordinate are one.
         const SAME: f64 = 1e-9;

@@ -85,6 +85,6 @@ pub struct Spline {
 pub struct Path {
     /// In order.
     pub curves: Vec<Curve>,
-    /// Whether the last ends where the first begins.
+    /// True if the last ends where the first begins.
     pub is_closed: bool,
 }

@@ -127,7 +127,7 @@ impl Spline {
         d[p]
     }
 
-    /// Whether knots, points and weights are as many as they must be.
+    /// True if knots, points and weights are as many as they must be.
     fn is_counted(&self) -> bool {
         let n = self.control.len();
         (1..=MAX_DEGREE).contains(&self.degree)

@@ -58,7 +58,7 @@ const ENDS: u64 = 1 << 45;
 pub(super) struct Record {
     /// Groups of the record.
     pub(super) tags: Range<usize>,
-    /// Whether it is one of those that are read whole.
+    /// True if it is one of those that are read whole.
     pub(super) is_read: bool,
 }
 

@@ -111,7 +111,7 @@ pub fn doubled(strokes: &[Stroke], tolerance: f64) -> Vec<Doubled> {
     found
 }
 
-/// Whether two boxes are the same, but for twice the tolerance on each side.
+/// True if two boxes are the same, but for twice the tolerance on each side.
 fn is_near(a: &Bounds, b: &Bounds, tolerance: f64) -> bool {
     let [a, b] = [a, b].map(|it| [it.min, it.max]);
     a.as_flattened().iter().zip(b.as_flattened()).all(|(x, y)| (x - y).abs() <= 2.0 * tolerance)

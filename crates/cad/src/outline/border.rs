@@ -47,7 +47,7 @@ impl<'a> Border<'a> {
         self.tree.nearest(point, |i| self.path.curves[i].distance(point))
     }
 
-    /// Whether a point lies within `tolerance` of the path.
+    /// True if a point lies within `tolerance` of the path.
     pub(super) fn is_near(&self, point: Point, tolerance: f64) -> bool {
         distance(self.start(), point) <= tolerance || self.distance(point) <= tolerance
     }

@@ -42,7 +42,7 @@ pub struct Drawn {
 pub struct Filled {
     /// Borders of the filling.
     pub borders: Vec<Path>,
-    /// Whether a pattern fills the outline.
+    /// True if a pattern fills the outline.
     pub has_pattern: bool,
     /// Type, handle and position.
     pub location: Location,

@@ -67,7 +67,7 @@ pub struct TagSection {
     pub name: String,
     /// The groups between its name and its `ENDSEC`.
     pub tags: Range<usize>,
-    /// Whether there is an `ENDSEC`.
+    /// True if there is an `ENDSEC`.
     pub is_closed: bool,
 }
 
@@ -95,7 +95,7 @@ pub struct Tags {
     handles: Vec<(u64, u32)>,
     /// The byte after the last group.
     end: usize,
-    /// Whether the last group is the `EOF` of a whole drawing.
+    /// True if the last group is the `EOF` of a whole drawing.
     is_complete: bool,
     version: Version,
     encoding: Option<LegacyEncoding>,
@@ -122,12 +122,12 @@ impl Tags {
         self.groups.len()
     }
 
-    /// Whether there is no group at all.
+    /// True if there is no group at all.
     pub fn is_empty(&self) -> bool {
         self.groups.is_empty()
     }
 
-    /// Whether the file ends with its `EOF` group.
+    /// True if the file ends with its `EOF` group.
     pub fn is_complete(&self) -> bool {
         self.is_complete
     }
@@ -199,7 +199,7 @@ impl Tags {
         Cow::Owned(uncaret(&text))
     }
 
-    /// Whether a value is these words, spaces and case aside.
+    /// True if a value is these words, spaces and case aside.
     pub fn is_word(&self, tag_idx: usize, word: &str) -> bool {
         self.raw(tag_idx).trim_ascii().eq_ignore_ascii_case(word.as_bytes())
     }

@@ -52,7 +52,7 @@ pub(crate) fn at_start(
     Ok((found, warnings))
 }
 
-/// Whether all errors of a model are that bodies have no mass.
+/// True if all errors of a model are that bodies have no mass.
 pub(crate) fn lacks_masses_alone(diagnostics: &[Diagnostic]) -> bool {
     diagnostics.iter().any(lacks_mass)
         && diagnostics.iter().filter(|of| of.is_error()).all(lacks_mass)

@@ -55,7 +55,7 @@ pub struct Asked {
 }
 
 impl Asked {
-    /// Whether every value is in SI.
+    /// True if every value is in SI.
     pub fn is_si(&self) -> bool {
         !self.headings.iter().any(|heading| heading.ends_with(']'))
     }

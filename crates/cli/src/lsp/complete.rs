@@ -178,12 +178,12 @@ fn in_quotes(mut items: Value, place: &Cursor) -> Value {
     items
 }
 
-/// Whether a section is a key of the top level.
+/// True if a section is a key of the top level.
 fn is_top_key(holds: &Holds) -> bool {
     matches!(holds, Holds::Text | Holds::Word(_))
 }
 
-/// Whether a unit may follow: `25`, `25 `, `25 m`, `2*3.5 k`.
+/// True if a unit may follow: `25`, `25 `, `25 m`, `2*3.5 k`.
 fn ends_in_number(written: &str) -> bool {
     let stem = written.trim_end_matches(|c: char| c.is_alphabetic() || c == '°');
     let number = stem.trim_end();

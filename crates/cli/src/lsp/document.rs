@@ -14,7 +14,7 @@ pub(super) struct Document {
     /// File of the document.
     pub(super) path: PathBuf,
     pub(super) text: String,
-    /// Whether the editor has it as a model, whatever its text is.
+    /// True if the editor has it as a model, whatever its text is.
     is_declared: bool,
 }
 
@@ -37,7 +37,7 @@ impl Document {
         Self { path: self.path.clone(), text: text.to_owned(), ..*self }
     }
 
-    /// Whether the text is a model: TOML files of other programs are left alone.
+    /// True if the text is a model: TOML files of other programs are left alone.
     pub(super) fn is_model(&self) -> bool {
         let first = self.text.lines().next().unwrap_or_default();
         if self.is_declared || first.starts_with("#:schema") && first.contains("bksim") {

@@ -22,7 +22,7 @@ pub(super) struct Judged {
     pub(super) model: Option<Model>,
     pub(super) source: Option<Text>,
     faults: Vec<Diagnostic>,
-    /// Whether positions alone can be asked for.
+    /// True if positions alone can be asked for.
     is_geometry: bool,
     /// Why another file that the model names cannot be read.
     unread: Option<String>,

@@ -54,7 +54,7 @@ fn formatted(text: &str) -> String {
     lines.iter().flat_map(|line| [line.as_str(), "\n"]).collect()
 }
 
-/// Whether a line is a header: `[joints.A]`, `[[rows]]`.
+/// True if a line is a header: `[joints.A]`, `[[rows]]`.
 fn is_header(line: &str) -> bool {
     let inside = line.trim().strip_prefix('[').map(|rest| rest.trim_start_matches('['));
     let Some((inside, _)) = inside.and_then(|rest| rest.split_once(']')) else { return false };

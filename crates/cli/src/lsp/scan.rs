@@ -54,13 +54,13 @@ impl Piece {
 pub(super) struct Cursor {
     /// Path of the value at the cursor, or of the table whose key is there.
     pub(super) path: Vec<String>,
-    /// Whether a value stands there, else a key.
+    /// True if a value stands there, else a key.
     pub(super) is_value: bool,
     /// First byte of the inside of the text around it.
     pub(super) text: Option<usize>,
-    /// Whether it is in a comment.
+    /// True if it is in a comment.
     pub(super) is_comment: bool,
-    /// Whether it is in a header that is not closed.
+    /// True if it is in a header that is not closed.
     pub(super) is_header: bool,
 }
 
@@ -105,7 +105,7 @@ pub(super) fn own_text<'t>(
     all.iter().find(|piece| is_own(&piece.path))?.inside(text).map(|at| &text[at])
 }
 
-/// Whether a text in quotes has its second quote.
+/// True if a text in quotes has its second quote.
 fn is_closed(own: &str) -> bool {
     let quotes = ["\"\"\"", "'''", "\"", "'"];
     let Some(quote) = quotes.into_iter().find(|quote| own.starts_with(quote)) else { return true };

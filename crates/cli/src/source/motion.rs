@@ -20,7 +20,7 @@ pub struct Opened {
     pub playback: Playback,
     /// The file of its model, as results name it.
     pub file: String,
-    /// Whether it reached its end.
+    /// True if it reached its end.
     pub is_complete: bool,
     /// Warnings of the model, and why it was not solved to its end.
     pub diagnostics: Value,
@@ -33,7 +33,7 @@ pub struct Opening<'a> {
     pub cannot: &'a str,
     /// Levels to which a model may nest.
     pub nesting: usize,
-    /// Whether faults go into JSON; they are printed otherwise.
+    /// True if faults go into JSON; they are printed otherwise.
     pub as_json: bool,
     /// Ends the solving.
     pub stop: &'a StopWish,

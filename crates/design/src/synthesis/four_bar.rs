@@ -140,7 +140,7 @@ impl FourBar {
     }
 }
 
-/// Whether a crank passes its angles one after the other in one sense, within a turn.
+/// True if a crank passes its angles one after the other in one sense, within a turn.
 pub(super) fn in_order(bars: &[FourBar], which: usize) -> bool {
     let angle = |bar: &FourBar| {
         let (from, to) = (bar.pivots[which], bar.pins[which]);
@@ -156,7 +156,7 @@ pub(super) fn in_order(bars: &[FourBar], which: usize) -> bool {
     sum_of(1.0) < std::f64::consts::TAU || sum_of(-1.0) < std::f64::consts::TAU
 }
 
-/// Whether poses of one four-bar are on one circuit: in a Grashof linkage the angles at the joints that its shortest link is
+/// True if poses of one four-bar are on one circuit: in a Grashof linkage the angles at the joints that its shortest link is
 /// not in keep their sense.
 pub(super) fn one_circuit(bars: &[FourBar]) -> bool {
     let Some(first) = bars.first() else { return true };
@@ -191,7 +191,7 @@ pub(super) struct CognateWish {
     point: [Written; 2],
     /// Angle of the crank at which all are drawn; 60° unless given.
     angle: Option<Written>,
-    /// Whether the rocker pin is to the right of the line from crank pin to rocker pivot.
+    /// True if the rocker pin is to the right of the line from crank pin to rocker pivot.
     #[serde(default)]
     crossed: bool,
 }

@@ -352,6 +352,6 @@ struct Ends {
     interval: [f64; 2],
     at: [Vec<&'static str>; 2],
     proved: bool,
-    /// Whether some parts do not assemble.
+    /// True if some parts do not assemble.
     is_open: bool,
 }

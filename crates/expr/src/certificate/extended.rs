@@ -111,7 +111,7 @@ impl Extended {
         self.high
     }
 
-    /// Whether the value is an `f64`.
+    /// True if the value is an `f64`.
     pub(super) fn is_double(self) -> bool {
         self.low == 0.0
     }

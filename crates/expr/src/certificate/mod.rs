@@ -24,12 +24,12 @@ pub struct Certificate {
     pub worst_double: f64,
     /// Largest relative difference of the values with 106 bits.
     pub worst_extended: f64,
-    /// Whether a constant is a rounded one: then more bits show the rounding, not more.
+    /// True if a constant is a rounded one: then more bits show the rounding, not more.
     pub is_rounded: bool,
 }
 
 impl Certificate {
-    /// Whether all differences are as small as rounding makes them, at one point at least.
+    /// True if all differences are as small as rounding makes them, at one point at least.
     pub fn is_equal(&self) -> bool {
         let extended = if self.is_rounded { ROUNDED_TOLERANCE } else { EXTENDED_TOLERANCE };
         self.n_points > 0

@@ -63,7 +63,7 @@ fn selected(pool: &Pool, condition: Expr) -> (Expr, Expr) {
     )
 }
 
-/// Whether the derivative is zero wherever it exists.
+/// True if the derivative is zero wherever it exists.
 pub(super) fn is_piecewise_constant(function: Function) -> bool {
     matches!(rule(function), Zero)
 }

@@ -51,7 +51,7 @@ impl Runner {
         &self.tape
     }
 
-    /// Whether evaluations run machine code from now on.
+    /// True if evaluations run machine code from now on.
     pub fn is_compiled(&self) -> bool {
         self.code.is_compiled()
     }

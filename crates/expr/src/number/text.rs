@@ -34,7 +34,7 @@ impl<'t> Literal<'t> {
 }
 
 impl Number {
-    /// Whether text is an unsigned decimal literal, however long.
+    /// True if text is an unsigned decimal literal, however long.
     pub(crate) fn is_literal(text: &str) -> bool {
         Literal::of(text).is_some()
     }

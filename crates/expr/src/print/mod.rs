@@ -49,7 +49,7 @@ pub enum Notation {
 }
 
 impl Notation {
-    /// Whether fractions and powers stay within the line.
+    /// True if fractions and powers stay within the line.
     fn is_linear(self) -> bool {
         matches!(self, Self::Text | Self::Unicode)
     }

@@ -69,7 +69,7 @@ impl<'p> Reader<'p> {
         }
     }
 
-    /// Whether parentheses around `e` must grow.
+    /// True if parentheses around `e` must grow.
     pub(super) fn is_tall(&self, e: Expr) -> bool {
         self.tall.get(&e).copied().unwrap_or(false)
     }

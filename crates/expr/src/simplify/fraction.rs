@@ -113,7 +113,7 @@ impl Fraction {
         Some(sum)
     }
 
-    /// Whether the denominator is a number.
+    /// True if the denominator is a number.
     pub(super) fn is_polynomial(&self) -> bool {
         self.denominator.iter().all(|term| term.monomial.is_empty())
     }
@@ -151,7 +151,7 @@ impl Fraction {
     }
 }
 
-/// Whether a fraction looks into an expression.
+/// True if a fraction looks into an expression.
 fn is_open(pool: &Pool, e: Expr) -> bool {
     match pool.node(e).op {
         Op::Add | Op::Mul => true,

@@ -30,7 +30,7 @@ impl IntegerPoly {
         Self(terms.into_iter().collect())
     }
 
-    /// Whether there is no variable in it.
+    /// True if there is no variable in it.
     pub(super) fn is_constant(&self) -> bool {
         self.0.keys().all(|exponents| exponents.iter().all(|&n| n == 0))
     }

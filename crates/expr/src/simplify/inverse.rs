@@ -117,7 +117,7 @@ impl Pool {
         }
     }
 
-    /// Whether the value can be shown never to be zero.
+    /// True if the value can be shown never to be zero.
     pub(super) fn is_never_zero(&self, e: Expr) -> bool {
         let node = self.node(e);
         match node.op {

@@ -59,7 +59,7 @@ pub(super) fn is_trigonometric(pool: &Pool, e: Expr) -> bool {
     matches!(pool.node(e).op, Op::Call(Function::Sin | Function::Cos))
 }
 
-/// Whether powers of an atom cancel.
+/// True if powers of an atom cancel.
 fn can_cancel(pool: &Pool, e: Expr) -> bool {
     is_trigonometric(pool, e) || matches!(pool.node(e).op, Op::Call(Function::Exp | Function::Cosh))
 }

@@ -93,7 +93,7 @@ impl Tape {
         self.n_operations.iter().sum()
     }
 
-    /// Whether there is nothing to compute.
+    /// True if there is nothing to compute.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

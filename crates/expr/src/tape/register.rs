@@ -13,7 +13,7 @@ pub(super) enum Register {
 }
 
 impl Register {
-    /// Whether the value is known before the inputs are.
+    /// True if the value is known before the inputs are.
     pub(super) fn is_early(self) -> bool {
         !matches!(self, Self::Input(_) | Self::Body(_))
     }

@@ -177,7 +177,7 @@ impl Statement {
         exact.or_else(cut).map(|(_, value)| value.as_str())
     }
 
-    /// Whether a word is among the arguments, perhaps cut short.
+    /// True if a word is among the arguments, perhaps cut short.
     pub(super) fn has(&self, word: &str) -> bool {
         self.arguments.iter().any(|(known, value)| {
             value.is_empty() && known.len() >= 3 && word.starts_with(known.as_str())

@@ -132,7 +132,7 @@ impl Reader<'_, '_> {
         (counts.then(|| solid.inertia(mass).seen(pose)), drawn)
     }
 
-    /// Whether a shape is of a group that masses follow from.
+    /// True if a shape is of a group that masses follow from.
     fn counts(&mut self, item: &Item, class: ClassId) -> bool {
         let [least, most] = self.compiler.groups;
         let group = self.number(item.node, class, "group").unwrap_or(0.0);

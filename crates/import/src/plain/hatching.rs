@@ -208,7 +208,7 @@ fn step(first: [Point; 2], second: [Point; 2], near: f64) -> Option<Point> {
     [direct, crossed].into_iter().find(|[a, b]| distance(*a, *b) < near).map(|[a, _]| a)
 }
 
-/// Whether the strokes of a series are as close as those of a hatching.
+/// True if the strokes of a series are as close as those of a hatching.
 fn is_close(pieces: &Pieces, all: &[usize]) -> bool {
     let start = pieces.lines[all[0]].ends[0];
     let places = all.iter().map(|&idx| distance(pieces.lines[idx].ends[0], start));

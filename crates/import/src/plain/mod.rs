@@ -102,7 +102,7 @@ pub struct FoundJoint {
     pub ratio: Option<f64>,
     /// Pitch radius of a pinion.
     pub radius: Option<f64>,
-    /// Whether it is there only if a question is answered so.
+    /// True if it is there only if a question is answered so.
     pub is_asked: bool,
     /// Handles of its entities.
     pub handles: Vec<u64>,

@@ -171,7 +171,7 @@ impl Notes {
     }
 }
 
-/// Whether lines of the group other than the outermost ones are close on several sides.
+/// True if lines of the group other than the outermost ones are close on several sides.
 fn is_boxed(p: Point, pieces: &Pieces, group: &[usize]) -> bool {
     let reach = 12.0 * pieces.pin;
     let near = group.iter().filter(|&&idx| {

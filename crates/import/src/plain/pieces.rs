@@ -108,7 +108,7 @@ pub(super) fn skew(u: Point, v: Point) -> f64 {
     cross(u, v).abs()
 }
 
-/// Whether a point is inside of a polygon.
+/// True if a point is inside of a polygon.
 pub(super) fn is_inside(points: &[Point], p: Point) -> bool {
     let mut inside = false;
     for (a, b) in points.iter().zip(points.iter().cycle().skip(1)) {

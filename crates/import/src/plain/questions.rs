@@ -24,7 +24,7 @@ pub struct Question {
     pub at: Option<Point>,
     /// Readings that may be meant; the first is taken until the question is answered.
     pub readings: Vec<Reading>,
-    /// Whether a number may be answered instead.
+    /// True if a number may be answered instead.
     pub takes_number: bool,
     /// The answer that was given.
     pub answer: Option<String>,

@@ -162,7 +162,7 @@ pub struct Contents {
     pub library: String,
     /// Topics of the log, by their names.
     pub topics: Vec<ForeignTopic>,
-    /// Whether the file ends as it should.
+    /// True if the file ends as it should.
     pub is_complete: bool,
 }
 

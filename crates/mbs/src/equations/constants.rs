@@ -27,7 +27,7 @@ pub struct Group {
     pub terms: Vec<Expr>,
     /// SI unit as text (`"kg m^2"`); empty when it is a number or not known.
     pub unit: String,
-    /// Whether it depends on parameters alone; it has a value then.
+    /// True if it depends on parameters alone; it has a value then.
     pub is_constant: bool,
 }
 

@@ -44,7 +44,7 @@ pub(super) struct GroundWrench {
     moment: Vector,
 }
 
-/// Whether M takes fewer operations with wrenches in the axes of the ground.
+/// True if M takes fewer operations with wrenches in the axes of the ground.
 pub(super) fn is_shorter(links: &Links) -> bool {
     /// Operations of an entry: two scalar products.
     const ENTRY: usize = 11;

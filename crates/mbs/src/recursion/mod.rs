@@ -45,7 +45,7 @@ pub(crate) use newton_euler::BodyAcceleration;
 /// Lagrange's equations written out.
 const MIN_TURNS: usize = 4;
 
-/// Whether the recursion is the shorter way to the equations of the bodies at `kinematics`.
+/// True if the recursion is the shorter way to the equations of the bodies at `kinematics`.
 pub(crate) fn is_shorter(pool: &Pool, kinematics: &Kinematics) -> bool {
     // A turn about a skew axis has the terms of two about axes of the frame; a quaternion those of three.
     if !kinematics.turnings.is_empty() {

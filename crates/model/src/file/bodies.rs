@@ -35,17 +35,17 @@ pub(super) const BODY_KEYS: &[&str] = &[
 #[derive(Debug, Default)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a fact by itself")]
 pub(super) struct BodyFacts {
-    /// Whether the author wrote `free = true`.
+    /// True if the author wrote `free = true`.
     pub(super) is_free: bool,
-    /// Whether the author wrote `as_stated = true`: an inertia that no body has is a warning.
+    /// True if the author wrote `as_stated = true`: an inertia that no body has is a warning.
     pub(super) is_as_stated: bool,
     /// Mass, kg.
     pub(super) mass: Option<(f64, Span)>,
-    /// Whether the mass follows from a density.
+    /// True if the mass follows from a density.
     pub(super) has_density: bool,
     /// Every position of the body with a value: points, corners; m.
     pub(super) positions: Vec<Position>,
-    /// Whether the author says that the inertia is meant as it is, however it looks.
+    /// True if the author says that the inertia is meant as it is, however it looks.
     pub(super) is_inertia_meant: bool,
     /// Position of the centre of mass, where one is stated.
     pub(super) com_span: Option<Span>,
@@ -68,7 +68,7 @@ impl BodyFacts {
 #[derive(Clone, Debug)]
 pub(super) struct Position {
     pub(super) value: [Constant; 3],
-    /// Whether a component other than zero is a bare number.
+    /// True if a component other than zero is a bare number.
     pub(super) is_bare: bool,
     pub(super) span: Span,
 }

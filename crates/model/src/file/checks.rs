@@ -18,7 +18,7 @@ const LARGE_M: f64 = 100.0;
 const HEAVY_KG: f64 = 1e7;
 
 impl Reader<'_> {
-    /// Whether a value is greater than zero; reports it otherwise.
+    /// True if a value is greater than zero; reports it otherwise.
     pub(super) fn check_positive(
         &mut self,
         what: &str,
@@ -141,7 +141,7 @@ impl Reader<'_> {
         false
     }
 
-    /// Whether a number that the author wrote has come out as zero, because it is too small to be held;
+    /// True if a number that the author wrote has come out as zero, because it is too small to be held;
     /// reports it.
     pub(super) fn has_vanished(&mut self, what: &str, scalar: &Scalar) -> bool {
         let is_zero = scalar.value.is_some_and(|value| value.look() == 0.0);

@@ -23,7 +23,7 @@ use super::written_unit::{MAX_UNIT_EXPONENT, WrittenUnit};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::message::short;
 
-/// Whether a value is known to be zero; the values that follow from it are not finite then.
+/// True if a value is known to be zero; the values that follow from it are not finite then.
 fn is_zero(value: Option<Constant>) -> bool {
     value.is_some_and(|value| value.look() == 0.0)
 }

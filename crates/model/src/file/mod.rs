@@ -152,7 +152,7 @@ pub struct Source<'a> {
     pub promoted: &'a [String],
     /// Limits that protect against hostile input.
     pub limits: Limits,
-    /// Whether positions alone are asked for: bodies need no masses then.
+    /// True if positions alone are asked for: bodies need no masses then.
     pub is_geometry: bool,
 }
 

@@ -40,7 +40,7 @@ const WORDS: [&str; 18] = [
     "tangents",
 ];
 
-/// Whether the text at the end of these keys, such as `joints.A.type`, is a word of the format and no formula.
+/// True if the text at the end of these keys, such as `joints.A.type`, is a word of the format and no formula.
 pub fn is_word(path: &[String]) -> bool {
     let key = path.iter().rev().find(|key| key.parse::<usize>().is_err());
     let Some((key, section)) = key.zip(path.first()) else { return false };
@@ -49,7 +49,7 @@ pub fn is_word(path: &[String]) -> bool {
     is_motion || section == "units" || WORDS.contains(&key.as_str())
 }
 
-/// Whether a text can be a name.
+/// True if a text can be a name.
 pub fn is_name(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')

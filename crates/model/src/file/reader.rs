@@ -49,7 +49,7 @@ const ELSEWHERE: [(&[&str], &str); 3] = [
 pub(super) struct Reader<'a> {
     pub(super) text: &'a str,
     pub(super) nesting: usize,
-    /// Whether every body must have a mass.
+    /// True if every body must have a mass.
     pub(super) needs_masses: bool,
     pub(super) pool: Pool,
     pub(super) units: FileUnits,
@@ -99,9 +99,9 @@ pub(super) struct Reader<'a> {
     pub(super) joint_ends: Vec<Option<[Anchor; 2]>>,
     /// The bodies of each joint, predecessor first; `None` where the joint could not be read.
     pub(super) joint_bodies: Vec<Option<[BodyId; 2]>>,
-    /// Whether a joint could not be read, so that the topology is not known.
+    /// True if a joint could not be read, so that the topology is not known.
     pub(super) topology_unknown: bool,
-    /// Whether the value that is read lacks the unit of a parameter.
+    /// True if the value that is read lacks the unit of a parameter.
     pub(super) is_unit_missing: bool,
     /// Formulas that are no part of the text, and those that could be read.
     pub(super) formulas: &'a [Formula<'a>],
@@ -116,7 +116,7 @@ impl Reader<'_> {
         self.faults.push(fault);
     }
 
-    /// Whether so much is wrong that looking further costs time without helping anyone.
+    /// True if so much is wrong that looking further costs time without helping anyone.
     pub(super) fn has_seen_enough(&self) -> bool {
         self.faults.len() > ENOUGH && self.faults.iter().any(Diagnostic::is_error)
     }

@@ -188,17 +188,17 @@ impl Constants {
         self.take(Step::Call(function, std::array::from_fn(argument)))
     }
 
-    /// Whether a > b.
+    /// True if a > b.
     pub(super) fn is_above(&mut self, a: Constant, b: Constant) -> bool {
         self.guard(Guard::Above(a, b), &[a, b])
     }
 
-    /// Whether a ≥ b.
+    /// True if a ≥ b.
     pub(super) fn is_not_below(&mut self, a: Constant, b: Constant) -> bool {
         self.guard(Guard::NotBelow(a, b), &[a, b])
     }
 
-    /// Whether a ≠ b.
+    /// True if a ≠ b.
     pub(super) fn differ(&mut self, a: Constant, b: Constant) -> bool {
         self.guard(Guard::Differ(a, b), &[a, b])
     }
@@ -256,7 +256,7 @@ impl Guard {
 }
 
 impl Recording {
-    /// Whether settings of the solution depend on what varies.
+    /// True if settings of the solution depend on what varies.
     pub fn has_settings(&self) -> bool {
         !self.settings.is_empty()
     }

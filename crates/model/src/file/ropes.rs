@@ -42,9 +42,9 @@ const TURNS: [(&str, bool); 2] = [("left", true), ("right", false)];
 struct Stop {
     wheel: Wheel,
     center: Anchor,
-    /// Whether the rope turns left around it.
+    /// True if the rope turns left around it.
     is_left: bool,
-    /// Whether the rope ends a part here: at its ends and where it does not slip.
+    /// True if the rope ends a part here: at its ends and where it does not slip.
     holds: bool,
     /// Coefficients of friction where it slips under a large difference of pulls.
     mu: Option<[Expr; 2]>,

@@ -40,7 +40,7 @@ impl Scale {
         Self { up, down, pi: self.pi * exponent }
     }
 
-    /// Whether it changes nothing.
+    /// True if it changes nothing.
     pub(super) fn is_one(self) -> bool {
         self.up == self.down && self.pi == 0
     }
@@ -52,7 +52,7 @@ pub(super) struct Unit {
     pub(super) name: &'static str,
     pub(super) scale: Scale,
     pub(super) dimension: Dimension,
-    /// Whether it measures angles.
+    /// True if it measures angles.
     pub(super) is_angle: bool,
 }
 
@@ -237,12 +237,12 @@ impl Quantity {
         Dimension::new(length + force, mass + force, time - 2 * force)
     }
 
-    /// Whether an angle is in it.
+    /// True if an angle is in it.
     pub(super) fn is_turning(self) -> bool {
         self.exponents[3] != 0
     }
 
-    /// Whether it is an angle, so that a bare number may be degrees.
+    /// True if it is an angle, so that a bare number may be degrees.
     pub(super) fn is_angle(self) -> bool {
         self.exponents == Self::ANGLE.exponents
     }
@@ -253,9 +253,9 @@ impl Quantity {
 pub(super) struct FileUnits {
     /// Scales of length, mass, time, angle and force.
     scales: [Scale; 5],
-    /// Whether the author stated the unit of length.
+    /// True if the author stated the unit of length.
     pub(super) length_stated: bool,
-    /// Whether the author stated the unit of angle.
+    /// True if the author stated the unit of angle.
     pub(super) angle_stated: bool,
 }
 
@@ -283,7 +283,7 @@ impl FileUnits {
         self.angle_stated |= key_idx == 3;
     }
 
-    /// Whether every bare number is SI.
+    /// True if every bare number is SI.
     pub(super) fn is_si(&self) -> bool {
         self.scales.iter().all(|scale| scale.is_one())
     }

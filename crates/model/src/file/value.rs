@@ -31,7 +31,7 @@ pub(super) struct Scalar {
     pub(super) expr: Expr,
     /// Value of the scalar, when it depends on parameters only.
     pub(super) value: Option<Constant>,
-    /// Whether the author wrote no unit.
+    /// True if the author wrote no unit.
     pub(super) is_bare: bool,
     /// Position of the text without its quotes, or of the number.
     pub(super) span: Span,
@@ -56,9 +56,9 @@ pub(super) struct Lowered {
     pub(super) kind: Kind,
     /// Value at the parameters of the file, unless it depends on time or motion.
     pub(super) value: Option<Constant>,
-    /// Whether it is an angle rather than a pure number, for wording.
+    /// True if it is an angle rather than a pure number, for wording.
     pub(super) is_angle: bool,
-    /// Whether it is made of written numbers only.
+    /// True if it is made of written numbers only.
     pub(super) is_literal: bool,
     /// Position in the file.
     pub(super) span: Span,

@@ -13,7 +13,7 @@ pub struct Contents<'a> {
     /// Quantities that have a channel for the sensitivities to each: `/sensitivity/l1`,
     /// `/sensitivity/A/rate`.
     pub sensitive: &'a [Sensitive],
-    /// Whether the channels of other programs are there, too: `/tf`, `/scene`, `/spans`,
+    /// True if the channels of other programs are there, too: `/tf`, `/scene`, `/spans`,
     /// `/joint_states`, `/outlines/…`.
     pub has_viewers: bool,
 }

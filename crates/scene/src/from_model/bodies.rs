@@ -222,7 +222,7 @@ impl Sketch<'_> {
         (self.numbers.value(of.mass) > 0.0).then(|| self.numbers.vector(&of.com))
     }
 
-    /// Whether a body is drawn as a point mass on a rod.
+    /// True if a body is drawn as a point mass on a rod.
     pub(super) fn is_bob(&self, body: usize) -> bool {
         let of = &self.model().bodies[body];
         let mut moments = of.inertia.moments.iter();

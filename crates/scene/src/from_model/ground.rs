@@ -235,7 +235,7 @@ fn n_strokes(x: f64) -> usize {
     x.round().clamp(2.0, 400.0) as usize
 }
 
-/// Whether a point is within `margin` of the box around a ring.
+/// True if a point is within `margin` of the box around a ring.
 fn is_within(p: [f64; 3], ring: &[Point], margin: f64) -> bool {
     (0..2).all(|i| {
         let range = super::numbers::range(ring.iter().map(|q| q[i]));

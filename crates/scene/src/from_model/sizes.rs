@@ -31,7 +31,7 @@ impl SymbolSizes {
     }
 }
 
-/// Whether a length is positive, and products of such lengths are finite.
+/// True if a length is positive, and products of such lengths are finite.
 fn is_length(length: f64) -> bool {
     (1e-100..1e100).contains(&length)
 }

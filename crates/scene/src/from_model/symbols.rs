@@ -28,7 +28,7 @@ const FACETS: u32 = 24;
 const CROSS: f64 = 1.6;
 const AXLE: f64 = 0.5;
 
-/// Whether a joint turns about one axis, which both its bodies have.
+/// True if a joint turns about one axis, which both its bodies have.
 fn has_axis(kind: JointKind) -> bool {
     matches!(kind, JointKind::Revolute | JointKind::Cylindrical | JointKind::Screw { .. })
 }

@@ -126,7 +126,7 @@ impl Sketch<'_> {
     }
 }
 
-/// Whether this motion of a joint is a rotation.
+/// True if this motion of a joint is a rotation.
 pub(super) fn turns(joint: &Joint, motion_idx: usize) -> bool {
     joint.kind.motions().get(motion_idx) == Some(&MotionKind::Rotation)
 }

@@ -116,7 +116,7 @@ impl Closing<'_> {
         if self.of.units.is_initial_angle[k] { self.written[k] + wrapped(off) } else { value }
     }
 
-    /// Whether the axes of cut joints point the same way, and not opposite ways.
+    /// True if the axes of cut joints point the same way, and not opposite ways.
     fn is_aligned(&mut self, t: f64, q: &[f64]) -> bool {
         self.of.joint_of_sense.is_empty()
             || self.sense_rows(t, q).values.iter().all(|missing| *missing < 1.0)

@@ -78,7 +78,7 @@ impl Units {
     }
 }
 
-/// Whether a measure of positions is an angle.
+/// True if a measure of positions is an angle.
 fn is_angle(model: &Model, measure: Measure) -> bool {
     measure.unit(model) == "rad"
 }

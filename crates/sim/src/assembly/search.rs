@@ -74,7 +74,7 @@ struct Going<'a> {
     part: &'a Part,
     /// Place in what is found.
     i: usize,
-    /// Whether rows hold the part, and its guesses: it stays where it is.
+    /// True if rows hold the part, and its guesses: it stays where it is.
     is_held: bool,
     /// Where it has come to so far.
     ends: Vec<End>,
@@ -219,13 +219,13 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// Whether two assemblies are one.
+    /// True if two assemblies are one.
     pub(super) fn is_same(&self, part: &Part, a: &Candidate, b: &Candidate) -> bool {
         let mut pairs = part.columns.iter().zip(a.q.iter().zip(&b.q));
         pairs.all(|(&column, (a, b))| self.agrees(column, *a, *b))
     }
 
-    /// Whether two assemblies of a part that can move are places of one motion: so near each other that no other
+    /// True if two assemblies of a part that can move are places of one motion: so near each other that no other
     /// way to close lies between.
     pub(super) fn is_near(&self, part: &Part, a: &Candidate, b: &Candidate) -> bool {
         const NEAR: f64 = 0.02;
@@ -381,7 +381,7 @@ impl Found {
     }
 }
 
-/// Whether more shapes would hardly lead to a nearer assembly.
+/// True if more shapes would hardly lead to a nearer assembly.
 fn is_enough(found: &Found, part: &Part, n_shapes: usize) -> bool {
     const MIN_SHAPES: usize = 12;
     const MIN_MET: usize = 3;
@@ -394,7 +394,7 @@ fn is_enough(found: &Found, part: &Part, n_shapes: usize) -> bool {
             && found.candidates.iter().all(|c| c.n_met >= MIN_MET))
 }
 
-/// Whether shape `k` starts with the guesses as guessed.
+/// True if shape `k` starts with the guesses as guessed.
 fn leads_by_guesses(k: usize) -> bool {
     k.is_multiple_of(2)
 }

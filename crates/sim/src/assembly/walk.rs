@@ -84,7 +84,7 @@ impl Walk {
         self.is_over = true;
     }
 
-    /// Whether the step tried last is taken; `at` has the rows at its end.
+    /// True if the step tried last is taken; `at` has the rows at its end.
     pub(super) fn judge(&mut self, at: &Numbers) -> bool {
         const IDLE: f64 = 1e-3;
         const MAX_IDLE: usize = 4;

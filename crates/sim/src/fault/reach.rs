@@ -117,7 +117,7 @@ pub(super) fn spans(
     Some(spans)
 }
 
-/// Whether a joint is of a kind that lengths alone can judge, between frames as their bodies have them.
+/// True if a joint is of a kind that lengths alone can judge, between frames as their bodies have them.
 fn bounds(model: &Model, joint: &Joint) -> bool {
     let is_plain = |anchor: Anchor| {
         let points = &model.bodies[anchor.body.0].points;

@@ -205,7 +205,7 @@ fn written_time(t: f64, span: f64) -> f64 {
     if written.is_finite() { written } else { t }
 }
 
-/// Whether two positions are those of one step.
+/// True if two positions are those of one step.
 fn is_near(a: &[f64], b: &[f64]) -> bool {
     const NEAR: f64 = 1e-2;
     a.iter().zip(b).all(|(a, b)| (a - b).abs() <= NEAR * b.abs().max(NEAR))

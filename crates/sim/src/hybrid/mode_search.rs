@@ -385,7 +385,7 @@ impl<'a> ModeSearch<'a> {
         })
     }
 
-    /// Whether every mode that was chosen agrees with the motion that follows.
+    /// True if every mode that was chosen agrees with the motion that follows.
     fn is_consistent(
         &self,
         undecided: &[Undecided],

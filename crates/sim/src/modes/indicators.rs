@@ -170,12 +170,12 @@ impl EventIndicators {
         })
     }
 
-    /// Whether nothing ever switches.
+    /// True if nothing ever switches.
     pub(crate) fn is_empty(&self) -> bool {
         self.timed.is_empty() && self.contacts.is_empty() && !self.has_latches
     }
 
-    /// Whether outlines rub.
+    /// True if outlines rub.
     pub(crate) fn has_tracks(&self) -> bool {
         self.pressed_by.iter().any(|stops| !stops.is_empty())
     }

@@ -149,7 +149,7 @@ impl Transmissions {
         Ok(Self { function, blocks: of_block, axes, sizes, compliances, contact_rows })
     }
 
-    /// Whether a self-stress is possible in any pose and mode.
+    /// True if a self-stress is possible in any pose and mode.
     pub(crate) fn are_shared(&self) -> bool {
         self.function.is_some()
     }

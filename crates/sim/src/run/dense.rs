@@ -16,7 +16,7 @@ pub(crate) struct DenseOutput<'a> {
     pub(crate) h: f64,
     /// Work of the integrator so far.
     pub(crate) stats: Stats,
-    /// Whether the number after q and v is the work of loads and drives.
+    /// True if the number after q and v is the work of loads and drives.
     pub(crate) has_work: bool,
     unknowns: Unknowns<'a>,
 }

@@ -29,9 +29,9 @@ pub(super) struct ExplicitStepper<'a> {
     least_margin: f64,
     /// Until when steps are explicit only to pass a singular pose.
     passing: Option<f64>,
-    /// Whether Radau takes over where the motion turns stiff.
+    /// True if Radau takes over where the motion turns stiff.
     yields_to_radau: bool,
-    /// Whether a fast decay may limit steps far within their stable range.
+    /// True if a fast decay may limit steps far within their stable range.
     is_tight: bool,
     /// True where its attempts are taken together with those of other runs, each when all are.
     is_abreast: bool,

@@ -82,7 +82,7 @@ impl<'a> PhaseMechanism<'a> {
         self.switching.fill_slip_friction(t, q, v, lambda)
     }
 
-    /// Whether inactive rows are broken at (t, q): a step has jumped over a singular pose onto a
+    /// True if inactive rows are broken at (t, q): a step has jumped over a singular pose onto a
     /// branch that only the active rows allow.
     pub(super) fn is_off_branch(&mut self, t: f64, q: &[f64]) -> bool {
         if self.inactive.is_empty() {

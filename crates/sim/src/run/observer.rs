@@ -30,7 +30,7 @@ pub trait Observer {
     /// sensitivities and nothing in others.
     fn sample(&mut self, sample: &Sample, by: &[StateSensitivity]) -> Control;
 
-    /// Whether [`Observer::segment`] is to be called: explicit steps make their dense output only
+    /// True if [`Observer::segment`] is to be called: explicit steps make their dense output only
     /// where it is asked for, at a quarter of their cost.
     fn wants_segments(&self) -> bool {
         false
@@ -49,12 +49,12 @@ pub trait Observer {
     /// on.
     fn slow(&mut self, _slowness: &Slowness) {}
 
-    /// Whether a run is stopped that would take a million million steps.
+    /// True if a run is stopped that would take a million million steps.
     fn stops_hopeless_runs(&self) -> bool {
         true
     }
 
-    /// Whether [`Observer::checkpoint`] is to be called now; asked between two steps, when all samples of
+    /// True if [`Observer::checkpoint`] is to be called now; asked between two steps, when all samples of
     /// the first have been taken.
     fn wants_checkpoint(&mut self) -> bool {
         false
@@ -113,7 +113,7 @@ impl Segment {
         }
     }
 
-    /// Whether it has a value at `t`.
+    /// True if it has a value at `t`.
     pub fn contains(&self, t: f64) -> bool {
         (t - self.t0) * (self.t1 - t) >= 0.0
     }

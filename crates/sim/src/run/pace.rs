@@ -43,7 +43,7 @@ pub(super) struct Pace {
     t: f64,
     n_step: usize,
     trial: Option<Trial>,
-    /// Whether Radau IIA has been on trial because the run was slow.
+    /// True if Radau IIA has been on trial because the run was slow.
     is_tried: bool,
     race: Race,
     /// Whether Radau IIA is on trial, or has just lost, in a race: windows go on over those.
@@ -74,7 +74,7 @@ pub struct Slowness {
     pub steps_left: f64,
     /// Coordinates whose errors keep the steps small, the worst first.
     pub worst: Vec<usize>,
-    /// Whether the run was stopped at once.
+    /// True if the run was stopped at once.
     pub is_hopeless: bool,
     /// Coordinates there, nq.
     pub q: Vec<f64>,
@@ -119,7 +119,7 @@ impl Pace {
         *self = Self { t, n_step, ..*self };
     }
 
-    /// Whether Radau IIA has not yet been on trial because the run was slow.
+    /// True if Radau IIA has not yet been on trial because the run was slow.
     pub(super) fn may_try(&self) -> bool {
         !self.is_tried
     }
@@ -168,7 +168,7 @@ impl Pace {
         self.trial = None;
     }
 
-    /// Whether the trial is over without a gain.
+    /// True if the trial is over without a gain.
     pub(super) fn has_lost(&mut self, t: f64, n_step: usize) -> bool {
         let attempts = |trial: &Trial| n_step - trial.begin.1.min(n_step);
         let is_over = |trial: &Trial| attempts(trial) >= trial.n;

@@ -38,7 +38,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Whether every number of it is finite.
+    /// True if every number of it is finite.
     pub fn is_finite(&self) -> bool {
         let Self { q, v, a, lambda, reactions, inputs, signals, energy, work, .. } = self;
         let Energy { kinetic, potential, power } = *energy;

@@ -126,7 +126,7 @@ impl Sampler {
         self.schedule.has_more_than(MAX_PENDING)
     }
 
-    /// Whether every sample up to `t_end` has been handed out.
+    /// True if every sample up to `t_end` has been handed out.
     pub(super) fn is_complete(&self, summary: &Summary, t_end: f64) -> bool {
         summary.t == t_end && self.pending.is_empty()
     }

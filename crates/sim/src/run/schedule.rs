@@ -72,7 +72,7 @@ impl Schedule {
         n_all - n_done > n as f64
     }
 
-    /// Whether `t` comes after `earlier` in the direction of the run.
+    /// True if `t` comes after `earlier` in the direction of the run.
     pub(super) fn is_after(&self, t: f64, earlier: f64) -> bool {
         (t - earlier) * self.forward() > 0.0
     }

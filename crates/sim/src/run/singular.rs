@@ -206,7 +206,7 @@ fn n_radians(step: &Step<'_>, nq: usize) -> usize {
     n
 }
 
-/// Whether the motion continued by its accelerations comes to a singular pose within some steps.
+/// True if the motion continued by its accelerations comes to a singular pose within some steps.
 fn is_foreseen(
     evaluator: &mut Evaluator,
     multipliers: &mut MultiplierSystem,
@@ -255,7 +255,7 @@ fn margin_within(
 struct Dip {
     /// The instant, if the margin may vanish there.
     t: Option<f64>,
-    /// Whether it has been regular before that, and is again after.
+    /// True if it has been regular before that, and is again after.
     falls: bool,
     rises: bool,
 }
@@ -370,7 +370,7 @@ fn least_of(values: &[f64]) -> usize {
     least.expect("a step has samples")
 }
 
-/// Whether margin sampled at equal distances, the `least` of its values known, may vanish in between:
+/// True if margin sampled at equal distances, the `least` of its values known, may vanish in between:
 /// it falls as the square of the distance to a singular pose, so the parabola through three values
 /// decides.
 fn may_vanish(values: &[f64], least: usize, deep: f64) -> bool {

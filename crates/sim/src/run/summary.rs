@@ -14,7 +14,7 @@ use bksim_model::LoadId;
 /// How a run ended and how good it was.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Summary {
-    /// Whether the end time was reached.
+    /// True if the end time was reached.
     pub reached_end: bool,
     /// Last instant, s.
     pub t: f64,

@@ -29,7 +29,7 @@ pub struct Stage {
     pub camera: Camera,
     /// The colours.
     pub theme: Theme,
-    /// Whether the background is transparent.
+    /// True if the background is transparent.
     pub is_transparent: bool,
 }
 

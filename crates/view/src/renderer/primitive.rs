@@ -36,9 +36,9 @@ pub(super) enum Kind {
     Triangle,
     /// A segment of a line.
     Segment {
-        /// Whether the line has a point before it.
+        /// True if the line has a point before it.
         has_before: bool,
-        /// Whether the line has a point after it.
+        /// True if the line has a point after it.
         has_after: bool,
     },
     /// The area of a rod.

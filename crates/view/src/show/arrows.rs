@@ -42,7 +42,7 @@ impl Arrows {
         Self { loads, reactions, applied, velocities, extent, n_seen: 0 }
     }
 
-    /// Whether the largest vectors of the run are known, and with them the scales.
+    /// True if the largest vectors of the run are known, and with them the scales.
     pub(super) fn is_known(&self) -> bool {
         self.n_seen == INSTANTS
     }

@@ -48,7 +48,7 @@ struct Ghosts {
 /// Paths of points.
 pub(super) struct Trails {
     pub(super) points: Vec<Vec<[f64; 3]>>,
-    /// Whether they reach back as far as requested.
+    /// True if they reach back as far as requested.
     pub(super) is_whole: bool,
 }
 

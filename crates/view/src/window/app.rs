@@ -33,7 +33,7 @@ pub(super) struct App<'a> {
     loader: Loader,
     /// The last fault, until the files are read without one.
     fault: Option<String>,
-    /// Whether it ended the motion that is shown.
+    /// True if it ended the motion that is shown.
     is_fault_of_shown: bool,
     is_help_open: bool,
     reporting: Reporting<'a>,
@@ -276,7 +276,7 @@ impl<'a> App<'a> {
         }
     }
 
-    /// Whether the next frame will differ from this one.
+    /// True if the next frame will differ from this one.
     fn is_moving(&self) -> bool {
         let clock = &self.time.clock;
         let has_motion = self.viewport.show.is_some();

@@ -16,7 +16,7 @@ pub(super) struct Clock {
     /// Index in [`SPEEDS`].
     speed_idx: usize,
     is_playing: bool,
-    /// Whether it continues at the start after the end.
+    /// True if it continues at the start after the end.
     pub(super) is_looping: bool,
 }
 
@@ -38,7 +38,7 @@ impl Clock {
         self.span
     }
 
-    /// Whether time advances by itself.
+    /// True if time advances by itself.
     pub(super) fn is_playing(&self) -> bool {
         self.is_playing
     }

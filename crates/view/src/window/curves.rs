@@ -48,7 +48,7 @@ impl Curve {
         })
     }
 
-    /// Whether it is one of many solutions of the equilibrium at the instant shown.
+    /// True if it is one of many solutions of the equilibrium at the instant shown.
     pub(super) fn is_shared(&self, playback: &Playback) -> bool {
         is_shared(self.signal, playback, playback.sample().t)
     }
@@ -64,7 +64,7 @@ impl Curve {
 pub(super) struct Curves {
     /// Names of the channels, in the order they were chosen; kept when the motion lacks them.
     chosen: Vec<String>,
-    /// Whether the user has chosen; then another motion keeps the choice.
+    /// True if the user has chosen; then another motion keeps the choice.
     is_chosen_by_hand: bool,
     all: Vec<Curve>,
     /// The reader's units.
@@ -96,7 +96,7 @@ impl Curves {
         self.find(playback);
     }
 
-    /// Whether a channel is chosen.
+    /// True if a channel is chosen.
     pub(super) fn has(&self, name: &str) -> bool {
         self.chosen.iter().any(|known| known == name)
     }
@@ -113,7 +113,7 @@ impl Curves {
         groups
     }
 
-    /// Whether points are left to compute.
+    /// True if points are left to compute.
     pub(super) fn is_unfinished(&self) -> bool {
         !self.all.is_empty() && self.n_known < INSTANTS
     }

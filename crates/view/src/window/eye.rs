@@ -17,7 +17,7 @@ pub(super) struct Eye {
     azimuth: f64,
     elevation: f64,
     camera: Camera,
-    /// Whether it was not moved since it was fitted: then it is fitted to every new size.
+    /// True if it was not moved since it was fitted: then it is fitted to every new size.
     is_fitted: bool,
 }
 
@@ -33,7 +33,7 @@ impl Eye {
         &self.camera
     }
 
-    /// Whether it should be fitted to a picture of this size.
+    /// True if it should be fitted to a picture of this size.
     pub(super) fn needs_fit(&self, size: [f64; 2]) -> bool {
         self.is_fitted && self.camera.size != size
     }

@@ -17,7 +17,7 @@ pub(super) struct Measure {
     n_requested: Option<usize>,
     /// Instant at which the files had been read for the first time.
     loaded_at: Option<Instant>,
-    /// Whether a frame with a motion has been laid out.
+    /// True if a frame with a motion has been laid out.
     has_motion: bool,
     first_frame: Option<Duration>,
     /// Instant of the first of the counted frames.
@@ -97,7 +97,7 @@ impl Measure {
         is_first
     }
 
-    /// Whether there was a request, and all requests are done.
+    /// True if there was a request, and all requests are done.
     pub(super) fn is_done(&self) -> bool {
         let has_shot = self.shot_after.is_none() || self.png.is_some();
         let has_frames = self.n_requested.is_none_or(|n| self.n_frames >= n);

@@ -9,7 +9,7 @@ use bksim_scene::Section;
 pub struct WindowOptions {
     /// The first instant shown, s; the start of the motion if none.
     pub t: Option<f64>,
-    /// Whether the motion is paused at first.
+    /// True if the motion is paused at first.
     pub is_paused: bool,
     /// The plane that cuts a spatial mechanism at first.
     pub section: Option<Section>,

@@ -19,7 +19,7 @@ const ROW: f32 = 18.0;
 pub(super) struct CurvePanel {
     /// The chosen channels.
     pub(super) curves: Curves,
-    /// Whether the panel is shown.
+    /// True if the panel is shown.
     pub(super) is_open: bool,
     /// Text in the search field of the channels.
     search: String,

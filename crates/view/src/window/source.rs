@@ -40,7 +40,7 @@ pub struct Loaded {
     pub fault: Option<String>,
     /// The files that were read; a change of any of them starts another reading.
     pub files: Vec<PathBuf>,
-    /// Whether it was given up because of [`Task::is_stopped`]: there is nothing to show then.
+    /// True if it was given up because of [`Task::is_stopped`]: there is nothing to show then.
     pub is_abandoned: bool,
 }
 

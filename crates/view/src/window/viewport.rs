@@ -169,7 +169,7 @@ impl Viewport {
         true
     }
 
-    /// Whether the picture of instant `t` is not complete yet.
+    /// True if the picture of instant `t` is not complete yet.
     pub(super) fn is_unfinished(&self, t: f64) -> bool {
         self.show.as_ref().is_some_and(|show| show.t() != t || !show.is_whole())
     }

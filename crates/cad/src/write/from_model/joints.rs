@@ -87,7 +87,7 @@ impl Sketch<'_> {
         ]
     }
 
-    /// Whether the motion of a joint is a translation.
+    /// True if the motion of a joint is a translation.
     pub(super) fn slides(&self, joint: JointId, of: Option<&str>) -> bool {
         match self.model.joints[joint.0].kind {
             JointKind::Prismatic { .. } | JointKind::Cylinder => true,

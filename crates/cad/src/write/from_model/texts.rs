@@ -65,7 +65,7 @@ pub(super) fn one_line(words: &str) -> String {
     words.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Whether a text is a number without a unit.
+/// True if a text is a number without a unit.
 pub(super) fn is_bare(text: &str) -> bool {
     text.parse::<f64>().is_ok()
 }

@@ -93,7 +93,7 @@ pub struct MotionCurve {
     pub body_idx: usize,
     /// Pieces in that frame, m.
     pub pieces: Vec<Vec<Point>>,
-    /// Whether each piece comes back to where it began.
+    /// True if each piece comes back to where it began.
     pub is_closed: bool,
 }
 

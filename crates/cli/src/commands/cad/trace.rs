@@ -217,14 +217,14 @@ fn no_point(args: &Trace, name: &str, model: &Model) -> Failure {
     Failure::Model { source: Box::new(source), diagnostics: vec![fault] }
 }
 
-/// Whether a point goes anywhere.
+/// True if a point goes anywhere.
 fn moves(course: &Course, point: &Traced) -> bool {
     let at = |idx: usize| course.poses[idx][point.body_idx].place(point.at);
     let first = at(0);
     (1..course.times.len()).any(|idx| far(at(idx), first))
 }
 
-/// Whether two points are at one place throughout.
+/// True if two points are at one place throughout.
 fn is_same(course: &Course, a: &Traced, b: &Traced) -> bool {
     let at = |idx: usize, point: &Traced| course.poses[idx][point.body_idx].place(point.at);
     (0..course.times.len()).all(|idx| !far(at(idx, a), at(idx, b)))

@@ -21,7 +21,7 @@ pub(super) struct Logging<'a, W: Write> {
     pub(super) log: Recorder<W>,
     pub(super) progress: Progress,
     prepared: &'a Prepared,
-    /// Whether warnings are printed as they arise.
+    /// True if warnings are printed as they arise.
     is_told: bool,
     stop: &'a StopWish,
     /// When the run is to be saved next.
@@ -44,7 +44,7 @@ pub(super) struct Size {
 }
 
 impl Size {
-    /// Whether the log has reached its limit.
+    /// True if the log has reached its limit.
     pub(super) fn is_reached(&self) -> bool {
         self.n_bytes.load(Ordering::Relaxed) >= self.limit
     }

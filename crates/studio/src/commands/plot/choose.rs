@@ -22,7 +22,7 @@ pub(super) struct Quantity {
     /// The unit that it is drawn in.
     pub(super) shown: ShownUnit,
     pub(super) channels: Vec<String>,
-    /// Whether it was named itself, not matched by a pattern.
+    /// True if it was named itself, not matched by a pattern.
     pub(super) is_named: bool,
 }
 

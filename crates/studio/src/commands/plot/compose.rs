@@ -42,7 +42,7 @@ struct CurveReport {
     n_values: u64,
     range: Option<[f64; 2]>,
     is_dense: bool,
-    /// Whether it is the same in every solution of the equilibrium, all along.
+    /// True if it is the same in every solution of the equilibrium, all along.
     is_unique: bool,
 }
 

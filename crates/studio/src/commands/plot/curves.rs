@@ -38,7 +38,7 @@ pub(super) struct Run {
     pub(super) path: PathBuf,
     contents: Contents,
     pub(super) header: Header,
-    /// Whether its end was read; known after [`Run::curves`].
+    /// True if its end was read; known after [`Run::curves`].
     pub(super) is_complete: bool,
     /// Why its curves join samples where they could be finer.
     pub(super) coarse_because: Option<String>,
@@ -66,7 +66,7 @@ pub(super) struct Drawn {
     pub(super) n_values: u64,
     /// The smallest and the largest.
     pub(super) range: Option<[f64; 2]>,
-    /// Whether they were computed from the motion between samples.
+    /// True if they were computed from the motion between samples.
     pub(super) is_dense: bool,
 }
 
@@ -77,7 +77,7 @@ pub(super) struct CurveRequest<'a> {
     pub(super) x: Option<&'a Quantity>,
     /// First and last time, s; may be infinite.
     pub(super) span: [f64; 2],
-    /// Whether a part of it may be shown as large as the whole.
+    /// True if a part of it may be shown as large as the whole.
     pub(super) is_zoomed: bool,
 }
 
@@ -195,7 +195,7 @@ impl Run {
         Ok(sampled.pens.into_iter().map(|pen| pen.map(Pen::into_drawn)).collect())
     }
 
-    /// Whether a quantity is one of many solutions at time `t`, s.
+    /// True if a quantity is one of many solutions at time `t`, s.
     pub(super) fn is_shared_at(&self, quantity: &Quantity, t: f64) -> bool {
         let forward = self.header.direction();
         let begun = self.not_unique.iter().rev().find(|change| (t - change.t) * forward >= 0.0);
@@ -205,7 +205,7 @@ impl Run {
         now.is_some_and(is_shared)
     }
 
-    /// Whether a quantity is one of many solutions at any time.
+    /// True if a quantity is one of many solutions at any time.
     pub(super) fn is_ever_shared(&self, quantity: &Quantity) -> bool {
         let times = self.not_unique.iter().map(|change| change.t);
         times.into_iter().any(|t| self.is_shared_at(quantity, t))

@@ -97,7 +97,7 @@ fn overlap(a: &Area, b: &Area) -> bool {
     a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }
 
-/// Whether a line between two points passes through a box: Liang and Barsky's clipping.
+/// True if a line between two points passes through a box: Liang and Barsky's clipping.
 fn passes([a, b]: [[f32; 2]; 2], area: &Area) -> bool {
     let (mut low, mut high) = (0.0_f32, 1.0_f32);
     for i in 0..2 {

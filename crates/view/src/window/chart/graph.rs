@@ -10,9 +10,9 @@ pub(super) struct Graph {
     pub(super) x: Measured,
     pub(super) y: Measured,
     pub(super) lines: Vec<Line>,
-    /// Whether a unit is equally long in both directions.
+    /// True if a unit is equally long in both directions.
     pub(super) is_equal: bool,
-    /// Whether every curve has one value at each abscissa, as over time.
+    /// True if every curve has one value at each abscissa, as over time.
     pub(super) is_over_time: bool,
     /// Indices of the curves that are not shown.
     pub(super) hidden: BTreeSet<usize>,

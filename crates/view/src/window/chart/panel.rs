@@ -33,7 +33,7 @@ pub(super) struct View {
 pub(super) struct PointerInput {
     /// Position on the common axis of all panels.
     pub(super) cursor: Option<f64>,
-    /// Whether it has changed the view.
+    /// True if it has changed the view.
     pub(super) is_moved: bool,
 }
 
