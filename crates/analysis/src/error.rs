@@ -212,6 +212,12 @@ pub enum AnalysisError {
     /// No equilibrium was found.
     #[error("no equilibrium was found")]
     NoEquilibrium,
+    /// No equilibrium was found of what holds by friction at most, which is left out.
+    #[error("no equilibrium was found without {}, which is left out as it slides at the start", .left_out.join(", "))]
+    NoneWithoutFriction {
+        /// The dry friction, as `friction `NAME``.
+        left_out: Vec<String>,
+    },
     /// No equilibrium has this number.
     #[error("there is no equilibrium {number}, of {n}")]
     NoSuchEquilibrium {

@@ -165,10 +165,11 @@ impl Balance<'_> {
                 stops.push(name);
             }
         }
-        if stops.is_empty() {
-            AnalysisError::NoEquilibrium
-        } else {
-            AnalysisError::StopsBefore { stops }
+        let left_out = self.loaded.held_contacts().left_out;
+        match (stops.is_empty(), left_out.is_empty()) {
+            (false, _) => AnalysisError::StopsBefore { stops },
+            (true, false) => AnalysisError::NoneWithoutFriction { left_out },
+            (true, true) => AnalysisError::NoEquilibrium,
         }
     }
 }

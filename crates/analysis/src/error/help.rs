@@ -139,6 +139,11 @@ impl AnalysisError {
                 codes::NO_EQUILIBRIUM,
                 "add what holds the mechanism: a spring, a drive, a stop".to_owned(),
             ),
+            Self::NoneWithoutFriction { .. } => (
+                codes::NO_EQUILIBRIUM,
+                "see whether friction holds it by `bksim solve`, or begin at rest, where friction sticks"
+                    .to_owned(),
+            ),
             Self::StopsBefore { .. } => (
                 codes::NO_EQUILIBRIUM,
                 "begin where the stop is closed, so that it counts as a constraint, or write other limits"

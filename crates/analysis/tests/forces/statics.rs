@@ -329,3 +329,27 @@ fn one_of_two_free_motions_rests_on_a_stop() {
     // The first one neither stands nor hangs.
     assert_eq!((found.equilibria.len(), found.left_out.len()), (2, 4));
 }
+
+#[test]
+fn what_friction_alone_could_hold_is_refused_with_the_friction_by_name() {
+    // A block on a slope of 3 in 4 with a friction coefficient of 0.9.
+    let slope = |velocity: &str| {
+        format!(
+            r#"
+            [bodies.block]
+            mass = "1 kg"
+            [joints]
+            slope = {{ type = "prismatic", between = ["ground", "block"], axis = [4, -3] }}
+            [initial]
+            slope = {{ velocity = "{velocity}" }}
+            [loads]
+            gravity = {{ type = "gravity", acceleration = [0, "-9.81 m/s^2"] }}
+            rub = {{ type = "friction", joint = "slope", mu = 0.9 }}
+            "#
+        )
+    };
+    let found = |velocity: &str| statics(model(&slope(velocity)), &[], &[]);
+    let fault = found("0.1 m/s").expect_err("it slides").to_string();
+    assert!(fault.contains("without friction `rub`"), "{fault}");
+    assert_eq!(found("0 m/s").expect("it sticks").equilibria.len(), 1);
+}
