@@ -10,7 +10,7 @@
 
 use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
 use bksim_model::{Measure, MotionKind, ParameterId};
-use bksim_sim::Svd;
+use bksim_sim::{Svd, solve_square};
 use nalgebra::{DMatrix, DVector};
 
 use crate::around::Way;
@@ -326,10 +326,10 @@ impl<'a> Balance<'a> {
             let is_fair = |step: &DVector<f64>| {
                 step.iter().all(|x| x.is_finite()) && step.rows(0, n).amax() < 1e3
             };
-            let step = match scaled.clone().lu().solve(&right) {
-                Some(step) if is_fair(&step) => step,
-                _ => Svd::new(&scaled)?.solve(&right, 1e-12 * scaled.norm()),
-            };
+            let mut step = solve_square(&scaled, &right);
+            if !is_fair(&step) {
+                step = Svd::new(&scaled)?.solve(&right, 1e-12 * scaled.norm());
+            }
             // A state may change by any amount: its unit has no size of the mechanism.
             let moves = (0..n).filter(|i| !self.states.contains(i));
             let longest = moves.fold(0.0, |a: f64, i| a.max(step[i].abs()));

@@ -39,6 +39,7 @@ mod stepping;
 mod whole_sample;
 mod whole_step;
 
+pub use linear::dense::solve_square;
 pub use linear::svd::{Entry, Svd};
 pub use mechanism::Mechanism;
 pub use modes::indicators::event_functions;

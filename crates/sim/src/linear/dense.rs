@@ -1,8 +1,10 @@
-//! Small dense linear algebra: minimum-norm solutions, rank, motions without inertia.
+//! Small dense linear algebra: square systems, minimum-norm solutions, rank, motions without inertia.
 
+use faer::MatRef;
+use faer::prelude::Solve;
 use nalgebra::{DMatrix, DVector};
 
-use super::svd::Svd;
+use super::svd::{Svd, view};
 
 /// Relative size below which a singular value counts as zero. A pose that is closed to rounding
 /// shows dependent rows at 1e-12 and better; a mechanism within this of a singular pose is one.
@@ -11,6 +13,19 @@ pub(crate) const RANK_TOLERANCE: f64 = 1e-9;
 /// Part of a row below which it depends on others: between what rounding leaves of a dependent row
 /// and the distance of a mechanism from a singular pose.
 pub(crate) const DEPENDENT: f64 = 3e-7;
+
+/// Solution x of A x = b by LU with row pivots, A n × n and b of n numbers; not finite where A is singular.
+///
+/// # Panics
+/// If the sizes differ.
+pub fn solve_square(matrix: &DMatrix<f64>, rhs: &DVector<f64>) -> DVector<f64> {
+    if rhs.is_empty() {
+        return rhs.clone();
+    }
+    let rhs = MatRef::from_column_major_slice(rhs.as_slice(), rhs.len(), 1);
+    let solution = view(matrix).partial_piv_lu().solve(rhs);
+    DVector::from_fn(solution.nrows(), |row, _| solution[(row, 0)])
+}
 
 /// Minimum-norm least-squares solution of `matrix x = rhs`, with the numeric rank.
 pub(crate) fn least_squares(matrix: &DMatrix<f64>, rhs: &DVector<f64>) -> (DVector<f64>, usize) {

@@ -108,7 +108,7 @@ fn is_finite<T: Entry>(matrix: &DMatrix<T>) -> bool {
 }
 
 /// Numbers of a matrix as a matrix of faer.
-fn view<T: Entry>(matrix: &DMatrix<T>) -> MatRef<'_, T> {
+pub(super) fn view<T: Entry>(matrix: &DMatrix<T>) -> MatRef<'_, T> {
     let (m, n) = matrix.shape();
     MatRef::from_column_major_slice(matrix.as_slice(), m, n)
 }
