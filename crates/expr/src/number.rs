@@ -7,6 +7,7 @@
 //! float; a power of that length is not computed at all.
 
 mod decimal;
+mod near;
 mod nearest;
 #[cfg(test)]
 mod tests;

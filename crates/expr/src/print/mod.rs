@@ -24,6 +24,7 @@ mod text;
 mod typst;
 mod unicode;
 mod walk;
+mod written;
 
 pub use count::{OperationCount, Operations};
 pub use split::SplitTerm;
@@ -105,13 +106,20 @@ impl Notation {
 pub struct Printer<'a> {
     pool: &'a Pool,
     notation: Notation,
+    moving: &'a [SymbolId],
     trailing: &'a [SymbolId],
 }
 
 impl<'a> Printer<'a> {
     /// A printer that writes factors in the order numbers, symbols by name, sums, calls.
     pub fn new(pool: &'a Pool, notation: Notation) -> Self {
-        Self { pool, notation, trailing: &[] }
+        Self { pool, notation, moving: &[], trailing: &[] }
+    }
+
+    /// These symbols come after the other symbols in a product: coordinates after parameters.
+    #[must_use]
+    pub fn moving(self, symbols: &'a [SymbolId]) -> Self {
+        Self { moving: symbols, ..self }
     }
 
     /// These symbols come last in a product, in the order given: accelerations, multipliers.
@@ -123,7 +131,7 @@ impl<'a> Printer<'a> {
     /// One expression. Shared parts are written out each time; [`Pool::operation_count`] gives
     /// the length.
     pub fn expr(&self, e: Expr) -> String {
-        let reader = Reader::new(self.pool, &[e], self.trailing);
+        let reader = Reader::new(self.pool, &[e], [self.moving, self.trailing]);
         let mut out = String::new();
         self.walk(&reader, walk::whole(e), &mut |mark| self.emit(&mark, &mut out));
         out
@@ -184,7 +192,7 @@ impl<'a> Printer<'a> {
     }
 
     fn walk_terms(&self, terms: &[Expr], sum: Sum, emit: &mut dyn FnMut(Mark)) {
-        let reader = Reader::new(self.pool, terms, self.trailing);
+        let reader = Reader::new(self.pool, terms, [self.moving, self.trailing]);
         let pieces = match terms {
             [] => walk::whole(self.pool.zero()),
             terms => walk::sum(&reader, self.notation.is_linear(), sum, &reader.in_line(terms)),

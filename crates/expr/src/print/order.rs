@@ -5,7 +5,7 @@ use crate::op::{Function, Op};
 use crate::pool::{Expr, ONE, Pool, SymbolId};
 use crate::sweep::{Step, Sweep};
 use std::cmp::Ordering;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// A term as it is written: a sign, and numerator and denominator.
 pub(super) struct WrittenTerm {
@@ -24,7 +24,8 @@ pub(super) struct Reader<'p> {
     sizes: HashMap<Expr, u32>,
     /// Expressions that are higher than a line when fractions are.
     tall: HashMap<Expr, bool>,
-    /// Position among the symbols that come last.
+    /// Symbols of the motion, and those of them that come last with their positions.
+    moving: HashSet<Expr>,
     trailing: HashMap<Expr, u32>,
 }
 
@@ -34,7 +35,11 @@ const NO_SYMBOL: u32 = u32::MAX;
 type ReadingKey = (u8, u32, u32);
 
 impl<'p> Reader<'p> {
-    pub(super) fn new(pool: &'p Pool, roots: &[Expr], trailing: &[SymbolId]) -> Self {
+    pub(super) fn new(
+        pool: &'p Pool,
+        roots: &[Expr],
+        [moving, trailing]: [&[SymbolId]; 2],
+    ) -> Self {
         let sweep = pool.sweep(roots);
         let mut names: Vec<(String, SymbolId)> = sweep
             .steps
@@ -59,13 +64,16 @@ impl<'p> Reader<'p> {
             tall.push(is_tall);
         }
         let exprs = || sweep.steps.iter().map(|step| step.expr);
-        let trailing = trailing.iter().map(|&symbol| pool.symbol_expr(symbol)).zip(0..).collect();
+        let exprs_of = |symbols: &'_ [SymbolId]| {
+            symbols.iter().map(|&symbol| pool.symbol_expr(symbol)).collect::<Vec<_>>()
+        };
         Self {
             pool,
             ranks: exprs().zip(ranks).collect(),
             sizes: exprs().zip(sizes).collect(),
             tall: exprs().zip(tall).collect(),
-            trailing,
+            moving: exprs_of(moving).into_iter().collect(),
+            trailing: exprs_of(trailing).into_iter().zip(0..).collect(),
         }
     }
 
@@ -78,16 +86,17 @@ impl<'p> Reader<'p> {
         self.ranks.get(&e).copied().unwrap_or(NO_SYMBOL)
     }
 
-    /// Symbols and their powers come first, then sums, then calls, then the trailing symbols.
+    /// Symbols and their powers come first, those of the motion after the others, then sums, then calls,
+    /// then the trailing symbols.
     fn factor_key(&self, e: Expr) -> ReadingKey {
         let (base, _) = self.pool.split_power(e);
         if let Some(&position) = self.trailing.get(&base) {
-            return (3, position, 0);
+            return (4, position, 0);
         }
         let class = match self.pool.node(base).op {
-            Op::Number | Op::Pi | Op::Symbol => 0,
-            Op::Add => 1,
-            _ => return (2, self.rank(e), self.sizes.get(&base).copied().unwrap_or(0)),
+            Op::Number | Op::Pi | Op::Symbol => u8::from(self.moving.contains(&base)),
+            Op::Add => 2,
+            _ => return (3, self.rank(e), self.sizes.get(&base).copied().unwrap_or(0)),
         };
         (class, self.rank(e), 0)
     }
@@ -166,8 +175,8 @@ fn is_tall(pool: &Pool, sweep: &Sweep, step: &Step, tall: &[bool]) -> bool {
     }
 }
 
-/// Denominators below this are set as fractions, so that 1/3 and 2/15 are exact.
-const LARGEST_DENOMINATOR: i64 = 1000;
+/// Parts below this are set as fractions, so that 1/3, 73/2400 and 1/12000 are exact.
+const LARGEST_PART: i64 = 1_000_000;
 
 /// Numerator and denominator of a positive number that is better read as a fraction: 1/2 and 1/3,
 /// but 9.81 and 0.35.
@@ -175,7 +184,7 @@ pub(super) fn as_fraction(n: &Number) -> Option<(i64, i64)> {
     let (numerator, denominator) = n.short_parts()?;
     let is_decimal = !n.to_string().contains('/');
     let is_usual = if is_decimal { matches!(denominator, 2 | 4 | 8) } else { true };
-    let is_short = denominator < LARGEST_DENOMINATOR && numerator.abs() < LARGEST_DENOMINATOR;
+    let is_short = denominator < LARGEST_PART && numerator.abs() < LARGEST_PART;
     (denominator != 1 && is_usual && is_short && (!is_decimal || numerator.abs() < 10))
         .then_some((numerator, denominator))
 }
@@ -218,6 +227,7 @@ mod tests {
         let fraction = |n, d| as_fraction(&Number::rational(n, d));
         assert_eq!(fraction(1, 2), Some((1, 2)));
         assert_eq!(fraction(4, 15), Some((4, 15)));
+        assert_eq!(fraction(3541, 96_000), Some((3541, 96_000)));
         assert_eq!(fraction(981, 100), None);
         assert_eq!(fraction(7, 20), None);
         assert_eq!(fraction(3, 1), None);

@@ -60,7 +60,7 @@ impl Pool {
     /// Sorts terms as the sum of their varying parts is read; the constant term comes last.
     fn sort_for_reading(&self, terms: &mut [SplitTerm]) {
         let sum = self.sum(terms.iter().map(|term| term.varying).filter(|&e| e != ONE));
-        let order = super::Reader::new(self, &[sum], &[]).ordered_terms(sum);
+        let order = super::Reader::new(self, &[sum], [&[], &[]]).ordered_terms(sum);
         let position: HashMap<Expr, usize> = order.into_iter().zip(0..).collect();
         terms.sort_by_key(|term| position.get(&term.varying).copied().unwrap_or(usize::MAX));
     }

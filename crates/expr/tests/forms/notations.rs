@@ -83,6 +83,17 @@ fn lines_break_at_signs_and_keep_to_the_width() {
 }
 
 #[test]
+fn fractions_stay_fractions_and_parameters_come_before_coordinates() {
+    let pool = Pool::new();
+    let e = pool.parse("73/2400*A_angle*r + x/12000").expect("valid");
+    let latex = pool.to_latex(e);
+    assert!(latex.contains(r"\frac{73}{2400}") && latex.contains("{12000}"), "{latex}");
+    let moving = ["A_angle", "x"].map(|name| pool.find_symbol(name).expect("was parsed"));
+    let text = Printer::new(&pool, Notation::Text).moving(&moving).expr(e);
+    assert_eq!(text, "73/2400*r*A_angle + 1/12000*x");
+}
+
+#[test]
 fn trailing_symbols_stand_at_the_end_of_products() {
     let pool = Pool::new();
     let e = pool.parse("a*ld1*cos(q) - ld1^2*z").expect("valid");

@@ -25,6 +25,8 @@ pub struct ReadingForm {
     pub equations: Vec<Vec<Part>>,
     /// Terms of the left sides of the constraints that always hold.
     pub constraints: Vec<Vec<Expr>>,
+    /// Coordinates, written after parameters in products.
+    pub(super) moving: Vec<SymbolId>,
     /// Symbols written last in products.
     pub(super) trailing: Vec<SymbolId>,
 }
@@ -34,10 +36,11 @@ impl ReadingForm {
     /// out, they would be of exponential length.
     pub fn plain(model: &Model, system: &SymbolicSystem) -> Self {
         let system = to_be_read(model, system);
-        match system.derivation {
+        let form = match system.derivation {
             Derivation::Lagrange => Self::solved(model, &system),
             Derivation::Recursion => Self::recursive(model, &system),
-        }
+        };
+        form.as_written(&model.pool)
     }
 
     /// The recursion over the bodies.
@@ -90,6 +93,7 @@ impl ReadingForm {
                     vec![if c.is_of_rates() { rate() } else { c.expression }]
                 })
                 .collect(),
+            moving: system.coordinates().iter().map(|c| c.q).collect(),
             trailing: trailing(system),
         }
     }
@@ -128,8 +132,14 @@ impl ReadingForm {
             potential_energy: change(&self.potential_energy),
             equations: self.equations.iter().map(|e| e.iter().map(part).collect()).collect(),
             constraints: self.constraints.iter().map(|terms| change(terms)).collect(),
+            moving: self.moving.clone(),
             trailing: self.trailing.clone(),
         }
+    }
+
+    /// Form with its numbers as a person writes them.
+    pub(super) fn as_written(&self, pool: &Pool) -> Self {
+        self.map(&|exprs| pool.as_written(exprs))
     }
 
     /// Form with other names for some symbols.
@@ -139,7 +149,8 @@ impl ReadingForm {
             let image = names.iter().find(|(old, _)| old == symbol);
             image.and_then(|&(_, new)| pool.symbol_id(new)).unwrap_or(*symbol)
         };
-        let trailing = self.trailing.iter().map(new).collect();
-        Self { trailing, ..self.map(&change) }
+        let [moving, trailing] =
+            [&self.moving, &self.trailing].map(|symbols| symbols.iter().map(new).collect());
+        Self { moving, trailing, ..self.map(&change) }
     }
 }

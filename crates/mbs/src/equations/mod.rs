@@ -70,9 +70,10 @@ impl ReadingForm {
         }
     }
 
-    /// The printer of these formulas: velocities, accelerations and multipliers come last.
+    /// The printer of these formulas: coordinates come after parameters; velocities,
+    /// accelerations and multipliers last.
     pub fn printer<'a>(&'a self, model: &'a Model, notation: Notation) -> Printer<'a> {
-        Printer::new(&model.pool, notation).trailing(&self.trailing)
+        Printer::new(&model.pool, notation).moving(&self.moving).trailing(&self.trailing)
     }
 }
 

@@ -123,5 +123,8 @@ fn weighted(pool: &Pool, a: &[Expr], b: &[Expr]) -> Certificate {
         let products = list.iter().enumerate().map(|(i, &e)| pool.mul(weight(i), e));
         pool.sum(products.collect::<Vec<_>>())
     };
-    pool.certificate(sum(a), sum(b))
+    let (a, b) = (sum(a), sum(b));
+    let mut found = pool.certificate(a, b);
+    found.is_rounded |= pool.has_computed_numbers(&[a, b]);
+    found
 }

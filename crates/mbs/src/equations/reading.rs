@@ -33,6 +33,7 @@ impl ReadingForm {
             return plain;
         }
         let grouped = Grouping::run(model, system, &plain);
+        let grouped = grouped.as_written(&model.pool);
         if proof::same(model, &plain, &grouped).is_equal() { grouped } else { plain }
     }
 }
