@@ -73,6 +73,13 @@ pub fn assemble_by(model: &Model, derivation: Derivation) -> SymbolicSystem {
     assemble_along(model, tree, kinematics, derivation)
 }
 
+/// The equations of a planar mechanism once more, in the angles of its bodies against the ground: for reading.
+/// `None` in space, and where bodies bend.
+pub fn in_absolute_angles(model: &Model, system: &SymbolicSystem) -> Option<SymbolicSystem> {
+    let kinematics = system.kinematics.in_absolute_angles(model, &system.tree)?;
+    Some(assemble_along(model, system.tree.clone(), kinematics, Derivation::Lagrange))
+}
+
 fn assemble_along(
     model: &Model,
     tree: Tree,

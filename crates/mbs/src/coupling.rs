@@ -307,8 +307,8 @@ pub fn turn(
     let coordinate = kinematics
         .coordinates
         .iter()
-        .find(|c| c.owner == Owner::Joint(joint, 0))
-        .map(|c| pool.symbol_expr(c.q));
+        .position(|c| c.owner == Owner::Joint(joint, 0))
+        .map(|i| kinematics.of_motion(pool, i));
     match coordinate {
         Some(angle) if is_own([against, body]) => return Some(angle),
         Some(angle) if is_own([body, against]) => return Some(pool.neg(angle)),

@@ -352,7 +352,7 @@ impl Engine {
             let Mechanism { model, system, .. } = &mechanism;
             let form = ReadingForm::grouped(model, system);
             let proof = proof(model, system, &form);
-            Ok(describe::equations(&mechanism, &form, &proof).to_string())
+            Ok(describe::equations(&mechanism, &mechanism.system, &form, &proof).to_string())
         })
     }
 

@@ -1,5 +1,6 @@
 //! Forces: equilibria, efforts and reactions, and motions near a state.
 
+mod angles;
 mod bode;
 mod branch_points;
 mod continuation;

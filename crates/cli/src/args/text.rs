@@ -74,6 +74,14 @@ pub(crate) struct Equations {
     /// Write a complete document that typesets as it is: an article, a Typst file, an HTML page.
     #[arg(long)]
     pub(crate) document: bool,
+    /// The angles that equations are in: those of the joints, in which the model is solved, or in the plane those of the
+    /// bodies against the ground.
+    #[arg(long, value_enum, default_value_t = Angles::Relative, value_name = "KIND")]
+    pub(crate) angles: Angles,
+    /// Add the derivation step by step: centres of mass, kinetic energies, the Lagrangian, its derivatives, and the forces
+    /// of loads and constraints.
+    #[arg(long)]
+    pub(crate) steps: bool,
     /// Add the velocity and acceleration equations of the constraints, in letters and with the numbers of the start.
     #[arg(long)]
     pub(crate) levels: bool,
@@ -96,6 +104,14 @@ pub(crate) struct Equations {
     pub(crate) width: Option<u16>,
     #[command(flatten)]
     pub(crate) file: TextFile,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Angles {
+    /// Of a joint's second body against its first.
+    Relative,
+    /// Of a body against the ground.
+    Absolute,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]

@@ -5,14 +5,17 @@ use std::collections::HashMap;
 
 use bksim::describe;
 use bksim::expr::SymbolId;
+use bksim::mbs::assemble::in_absolute_angles;
 use bksim::mbs::equations::page::{Page, Style, Subject};
 use bksim::mbs::equations::{
-    Level, ReadingForm, drive_effort, free_bodies, levels, levels_at, proof,
+    Level, ReadingForm, drive_effort, free_bodies, levels, levels_at, proof, steps,
 };
+use bksim::mbs::quantity::coordinate_quantities;
+use bksim::mbs::system::SymbolicSystem;
 use bksim::{Mechanism, Rejected};
 
 use crate::args::Switch;
-use crate::args::text::{Equations, Format};
+use crate::args::text::{Angles, Equations, Format};
 use crate::exit::{Failure, Status};
 use crate::output;
 use crate::render;
@@ -31,7 +34,9 @@ pub(crate) fn run(args: &Equations, as_json: bool, nesting: usize) -> Result<Sta
     }
     let loaded = load(&args.model, nesting)?;
     let mechanism = derive(&loaded.source, loaded.model)?;
-    let Mechanism { model, system, compiled, .. } = &mechanism;
+    let Mechanism { model, compiled, .. } = &mechanism;
+    let other = in_angles(args.angles, &mechanism)?;
+    let system = other.as_ref().unwrap_or(&mechanism.system);
     let (form, proof) = waiting("writing the equations", || {
         let form = match args.groups {
             Switch::On => ReadingForm::grouped(model, system),
@@ -41,13 +46,14 @@ pub(crate) fn run(args: &Equations, as_json: bool, nesting: usize) -> Result<Sta
         (form, proof)
     });
     if as_json {
-        let mut body = describe::equations(&mechanism, &form, &proof);
+        let mut body = describe::equations(&mechanism, system, &form, &proof);
         body["diagnostics"] = render::json_all(&loaded.source, &loaded.warnings);
         output::json("equations", body)?;
         return Ok(Status::Done);
     }
     render::print_all(&loaded.source, &loaded.warnings);
-    let (coordinates, multipliers) = (&compiled.coordinates, &compiled.multipliers);
+    let coordinates = &coordinate_quantities(model, system);
+    let multipliers = &compiled.multipliers;
     let subject = Subject { model, system, coordinates, multipliers, form: &form, proof: &proof };
     if args.effort && drive_effort(model, system, &form).is_empty() {
         let message = "the effort of a drive has no explicit form here";
@@ -56,27 +62,60 @@ pub(crate) fn run(args: &Equations, as_json: bool, nesting: usize) -> Result<Sta
                     the numbers";
         return Err(Failure::usage(message, help));
     }
-    let levels =
-        further(args, &mechanism, &form).map_err(|error| loaded.source.rejected(error.0))?;
+    if args.steps && steps(model, system, &form).is_empty() {
+        let message = "this mechanism has no derivation step by step";
+        let help = "leave out --steps: its equations are found body by body, from the first to the last and back, \
+                    without a kinetic energy that is written out";
+        return Err(Failure::usage(message, help));
+    }
+    let levels = further(args, &mechanism, system, &form)
+        .map_err(|error| loaded.source.rejected(error.0))?;
     let page = Page::with_levels(&subject, style(args, format), &levels);
     output::text(&if is_document { page.document() } else { page.formulas() })?;
     Ok(Status::Done)
+}
+
+/// The equations in other angles than those of the joints, where these are asked for.
+fn in_angles(angles: Angles, mechanism: &Mechanism) -> Result<Option<SymbolicSystem>, Failure> {
+    if angles == Angles::Relative {
+        return Ok(None);
+    }
+    let found = waiting("deriving the equations in the angles of the bodies", || {
+        in_absolute_angles(&mechanism.model, &mechanism.system)
+    });
+    found.map(Some).ok_or_else(|| {
+        let message = "there are no equations in the angles of the bodies here";
+        let help =
+            "leave out `--angles absolute`: it is for the plane, and for bodies that do not bend";
+        Failure::usage(message, help)
+    })
 }
 
 /// The equations that are asked for besides those of motion.
 fn further(
     args: &Equations,
     mechanism: &Mechanism,
+    system: &SymbolicSystem,
     form: &ReadingForm,
 ) -> Result<Vec<Level>, Rejected> {
-    let Mechanism { model, system, parameters, .. } = mechanism;
+    let Mechanism { model, parameters, .. } = mechanism;
     let mut all = Vec::new();
+    if args.steps {
+        all.extend(steps(model, system, form));
+    }
     if args.levels {
         let start = mechanism.start()?;
         let own = model.parameters.iter().map(|parameter| parameter.symbol);
         let mut values: HashMap<SymbolId, f64> = own.zip(parameters.iter().copied()).collect();
         values.insert(model.time, model.solve.t_start);
-        for ((coordinate, &q), &v) in system.coordinates().iter().zip(&start.q).zip(&start.v) {
+        let own = mechanism.system.coordinates().iter();
+        for ((coordinate, &q), &v) in own.zip(&start.q).zip(&start.v) {
+            values.extend([(coordinate.q, q), (coordinate.v, v)]);
+        }
+        for (i, coordinate) in system.coordinates().iter().enumerate() {
+            let Some(angle) = system.kinematics.absolute_angle(i) else { continue };
+            let at_start = |e| model.pool.evaluate(e, &|symbol| values.get(&symbol).copied());
+            let [q, v] = angle.by_joints.map(|e| at_start(e).unwrap_or(f64::NAN));
             values.extend([(coordinate.q, q), (coordinate.v, v)]);
         }
         all.extend(levels(model, system));

@@ -93,29 +93,31 @@ pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> UnsimplifiedEqua
     UnsimplifiedEquations { kinetic_energy, potential_energy, left_sides, constraints }
 }
 
+/// ½ m ṙ·ṙ + ½ ω·I′ω of a body.
+pub(super) fn kinetic_energy_of(model: &Model, system: &SymbolicSystem, body: BodyId) -> Expr {
+    let pool = &model.pool;
+    let kinematics = &system.kinematics;
+    let velocity =
+        kinematics.position(model, body, None).map(|component| kinematics.rate(model, component));
+    let pose = &kinematics.poses[body.0];
+    let omega = pose.rotation.apply_inverse(pool, &pose.omega);
+    let momentum = central_inertia(model, body).map(|row| spatial::dot(pool, &row, &omega));
+    let doubled = pool.add(
+        pool.mul(model.bodies[body.0].mass, spatial::dot(pool, &velocity, &velocity)),
+        spatial::dot(pool, &omega, &momentum),
+    );
+    pool.mul(pool.rational(1, 2), doubled)
+}
+
 fn kinetic_energy(model: &Model, system: &SymbolicSystem) -> Expr {
     let pool = &model.pool;
     let kinematics = &system.kinematics;
-    let of_body = |body_idx: usize| {
-        let body = BodyId(body_idx);
-        let velocity = kinematics
-            .position(model, body, None)
-            .map(|component| kinematics.rate(model, component));
-        let pose = &kinematics.poses[body_idx];
-        let omega = pose.rotation.apply_inverse(pool, &pose.omega);
-        let momentum = central_inertia(model, body).map(|row| spatial::dot(pool, &row, &omega));
-        let mass = model.bodies[body_idx].mass;
-        pool.add(
-            pool.mul(mass, spatial::dot(pool, &velocity, &velocity)),
-            spatial::dot(pool, &omega, &momentum),
-        )
-    };
-    let doubled: Vec<Expr> = (1..model.bodies.len()).map(of_body).collect();
-    let of_bodies = pool.mul(pool.rational(1, 2), pool.sum(doubled));
+    let bodies = (1..model.bodies.len()).map(BodyId);
+    let of_bodies: Vec<Expr> = bodies.map(|body| kinetic_energy_of(model, system, body)).collect();
     let rates: Vec<Expr> = system.coordinates().iter().map(|c| pool.symbol_expr(c.v)).collect();
     let of_norms = norm::kinetic_energy(model, kinematics, &rates, &norm::unnamed);
     let of_rotors = rotor::kinetic_energy(model, kinematics, &rates);
-    pool.sum([of_bodies].into_iter().chain(of_norms).chain(of_rotors))
+    pool.sum(of_bodies.into_iter().chain(of_norms).chain(of_rotors))
 }
 
 /// V, and the wrenches that have none.

@@ -15,7 +15,7 @@
 //! In the equations of a body its neighbours act by the components of reactions, `A_fx` on the second body of the
 //! joint A and −`A_fx` on the first, and loads, drives and contacts by their own formulas.
 
-use bksim_expr::{Expr, Number, SymbolId};
+use bksim_expr::{Expr, Number, Pool, SymbolId};
 use bksim_model::{BodyId, JointKind, Model, MotionKind, Space, Vector};
 
 use super::arrange::{Kind, to_be_read};
@@ -27,13 +27,40 @@ use crate::levels::{constraint_acceleration, constraint_velocity};
 use crate::spatial;
 use crate::system::SymbolicSystem;
 
-/// A section of equations, each of them zero.
+/// A section of equations.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Level {
     /// Heading.
     pub title: &'static str,
-    /// The name of each equation, a symbol, and its left side.
-    pub rows: Vec<(Expr, Expr)>,
+    /// True of a step of the derivation, whose rows are `name = value`; else each row is `name: left side = 0`.
+    pub is_step: bool,
+    /// The name of each row, and its value or left side.
+    pub rows: Vec<(RowName, Expr)>,
+}
+
+/// The name of a row.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum RowName {
+    /// A symbol.
+    Symbol(Expr),
+    /// L = T − V.
+    Lagrangian,
+    /// ∂L/∂q̇ by this velocity.
+    ByRate(SymbolId),
+    /// d/dt ∂L/∂q̇ by this velocity.
+    RateOf(SymbolId),
+    /// ∂L/∂q by this coordinate.
+    By(SymbolId),
+    /// The generalised force Q of this coordinate.
+    Load(SymbolId),
+    /// Σ λ ∂g/∂q by this coordinate.
+    OfConstraints(SymbolId),
+}
+
+/// Equations that are zero, by symbols.
+fn zero_rows(title: &'static str, rows: impl IntoIterator<Item = (Expr, Expr)>) -> Level {
+    let rows = rows.into_iter().map(|(name, left)| (RowName::Symbol(name), left)).collect();
+    Level { title, is_step: false, rows }
 }
 
 /// The velocity and the acceleration equations of the rows that always hold.
@@ -41,19 +68,26 @@ pub fn levels(model: &Model, system: &SymbolicSystem) -> [Level; 2] {
     let pool = &model.pool;
     let system = &to_be_read(model, system);
     let rows = |of: &dyn Fn(usize) -> Expr| {
-        let row = |k: usize| (pool.symbol_expr(system.constraints[k].lambda), pool.simplify(of(k)));
-        (0..system.n_bilateral()).map(row).collect()
+        let row = |k: usize| {
+            let left = multiplied_out(pool, pool.simplify(of(k)));
+            (pool.symbol_expr(system.constraints[k].lambda), pool.as_written(&[left])[0])
+        };
+        (0..system.n_bilateral()).map(row).collect::<Vec<_>>()
     };
     [
-        Level {
-            title: "velocity equations",
-            rows: rows(&|k| constraint_velocity(pool, system, k)),
-        },
-        Level {
-            title: "acceleration equations",
-            rows: rows(&|k| constraint_acceleration(model, system, k)),
-        },
+        zero_rows("velocity equations", rows(&|k| constraint_velocity(pool, system, k))),
+        zero_rows("acceleration equations", rows(&|k| constraint_acceleration(model, system, k))),
     ]
+}
+
+/// A sum without the number before it.
+fn multiplied_out(pool: &Pool, e: Expr) -> Expr {
+    match pool.factors(e)[..] {
+        [(number, 1), (sum, 1)] if pool.as_number(number).is_some() => {
+            pool.sum(pool.sum_terms(sum).into_iter().map(|term| pool.mul(number, term)))
+        }
+        _ => e,
+    }
 }
 
 /// The velocity and the acceleration equations with the numbers of a state, six digits each; `value` has the value of
@@ -148,8 +182,8 @@ fn explicit_effort(
     let is_formula = |i: &usize| pool.as_number(values[*i]).is_none();
     let rates = (0..n).filter(is_formula).map(|i| (named[i], pool.sub(named[i], values[i])));
     Some([
-        Level { title: "velocities by that of the drive", rows: rates.collect() },
-        Level { title: "effort of the drive", rows: vec![(effort, pool.sub(effort, power))] },
+        zero_rows("velocities by that of the drive", rates),
+        zero_rows("effort of the drive", [(effort, pool.sub(effort, power))]),
     ])
 }
 
@@ -182,7 +216,7 @@ pub fn free_bodies(model: &Model, system: &SymbolicSystem) -> Level {
     }
     let bodies = (1..model.bodies.len()).map(BodyId);
     let rows = bodies.flat_map(|body| balance(model, system, body, &wrenches[body.0]));
-    Level { title: "free bodies", rows: rows.collect() }
+    zero_rows("free bodies", rows)
 }
 
 /// The balance of forces and moments of one body.

@@ -10,7 +10,8 @@
 //! `reading` groups the terms by acceleration, velocity, potential, load and constraint force;
 //! `constants` names what depends on parameters alone; `derivation` writes the same equations
 //! down from first principles, unsimplified, for [`proof`] to compare with. `levels` has what a
-//! homework asks for besides: velocity and acceleration equations, the balances of free bodies.
+//! homework asks for besides: velocity and acceleration equations, the balances of free bodies, and
+//! `steps` the way from T and V to the equations, derivative by derivative.
 
 mod arrange;
 mod constants;
@@ -23,6 +24,7 @@ mod levels;
 pub mod page;
 mod proof;
 mod reading;
+mod steps;
 
 pub use arrange::{Kind, Part};
 pub use bksim_expr::Notation;
@@ -30,8 +32,9 @@ pub use constants::Group;
 pub use contact::{ContactText, contact_texts};
 pub use form::ReadingForm;
 pub use functions::{FunctionText, functions};
-pub use levels::{Level, drive_effort, free_bodies, levels, levels_at};
+pub use levels::{Level, RowName, drive_effort, free_bodies, levels, levels_at};
 pub use proof::{Counts, Proof, Work, proof};
+pub use steps::steps;
 
 use bksim_expr::{Printer, SymbolId};
 

@@ -103,7 +103,7 @@ impl Kinematics {
     }
 
     /// A joint and a body may bear one name; their coordinates must not.
-    fn unused_name(&mut self, mut name: String) -> String {
+    pub(super) fn unused_name(&mut self, mut name: String) -> String {
         while !self.taken.insert(name.clone()) {
             name.push('_');
         }

@@ -3,8 +3,11 @@
 //! Source: Lê Hồng Lam and Đinh Văn Phong (2008), eq. (1.2): positions and rotation matrices are
 //! chained from the ground outwards. Frames in names: `p_world_com` is a position in world axes.
 
+mod absolute;
 pub(crate) mod bending;
 mod coordinates;
+
+pub use absolute::AbsoluteAngle;
 
 use std::collections::{HashMap, HashSet};
 
@@ -59,6 +62,8 @@ pub struct Kinematics {
     of_velocity: HashMap<SymbolId, usize>,
     /// Number of the first coordinate of each joint that has some.
     first_of_joint: HashMap<JointId, usize>,
+    /// By number of the coordinate; empty but for reading.
+    absolute: HashMap<usize, AbsoluteAngle>,
     /// By body, whether its orientation is that of its parent or of the ground, since nothing asks for it.
     particles: Vec<bool>,
     /// Names of parameters and coordinates.
@@ -103,6 +108,7 @@ impl Kinematics {
             of_value: HashMap::new(),
             of_velocity: HashMap::new(),
             first_of_joint: HashMap::new(),
+            absolute: HashMap::new(),
             taken: {
                 let held = model.held.iter().map(|signal| &signal.name);
                 model.parameters.iter().map(|p| &p.name).chain(held).cloned().collect()
@@ -287,9 +293,9 @@ impl Kinematics {
     pub fn joint_positions(&self, model: &Model, joint: JointId) -> Vec<Expr> {
         let mut own = Vec::new();
         if let Some(&first) = self.first_of_joint.get(&joint) {
-            let all = self.coordinates[first..].iter();
-            let all = all.take_while(|c| matches!(c.owner, Owner::Joint(id, _) if id == joint));
-            own = all.map(|c| model.pool.symbol_expr(c.q)).collect();
+            let is_own = |i: &usize| matches!(self.coordinates[*i].owner, Owner::Joint(id, _) if id == joint);
+            let all = (first..self.coordinates.len()).take_while(is_own);
+            own = all.map(|i| self.of_motion(&model.pool, i)).collect();
         }
         let joint = &model.joints[joint.0];
         if own.len() < joint.kind.motions().len() {

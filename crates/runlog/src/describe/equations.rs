@@ -5,15 +5,23 @@ use bksim_mbs::equations::{
     ContactText, Counts, Equations as Formulas, FunctionText, Group, Notation, Proof, ReadingForm,
     contact_texts, functions,
 };
-use bksim_mbs::quantity::Quantity;
+use bksim_mbs::quantity::{Quantity, coordinate_quantities};
+use bksim_mbs::system::SymbolicSystem;
 use bksim_model::NamedSignal;
 use serde_json::{Map, Value, json};
 
 use bksim_sim::Mechanism;
 
 /// Formulas in full and as they are read, coordinates, multipliers, contacts, operations, certificate.
-pub fn equations(mechanism: &Mechanism, form: &ReadingForm, proof: &Proof) -> Value {
-    let Mechanism { model, system, compiled, .. } = mechanism;
+///
+/// `system` is that of the mechanism, or the same in other coordinates.
+pub fn equations(
+    mechanism: &Mechanism,
+    system: &SymbolicSystem,
+    form: &ReadingForm,
+    proof: &Proof,
+) -> Value {
+    let Mechanism { model, compiled, .. } = mechanism;
     let plain = ReadingForm::plain(model, system).write(model, Notation::Text);
     // The parts: names of the motion, multipliers, parameters.
     let coordinate = |c: &Quantity| {
@@ -66,7 +74,10 @@ pub fn equations(mechanism: &Mechanism, form: &ReadingForm, proof: &Proof) -> Va
     body.extend([
         ("model".to_owned(), json!(model.name)),
         ("reading".to_owned(), reading(mechanism, form)),
-        ("coordinates".to_owned(), compiled.coordinates.iter().map(coordinate).collect()),
+        (
+            "coordinates".to_owned(),
+            coordinate_quantities(model, system).iter().map(coordinate).collect(),
+        ),
         ("multipliers".to_owned(), compiled.multipliers.iter().map(multiplier).collect()),
         ("contacts".to_owned(), contacts.into_iter().map(contact).collect()),
         ("functions".to_owned(), pieces.into()),

@@ -5,7 +5,7 @@ use bksim_expr::{Certificate, Expr, Operations, SymbolId};
 use super::{Body, Cell, Label, Section, Style, Subject, Writer, number, unit};
 use crate::coordinate::{Coordinate, CoordinateKind, Owner};
 use crate::equations::{
-    ContactText, Counts, FunctionText, Level, ReadingForm, contact_texts, functions,
+    ContactText, Counts, FunctionText, Level, ReadingForm, RowName, contact_texts, functions,
 };
 use crate::system::Derivation;
 use bksim_model::{Anchor, BodyId, JointId, JointKind, Model, NamedSignal, Space, StateId};
@@ -77,10 +77,13 @@ pub(super) fn sections(writer: &Writer<'_>, levels: &[Level]) -> Vec<Section> {
         ),
         Section { title: "certificate", body: Body::Words(certificates(&writer.subject)) },
     ];
-    let after = sections.iter().position(|section| section.title == "constraints");
-    let at = after.map_or(sections.len(), |at| at + 1);
-    let further = levels.iter().map(|level| formulas(level.title, of_level(writer, level)));
-    sections.splice(at..at, further);
+    for (title, is_step) in [("constraints", false), ("potential energy", true)] {
+        let after = sections.iter().position(|section| section.title == title);
+        let at = after.map_or(sections.len(), |at| at + 1);
+        let further = levels.iter().filter(|level| level.is_step == is_step);
+        let further = further.map(|level| formulas(level.title, of_level(writer, level)));
+        sections.splice(at..at, further);
+    }
     // Sections without content.
     if model.parameters.is_empty() {
         sections.retain(|section| section.title != "parameters");
@@ -178,16 +181,24 @@ fn anchor(model: &Model, anchor: Anchor) -> String {
 }
 
 fn coordinates(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
-    let row = |(coordinate, quantity): (&Coordinate, &crate::quantity::Quantity)| {
+    let Subject { model, system, .. } = writer.subject;
+    let row = |(i, quantity): (usize, &crate::quantity::Quantity)| {
+        let coordinate = &system.coordinates()[i];
+        let meaning = match system.kinematics.absolute_angle(i) {
+            Some(angle) => {
+                let [body, ground] = [angle.body.0, 0].map(|body| &model.bodies[body].name);
+                format!("angle of {body} against {ground}")
+            }
+            None => meaning(&writer.subject, coordinate),
+        };
         vec![
             Cell::Formula(writer.printer.symbol(coordinate.q)),
             Cell::Code(quantity.name.clone()),
-            words(meaning(&writer.subject, coordinate)),
+            words(meaning),
             words(&quantity.unit),
         ]
     };
-    let quantities = writer.subject.coordinates.iter();
-    writer.subject.system.coordinates().iter().zip(quantities).map(row).collect()
+    writer.subject.coordinates.iter().enumerate().map(row).collect()
 }
 
 fn meaning(subject: &Subject<'_>, coordinate: &Coordinate) -> String {
@@ -267,6 +278,9 @@ fn constraints(writer: &Writer<'_>) -> Vec<super::Formula> {
     rows.map(|(terms, name)| writer.formula(Label::Zero(name), terms, String::new())).collect()
 }
 
+/// Characters by which `d/dt ∂L/∂q̇` is longer than the name of an equation.
+const LONGER_NAME: usize = 8;
+
 /// The equations of a level, multipliers by their names in the page.
 fn of_level(writer: &Writer<'_>, level: &Level) -> Vec<super::Formula> {
     let Subject { model, system, form, .. } = writer.subject;
@@ -274,13 +288,18 @@ fn of_level(writer: &Writer<'_>, level: &Level) -> Vec<super::Formula> {
     let names = form.trailing[2 * system.coordinates().len()..].iter();
     let names = names.map(|&lambda| pool.symbol_expr(lambda));
     let names: Vec<_> = system.constraints.iter().map(|row| row.lambda).zip(names).collect();
-    let formula = |&(name, left): &(Expr, Expr)| {
-        let [name, left] = [name, left].map(|e| pool.substitute(e, &names));
-        let terms = match pool.sum_terms(left) {
-            terms if terms.is_empty() => vec![left],
-            terms => terms,
+    // The names of steps are longer.
+    let n_label = writer.n_label + if level.is_step { LONGER_NAME } else { 0 };
+    let writer = &Writer { n_label, ..*writer };
+    let formula = |&(name, left): &(RowName, Expr)| {
+        let name = match name {
+            RowName::Symbol(name) => RowName::Symbol(pool.substitute(name, &names)),
+            other => other,
         };
-        writer.formula(Label::Zero(writer.printer.expr(name)), &terms, String::new())
+        let left = pool.substitute(left, &names);
+        let name = writer.row_name(name);
+        let label = if level.is_step { Label::Left(name) } else { Label::Zero(name) };
+        writer.formula(label, &[left], String::new())
     };
     level.rows.iter().map(formula).collect()
 }

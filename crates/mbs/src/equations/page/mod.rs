@@ -17,7 +17,7 @@ use std::collections::{BTreeSet, HashSet};
 use bksim_expr::{Expr, Notation, Printer, SymbolId};
 
 use super::arrange::{Kind, Part};
-use super::{Level, Proof, ReadingForm};
+use super::{Level, Proof, ReadingForm, RowName};
 use crate::quantity::Quantity;
 use crate::system::SymbolicSystem;
 use bksim_model::Model;
@@ -232,6 +232,7 @@ pub struct Excerpt {
 }
 
 /// Writes the parts of a page in its notation.
+#[derive(Clone, Copy)]
 struct Writer<'a> {
     subject: Subject<'a>,
     style: Style,
@@ -302,6 +303,40 @@ impl Writer<'_> {
     /// A name that is no symbol of the model.
     fn name(&self, name: &str) -> String {
         self.style.notation().name(name)
+    }
+
+    /// The name of a row of further equations.
+    fn row_name(&self, name: RowName) -> String {
+        let pool = &self.subject.model.pool;
+        let partial = |top: &str, by: SymbolId| {
+            let by = self.printer.symbol(by);
+            match self.style {
+                Style::Latex => format!("\\frac{{\\partial {top}}}{{\\partial {by}}}"),
+                Style::Typst => format!("frac(partial {top}, partial {by})"),
+                Style::MathMl => format!(
+                    "<mfrac><mrow><mo>∂</mo><mi>{top}</mi></mrow><mrow><mo>∂</mo>{by}</mrow></mfrac>"
+                ),
+                Style::Text | Style::Aligned { .. } => format!("∂{top}/∂{by}"),
+            }
+        };
+        let [rate, sum] = match self.style {
+            Style::Latex => [r"\frac{d}{dt} ", r"\textstyle\sum \lambda \, "],
+            Style::Typst => ["frac(d, d t) ", "sum lambda thin "],
+            Style::MathMl => [
+                "<mfrac><mi>d</mi><mrow><mi>d</mi><mi>t</mi></mrow></mfrac>",
+                "<mo>∑</mo><mi>λ</mi>",
+            ],
+            Style::Text | Style::Aligned { .. } => ["d/dt ", "Σ λ "],
+        };
+        match name {
+            RowName::Symbol(name) => self.printer.expr(name),
+            RowName::Lagrangian => self.name("L"),
+            RowName::ByRate(v) => partial("L", v),
+            RowName::RateOf(v) => format!("{rate}{}", partial("L", v)),
+            RowName::By(q) => partial("L", q),
+            RowName::Load(q) => self.name(&format!("Q_{}", pool.symbol_name(q))),
+            RowName::OfConstraints(q) => format!("{sum}{}", partial("g", q)),
+        }
     }
 
     /// The separator of formulas in one cell.
