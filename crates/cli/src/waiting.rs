@@ -21,29 +21,56 @@ const LOOK: Duration = Duration::from_millis(50);
 /// True while some work is reported: its parts are not reported again.
 static IS_SPOKEN_OF: AtomicBool = AtomicBool::new(false);
 
+/// What some work says about itself while it is done.
+pub struct Word<'a> {
+    what: &'a str,
+    bar: &'a ProgressBar,
+    has_answer: AtomicBool,
+}
+
+impl Word<'_> {
+    /// Says how far the work is: in words, and as a share of it where that is known.
+    pub fn reached(&self, words: &str, share: f64) {
+        let share = if share > 0.0 { format!(", {:.0} %", 100.0 * share) } else { String::new() };
+        self.bar.set_message(format!("{}, {words}{share}", self.what));
+    }
+
+    /// From now on the work has an answer when it is stopped: signals are left to it.
+    pub fn keeps(&self) {
+        self.has_answer.store(true, Ordering::Relaxed);
+    }
+}
+
 /// Does the work; after a second, a terminal says what is being done, and for how long. Where the command watches for
 /// signals, they end the process here: work like this has no part that could be kept.
 pub fn waiting<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    searching(what, |_| work())
+}
+
+/// Does the work as [`waiting`] does; the work says how far it is, and whether it has an answer already when it is stopped.
+pub fn searching<T>(what: &str, work: impl FnOnce(&Word<'_>) -> T) -> T {
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
+    bar.set_message(what.to_owned());
+    let word = Word { what, bar: &bar, has_answer: AtomicBool::new(false) };
     let speaks = !is_quiet() && io::stderr().is_terminal();
     if (!speaks && !is_watching()) || IS_SPOKEN_OF.swap(true, Ordering::Relaxed) {
-        return work();
+        return work(&word);
     }
     let begin = || {
-        let target = if speaks {
-            ProgressDrawTarget::stderr_with_hz(10)
-        } else {
-            ProgressDrawTarget::hidden()
-        };
-        let bar = ProgressBar::with_draw_target(None, target);
         if let Ok(style) = ProgressStyle::with_template("  {msg}  {elapsed}") {
             bar.set_style(style);
         }
-        bar.set_message(what.to_owned());
-        let bar = bar.with_elapsed(PATIENCE);
+        if speaks {
+            bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
+        }
         bar.enable_steady_tick(Duration::from_millis(200));
-        bar
     };
-    let result = watched(PATIENCE, work, begin, |bar| bar.finish_and_clear(), leave_if_wished);
+    let look = || {
+        if !word.has_answer.load(Ordering::Relaxed) {
+            leave_if_wished();
+        }
+    };
+    let result = watched(PATIENCE, || work(&word), begin, |()| bar.finish_and_clear(), look);
     IS_SPOKEN_OF.store(false, Ordering::Relaxed);
     result
 }

@@ -36,12 +36,14 @@ pub struct Watch<'a> {
     pub stop: &'a (dyn Fn() -> bool + Sync),
     /// Called with what is under way and the share of it that is done.
     pub reached: &'a (dyn Fn(&str, f64) + Sync),
+    /// Called as soon as a stop leaves an answer.
+    pub kept: &'a (dyn Fn() + Sync),
 }
 
 impl Default for Watch<'_> {
     /// Nobody.
     fn default() -> Self {
-        Self { stop: &|| false, reached: &|_, _| () }
+        Self { stop: &|| false, reached: &|_, _| (), kept: &|| () }
     }
 }
 

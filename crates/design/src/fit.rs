@@ -284,7 +284,10 @@ pub fn fit(
     let n_unknowns = of_measurement.len();
     let problem = Problem { runs, varied, n_unknowns, scale: scale.clone(), is_exact, watch };
     let start = x.clone();
-    let Some(found) = least(&problem, x, &scale, loss, watch.stop) else {
+    let Some(found) = least(&problem, x, &scale, loss, watch) else {
+        if (watch.stop)() {
+            return Err(DesignError::Stopped);
+        }
         let message = "the model does not close and run at the values that the fit begins with";
         let help = "give values near to those of the data: `vary = { k = \"55 N/m\" }`";
         return Err(DesignError::fault(codes::NO_START, message, help));

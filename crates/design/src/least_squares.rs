@@ -10,6 +10,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::base::Watch;
+
 /// How residuals, in standard deviations, count.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(crate) enum Loss {
@@ -84,7 +86,7 @@ pub(crate) fn least(
     x: Vec<f64>,
     scale: &[f64],
     loss: Loss,
-    stop: &dyn Fn() -> bool,
+    watch: Watch<'_>,
 ) -> Option<Found> {
     let n = x.len();
     let mut x = x;
@@ -93,9 +95,12 @@ pub(crate) fn least(
     let mut damping = 1e-4;
     let mut n_small = 0;
     let mut iteration = 0;
+    let mut before: Option<Found> = None;
     loop {
         iteration += 1;
-        let mut j = problem.slopes(&x)?;
+        let Some(mut j) = problem.slopes(&x) else {
+            return before.filter(|_| (watch.stop)());
+        };
         let mut weighted = DVector::from_column_slice(&r);
         for (i, &r) in r.iter().enumerate() {
             let root = loss.of(r).1.sqrt();
@@ -106,14 +111,18 @@ pub(crate) fn least(
             j.column_mut(k).scale_mut(scale[k]);
         }
         let converged = n_small >= 2;
-        if converged || iteration > MAX_ITERATIONS || stop() {
-            let mut slopes = j;
-            for k in 0..n {
-                slopes.column_mut(k).scale_mut(1.0 / scale[k]);
-            }
-            let n_iterations = iteration - 1;
-            return Some(Found { x, residuals: r, slopes, n_iterations, converged });
+        let mut slopes = j.clone();
+        for k in 0..n {
+            slopes.column_mut(k).scale_mut(1.0 / scale[k]);
         }
+        let n_iterations = iteration - 1;
+        let here = Found { x: x.clone(), residuals: r.clone(), slopes, n_iterations, converged };
+        if converged || iteration > MAX_ITERATIONS || (watch.stop)() {
+            return Some(here);
+        }
+        before = Some(here);
+        (watch.kept)();
+        (watch.reached)(&format!("iteration {iteration}, sum of squares {now:.6}"), 0.0);
         // Columns of unit length, so that damping means the same for all.
         let size: Vec<f64> = (0..n).map(|k| j.column(k).norm()).collect();
         let largest = size.iter().fold(0.0, |a: f64, b| a.max(*b)).max(1e-300);
@@ -135,6 +144,9 @@ pub(crate) fn least(
             }
             let tried: Vec<f64> = (0..n).map(|k| x[k] + step[k] * scale[k]).collect();
             let is_small = step.amax() < 1e-9;
+            if (watch.stop)() {
+                break;
+            }
             if let Some(found) = problem.at(&tried) {
                 let then = loss.sum(&found);
                 if then <= now * (1.0 + 4.0 * f64::EPSILON) {

@@ -44,6 +44,8 @@ pub struct OptimizeWish {
     pub cases: Vec<NamedCase>,
     /// Number of points of Sobol's sequence from which the best are followed, besides the start.
     pub starts: Option<u64>,
+    /// Points to begin from in place of the model's values; what one leaves out is the model's.
+    pub from: Vec<Vec<(String, String)>>,
 }
 
 /// The section `[optimize]`.
@@ -63,6 +65,8 @@ struct Section {
     #[serde(default)]
     cases: BTreeMap<String, BTreeMap<String, Written>>,
     starts: Option<u64>,
+    #[serde(default)]
+    from: Vec<BTreeMap<String, Written>>,
 }
 
 /// One objective, or two of which neither is more important.
@@ -142,6 +146,8 @@ pub struct Optimized {
     pub iterations: usize,
     /// How slopes were found.
     pub slopes: &'static str,
+    /// Where each start is, to go on from there; none of catalogues and fronts.
+    pub ends: Vec<EndOfStart>,
     /// Best combinations of rows of catalogues, the best first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub choices: Vec<Choice>,
@@ -151,6 +157,17 @@ pub struct Optimized {
     /// The text of the model with the values of the optimum.
     #[serde(skip)]
     pub model: String,
+}
+
+/// The last point of a start.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct EndOfStart {
+    /// The varied quantities, SI.
+    pub quantities: BTreeMap<String, f64>,
+    /// True if conditions are met.
+    pub meets_conditions: bool,
+    /// True if it is a minimum.
+    pub converged: bool,
 }
 
 /// One row of each catalogue.
@@ -198,7 +215,7 @@ impl OptimizeWish {
             return Ok(Self::default());
         };
         let pair = |[from, to]: [Written; 2]| [from.text(), to.text()];
-        let case = |values: BTreeMap<String, Written>| {
+        let case = |values: BTreeMap<String, Written>| -> Vec<(String, String)> {
             values.into_iter().map(|(name, value)| (name, value.text())).collect()
         };
         let (minimize, against) = match found.minimize {
@@ -220,6 +237,7 @@ impl OptimizeWish {
             over: found.over,
             cases: found.cases.into_iter().map(|(name, values)| (name, case(values))).collect(),
             starts: found.starts,
+            from: found.from.into_iter().map(case).collect(),
         })
     }
 }

@@ -67,9 +67,13 @@ struct Section<T>(T);
 /// The text with blanks in place of all other sections, so that positions stay.
 fn only(text: &str, name: &str) -> String {
     let mut is_own = false;
+    let mut depth = 0;
     let mut out = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {
-        if let Some(header) = line.trim_start().strip_prefix('[') {
+        // A row of an array over several lines is no header.
+        let is_outside = depth == 0;
+        depth += opened(line);
+        if let Some(header) = line.trim_start().strip_prefix('[').filter(|_| is_outside) {
             let header = header.trim_start_matches('[').trim_start();
             let rest = header.strip_prefix(name).map(str::trim_start);
             is_own = rest.is_some_and(|rest| rest.starts_with([']', '.']));
@@ -84,6 +88,27 @@ fn only(text: &str, name: &str) -> String {
         }
     }
     out
+}
+
+/// Brackets that a line opens less those that it closes, outside of texts and comments.
+fn opened(line: &str) -> i32 {
+    let (mut quote, mut is_escaped, mut n) = (None, false, 0);
+    for c in line.chars() {
+        match (quote, c) {
+            (Some('"'), '\\') if !is_escaped => {
+                is_escaped = true;
+                continue;
+            }
+            (Some(open), c) if c == open && !is_escaped => quote = None,
+            (None, '"' | '\'') => quote = Some(c),
+            (None, '#') => break,
+            (None, '[') => n += 1,
+            (None, ']') => n -= 1,
+            _ => (),
+        }
+        is_escaped = false;
+    }
+    n
 }
 
 /// A fault with its place, where the text of the model has what it is about.

@@ -133,25 +133,30 @@ impl Problem<'_> {
         slopes.iter().all(|slope| slope.is_finite()).then_some(slopes)
     }
 
+    /// A point of which the values alone are known.
+    fn bare(&self, x: Vec<f64>, values: Vec<f64>) -> Ended {
+        Ended {
+            violation: self.violation(&values),
+            multipliers: vec![0.0; values.len()],
+            of_bounds: vec![0.0; 2 * self.n],
+            stationarity: f64::INFINITY,
+            n_iterations: 0,
+            x,
+            values,
+        }
+    }
+
     /// From a point that has values, to where the conditions of a minimum hold.
     pub(crate) fn minimize(&self, from: Vec<f64>) -> Option<Ended> {
         let mut x = from;
         let mut values = self.one(&x)?;
         if self.n == 0 {
             // Nothing varies: the values are those of the model.
-            let (violation, multipliers) = (self.violation(&values), vec![0.0; values.len()]);
-            let (of_bounds, stationarity, n_iterations) = (Vec::new(), 0.0, 0);
-            return Some(Ended {
-                x,
-                values,
-                multipliers,
-                of_bounds,
-                stationarity,
-                violation,
-                n_iterations,
-            });
+            return Some(Ended { stationarity: 0.0, ..self.bare(x, values) });
         }
-        let mut slopes = self.slopes(&x, &values)?;
+        let Some(mut slopes) = self.slopes(&x, &values) else {
+            return (self.stop)().then(|| self.bare(x, values));
+        };
         let mut b = DMatrix::identity(self.n, self.n);
         let mut weight: f64 = 1.0;
         let mut is_fresh = true;
@@ -217,7 +222,12 @@ impl Problem<'_> {
             };
             let moved =
                 DVector::from_iterator(self.n, at.iter().zip(&x).map(|(new, old)| new - old));
-            let Some(new_slopes) = self.slopes(&at, &found) else { break };
+            let Some(new_slopes) = self.slopes(&at, &found) else {
+                if (self.stop)() {
+                    best = Some(self.bare(at, found));
+                }
+                break;
+            };
             let lagrangian = |slopes: &DMatrix<f64>| -> DVector<f64> {
                 let signs = DVector::from_fn(n_f, |i, _| {
                     if i < self.n_goals { multipliers[i] } else { -multipliers[i] }

@@ -358,7 +358,7 @@ pub fn tolerance(
     let default = (100_000 / n_at as u64).max(2000);
     let n_samples = wish.samples.unwrap_or(default);
 
-    let job = Job {
+    let mut job = Job {
         poses: &poses,
         parts: &parts,
         steps: steps(&mechanism, &poses),
@@ -366,6 +366,7 @@ pub fn tolerance(
         n_outputs: outputs.len(),
         seed: wish.seed.unwrap_or(0),
         watch,
+        progress: [0.0, n_at as f64],
     };
     let mut solver = poses.solver();
     let mut pose = poses.start.clone();
@@ -379,13 +380,18 @@ pub fn tolerance(
             DesignError::fault(codes::NOT_ASSEMBLED, message, "choose values within the range of the mechanism: `bksim kinematics MODEL --limits`")
         })?;
         let at = drives.iter().map(|drive| drive.name.clone()).zip(u.iter().copied()).collect();
-        let mut bands = job.pose(&pose, at, n_samples)?;
+        job.progress[0] = k as f64;
+        let mut bands = match job.pose(&pose, at, n_samples) {
+            // Poses that are whole are an answer.
+            Err(DesignError::Stopped) if !found.is_empty() => break,
+            bands => bands?,
+        };
         for (band, (text, result)) in bands.bands.iter_mut().zip(wish.of.iter().zip(&results)) {
             band.of.clone_from(text);
             band.unit.clone_from(&result.unit);
         }
         found.push(bands);
-        (watch.reached)("poses", (k + 1) as f64 / n_at as f64);
+        (watch.kept)();
         if (watch.stop)() {
             break;
         }
@@ -420,6 +426,8 @@ struct Job<'a> {
     n_outputs: usize,
     seed: u64,
     watch: Watch<'a>,
+    /// Poses that are done, and all of them.
+    progress: [f64; 2],
 }
 
 #[cfg(test)]

@@ -27,10 +27,18 @@ pub(crate) fn design_answer(
         let asked = question.as_deref().unwrap_or(&text);
         let about = Text::new(format!("{name}.toml"), text.clone());
         let source = Source { text: text.clone(), name, ..Source::default() };
-        let watch = Watch { stop: monitor.stop, reached: &|_, _| () };
+        let watch = Watch { stop: monitor.stop, ..Watch::default() };
         let model = |text: &str| vec![(source.name.clone(), text.to_owned())];
         let found = match kind.as_str() {
             "optimize" => OptimizeWish::of_model(asked)
+                .and_then(|wish| match &wish {
+                    // Where to begin alone: the question is that of the model.
+                    OptimizeWish { minimize: None, maximize: None, .. } if question.is_some() => {
+                        let of_model = OptimizeWish::of_model(&text)?;
+                        Ok(OptimizeWish { from: wish.from, starts: wish.starts, ..of_model })
+                    }
+                    _ => Ok(wish),
+                })
                 .and_then(|wish| bksim_design::optimize(&source, &wish, watch))
                 .map(|found| (json(&found), model(&found.model))),
             "fit" => {

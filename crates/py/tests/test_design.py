@@ -48,6 +48,20 @@ def test_an_optimum_over_positions_is_a_model():
     assert found.model_text.replace(found["quantities"][0]["written"], "60 mm") == BAR
 
 
+def test_an_optimum_is_resumed_from_its_answer():
+    question = (
+        '[optimize]\nminimize = "abs(peak_to_peak(D.angle) - 30 deg)"\n'
+        'vary = { a = ["10 mm", "65 mm"] }\nover = "A.angle=0:360 deg:181"\n'
+    )
+    found = bksim.optimize(BAR + question)
+    again = bksim.optimize(BAR + question, resume=found)
+    assert again["after"] <= found["after"] * (1 + 1e-9)
+    assert again["evaluations"] <= found["evaluations"]
+    assert again["ends"][0]["quantities"]["a"] == pytest.approx(
+        found["ends"][0]["quantities"]["a"], rel=1e-6
+    )
+
+
 def test_a_fit_takes_arrays():
     phi = np.linspace(0, 6, 40)
     x, y = 0.06 * np.cos(phi) - 0.18, 0.06 * np.sin(phi)

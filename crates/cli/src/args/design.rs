@@ -31,6 +31,9 @@ pub struct Optimize {
     /// Try so many points of the ranges and follow the best, besides the model's own values.
     #[arg(long, value_name = "N")]
     pub starts: Option<u64>,
+    /// Go on from where the starts of an earlier answer are, a file of `--json`, such as one that was stopped.
+    #[arg(long, value_name = "FILE", conflicts_with = "starts")]
+    pub resume: Option<PathBuf>,
     /// Write the model with the values of the optimum; all else in it stays as it is.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,

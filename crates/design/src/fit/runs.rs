@@ -284,7 +284,6 @@ impl Residuals for Problem<'_> {
 
     fn slopes(&self, x: &[f64]) -> Option<DMatrix<f64>> {
         debug_assert_eq!(x.len(), self.n_varied() + self.n_unknowns);
-        (self.watch.reached)("slopes", 0.0);
         if self.is_exact {
             let mut all: Option<DMatrix<f64>> = None;
             for run in &self.runs {

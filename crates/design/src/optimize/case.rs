@@ -31,6 +31,9 @@ pub(super) fn driven(study: &Study, range: &str) -> Result<Over, DesignError> {
 impl Case {
     /// The outputs at some points, SI; `None` where the mechanism has none.
     pub(super) fn at(&self, points: &[Vec<f64>], watch: Watch<'_>) -> Vec<Option<Vec<f64>>> {
+        let unless = |of: &(dyn Fn() -> Option<Vec<f64>> + Sync)| {
+            if (watch.stop)() { None } else { of() }
+        };
         let found: Vec<Option<Vec<f64>>> = match &self.over {
             Over::Motion => {
                 let monitor = Monitor { stop: watch.stop, progress: &|_| () };
@@ -42,9 +45,12 @@ impl Case {
                 found.resize(points.len(), None);
                 found
             }
-            Over::Static => points.par_iter().map(|point| self.at_rest(point)).collect(),
+            Over::Static => {
+                points.par_iter().map(|point| unless(&|| self.at_rest(point))).collect()
+            }
             Over::Drive(poses, values) => {
-                points.par_iter().map(|point| self.over_drive(point, poses, values)).collect()
+                let at = |point: &Vec<f64>| unless(&|| self.over_drive(point, poses, values));
+                points.par_iter().map(at).collect()
             }
         };
         let is_finite = |values: &Vec<f64>| values.iter().all(|value| value.is_finite());

@@ -70,6 +70,7 @@ pub(super) fn best(
     let sign = if best.goal == "maximize" { -1.0 } else { 1.0 };
     let key = |choice: &Choice| choice.after.map_or(f64::INFINITY, |after| sign * after);
     choices.sort_by(|a, b| key(a).total_cmp(&key(b)));
+    best.ends.clear();
     (best.choices, best.evaluations) = (choices, evaluations);
     Ok(best)
 }

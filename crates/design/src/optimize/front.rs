@@ -24,6 +24,7 @@ pub(super) fn front(
     let alone = |objective: &str| OptimizeWish {
         minimize: Some(objective.to_owned()),
         against: None,
+        from: Vec::new(),
         ..wish.clone()
     };
     // The value of the other objective at an optimum: nothing varies.
@@ -55,10 +56,20 @@ pub(super) fn front(
             Err(_) => Ok(found),
         }
     };
-    let ends = [end(&first, against)?, end(against, &first)?];
-    let of_second = value(against, &ends[0])?;
+    let first_end = end(&first, against)?;
+    let other_end = || -> Result<(Optimized, Optimized, f64), DesignError> {
+        if (watch.stop)() {
+            return Err(DesignError::Stopped);
+        }
+        let other = end(against, &first)?;
+        let of_first = value(&first, &other)?.after;
+        Ok((value(against, &first_end)?, other, of_first))
+    };
+    let Some((of_second, other, of_first)) = unless_stopped(other_end())? else {
+        return Ok(Optimized { stopped: true, ends: Vec::new(), ..first_end });
+    };
+    let ends = [first_end, other];
     let (high, low, unit) = (of_second.after, ends[1].after, of_second.unit);
-    let of_first = value(&first, &ends[1])?.after;
     if high - low <= 1e-9 * high.abs().max(low.abs()) {
         let message = format!("`{first}` and `{against}` are least at the same values");
         let help = "minimize one of them alone";
@@ -77,10 +88,12 @@ pub(super) fn front(
         let bound = high + share * (low - high);
         let mut wish = alone(&first);
         wish.subject_to.push(format!("{against} <= {bound} {unit}"));
-        let one = best(&Source { text: text.clone(), ..source.clone() }, &wish, watch)?;
+        let one = best(&Source { text: text.clone(), ..source.clone() }, &wish, watch);
+        let Some(one) = unless_stopped(one)? else { break };
         text.clone_from(&one.model);
         evaluations += one.evaluations;
-        let second = value(against, &one)?.after;
+        let Some(second) = unless_stopped(value(against, &one))? else { break };
+        let second = second.after;
         found.push(([one.after, second], one));
         (watch.reached)(&format!("point {} of {n}", n - k), 1.0 - share);
     }
@@ -110,7 +123,18 @@ pub(super) fn front(
     for (quantity, of_model) in chosen.quantities.iter_mut().zip(&ends[0].quantities) {
         quantity.before = of_model.before;
     }
+    chosen.ends.clear();
+    chosen.stopped = (watch.stop)();
     chosen.evaluations = evaluations;
     chosen.front = Some(Front { against: against.to_owned(), unit, points, compromise });
     Ok(chosen)
+}
+
+/// `None` of what was stopped before it had anything.
+fn unless_stopped<T>(found: Result<T, DesignError>) -> Result<Option<T>, DesignError> {
+    match found {
+        Ok(found) => Ok(Some(found)),
+        Err(DesignError::Stopped) => Ok(None),
+        Err(error) => Err(error),
+    }
 }

@@ -1,11 +1,19 @@
 //! The search: starts, ends, and what the best of them is worth.
 
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
 use super::{
-    Case, Condition, ConditionAt, NamedCase, OptimizeWish, Optimized, Optimum, Range, Row,
+    Case, Condition, ConditionAt, EndOfStart, NamedCase, OptimizeWish, Optimized, Optimum, Range,
+    Row,
 };
-use crate::base::{Source, Watch, written};
+use bksim::model::file::suggest;
+
+use crate::base::{Quantity, Source, Watch, written};
 use crate::codes;
 use crate::error::DesignError;
+use crate::spec::located;
 use crate::sqp::{Ended, Evaluate, Problem};
 
 /// All that a search needs.
@@ -23,6 +31,8 @@ pub(super) struct Search<'a> {
 const FOLLOWED: usize = 5;
 /// Values of conditions below this are rounding, and no scale.
 const ROUNDING: f64 = 1e-9;
+/// Slopes of the Lagrangian at a minimum are below this part of their terms.
+const SETTLED: f64 = 1e-5;
 
 impl Search<'_> {
     fn unscaled(&self, x: &[f64]) -> Vec<f64> {
@@ -73,11 +83,29 @@ impl Search<'_> {
     ) -> Result<Optimized, DesignError> {
         let n_cases = self.cases.len();
         let n_functions = self.rows.len() * n_cases;
-        let evaluations = std::sync::atomic::AtomicU64::new(0);
+        let evaluations = AtomicU64::new(0);
+        // Values of points that are evaluated alone, which have an answer after a stop, too.
+        let known: Mutex<BTreeMap<Vec<u64>, Vec<f64>>> = Mutex::default();
+        let bits = |x: &Vec<f64>| x.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
+        let keep = |x: &Vec<f64>, values: &[f64]| {
+            let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+            known.insert(bits(x), values.to_vec());
+        };
+        let recalled = |x: &Vec<f64>| {
+            known.lock().unwrap_or_else(PoisonError::into_inner).get(&bits(x)).cloned()
+        };
         let counted = |points: &[Vec<f64>]| {
-            let n = (points.len() * n_cases) as u64;
-            evaluations.fetch_add(n, std::sync::atomic::Ordering::Relaxed);
-            self.functions(points)
+            if let [one] = points
+                && (self.watch.stop)()
+            {
+                return vec![recalled(one)];
+            }
+            evaluations.fetch_add((points.len() * n_cases) as u64, Ordering::Relaxed);
+            let found = self.functions(points);
+            if let ([one], [Some(values)]) = (points, found.as_slice()) {
+                keep(one, values);
+            }
+            found
         };
 
         // Starts: that of the model, then the best of Sobol's sequence.
@@ -87,13 +115,23 @@ impl Search<'_> {
             .map(|r| ((r.stated.value - r.from) / (r.to - r.from)).clamp(0.0, 1.0))
             .collect();
         let before = counted(std::slice::from_ref(&of_model)).pop().flatten();
+        if before.is_some() {
+            (self.watch.kept)();
+        }
         let asked = usize::try_from(wish.starts.unwrap_or(0)).unwrap_or(usize::MAX).min(1 << 16);
         let n_points = if before.is_none() { asked.max(64) } else { asked };
         let points: Vec<Vec<f64>> = (0..n_points).map(|k| sobol(k, self.ranges.len())).collect();
+        let from = self.begun(source, wish)?;
         let found = counted(&points);
+        for (x, values) in points.iter().zip(&found) {
+            values.iter().for_each(|values| keep(x, values));
+        }
 
         // Scales: the size of every function among the points that have values.
         let all: Vec<&Vec<f64>> = before.iter().chain(found.iter().flatten()).collect();
+        if all.is_empty() && (self.watch.stop)() {
+            return Err(DesignError::Stopped);
+        }
         if all.is_empty() {
             let message = format!(
                 "none of {} points of the ranges has a mechanism that closes and runs to its end",
@@ -133,6 +171,7 @@ impl Search<'_> {
             let one = |values: Vec<f64>| values.iter().zip(&scale).map(|(v, s)| v / s).collect();
             counted(points).into_iter().map(|values| values.map(one)).collect()
         };
+        let start = AtomicU64::new(0);
         let problem = Problem {
             n: self.ranges.len(),
             n_goals,
@@ -140,7 +179,14 @@ impl Search<'_> {
             evaluate: &scaled,
             stop: self.watch.stop,
             reached: &|iteration, merit| {
-                (self.watch.reached)(&format!("iteration {iteration}, {merit:.6}"), 0.0);
+                let start = start.load(Ordering::Relaxed);
+                let at = match merit * of_goals {
+                    square if self.is_squared => square.max(0.0).sqrt(),
+                    at if goal == "maximize" => -at,
+                    at => at,
+                };
+                let words = format!("start {start}, iteration {iteration}, {at:.6}");
+                (self.watch.reached)(&words, 0.0);
             },
         };
         let merit = |values: &Vec<f64>| {
@@ -154,16 +200,17 @@ impl Search<'_> {
             .collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         starts.truncate(FOLLOWED);
-        if before.is_some() {
+        if !from.is_empty() {
+            starts.splice(0..0, from.into_iter().map(|x| (0.0, x)));
+        } else if before.is_some() {
             starts.insert(0, (0.0, of_model.clone()));
         }
+        (self.watch.kept)();
 
         // Each to its end; the best that meets the conditions.
         let mut ends: Vec<Ended> = Vec::new();
-        for (_, from) in starts {
-            if (self.watch.stop)() && !ends.is_empty() {
-                break;
-            }
+        for (k, (_, from)) in starts.into_iter().enumerate() {
+            start.store(k as u64 + 1, Ordering::Relaxed);
             ends.extend(problem.minimize(from));
         }
         let key =
@@ -193,7 +240,8 @@ impl Search<'_> {
 
         // In the units of the model.
         let point = self.unscaled(&best.x);
-        let values = self.functions(std::slice::from_ref(&best.x)).pop().flatten();
+        let values = recalled(&best.x)
+            .or_else(|| self.functions(std::slice::from_ref(&best.x)).pop().flatten());
         let values = values.ok_or(DesignError::Stopped)?;
         let objective_of = |values: &[f64]| {
             let cases = values[n_functions..].iter().copied();
@@ -278,17 +326,62 @@ impl Search<'_> {
             after,
             quantities,
             conditions,
-            converged: best.stationarity < 1e-5,
+            converged: best.stationarity < SETTLED,
             stopped: is_stopped,
             stationarity: best.stationarity,
             starts: [ends.len(), n_same],
             evaluations: evaluations.into_inner(),
             iterations: best.n_iterations,
             slopes: "differences of fourth order",
+            ends: ends.iter().map(|end| self.end_of(end, best.violation)).collect(),
             choices: Vec::new(),
             front: None,
             model: source.with_values(&patches)?,
         })
+    }
+
+    /// Points to begin from that the question states, in parts of the ranges.
+    fn begun(&self, source: &Source, wish: &OptimizeWish) -> Result<Vec<Vec<f64>>, DesignError> {
+        let place = |values: &Vec<(String, String)>, range: &Range| {
+            let name = &range.stated.name;
+            let Some((_, text)) = values.iter().find(|(own, _)| own == name) else {
+                return Ok((range.stated.value - range.from) / (range.to - range.from));
+            };
+            let read = Quantity::read(text).filter(|value| value.fits(&range.stated.unit));
+            let value = read.ok_or_else(|| {
+                let message = format!("`{text}` is no value of `{name}` to begin from");
+                let help = format!(
+                    "write it with its unit: `from = [{{ {name} = \"1 {}\" }}]`",
+                    range.stated.unit
+                );
+                located(DesignError::fault(codes::BAD_QUESTION, message, help), &source.text, text)
+            })?;
+            Ok((value.value - range.from) / (range.to - range.from))
+        };
+        let names = self.ranges.iter().map(|range| range.stated.name.as_str()).collect::<Vec<_>>();
+        for (name, _) in wish.from.iter().flatten() {
+            if !names.contains(&name.as_str()) {
+                let message = format!("`from` has a value of `{name}`, which does not vary");
+                let fault =
+                    DesignError::fault(codes::UNKNOWN_QUANTITY, message, suggest(name, &names));
+                return Err(located(fault, &source.text, name));
+            }
+        }
+        let point = |values| {
+            let point = self.ranges.iter().map(|range| place(values, range));
+            point.map(|x| x.map(|x| x.clamp(0.0, 1.0))).collect()
+        };
+        wish.from.iter().map(point).collect()
+    }
+
+    /// Where a start is, to go on from there.
+    fn end_of(&self, end: &Ended, violation: f64) -> EndOfStart {
+        let names = self.ranges.iter().map(|range| range.stated.name.clone());
+        EndOfStart {
+            quantities: names.zip(self.unscaled(&end.x)).collect(),
+            meets_conditions: end.violation <= violation.max(1e-6),
+            converged: end.stationarity < SETTLED,
+        }
     }
 
     /// Where the largest violation of a condition is least, from where a search ended.

@@ -18,6 +18,7 @@ use serde::Deserialize;
 use super::four_bar::{FourBar, distance, in_order, one_circuit, side};
 use super::nine_points::{self, N_TRIPLES};
 use super::{Candidate, DesignError, Point, Synthesis, all_si, none, si};
+use crate::base::Watch;
 use crate::codes;
 use crate::least_squares::{Loss, Residuals, least};
 use crate::spec::Written;
@@ -292,7 +293,7 @@ fn by_least_squares(points: &[C], angles: &[f64], n_starts: usize) -> Vec<Bar> {
         .filter_map(|(_, x, sign)| {
             let near = Near { points, angles, sign: *sign };
             let scale = vec![1.0; x.len()];
-            let found = least(&near, x.clone(), &scale, Loss::Squares, &|| false)?;
+            let found = least(&near, x.clone(), &scale, Loss::Squares, Watch::default())?;
             let sum = found.residuals.iter().map(|r| r * r).sum::<f64>();
             Some(((sum / points.len() as f64).sqrt(), found.x, *sign))
         })

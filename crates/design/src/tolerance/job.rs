@@ -1,6 +1,7 @@
 //! One pose: slopes, ends and samples.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
@@ -44,6 +45,9 @@ impl Job<'_> {
         let here = solver.outputs(pose, &[]).ok_or_else(singular)?;
         let by_parts = &here.by_p * self.by_parts()?;
         let sums = self.samples(pose, n_samples, &here.values);
+        if (self.watch.stop)() {
+            return Err(DesignError::Stopped);
+        }
         let (n, n_open) = (sums.n as f64, sums.n_open as f64);
         let share = if n > 0.0 { n_open / n } else { f64::NAN };
         let mut assembles = if sums.n_open > 0 { Some(false) } else { None };
@@ -199,6 +203,9 @@ impl Job<'_> {
                 let random: Vec<bool> = (0..n).map(|_| rng.random()).collect();
                 self.corner(&|part| random[part])
             };
+            if (self.watch.stop)() {
+                break;
+            }
             let Some(p) = (self.parameters)(&point) else { continue };
             let end = match solver.follow(pose, &p, &pose.u) {
                 Ok(found) => found,
@@ -284,7 +291,7 @@ impl Job<'_> {
             n_goals: 1,
             n_equal: n,
             evaluate: &evaluate,
-            stop: &|| false,
+            stop: self.watch.stop,
             reached: &|_, _| (),
         };
         let found = problem.minimize(start)?;
@@ -298,6 +305,7 @@ impl Job<'_> {
             n_open: 0,
             of: vec![[0.0, 0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY]; self.n_outputs],
         };
+        let n_done = AtomicU64::new(0);
         let chunk = |number: u64| {
             let mut sums = none.clone();
             if (self.watch.stop)() {
@@ -307,6 +315,9 @@ impl Job<'_> {
                 Pcg64Mcg::seed_from_u64(self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ number);
             let mut solver = self.poses.solver();
             for _ in 0..CHUNK.min(n_samples - number * CHUNK) {
+                if (self.watch.stop)() {
+                    return sums;
+                }
                 let point: Vec<f64> = self
                     .parts
                     .iter()
@@ -329,6 +340,11 @@ impl Job<'_> {
                     sums[4] = sums[4].max(*value);
                 }
             }
+            let done = n_done.fetch_add(sums.n, Ordering::Relaxed) + sums.n;
+            let [first, poses] = self.progress;
+            let share = (first + done as f64 / n_samples as f64) / poses;
+            let words = format!("pose {} of {poses}", first + 1.0);
+            (self.watch.reached)(&words, share);
             sums
         };
         let chunks: Vec<Sums> = (0..n_samples.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();

@@ -1,6 +1,8 @@
 //! Optima against closed forms.
 
-use bksim_design::{OptimizeWish, Optimized, Source, Watch, optimize};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use bksim_design::{EndOfStart, OptimizeWish, Optimized, Source, Watch, optimize};
 
 fn solved(text: &str) -> Optimized {
     let source = Source { text: text.to_owned(), name: "model".to_owned(), ..Source::default() };
@@ -321,4 +323,44 @@ points = 5"#;
     // Nearest to both least values: x² = a, (1000 − x)² = b, least a² + b² at x = 500; of these points the fourth.
     assert_eq!(front.compromise, 3);
     assert!((found.after - front.points[3].values[0]).abs() < 1e-6);
+}
+
+#[test]
+fn a_search_that_is_stopped_has_the_best_so_far_and_is_resumed_from_there() {
+    let text = arm(RMS).replace("0.2 ms", "5 ms").replace("vary = {", "starts = 4\nvary = {");
+    let whole = solved(&text);
+    let source = Source { text: text.clone(), name: "model".to_owned(), ..Source::default() };
+    let wish = OptimizeWish::of_model(&text).expect("a question");
+    for at in ["start 1, iteration 0", "start 1, iteration 2", "start 3, iteration 1"] {
+        let is_stopped = AtomicBool::new(false);
+        let watch = Watch {
+            stop: &|| is_stopped.load(Ordering::Relaxed),
+            reached: &|words, _| is_stopped.store(words.starts_with(at), Ordering::Relaxed),
+            ..Watch::default()
+        };
+        let stopped = optimize(&source, &wish, watch).unwrap_or_else(|error| panic!("{error}"));
+        let [before, after] = [stopped.before.expect("a value"), stopped.after];
+        assert!(stopped.stopped && after <= before, "{at}: {after} from {before}");
+        assert!(stopped.evaluations < whole.evaluations, "{} evaluations", stopped.evaluations);
+
+        // On from there: the whole answer, with fewer evaluations.
+        let quantities = |end: &EndOfStart| {
+            let one = |(name, value): (&String, &f64)| (name.clone(), value.to_string());
+            end.quantities.iter().map(one).collect()
+        };
+        let from = stopped.ends.iter().map(quantities).collect();
+        let wish = OptimizeWish { from, starts: Some(0), ..wish.clone() };
+        let on = optimize(&source, &wish, Watch::default()).unwrap_or_else(|e| panic!("{e}"));
+        is_close(on.after, whole.after, 1e-9);
+        assert_eq!(on.starts, whole.starts, "as many starts are followed");
+    }
+}
+
+#[test]
+fn a_point_to_begin_from_varies() {
+    let text = arm(RMS).replace("vary = {", "from = [{ mass = \"1 kg\" }]\nvary = {");
+    let wish = OptimizeWish::of_model(&text).expect("a question");
+    let source = Source { text, name: "model".to_owned(), ..Source::default() };
+    let error = optimize(&source, &wish, Watch::default()).expect_err("a fault");
+    assert!(error.to_string().contains("`mass`, which does not vary"), "{error}");
 }

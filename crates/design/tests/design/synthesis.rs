@@ -194,7 +194,7 @@ fn four_poses_have_a_cubic_of_centres() {
 #[test]
 fn three_poses_have_a_pin_for_every_centre() {
     let found = solved(
-        "[synthesize]\ntask = \"poses\"\nposes = [[0, 0, 0], [1, 1, \"30 deg\"], [2, 1, \"75 deg\"]]\ncentres = [[0, -1], [2, -1]]\n",
+        "[synthesize]\ntask = \"poses\"\nposes = [\n  [0, 0, 0], # \"]\"\n  [1, 1, \"30 deg\"],\n  [2, 1, \"75 deg\"],\n]\ncentres = [[0, -1], [2, -1]]\n",
     );
     let numbers = &found.candidates[0].numbers;
     // The same length in all three poses.

@@ -35,18 +35,22 @@ class Design(dict[str, Any]):
 def optimize(
     model: Model | str | os.PathLike[str],
     *,
-    minimize: str | None = None,
+    minimize: str | Sequence[str] | None = None,
     maximize: str | None = None,
     vary: Mapping[str, Sequence[str | float]] | None = None,
     subject_to: Sequence[str] | None = None,
     over: str | None = None,
     cases: Mapping[str, Mapping[str, str | float]] | None = None,
     starts: int | None = None,
+    choose: Mapping[str, Mapping[str, Mapping[str, str | float]]] | None = None,
+    points: int | None = None,
+    resume: Mapping[str, Any] | None = None,
 ) -> Design:
     """Finds values of parameters for which a number of a mechanism is least or largest.
 
     ``model`` is a model, its text, or the path of its file. Without arguments the question is its section
-    ``[optimize]``; with any, they are the whole question.
+    ``[optimize]``; with any, they are the whole question. ``resume`` is an earlier answer to the same question: the search
+    goes on from where its starts are.
 
     Raises ModelError for faults of the model or the question, and where nothing meets the conditions.
     """
@@ -57,7 +61,10 @@ def optimize(
         "subject_to": subject_to,
         "over": over,
         "cases": cases,
-        "starts": starts,
+        "starts": starts if resume is None else 0,
+        "choose": choose,
+        "points": points,
+        "from": None if resume is None else [end["quantities"] for end in resume["ends"]],
     }
     return _answer("optimize", model, question, [])
 

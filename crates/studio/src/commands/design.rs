@@ -12,9 +12,10 @@ use bksim_cli::commands::solve::changes;
 use bksim_cli::exit::{Failure, Status};
 use bksim_cli::output;
 use bksim_cli::output_file::OutputFile;
-use bksim_cli::progress::{Progress, StopWish};
+use bksim_cli::progress::StopWish;
 use bksim_cli::render;
 use bksim_cli::source::{Loaded, Text, load_geometry, read_bytes};
+use bksim_cli::waiting::{searching, waiting};
 use bksim_design::{DataFile, DesignError, FitWish, OptimizeWish, Source, ToleranceWish, Watch};
 use serde::Serialize;
 use serde_json::Value;
@@ -59,19 +60,27 @@ fn failure(source: &Text, error: &DesignError) -> Failure {
 }
 
 impl Asked {
-    /// Asks with progress on a terminal, until a signal comes.
+    /// Asks with words of progress on a terminal, until a signal comes; `None` if that was before there was an answer.
     fn answered<T>(
         &self,
         work: &str,
         ask: impl FnOnce(Watch<'_>) -> Result<T, DesignError>,
-    ) -> Result<T, Failure> {
-        let progress = Progress::of(work, 0.0, 1.0);
+    ) -> Result<Option<T>, Failure> {
         let wish = &self.stop;
         let stop = || wish.status().is_some();
-        let reached = |_: &str, share: f64| progress.reached(share);
-        let found = ask(Watch { stop: &stop, reached: &reached });
-        progress.finish();
-        found.map_err(|error| failure(&self.loaded.source, &error))
+        let found = searching(work, |word| {
+            let reached = |words: &str, share: f64| word.reached(words, share);
+            ask(Watch { stop: &stop, reached: &reached, kept: &|| word.keeps() })
+        });
+        match found {
+            Err(DesignError::Stopped) if stop() => Ok(None),
+            found => found.map(Some).map_err(|error| failure(&self.loaded.source, &error)),
+        }
+    }
+
+    /// Status of a search that was stopped before it had anything.
+    fn ended(&self) -> Result<Status, Failure> {
+        Ok(self.stop.status().unwrap_or(Status::Interrupted))
     }
 
     /// Writes the model of the answer, and prints the answer.
@@ -137,10 +146,32 @@ pub(crate) fn optimize(args: &Optimize, as_json: bool, nesting: usize) -> Result
     wish.over = args.over.clone().or(wish.over);
     wish.starts = args.starts.or(wish.starts);
     asked.source.changes = changes(&args.tuning, asked.loaded.model.solve.t_start)?;
+    if let Some(path) = &args.resume {
+        wish.starts = Some(0);
+        wish.from = ends_of(path)?;
+    }
     let found = asked
         .answered("optimizing", |watch| bksim_design::optimize(&asked.source, &wish, watch))?;
+    let Some(found) = found else { return asked.ended() };
     let text = words::optimized(&asked.source.name, &found);
     asked.told("optimize", &found, &text, Some(&found.model))
+}
+
+/// Where the starts of an earlier answer are, from its `--json`.
+fn ends_of(path: &Path) -> Result<Vec<Vec<(String, String)>>, Failure> {
+    let bytes = read_bytes(path)?;
+    let answer: Value = serde_json::from_slice(&bytes).unwrap_or(Value::Null);
+    let ends = answer["ends"].as_array().into_iter().flatten();
+    let values = |end: &Value| -> Option<Vec<(String, String)>> {
+        let one = |(name, value): (&String, &Value)| (name.clone(), value.to_string());
+        Some(end["quantities"].as_object()?.iter().map(one).collect())
+    };
+    let ends: Option<Vec<_>> = ends.map(values).collect();
+    ends.filter(|ends| !ends.is_empty()).ok_or_else(|| Failure::Input {
+        path: path.to_owned(),
+        what: "has no search to go on with".to_owned(),
+        help: Some("give what `bksim optimize MODEL --json` printed; searches over catalogues and fronts begin again".to_owned()),
+    })
 }
 
 pub(crate) fn fit(args: &Fit, as_json: bool, nesting: usize) -> Result<Status, Failure> {
@@ -167,6 +198,7 @@ pub(crate) fn fit(args: &Fit, as_json: bool, nesting: usize) -> Result<Status, F
     asked.source.changes = changes(&args.tuning, asked.loaded.model.solve.t_start)?;
     let found =
         asked.answered("fitting", |watch| bksim_design::fit(&asked.source, &data, &wish, watch))?;
+    let Some(found) = found else { return asked.ended() };
     let text = words::fitted(&asked.source.name, &found);
     asked.told("fit", &found, &text, Some(&found.model))
 }
@@ -192,6 +224,7 @@ pub(crate) fn tolerance(
     wish.seed = args.seed.or(wish.seed);
     let found =
         asked.answered("sampling", |watch| bksim_design::tolerance(&asked.source, &wish, watch))?;
+    let Some(found) = found else { return asked.ended() };
     let text = words::toleranced(&asked.source.name, &found);
     asked.told("tolerance", &found, &text, None)
 }
@@ -199,7 +232,8 @@ pub(crate) fn tolerance(
 pub(crate) fn synthesize(args: &Synthesize, as_json: bool) -> Result<Status, Failure> {
     let text = String::from_utf8_lossy(&read_bytes(&args.task)?).into_owned();
     let source = Text::new(args.task.clone(), text.clone());
-    let found = bksim_design::synthesize(&text).map_err(|error| failure(&source, &error))?;
+    let found = waiting("looking for linkages", || bksim_design::synthesize(&text))
+        .map_err(|error| failure(&source, &error))?;
     let mut written = Vec::new();
     if let Some(folder) = &args.output {
         std::fs::create_dir_all(folder).map_err(|e| Failure::writing(folder, &e))?;

@@ -8,20 +8,25 @@ use crate::args::analysis::Gradient as Args;
 use crate::commands::solve::changes;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
-use crate::progress::{Progress, StopWish};
+use crate::progress::StopWish;
+use crate::waiting::searching;
 
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let (source, mut model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
     let solve = &mut model.solve;
     changes(&args.tuning, solve.t_start)?.apply(solve);
-    let progress = Progress::of("the run", solve.t_start, solve.t_end);
+    let [t_start, t_end] = [solve.t_start, solve.t_end];
     let stop = StopWish::watch().map_err(|e| Failure::reading(&args.model.model, &e))?;
     let request =
         GradientRequest { of: args.of.clone(), take: args.value.into(), by: args.by.clone() };
-    let watch = Watch { reached: &|_, t| progress.reached(t), stop: &|| stop.status().is_some() };
     let name = model.name.clone();
-    let found = gradient(model, &request, watch).map_err(failed(&source));
-    progress.finish();
+    let found = searching("differentiating", |word| {
+        let reached = |run: &str, t: f64| {
+            word.reached(&format!("{run}, t = {t:.4} s"), (t - t_start) / (t_end - t_start));
+        };
+        let watch = Watch { reached: &reached, stop: &|| stop.status().is_some() };
+        gradient(model, &request, watch).map_err(failed(&source))
+    });
     let Some(found) = found? else { return Ok(stop.status().unwrap_or(Status::Interrupted)) };
     let Answer { command, json, text, .. } = told(&name, &found);
     let content = file.map(|file| {
