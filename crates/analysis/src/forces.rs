@@ -10,7 +10,7 @@
 
 use std::collections::HashSet;
 
-use bksim_expr::{Expr, Pool, SparseJacobian, SymbolId, Tape, TapeError, Workspace};
+use bksim_expr::{Expr, Pool, Runner, SparseJacobian, SymbolId, Tape, TapeError, Workspace};
 use bksim_mbs::coordinate::Coordinate;
 use bksim_mbs::levels::{constraint_acceleration, constraint_velocity};
 use bksim_mbs::system::SymbolicSystem;
@@ -24,7 +24,7 @@ use crate::error::AnalysisError;
 /// The equations of motion as functions of numbers, some parameters among their arguments.
 #[derive(Clone, Debug)]
 pub(crate) struct Forces {
-    tape: Tape,
+    runner: Runner,
     space: Workspace,
     outputs: Vec<f64>,
     /// Shapes and entries of the matrices, in the order of the outputs.
@@ -146,7 +146,7 @@ impl Forces {
         Ok(Self {
             space: tape.workspace(parameters),
             outputs: vec![0.0; tape.n_outputs()],
-            tape,
+            runner: Runner::new(tape, model.solve.jit),
             matrices,
             n,
             kept: kept.to_vec(),
@@ -155,7 +155,7 @@ impl Forces {
 
     /// Gives the parameters that are no arguments other values.
     pub(crate) fn set_parameters(&mut self, parameters: &[f64]) {
-        self.space = self.tape.workspace(parameters);
+        self.space = self.runner.tape().workspace(parameters);
     }
 
     /// Number of coordinates.
@@ -178,7 +178,7 @@ impl Forces {
     /// The equations at a state.
     pub(crate) fn at(&mut self, At { t, q, v, a, lambda, p }: At<'_>) -> ForcesAt {
         let inputs = [&[t], q, v, a, lambda, p].concat();
-        self.tape.evaluate(&mut self.space, &inputs, &mut self.outputs);
+        self.runner.evaluate(&mut self.space, &inputs, &mut self.outputs);
         let (values, mut rest) = self.outputs.split_at(self.n + self.kept.len());
         let mut matrices = self.matrices.iter().map(|shape| {
             let (own, others) = rest.split_at(shape.entries.len());
