@@ -174,10 +174,18 @@ pub struct Curve {
     pub column: String,
     /// The time, or the first driven measure, or the number of the row.
     pub at: Vec<f64>,
+    /// What `at` is: the name of a column, or `row`.
+    pub over: String,
+    /// SI units of `at` and of the column; empty where the table states none.
+    pub units: [String; 2],
     /// SI.
     pub measured: Vec<f64>,
     /// SI.
     pub fitted: Vec<f64>,
+    /// Standard error of the fitted curve, from the covariance of the unknowns.
+    pub standard_error: Vec<f64>,
+    /// Standard deviation of another measurement from the fitted curve.
+    pub prediction_error: Vec<f64>,
 }
 
 /// A compared value.
@@ -365,7 +373,7 @@ pub fn fit(
         stopped: (watch.stop)(),
         iterations: found.n_iterations,
         slopes: if is_exact { "exact" } else { "differences of fourth order" },
-        curves: problem.curves(&found.x, wish),
+        curves: problem.curves(&found, (&covariance, s2), (loss, sigma_known), wish),
         model: source.with_values(&patches)?,
     })
 }

@@ -52,6 +52,11 @@ impl Loss {
         }
     }
 
+    /// The root of the weight of a residual.
+    pub(crate) fn root(self, r: f64) -> f64 {
+        self.of(r).1.sqrt()
+    }
+
     fn sum(self, r: &[f64]) -> f64 {
         r.iter().map(|&r| self.of(r).0).sum()
     }
@@ -103,7 +108,7 @@ pub(crate) fn least(
         };
         let mut weighted = DVector::from_column_slice(&r);
         for (i, &r) in r.iter().enumerate() {
-            let root = loss.of(r).1.sqrt();
+            let root = loss.root(r);
             weighted[i] *= root;
             j.row_mut(i).scale_mut(root);
         }

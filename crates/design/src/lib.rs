@@ -33,4 +33,6 @@ pub use optimize::{
     Choice, ConditionAt, EndOfStart, Front, FrontPoint, OptimizeWish, Optimized, Optimum, optimize,
 };
 pub use synthesis::{Candidate, Synthesis, general_solutions, synthesize};
-pub use tolerance::{Band, Contributor, PoseTolerance, Tolerance, ToleranceWish, tolerance};
+pub use tolerance::{
+    Band, Contributor, PathBand, PoseTolerance, Tolerance, ToleranceWish, tolerance,
+};

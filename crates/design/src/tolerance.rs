@@ -9,10 +9,12 @@
 
 mod fits;
 mod job;
+mod play;
 mod proof;
 
 use std::collections::BTreeMap;
 
+use bksim::Mechanism;
 use bksim::analysis::Drive;
 use bksim::expr::Expr;
 use rand::RngExt;
@@ -26,6 +28,7 @@ use crate::formula::formula;
 use crate::interval::Steps;
 use crate::poses::Poses;
 use crate::spec::{Written, located, section};
+use play::Play;
 
 /// Results that are asked, and the limits of the parts.
 #[derive(Clone, Debug, Default)]
@@ -34,6 +37,8 @@ pub struct ToleranceWish {
     pub of: Vec<String>,
     /// Parameters with limits and, if it is another than that of all, the distribution.
     pub limits: Vec<(String, String, Option<String>)>,
+    /// Pins with play: joints, and how far the centres of pin and hole come apart.
+    pub play: Vec<(String, String)>,
     /// Measures with the values, or ranges, at which poses are asked for; the start of the model without any.
     pub at: Vec<(String, String)>,
     /// `uniform`, `normal` (a third of the limit is the standard deviation) or `triangular`; normal unless given.
@@ -68,6 +73,8 @@ struct Section {
     #[serde(default)]
     limits: BTreeMap<String, Limit>,
     #[serde(default)]
+    play: BTreeMap<String, String>,
+    #[serde(default)]
     at: BTreeMap<String, Written>,
     distribution: Option<String>,
     samples: Option<u64>,
@@ -97,6 +104,7 @@ impl ToleranceWish {
                 Some(Texts::Many(texts)) => texts,
             },
             limits: found.limits.into_iter().map(limit).collect(),
+            play: found.play.into_iter().collect(),
             at: found.at.into_iter().map(|(name, value)| (name, value.text())).collect(),
             distribution: found.distribution,
             samples: found.samples,
@@ -223,6 +231,23 @@ pub struct PoseTolerance {
     pub share_without_assembly: [f64; 2],
     /// By formula.
     pub bands: Vec<Band>,
+    /// Points both of whose coordinates are asked for, `P.x` and `P.y` one after the other, as one pose after another moves them.
+    pub paths: Vec<PathBand>,
+}
+
+/// How far limits move the path of a point aside.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct PathBand {
+    /// The point.
+    pub of: String,
+    /// Its place, m.
+    pub at: [f64; 2],
+    /// Unit vector across the path.
+    pub normal: [f64; 2],
+    /// Half of the linear worst case along the normal, m.
+    pub linear_worst: f64,
+    /// Standard deviation along the normal by slopes, m.
+    pub sigma_linear: f64,
 }
 
 /// The answer.
@@ -287,7 +312,8 @@ pub fn tolerance(
     wish: &ToleranceWish,
     watch: Watch<'_>,
 ) -> Result<Tolerance, DesignError> {
-    if wish.of.is_empty() || wish.limits.is_empty() {
+    let has_parts = !wish.limits.is_empty() || !wish.play.is_empty();
+    if wish.of.is_empty() || !has_parts {
         let message =
             if wish.of.is_empty() { "no result is asked for" } else { "no part has limits" };
         return Err(DesignError::fault(codes::NOTHING_ASKED, message, EXAMPLE));
@@ -295,7 +321,12 @@ pub fn tolerance(
     let names: Vec<String> = wish.limits.iter().map(|(name, ..)| name.clone()).collect();
     let stated = source.stated(&names, true)?;
     let study = source.study(&stated, &[], &["0".to_owned()], true)?;
-    let mechanism = study.mechanism();
+    let mut mechanism = study.mechanism();
+    let mut plays = Vec::new();
+    if !wish.play.is_empty() {
+        plays = play::added(&mut mechanism.model, &wish.play, &source.text)?;
+        mechanism = Mechanism::positions(mechanism.model)?;
+    }
     let model = &mechanism.model;
     let common = wish.distribution.as_deref().unwrap_or("normal");
     let mut parts = Vec::new();
@@ -362,7 +393,14 @@ pub fn tolerance(
         poses: &poses,
         parts: &parts,
         steps: steps(&mechanism, &poses),
-        parameters: &|point: &[f64]| study.parameters_at(point),
+        plays: &plays,
+        parameters: &|point: &[f64]| {
+            let (of_parts, of_plays) = point.split_at(parts.len());
+            let mut parameters = study.parameters_at(of_parts)?;
+            parameters.extend(of_plays);
+            Some(parameters)
+        },
+        paths: if drives.is_empty() { Vec::new() } else { paths_of(&wish.of) },
         n_outputs: outputs.len(),
         seed: wish.seed.unwrap_or(0),
         watch,
@@ -386,6 +424,9 @@ pub fn tolerance(
             Err(DesignError::Stopped) if !found.is_empty() => break,
             bands => bands?,
         };
+        for (path, &k) in bands.paths.iter_mut().zip(&job.paths) {
+            path.of = wish.of[k].trim().trim_end_matches(".x").to_owned();
+        }
         for (band, (text, result)) in bands.bands.iter_mut().zip(wish.of.iter().zip(&results)) {
             band.of.clone_from(text);
             band.unit.clone_from(&result.unit);
@@ -399,6 +440,15 @@ pub fn tolerance(
     Ok(Tolerance { poses: found, samples: n_samples, stopped: (watch.stop)() })
 }
 
+/// Places of `P.x` that `P.y` follows.
+fn paths_of(of: &[String]) -> Vec<usize> {
+    let is_pair = |k: &usize| {
+        let [x, y] = [&of[*k], &of[k + 1]].map(|text| text.trim());
+        x.strip_suffix(".x").is_some_and(|point| y.strip_suffix(".y") == Some(point))
+    };
+    (0..of.len().saturating_sub(1)).filter(is_pair).collect()
+}
+
 fn told(drives: &[Drive], u: &[f64]) -> String {
     let one = |(drive, u): (&Drive, &f64)| {
         format!("{} = {}", drive.name, bksim::model::message::short(*u))
@@ -407,7 +457,7 @@ fn told(drives: &[Drive], u: &[f64]) -> String {
 }
 
 /// Rows, outputs and their slopes for intervals.
-fn steps(mechanism: &bksim::Mechanism, poses: &Poses) -> Option<Steps> {
+fn steps(mechanism: &Mechanism, poses: &Poses) -> Option<Steps> {
     let pool = &mechanism.model.pool;
     let slopes = pool.jacobian(&poses.expressions, &poses.symbols[1..]);
     let entries = slopes.entries.iter().map(|entry| entry.2);
@@ -420,8 +470,11 @@ fn steps(mechanism: &bksim::Mechanism, poses: &Poses) -> Option<Steps> {
 struct Job<'a> {
     poses: &'a Poses,
     parts: &'a [Part],
+    plays: &'a [Play],
+    /// Results that are the abscissa of a point, whose ordinate follows.
+    paths: Vec<usize>,
     steps: Option<Steps>,
-    /// The parameters of the model at values of the parts.
+    /// The parameters of the model at values of the parts and both components of each play.
     parameters: &'a (dyn Fn(&[f64]) -> Option<Vec<f64>> + Sync),
     n_outputs: usize,
     seed: u64,

@@ -15,6 +15,8 @@ pub struct Axis {
     pub scale: Scale,
     /// Ends of the axis; those of the curves, with a margin, unless given.
     pub range: Option<[f64; 2]>,
+    /// Names that stand at 0, 1, 2, … in place of numbers; none of a quantity.
+    pub names: Vec<String>,
 }
 
 /// The relation between numbers and positions along an axis.
@@ -30,7 +32,13 @@ pub enum Scale {
 impl Axis {
     /// A linear axis that is as long as its curves.
     pub fn new(label: &str, unit: &str) -> Self {
-        Self { label: label.to_owned(), unit: unit.to_owned(), scale: Scale::Linear, range: None }
+        Self {
+            label: label.to_owned(),
+            unit: unit.to_owned(),
+            scale: Scale::Linear,
+            range: None,
+            names: Vec::new(),
+        }
     }
 
     /// Quantity and unit, as `angle (rad)`.
@@ -96,6 +104,10 @@ impl Axis {
     }
 
     pub(crate) fn ticks(&self, [low, high]: [f64; 2], max_n: usize) -> Ticks {
+        if !self.names.is_empty() {
+            let values = (0..self.names.len()).map(|k| k as f64).collect();
+            return Ticks { values, labels: self.names.clone(), exponent: 0, offset: None };
+        }
         match self.scale {
             Scale::Linear => Ticks::linear(low, high, max_n),
             Scale::Logarithmic => Ticks::logarithmic(low, high, max_n),

@@ -51,6 +51,8 @@ pub enum Mark {
     Line,
     /// A dot at each of its points.
     Dots,
+    /// A bar from zero to the abscissa of each point, at the height of its ordinate.
+    Bars,
 }
 
 /// Width and height of a picture, in CSS pixels of 1/96 inch.

@@ -21,6 +21,8 @@ const FLATNESS: f64 = 0.05;
 const CURVE_WIDTH: f64 = 1.8;
 /// Diameter of dots, px.
 const DOT_WIDTH: f64 = 4.0;
+/// Width of bars, px.
+const BAR_WIDTH: f64 = 9.0;
 /// Lengths of dashes and gaps, px.
 const DASHES: [&str; 4] = ["", "7 4", "2 3", "8 3 2 3"];
 const FAMILIES: &str = "Ubuntu, 'Segoe UI', 'Helvetica Neue', Arial, sans-serif";
@@ -148,6 +150,7 @@ impl Svg<'_> {
             let path = match curve.mark {
                 Mark::Line => path(&curve.points, layout),
                 Mark::Dots => dots(&curve.points, layout),
+                Mark::Bars => bars(&curve.points, layout),
             };
             let _ = writeln!(
                 self.out,
@@ -169,6 +172,11 @@ impl Svg<'_> {
             );
         }
         let stroke = format!("stroke=\"{color}\" stroke-width=\"{CURVE_WIDTH}\"");
+        if curve.mark == Mark::Bars {
+            return format!(
+                "stroke=\"{color}\" stroke-width=\"{BAR_WIDTH}\" stroke-linecap=\"butt\""
+            );
+        }
         match DASHES[curve.dash % DASHES.len()] {
             "" => stroke,
             // Round ends would fill the gaps.
@@ -187,7 +195,7 @@ impl Svg<'_> {
             let curve = &curves[entry.curve];
             let stroke = self.stroke(curve);
             let key = match curve.mark {
-                Mark::Line => format!("M{} {}h{}", px(x), px(y), px(SAMPLE)),
+                Mark::Line | Mark::Bars => format!("M{} {}h{}", px(x), px(y), px(SAMPLE)),
                 Mark::Dots => {
                     let dot = |part: f64| format!("M{} {}h0", px(x + part * SAMPLE), px(y));
                     [0.1, 0.5, 0.9].map(dot).concat()
@@ -268,6 +276,18 @@ fn dots(points: &[Point], layout: &PanelLayout) -> String {
     }
     drawn.iter().fold(String::new(), |mut path, (x, y)| {
         let _ = write!(path, "M{x} {y}h0");
+        path
+    })
+}
+
+/// Bars from zero as path data.
+fn bars(points: &[Point], layout: &PanelLayout) -> String {
+    let zero = px(layout.x.map.position(0.0));
+    points.iter().fold(String::new(), |mut path, &[x, y]| {
+        let at = [layout.x.map.position(x), layout.y.map.position(y)];
+        if at.iter().all(|value| value.is_finite()) {
+            let _ = write!(path, "M{zero} {}H{}", px(at[1]), px(at[0]));
+        }
         path
     })
 }

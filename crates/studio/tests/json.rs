@@ -7,7 +7,7 @@ use crate::common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 /// Objects keyed by names of the model, written `a.*` in the page.
-const BY_NAME: [&str; 16] = [
+const BY_NAME: [&str; 17] = [
     "q",
     "v",
     "a",
@@ -23,6 +23,7 @@ const BY_NAME: [&str; 16] = [
     "open.null_vectors[]",
     "choices[].rows",
     "front.points[].quantities",
+    "ends[].quantities",
     "front.points[].rows",
 ];
 
@@ -246,11 +247,12 @@ fn the_page_lists_the_keys_that_are_printed() {
     let commands = [
         "optimize swing.toml -o spring.toml",
         "optimize open.toml",
-        "optimize trade.toml",
+        "optimize trade.toml --plot front.svg",
         "optimize rows.toml",
-        "fit swing.toml --data swing.csv -o fitted.toml",
+        "fit swing.toml --data swing.csv -o fitted.toml --plot fitted.png",
         "fit swing.toml --data swing.csv --vary k",
-        "tolerance bar.toml",
+        "tolerance bar.toml --plot parts.svg",
+        "tolerance bar.toml --of crank.B.x --of crank.B.y --play B=0.02mm",
         "tolerance bar.toml --at 'A.angle=250deg'",
         "synthesize lever.toml -o candidates",
         "synthesize three.toml",

@@ -6,6 +6,18 @@ use clap::Args;
 
 use super::{ModelArgs, Tuning, assignment};
 
+/// A picture of the answer.
+#[derive(Args, Debug)]
+pub struct Drawn {
+    /// Draw the answer: the front of two objectives, fitted curves with their bands, what parts contribute, or bands over
+    /// a range. The ending chooses the format (.svg, .png, .pdf).
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+    /// Overwrite existing files.
+    #[arg(long)]
+    pub force: bool,
+}
+
 /// The best values of parameters: an objective, ranges and conditions.
 #[derive(Args, Debug)]
 #[command(after_help = OPTIMIZE_EXAMPLES)]
@@ -37,9 +49,9 @@ pub struct Optimize {
     /// Write the model with the values of the optimum; all else in it stays as it is.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Overwrite an existing file.
-    #[arg(long)]
-    pub force: bool,
+    /// Picture of the front, and whether files are replaced.
+    #[command(flatten)]
+    pub drawn: Drawn,
     /// Settings of every run.
     #[command(flatten)]
     pub tuning: Tuning,
@@ -69,9 +81,9 @@ pub struct Fit {
     /// Write the model with the estimates; all else in it stays as it is.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Overwrite an existing file.
-    #[arg(long)]
-    pub force: bool,
+    /// Picture of the curves with their bands, and whether files are replaced.
+    #[command(flatten)]
+    pub drawn: Drawn,
     /// Settings of every run.
     #[command(flatten)]
     pub tuning: Tuning,
@@ -79,7 +91,7 @@ pub struct Fit {
 
 const FIT_EXAMPLES: &str = "\
 Examples:
-  bksim fit pendulum.toml --data swing.csv -o fitted.toml
+  bksim fit pendulum.toml --data swing.csv -o fitted.toml --plot swing.svg
   bksim fit drive.toml --data up.csv --data down.csv --vary c --json";
 
 /// The effect of limits of lengths on poses: proved bounds, slopes, samples.
@@ -95,6 +107,9 @@ pub struct Tolerance {
     /// Limits of a parameter, besides those of `[tolerance]`: "l1=±0.1 mm".
     #[arg(long, value_name = "NAME=LIMIT", value_parser = assignment)]
     pub limit: Vec<(String, String)>,
+    /// Play of a pin, half of the difference of both diameters, besides that of `[tolerance]`: "B=0.02 mm".
+    #[arg(long, value_name = "JOINT=LENGTH", value_parser = assignment)]
+    pub play: Vec<(String, String)>,
     /// Ask at a position, or at several of a range, in place of `[tolerance]`: "A.angle=0:360 deg:37".
     #[arg(long, value_name = "NAME=VALUES", value_parser = assignment)]
     pub at: Vec<(String, String)>,
@@ -107,11 +122,14 @@ pub struct Tolerance {
     /// Other samples for each seed.
     #[arg(long, value_name = "SEED")]
     pub seed: Option<u64>,
+    /// Picture of contributors or, of several poses, of bands, and whether files are replaced.
+    #[command(flatten)]
+    pub drawn: Drawn,
 }
 
 const TOLERANCE_EXAMPLES: &str = "\
 Examples:
-  bksim tolerance clamp.toml
+  bksim tolerance clamp.toml --plot contributors.svg
   bksim tolerance four_bar.toml --of D.angle --limit 'a=±0.1 mm' --at 'A.angle=40 deg'";
 
 /// Linkages for a task, each a model that solves.

@@ -1,11 +1,12 @@
 //! Compared values of runs, with their slopes.
 
+use bksim::model::file::WrittenUnit;
 use bksim_sweep::{Ending, Monitor, Row};
 use nalgebra::DMatrix;
 
 use super::{Compared, Curve, FitWish, Kind, Problem, Run, names_in};
 use crate::base::Watch;
-use crate::least_squares::Residuals;
+use crate::least_squares::{Found, Loss, Residuals};
 
 /// Places and weights of differences of fourth order.
 const STENCIL: [(f64, f64); 4] =
@@ -237,41 +238,59 @@ impl Problem<'_> {
         (0..points.len()).map(at).collect()
     }
 
-    /// Measured and fitted values.
-    pub(super) fn curves(&self, x: &[f64], wish: &FitWish) -> Vec<Curve> {
+    /// Measured and fitted values, with √(J cov Jᵀ) and what noise adds to it.
+    pub(super) fn curves(
+        &self,
+        found: &Found,
+        (covariance, s2): (&DMatrix<f64>, f64),
+        (loss, is_sigma_known): (Loss, bool),
+        wish: &FitWish,
+    ) -> Vec<Curve> {
+        let noise = if is_sigma_known { 1.0 } else { s2 };
         let mut curves = Vec::new();
+        let mut first = 0;
         for run in &self.runs {
-            let Some(residuals) =
-                run.residuals(&[x.to_vec()], self.n_varied(), self.watch).pop().flatten()
-            else {
-                continue;
-            };
-            let at = match &run.kind {
-                Kind::Motion { .. } => {
-                    ["t", "time"].iter().find_map(|name| run.columns.named(name))
-                }
-                Kind::Positions { .. } => {
-                    let names =
-                        wish.drive.first().map(|(_, text)| names_in(text)).unwrap_or_default();
-                    names.iter().find_map(|name| run.columns.named(name))
-                }
-                Kind::Formulas => ["t", "time"].iter().find_map(|name| run.columns.named(name)),
+            let named = |name: &&str| run.columns.named(name).map(|at| ((*name).to_owned(), at));
+            let over = if let Kind::Positions { .. } = &run.kind {
+                let names = wish.drive.first().map(|(_, text)| names_in(text)).unwrap_or_default();
+                names.iter().find_map(|name| named(&name.as_str()))
+            } else {
+                ["t", "time"].iter().find_map(named)
             };
             for (k, (column, _)) in wish.compare.iter().enumerate() {
-                let own =
-                    || run.compared.iter().zip(&residuals).filter(move |(c, _)| c.formula == k);
+                let own = || run.compared.iter().enumerate().filter(move |(_, c)| c.formula == k);
+                // Of the fitted curve, in standard deviations of the measurement.
+                let variance = |i: usize| {
+                    let row = found.slopes.row(first + i) / loss.root(found.residuals[first + i]);
+                    (&row * covariance * row.transpose())[(0, 0)].max(0.0)
+                };
+                let error =
+                    |more: f64| own().map(|(i, c)| c.sigma * (variance(i) + more).sqrt()).collect();
                 curves.push(Curve {
                     file: run.file.clone(),
                     column: column.clone(),
+                    over: over.as_ref().map_or("row".to_owned(), |(name, _)| name.clone()),
+                    units: [over.as_ref().map(|(_, at)| *at), run.columns.named(column)].map(
+                        |at| {
+                            let unit = at.and_then(|at| run.columns.units[at].as_ref());
+                            unit.map_or_else(String::new, WrittenUnit::si)
+                        },
+                    ),
                     at: own()
-                        .map(|(c, _)| {
-                            at.map_or((c.row + 1) as f64, |at| run.columns.rows[c.row][at])
+                        .map(|(_, c)| {
+                            over.as_ref()
+                                .map_or((c.row + 1) as f64, |(_, at)| run.columns.rows[c.row][*at])
                         })
                         .collect(),
-                    measured: own().map(|(c, _)| c.measured).collect(),
-                    fitted: own().map(|(c, r)| c.measured + r * c.sigma).collect(),
+                    measured: own().map(|(_, c)| c.measured).collect(),
+                    fitted: own()
+                        .map(|(i, c)| c.measured + found.residuals[first + i] * c.sigma)
+                        .collect(),
+                    standard_error: error(0.0),
+                    prediction_error: error(noise),
                 });
             }
+            first += run.compared.len();
         }
         curves
     }

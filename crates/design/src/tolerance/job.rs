@@ -8,10 +8,10 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use super::{Band, Contributor, Job, Part, PoseTolerance};
+use super::{Band, Contributor, Job, Part, PathBand, Play, PoseTolerance};
 use crate::codes;
 use crate::error::DesignError;
-use crate::poses::{Pose, Solver};
+use crate::poses::{Outputs, Pose, Solver};
 use crate::sqp::Problem;
 
 /// Samples with generators of their own.
@@ -55,16 +55,21 @@ impl Job<'_> {
         for k in 0..self.n_outputs {
             let nominal = here.values[k];
             let slopes: Vec<f64> = by_parts.row(k).iter().copied().collect();
-            let linear: Vec<f64> =
-                self.parts.iter().zip(&slopes).map(|(p, s)| (s * p.half()).abs()).collect();
-            let sigma_of = |part: &Part, linear: f64| linear * part.spread.sigma();
-            let worst: f64 = linear.iter().sum();
-            let variance: f64 =
-                self.parts.iter().zip(&linear).map(|(p, l)| sigma_of(p, *l).powi(2)).sum();
+            let turned = |play: &Play| [0, 1].map(|axis| here.by_p[(k, play.place + axis)]);
+            let of_plays: Vec<[f64; 2]> = self.plays.iter().map(turned).collect();
+            let mut contributors = self.contributors(&slopes, &of_plays);
+            let worst: f64 = contributors.iter().map(|c| c.linear).sum();
+            let variances: Vec<f64> =
+                self.sigmas(&contributors).map(|sigma| sigma * sigma).collect();
+            let variance: f64 = variances.iter().sum();
+            for (one, own) in contributors.iter_mut().zip(&variances) {
+                one.percent_of_worst = 100.0 * one.linear / worst;
+                one.percent_of_variance = 100.0 * own / variance;
+            }
             let shift: f64 =
                 self.parts.iter().zip(&slopes).map(|(p, s)| s * (p.middle() - p.nominal)).sum();
             let linear_interval = [nominal + shift - worst, nominal + shift + worst];
-            let ends = self.ends(&mut solver, pose, k);
+            let ends = self.ends(&mut solver, pose, (k, &of_plays));
             if ends.is_open {
                 assembles = Some(false);
             } else if ends.proved && assembles.is_none() {
@@ -78,23 +83,13 @@ impl Job<'_> {
             let sigma = variance_found.sqrt();
             let skewness = (s3 / m - 3.0 * mean * s2 / m + 2.0 * mean.powi(3)) / sigma.powi(3);
             let ratio = (linear_interval[1] - linear_interval[0]) / (exact[1] - exact[0]);
-            let contributors = self.parts.iter().enumerate().map(|(i, part)| Contributor {
-                name: part.name.clone(),
-                unit: part.unit.clone(),
-                limits: part.limits,
-                distribution: part.spread.word(),
-                sensitivity: slopes[i],
-                linear: linear[i],
-                percent_of_worst: 100.0 * linear[i] / worst,
-                percent_of_variance: 100.0 * sigma_of(part, linear[i]).powi(2) / variance,
-            });
             bands.push(Band {
                 of: String::new(),
                 unit: String::new(),
                 nominal,
                 linear_worst: worst,
                 linear_interval,
-                rss: linear.iter().map(|l| l * l).sum::<f64>().sqrt(),
+                rss: contributors.iter().map(|c| c.linear * c.linear).sum::<f64>().sqrt(),
                 sigma_linear: variance.sqrt(),
                 exact_interval: exact,
                 exact_at: ends.at,
@@ -104,15 +99,72 @@ impl Job<'_> {
                 sigma: [sigma, sigma / (2.0 * m).sqrt()],
                 skewness,
                 sampled: [least, most],
-                contributors: contributors.collect(),
+                contributors,
             });
         }
         let share_without_assembly = [share, (share * (1.0 - share) / n).sqrt()];
-        Ok(PoseTolerance { at, assembles, share_without_assembly, bands })
+        let paths = self.paths.iter().map(|&k| self.path(&here, &by_parts, k)).collect();
+        Ok(PoseTolerance { at, assembles, share_without_assembly, bands, paths })
     }
 
+    /// Parts and plays with what they do to a result of these slopes.
+    fn contributors(&self, slopes: &[f64], of_plays: &[[f64; 2]]) -> Vec<Contributor> {
+        let part = |(part, &slope): (&Part, &f64)| Contributor {
+            name: part.name.clone(),
+            unit: part.unit.clone(),
+            limits: part.limits,
+            distribution: part.spread.word(),
+            sensitivity: slope,
+            linear: (slope * part.half()).abs(),
+            percent_of_worst: 0.0,
+            percent_of_variance: 0.0,
+        };
+        let play = |(play, [x, y]): (&Play, &[f64; 2])| Contributor {
+            name: format!("{} (play)", play.name),
+            unit: "m".to_owned(),
+            limits: [-play.reach, play.reach],
+            distribution: "play",
+            sensitivity: x.hypot(*y),
+            linear: x.hypot(*y) * play.reach,
+            percent_of_worst: 0.0,
+            percent_of_variance: 0.0,
+        };
+        let of_parts = self.parts.iter().zip(slopes).map(part);
+        of_parts.chain(self.plays.iter().zip(of_plays).map(play)).collect()
+    }
+
+    /// Their standard deviations by slopes; a component of a place in a disc has half of its radius.
+    fn sigmas<'c>(&self, contributors: &'c [Contributor]) -> impl Iterator<Item = f64> + 'c {
+        let of_parts = self.parts.iter().map(|part| part.spread.sigma());
+        let parts: Vec<f64> = of_parts.chain(self.plays.iter().map(|_| 0.5)).collect();
+        contributors.iter().zip(parts).map(|(one, part)| one.linear * part)
+    }
+
+    /// The band across the path of the point whose coordinates are two results.
+    fn path(&self, here: &Outputs, by_parts: &DMatrix<f64>, k: usize) -> PathBand {
+        let [dx, dy] = [0, 1].map(|axis| here.by_u[(k + axis, 0)]);
+        let length = dx.hypot(dy);
+        let normal = [-dy / length, dx / length];
+        let across = |of: &dyn Fn(usize) -> f64| normal[0] * of(k) + normal[1] * of(k + 1);
+        let slopes: Vec<f64> =
+            (0..self.parts.len()).map(|part| across(&|row| by_parts[(row, part)])).collect();
+        let turned =
+            |play: &Play| [0, 1].map(|axis| across(&|row| here.by_p[(row, play.place + axis)]));
+        let of_plays: Vec<[f64; 2]> = self.plays.iter().map(turned).collect();
+        let contributors = self.contributors(&slopes, &of_plays);
+        PathBand {
+            of: String::new(),
+            at: [here.values[k], here.values[k + 1]],
+            normal,
+            linear_worst: contributors.iter().map(|c| c.linear).sum(),
+            sigma_linear: self.sigmas(&contributors).map(|sigma| sigma * sigma).sum::<f64>().sqrt(),
+        }
+    }
+
+    /// Nominal values of the parts, and pins in the middles of their holes.
     pub(super) fn nominal(&self) -> Vec<f64> {
-        self.parts.iter().map(|part| part.nominal).collect()
+        let parts = self.parts.iter().map(|part| part.nominal);
+        parts.chain(vec![0.0; 2 * self.plays.len()]).collect()
     }
 
     /// Derivatives of all parameters by the parts.
@@ -144,10 +196,11 @@ impl Job<'_> {
         Ok(by)
     }
 
-    /// The corner with these ends of the limits.
+    /// The corner with these ends of the limits, pins in the middles of their holes.
     pub(super) fn corner(&self, is_upper: &dyn Fn(usize) -> bool) -> Vec<f64> {
         let end = |(k, part): (usize, &Part)| part.nominal + part.limits[usize::from(is_upper(k))];
-        self.parts.iter().enumerate().map(end).collect()
+        let parts = self.parts.iter().enumerate().map(end);
+        parts.chain(vec![0.0; 2 * self.plays.len()]).collect()
     }
 
     fn value(
@@ -163,9 +216,15 @@ impl Job<'_> {
     }
 
     /// The ends of a result over the box.
-    fn ends(&self, solver: &mut Solver<'_>, pose: &Pose, k: usize) -> Ends {
+    fn ends(
+        &self,
+        solver: &mut Solver<'_>,
+        pose: &Pose,
+        (k, of_plays): (usize, &[[f64; 2]]),
+    ) -> Ends {
         // By the signs of all slopes, where they are proved.
-        if let Some(signs) = self.signs(pose, k) {
+        let signs = if self.plays.is_empty() { self.signs(pose, k) } else { None };
+        if let Some(signs) = signs {
             let of = |turn: bool| {
                 let is_upper = |part: usize| (signs[part] > 0.0) != turn;
                 let point = self.corner(&is_upper);
@@ -186,18 +245,26 @@ impl Job<'_> {
                 };
             }
         }
-        self.searched(solver, pose, k)
+        self.searched(solver, pose, (k, of_plays))
     }
 
     /// Corners and poses where the assembly ends, then a search from the best of them.
-    fn searched(&self, solver: &mut Solver<'_>, pose: &Pose, k: usize) -> Ends {
+    fn searched(
+        &self,
+        solver: &mut Solver<'_>,
+        pose: &Pose,
+        (k, of_plays): (usize, &[[f64; 2]]),
+    ) -> Ends {
         let n = self.parts.len();
         let mut ends = [(f64::INFINITY, None), (f64::NEG_INFINITY, None)];
         let mut is_open = false;
         let mut rng = Pcg64Mcg::seed_from_u64(self.seed);
         let n_corners = if n <= 10 { 1usize << n } else { 1024 };
-        for tried in 0..n_corners + 64 {
-            let point = if tried < n_corners && n <= 10 {
+        // Pins on that side of their holes which makes the result small, then large.
+        let n_sides = if self.plays.is_empty() { 1 } else { 2 };
+        for tried in 0..(n_corners + 64) * n_sides {
+            let (tried, is_large) = (tried / n_sides, tried % n_sides == 1);
+            let mut point = if tried < n_corners && n <= 10 {
                 self.corner(&|part| tried >> part & 1 == 1)
             } else {
                 let random: Vec<bool> = (0..n).map(|_| rng.random()).collect();
@@ -205,6 +272,12 @@ impl Job<'_> {
             };
             if (self.watch.stop)() {
                 break;
+            }
+            for (i, (play, [x, y])) in self.plays.iter().zip(of_plays).enumerate() {
+                let reach = if is_large { play.reach } else { -play.reach };
+                let size = x.hypot(*y).max(f64::MIN_POSITIVE);
+                point[n + 2 * i] = reach * x / size;
+                point[n + 2 * i + 1] = reach * y / size;
             }
             let Some(p) = (self.parameters)(&point) else { continue };
             let end = match solver.follow(pose, &p, &pose.u) {
@@ -215,7 +288,8 @@ impl Job<'_> {
                 }
             };
             let value = solver.raw(&end.q, &end.p, &end.u).2[k];
-            let words: Vec<&'static str> = if end.p == p {
+            let is_corner = end.p == p && self.plays.is_empty();
+            let words: Vec<&'static str> = if is_corner {
                 (0..n).map(|i| if point[i] > self.parts[i].middle() { "+" } else { "-" }).collect()
             } else {
                 Vec::new()
@@ -261,11 +335,13 @@ impl Job<'_> {
             let q: Vec<f64> = (0..n)
                 .map(|i| from.q[i] + (x[i] - 0.5) * 2.0 * range * poses.unit_of_q(i))
                 .collect();
-            let parts = self.parts.iter().zip(&x[n..]);
-            let parts: Vec<f64> = parts
-                .map(|(part, x)| part.nominal + part.limits[0] + x * 2.0 * part.half())
-                .collect();
-            (q, parts)
+            let (of_parts, of_plays) = x[n..].split_at(self.parts.len());
+            let parts = self.parts.iter().zip(of_parts);
+            let parts =
+                parts.map(|(part, x)| part.nominal + part.limits[0] + x * 2.0 * part.half());
+            let aside = |(i, x): (usize, &f64)| (2.0 * x - 1.0) * self.plays[i / 2].reach;
+            let plays = of_plays.iter().enumerate().map(aside);
+            (q, parts.chain(plays).collect::<Vec<f64>>())
         };
         let evaluate = |points: &[Vec<f64>]| -> Vec<Option<Vec<f64>>> {
             let mut solver = poses.solver();
@@ -273,7 +349,12 @@ impl Job<'_> {
                 let (q, parts) = unscaled(x);
                 let p = (self.parameters)(&parts)?;
                 let (rows, determinant, outputs) = solver.raw(&q, &p, &nominal.u);
-                Some([&[sign * outputs[k]][..], &rows, &[side * determinant]].concat())
+                // A pin stays in its hole.
+                let within = x[n + self.parts.len()..]
+                    .chunks(2)
+                    .map(|at| 1.0 - (2.0 * at[0] - 1.0).powi(2) - (2.0 * at[1] - 1.0).powi(2));
+                let within: Vec<f64> = within.collect();
+                Some([&[sign * outputs[k]][..], &rows, &[side * determinant], &within].concat())
             };
             points.iter().map(one).collect()
         };
@@ -284,10 +365,16 @@ impl Job<'_> {
             let share = if whole == 0.0 { 0.0 } else { (moved / whole).clamp(0.0, 1.0) };
             (part.nominal + share * whole - part.nominal - part.limits[0]) / (2.0 * part.half())
         };
-        let start: Vec<f64> =
-            vec![0.5; n].into_iter().chain(self.parts.iter().zip(point).map(reached)).collect();
+        let aside = |(i, play): (usize, &Play)| {
+            [0, 1].map(|axis| 0.5 + 0.5 * from.p[self.plays[i].place + axis] / play.reach)
+        };
+        let start: Vec<f64> = vec![0.5; n]
+            .into_iter()
+            .chain(self.parts.iter().zip(point).map(reached))
+            .chain(self.plays.iter().enumerate().flat_map(aside))
+            .collect();
         let problem = Problem {
-            n: n + self.parts.len(),
+            n: n + self.parts.len() + 2 * self.plays.len(),
             n_goals: 1,
             n_equal: n,
             evaluate: &evaluate,
@@ -318,11 +405,14 @@ impl Job<'_> {
                 if (self.watch.stop)() {
                     return sums;
                 }
-                let point: Vec<f64> = self
+                let mut point: Vec<f64> = self
                     .parts
                     .iter()
                     .map(|part| part.middle() + part.half() * part.spread.sample(&mut rng))
                     .collect();
+                for play in self.plays {
+                    point.extend(Play::sample(&mut rng).map(|part| part * play.reach));
+                }
                 sums.n += 1;
                 let p = (self.parameters)(&point);
                 let found = p.and_then(|p| solver.follow(pose, &p, &pose.u).ok());

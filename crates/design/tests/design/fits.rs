@@ -232,3 +232,57 @@ sigma = { F = "0.15 N" }
     let s2 = fixture["values"]["s2"].as_f64().expect("a number") / 0.15 / 0.15;
     assert!((found.s2 - s2).abs() < 1e-8 * s2, "{} for {s2}", found.s2);
 }
+
+#[test]
+fn bands_hold_what_is_measured_again() {
+    // y = m·x + b with known noise: the classical variance of the fitted line.
+    let text = "[parameters]\nm = 1.0\n[bodies.unused]\nmass = 1\n[joints.J]\ntype = \"revolute\"\nbetween = [\"ground\", \"unused\"]\n\
+        [fit]\nvary = [\"m\"]\nunknowns = { b = 0 }\ncompare = { y = \"m*x + b\" }\nsigma = { y = 0.2 }\n";
+    let xs: Vec<f64> = (0..21).map(f64::from).collect();
+    let rows = xs.iter().map(|x| format!("{x},{}\n", 2.0 * x + 1.0 + 0.2 * (7.0 * x).sin()));
+    let table = format!("x,y\n{}", rows.collect::<String>());
+    let file = DataFile { name: "line.csv".to_owned(), text: table, ..DataFile::default() };
+    let found = solved(text, &[file]);
+    let curve = &found.curves[0];
+    // σ² (1/n + (x − x̄)²/Sxx); another measurement has σ² more.
+    let sxx: f64 = xs.iter().map(|x| (x - 10.0).powi(2)).sum();
+    for (k, x) in xs.iter().enumerate() {
+        let variance = 0.04 * (1.0 / 21.0 + (x - 10.0).powi(2) / sxx);
+        let [fitted, another] = [curve.standard_error[k], curve.prediction_error[k]];
+        assert!((fitted - variance.sqrt()).abs() < 1e-9, "{fitted} at {x}");
+        assert!((another - (variance + 0.04).sqrt()).abs() < 1e-9, "{another} at {x}");
+    }
+}
+
+#[test]
+fn true_values_are_within_their_errors_as_often_as_stated() {
+    use rand::{RngExt, SeedableRng};
+    let text = "[parameters]\nm = 1.0\nc = 1.0\nFc = 0.1\n[bodies.unused]\nmass = 1\n[joints.J]\ntype = \"revolute\"\nbetween = [\"ground\", \"unused\"]\n\
+        [fit]\nvary = [\"m\", \"c\", \"Fc\"]\nunknowns = { off = 0 }\ncompare = { F = \"m*a + c*v + Fc*tanh(20*v) + off\" }\n";
+    let truth = [("m", 1.7), ("c", 0.6), ("Fc", 0.35), ("off", -0.2)];
+    let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(7);
+    let mut normal = || {
+        let (u, v) = (1.0 - rng.random::<f64>(), rng.random::<f64>());
+        (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+    };
+    let mut n_within = [0; 4];
+    for _ in 0..200 {
+        let row = |t: f64, noise: f64| {
+            let (v, a) = ((1.3 * t).sin() + 0.4 * (2.9 * t).cos(), 1.3 * (1.3 * t).cos());
+            let force = 1.7 * a + 0.6 * v + 0.35 * (20.0 * v).tanh() - 0.2 + 0.3 * noise;
+            format!("{v},{a},{force}\n")
+        };
+        let rows: String = (0..40).map(|k| row(0.2 * f64::from(k), normal())).collect();
+        let text_of = format!("v,a,F\n{rows}");
+        let file = DataFile { name: "run.csv".to_owned(), text: text_of, ..DataFile::default() };
+        let found = solved(text, &[file]);
+        for (n, (name, exact)) in n_within.iter_mut().zip(truth) {
+            let unknown = of(&found, name);
+            let error = unknown.standard_error.expect("found");
+            // Student's 95 % for 36 degrees of freedom.
+            *n += i32::from((unknown.estimate - exact).abs() < 2.028 * error);
+        }
+    }
+    // 190 of 200 by three of their standard deviations.
+    assert!(n_within.iter().all(|n| (180..=199).contains(n)), "{n_within:?}");
+}

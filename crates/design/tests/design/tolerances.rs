@@ -176,3 +176,79 @@ fn letters_of_fits_are_limits() {
     // 60 mm H7 and 180 mm g6, from published tables.
     assert_eq!([of("a"), of("d")], [[0.0, 30.0], [-39.0, -14.0]]);
 }
+
+/// The angle of the rocker for a crank pin aside by `d`, by the intersection of two circles.
+fn rocker(phi: f64, [dx, dy]: [f64; 2]) -> f64 {
+    let (b, c, ground) = (0.17_f64, 0.12_f64, 0.18_f64);
+    let at = [0.06 * phi.cos() + dx - ground, 0.06 * phi.sin() + dy];
+    let far = at[0].hypot(at[1]);
+    at[1].atan2(at[0]) - ((far * far + c * c - b * b) / (2.0 * far * c)).acos()
+}
+
+#[test]
+fn play_of_a_pin_is_a_link_in_any_direction() {
+    let limits = "limits = { a = \"±0.1 mm\", b = \"±0.2 mm\", c = \"±0.15 mm\", d = \"±0.3 mm\" }";
+    let text = FOUR_BAR.replace(limits, "play = { B = \"0.5 mm\" }").replace("10000", "40000");
+    let found = solved(&text);
+    let band = &found.poses[0].bands[0];
+    let (reach, phi) = (0.5e-3, 0.9);
+    let of = |d: [f64; 2]| rocker(phi, d);
+    // Slopes by differences, ends by all directions, and the refinement of the best.
+    let slope = |h: f64| [[h, 0.0], [0.0, h]].map(|[x, y]| (of([x, y]) - of([-x, -y])) / (2.0 * h));
+    let [x, y] = slope(1e-6);
+    let expected = [band.linear_worst, reach * x.hypot(y)];
+    assert!((expected[0] - expected[1]).abs() < 1e-9, "{expected:?}");
+    let at = |turn: f64| of([reach * turn.cos(), reach * turn.sin()]);
+    let best = |sign: f64| {
+        let angle = |k: i32| f64::from(k) * std::f64::consts::TAU / 20_000.0;
+        (0..20_000).map(|k| sign * at(angle(k))).fold(f64::NEG_INFINITY, f64::max) * sign
+    };
+    for (end, exact) in band.exact_interval.into_iter().zip([best(-1.0), best(1.0)]) {
+        assert!((end - exact).abs() < 1e-10, "{end} for {exact}");
+    }
+    assert!(!band.proved && !band.linear_fails, "{band:?}");
+    // A place in a disc: a quarter of the square of its radius along any line.
+    let sigma = 0.5 * band.linear_worst;
+    assert!((band.sigma_linear / sigma - 1.0).abs() < 1e-12, "{band:?}");
+    assert!((band.sigma[0] - sigma).abs() < 4.0 * band.sigma[1] + 1e-3 * sigma, "{band:?}");
+    assert!(band.exact_interval[0] < band.sampled[0] && band.sampled[1] < band.exact_interval[1]);
+
+    // With the parts, worst cases add up; the pin's name is that of its joint.
+    let both = solved(&FOUR_BAR.replace("distribution", "play = { B = \"0.5 mm\" }\ndistribution"));
+    let parts = solved(FOUR_BAR);
+    let [both, parts] = [&both, &parts].map(|found| &found.poses[0].bands[0]);
+    assert!((both.linear_worst - parts.linear_worst - band.linear_worst).abs() < 1e-12);
+    assert_eq!(both.contributors.last().map(|c| c.name.as_str()), Some("B (play)"));
+    assert!(both.exact_interval[0] < parts.exact_interval[0]);
+}
+
+#[test]
+fn play_that_is_none_is_refused() {
+    for (play, words) in [
+        ("X = \"0.1 mm\"", "no joint `X`"),
+        ("B = \"0.1\"", "no play of `B`"),
+        ("B = \"-0.1 mm\"", "no play of `B`"),
+    ] {
+        let text = FOUR_BAR.replace("distribution", &format!("play = {{ {play} }}\ndistribution"));
+        let source = Source { text: text.clone(), name: "model".to_owned(), ..Source::default() };
+        let wish = ToleranceWish::of_model(&text).expect("a question");
+        let error = tolerance(&source, &wish, Watch::default()).expect_err("a fault");
+        assert!(error.to_string().contains(words), "{error}");
+    }
+}
+
+#[test]
+fn a_path_has_a_band_across_it() {
+    let text = FOUR_BAR
+        .replace("of = \"rocker.angle\"", "of = [\"crank.B.x\", \"crank.B.y\"]")
+        .replace("\"0.9 rad\"", "\"0:270 deg:4\"")
+        .replace("10000", "50");
+    let found = solved(&text);
+    for pose in &found.poses {
+        // The pin of the crank is on a circle: across it is along the crank.
+        let band = &pose.paths[0];
+        assert_eq!(band.of, "crank.B");
+        assert!((band.linear_worst - 0.1e-3).abs() < 1e-12, "{band:?}");
+        assert!((band.at[0].hypot(band.at[1]) - 0.06).abs() < 1e-12, "{band:?}");
+    }
+}

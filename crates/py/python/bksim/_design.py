@@ -113,10 +113,12 @@ def tolerance(
     distribution: str | None = None,
     samples: int | None = None,
     seed: int | None = None,
+    play: Mapping[str, str] | None = None,
 ) -> Design:
     """Finds what limits of lengths do to positions: slopes, proved bounds, samples.
 
-    Without arguments the question is the section ``[tolerance]`` of the model.
+    Without arguments the question is the section ``[tolerance]`` of the model. ``play`` has pins by the names of their
+    joints: how far the centres of pin and hole come apart.
 
     Raises ModelError for faults of the model or the question, and for poses that are not reached.
     """
@@ -127,6 +129,7 @@ def tolerance(
         "distribution": distribution,
         "samples": samples,
         "seed": seed,
+        "play": play,
     }
     return _answer("tolerance", model, question, [])
 

@@ -1,13 +1,14 @@
 //! `bksim optimize`, `fit`, `tolerance` and `synthesize`: from arguments to questions of `bksim_design`, and answers in
 //! words.
 
+mod figure;
 mod words;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use bksim_cli::args::ModelArgs;
-use bksim_cli::args::design::{Fit, Optimize, Synthesize, Tolerance};
+use bksim_cli::args::design::{Drawn, Fit, Optimize, Synthesize, Tolerance};
 use bksim_cli::commands::solve::changes;
 use bksim_cli::exit::{Failure, Status};
 use bksim_cli::output;
@@ -17,28 +18,39 @@ use bksim_cli::render;
 use bksim_cli::source::{Loaded, Text, load_geometry, read_bytes};
 use bksim_cli::waiting::{searching, waiting};
 use bksim_design::{DataFile, DesignError, FitWish, OptimizeWish, Source, ToleranceWish, Watch};
+use bksim_plot::{Figure, Format, Theme};
 use serde::Serialize;
 use serde_json::Value;
+
+use super::plot::{picture, put};
 
 /// A model and the question it states, ready to be asked.
 struct Asked {
     loaded: Loaded,
     source: Source,
     file: Option<OutputFile>,
+    picture: Option<(OutputFile, Format)>,
     stop: StopWish,
     as_json: bool,
 }
 
 fn asked(
     model: &ModelArgs,
-    (output, force): (Option<&Path>, bool),
+    (output, drawn): (Option<&Path>, &Drawn),
     (as_json, nesting): (bool, usize),
 ) -> Result<Asked, Failure> {
     let loaded = load_geometry(model, nesting)?;
     let file = output.map(|path| {
-        OutputFile::plan(path, ("model", &[model.model.as_path()]), force, "nothing was computed")
+        OutputFile::plan(
+            path,
+            ("model", &[model.model.as_path()]),
+            drawn.force,
+            "nothing was computed",
+        )
     });
     let file = file.transpose()?;
+    let plan = |path: &PathBuf| picture(path, std::slice::from_ref(&model.model), drawn.force);
+    let picture = drawn.plot.as_ref().map(plan).transpose()?;
     let stop = StopWish::watch().map_err(|e| {
         Failure::file(&model.model, format!("is not read: signals cannot be handled: {e}"), None)
     })?;
@@ -49,7 +61,7 @@ fn asked(
         nesting: Some(nesting),
         ..Source::default()
     };
-    Ok(Asked { loaded, source, file, stop, as_json })
+    Ok(Asked { loaded, source, file, picture, stop, as_json })
 }
 
 fn failure(source: &Text, error: &DesignError) -> Failure {
@@ -89,7 +101,7 @@ impl Asked {
         command: &str,
         found: &impl Serialize,
         text: &str,
-        model: Option<&str>,
+        (model, figure): (Option<&str>, Option<Figure>),
     ) -> Result<Status, Failure> {
         let status = self.stop.status().unwrap_or(Status::Done);
         let mut written = None;
@@ -97,16 +109,24 @@ impl Asked {
             write(file, model)?;
             written = Some(file.path().display().to_string());
         }
+        let mut drawn = None;
+        if let (Some((file, format)), Some(figure)) = (&self.picture, figure) {
+            let failed =
+                |error| Failure::file(file.path(), format!("cannot be drawn: {error}"), None);
+            put(file, &figure.render(*format, None, &Theme::LIGHT).map_err(failed)?)?;
+            drawn = Some(file.path().display().to_string());
+        }
         if self.as_json {
             let mut body = serde_json::to_value(found).unwrap_or(Value::Null);
             body["model"] = self.source.name.as_str().into();
             body["output"] = written.into();
+            body["plot"] = drawn.into();
             body["diagnostics"] = render::json_all(&self.loaded.source, &self.loaded.warnings);
             output::json(command, body)?;
         } else {
             render::print_all(&self.loaded.source, &self.loaded.warnings);
             output::text(text)?;
-            if let Some(name) = written {
+            for name in [written, drawn].into_iter().flatten() {
                 output::report(&format!("wrote {name}"))?;
             }
         }
@@ -121,7 +141,7 @@ fn write(file: &OutputFile, text: &str) -> Result<(), Failure> {
 }
 
 pub(crate) fn optimize(args: &Optimize, as_json: bool, nesting: usize) -> Result<Status, Failure> {
-    let mut asked = asked(&args.model, (args.output.as_deref(), args.force), (as_json, nesting))?;
+    let mut asked = asked(&args.model, (args.output.as_deref(), &args.drawn), (as_json, nesting))?;
     let fault = |error: DesignError| failure(&asked.loaded.source, &error);
     let mut wish = OptimizeWish::of_model(&asked.source.text).map_err(fault)?;
     if args.minimize.is_some() || args.maximize.is_some() {
@@ -146,6 +166,11 @@ pub(crate) fn optimize(args: &Optimize, as_json: bool, nesting: usize) -> Result
     wish.over = args.over.clone().or(wish.over);
     wish.starts = args.starts.or(wish.starts);
     asked.source.changes = changes(&args.tuning, asked.loaded.model.solve.t_start)?;
+    if args.drawn.plot.is_some() && wish.against.is_none() {
+        let help =
+            "minimize a list of two outputs, or leave out --plot: `bksim plot` draws motions";
+        return Err(Failure::usage("one objective has no front to draw", help));
+    }
     if let Some(path) = &args.resume {
         wish.starts = Some(0);
         wish.from = ends_of(path)?;
@@ -154,7 +179,8 @@ pub(crate) fn optimize(args: &Optimize, as_json: bool, nesting: usize) -> Result
         .answered("optimizing", |watch| bksim_design::optimize(&asked.source, &wish, watch))?;
     let Some(found) = found else { return asked.ended() };
     let text = words::optimized(&asked.source.name, &found);
-    asked.told("optimize", &found, &text, Some(&found.model))
+    let figure = figure::front(&asked.source.name, &found);
+    asked.told("optimize", &found, &text, (Some(&found.model), figure))
 }
 
 /// Where the starts of an earlier answer are, from its `--json`.
@@ -175,7 +201,7 @@ fn ends_of(path: &Path) -> Result<Vec<Vec<(String, String)>>, Failure> {
 }
 
 pub(crate) fn fit(args: &Fit, as_json: bool, nesting: usize) -> Result<Status, Failure> {
-    let mut asked = asked(&args.model, (args.output.as_deref(), args.force), (as_json, nesting))?;
+    let mut asked = asked(&args.model, (args.output.as_deref(), &args.drawn), (as_json, nesting))?;
     let fault = |error: DesignError| failure(&asked.loaded.source, &error);
     let mut wish = FitWish::of_model(&asked.source.text).map_err(fault)?;
     for vary in &args.vary {
@@ -200,7 +226,8 @@ pub(crate) fn fit(args: &Fit, as_json: bool, nesting: usize) -> Result<Status, F
         asked.answered("fitting", |watch| bksim_design::fit(&asked.source, &data, &wish, watch))?;
     let Some(found) = found else { return asked.ended() };
     let text = words::fitted(&asked.source.name, &found);
-    asked.told("fit", &found, &text, Some(&found.model))
+    let figure = figure::fitted(&asked.source.name, &found);
+    asked.told("fit", &found, &text, (Some(&found.model), Some(figure)))
 }
 
 pub(crate) fn tolerance(
@@ -208,13 +235,17 @@ pub(crate) fn tolerance(
     as_json: bool,
     nesting: usize,
 ) -> Result<Status, Failure> {
-    let asked = asked(&args.model, (None, false), (as_json, nesting))?;
+    let asked = asked(&args.model, (None, &args.drawn), (as_json, nesting))?;
     let fault = |error: DesignError| failure(&asked.loaded.source, &error);
     let mut wish = ToleranceWish::of_model(&asked.source.text).map_err(fault)?;
     wish.of.extend(args.of.iter().cloned());
     for (name, limit) in &args.limit {
         wish.limits.retain(|(known, ..)| known != name);
         wish.limits.push((name.clone(), limit.clone(), None));
+    }
+    for (name, play) in &args.play {
+        wish.play.retain(|(known, _)| known != name);
+        wish.play.push((name.clone(), play.clone()));
     }
     if !args.at.is_empty() {
         wish.at.clone_from(&args.at);
@@ -226,7 +257,8 @@ pub(crate) fn tolerance(
         asked.answered("sampling", |watch| bksim_design::tolerance(&asked.source, &wish, watch))?;
     let Some(found) = found else { return asked.ended() };
     let text = words::toleranced(&asked.source.name, &found);
-    asked.told("tolerance", &found, &text, None)
+    let figure = figure::toleranced(&asked.source.name, &found);
+    asked.told("tolerance", &found, &text, (None, Some(figure)))
 }
 
 pub(crate) fn synthesize(args: &Synthesize, as_json: bool) -> Result<Status, Failure> {

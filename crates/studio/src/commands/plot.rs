@@ -215,7 +215,11 @@ fn reading_of(args: &Plot, path: &Path) -> ReadingArgs {
 }
 
 /// The file, and the format that its name asks for; refuses names that cannot be written.
-fn picture(path: &Path, read: &[PathBuf], force: bool) -> Result<(OutputFile, Format), Failure> {
+pub(super) fn picture(
+    path: &Path,
+    read: &[PathBuf],
+    force: bool,
+) -> Result<(OutputFile, Format), Failure> {
     let format = format(path)?;
     Ok((planned(path, read, force)?, format))
 }
@@ -236,7 +240,7 @@ fn planned(path: &Path, read: &[PathBuf], force: bool) -> Result<OutputFile, Fai
 }
 
 /// Writes a picture.
-fn put(output: &OutputFile, bytes: &[u8]) -> Result<(), Failure> {
+pub(super) fn put(output: &OutputFile, bytes: &[u8]) -> Result<(), Failure> {
     let mut out = output.create()?;
     out.write_all(bytes).map_err(|e| Failure::writing(output.path(), &e))?;
     out.finish()
