@@ -2,9 +2,8 @@
 
     python crates/bench/python/optimizers.py
 
-Both begin at the values of the model and see the same numbers: SLSQP evaluates the objective and the conditions by sweeps of one
-case, and takes differences for slopes, as it does by itself. Every evaluation of the mechanism counts. IPOPT is a row
-more where `cyipopt` is installed.
+Both begin in the middles of the ranges and see the same numbers: SLSQP evaluates the objective and the conditions by sweeps of one
+case, and takes differences for slopes, as it does by itself. Every evaluation of the mechanism counts.
 """
 
 from __future__ import annotations
@@ -42,28 +41,19 @@ class Problem:
 
     def __init__(self, text: str, name: str) -> None:
         wish = tomllib.loads(text)["optimize"]
-        self.model = bksim.Model(text, name)
+        self.model = bksim.loads(text, name=name)
         self.names = list(wish["vary"])
         self.outputs = [wish["minimize"], *map(sides, wish.get("subject_to", []))]
-        answer = bksim.optimize(text)
-        self.answer = answer
-        ends = [self.ends(text, k, name) for k, name in enumerate(self.names)]
+        ends = [self.ends(name, [str(end) for end in wish["vary"][name]]) for name in self.names]
         self.low, self.high = np.array(ends).T
-        before = {q["name"]: q["before"] for q in answer["quantities"]}
-        self.start = self.scaled(np.array([before[name] for name in self.names]))
+        self.start = np.full(len(self.names), 0.5)
         self.known: dict[bytes, np.ndarray] = {}
         self.n = 0
 
-    @staticmethod
-    def ends(text: str, k: int, name: str) -> tuple[float, float]:
-        wish = tomllib.loads(text)["optimize"]
-        ends = [str(end) for end in wish["vary"][name]]
-        axis = bksim.sweep(bksim.Model(text, "ends"), {name: ends}, outputs=[name], progress=False)
-        low, high = axis.column(name)
-        return float(low), float(high)
-
-    def scaled(self, x: np.ndarray) -> np.ndarray:
-        return np.clip((x - self.low) / (self.high - self.low), 0, 1)
+    def ends(self, name: str, values: list[str]) -> list[float]:
+        """Both ends of a range in SI units."""
+        case = lambda value: bksim.sweep(self.model, {name: [value]}, outputs=[name], progress=False)
+        return [float(case(value)[name][0]) for value in values]
 
     def at(self, x: np.ndarray) -> np.ndarray:
         key = np.asarray(x).tobytes()
@@ -74,7 +64,7 @@ class Problem:
             found = bksim.sweep(
                 self.model, axes, outputs=self.outputs, rtol=1e-10, atol=1e-12, progress=False
             )
-            self.known[key] = np.array([found.column(name)[0] for name in self.outputs])
+            self.known[key] = np.array([found[name][0] for name in self.outputs])
         return self.known[key]
 
 
@@ -97,7 +87,10 @@ def main() -> None:
             options={"ftol": 1e-12, "maxiter": 200},
         )
         n = len(problem.names)
-        alone = bksim.optimize(text.replace("starts =", "# starts ="))
+        middle = 0.5 * (problem.low + problem.high)
+        values = ", ".join(f"{name} = {x!r}" for name, x in zip(problem.names, map(float, middle)))
+        asked = text.replace("starts =", "# starts =")
+        alone = bksim.optimize(asked.replace("[optimize]", f"[optimize]\nfrom = [{{ {values} }}]"))
         print(f"| {name} | {n} | bksim | {alone['evaluations']} | {alone['after']:.9g} |")
         print(f"| | | SLSQP | {problem.n} | {size * found.fun:.9g} |", flush=True)
 

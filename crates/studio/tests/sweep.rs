@@ -31,6 +31,14 @@ fn a_grid_becomes_a_table_and_faults_are_counted() {
     assert_eq!(object["outputs"][0]["name"], "final(state.phi)");
     assert!(place.path().join("swing.parquet").exists());
 
+    // The picture of a grid has lines of equal height, and dots where there is no answer.
+    let plotted = place.bksim().args(["plot", "swing.parquet", "-o", "map.svg"]).output();
+    assert_eq!(plotted.expect("bksim runs").status.code(), Some(0));
+    let picture = fs::read_to_string(place.path().join("map.svg")).expect("a picture");
+    let dots = picture.split("<title>no answer</title>").nth(1).expect("dots");
+    let path = dots.split('"').nth(1).expect("a path");
+    assert_eq!(path.matches("h0").count(), 5, "as many as masses below zero: {path}");
+
     // A table of the same model is replaced, and one of another is not, unless that is asked for.
     assert_eq!(run(&[]).status.code(), Some(0));
     let whole = fs::read(place.path().join("swing.parquet")).expect("a table");

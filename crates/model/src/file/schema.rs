@@ -66,13 +66,24 @@ fn typed(rows: &[(&'static str, &'static [&'static str])]) -> Holds {
 }
 
 /// Keys of `[optimize]`.
-const OPTIMIZE_KEYS: [&str; 9] =
-    ["minimize", "maximize", "vary", "choose", "subject_to", "over", "cases", "starts", "points"];
+const OPTIMIZE_KEYS: [&str; 10] = [
+    "minimize",
+    "maximize",
+    "vary",
+    "choose",
+    "subject_to",
+    "over",
+    "cases",
+    "from",
+    "starts",
+    "points",
+];
 /// Keys of `[fit]`.
 const FIT_KEYS: [&str; 8] =
     ["vary", "unknowns", "compare", "drive", "sigma", "delay", "loss", "scale"];
 /// Keys of `[tolerance]`.
-const TOLERANCE_KEYS: [&str; 6] = ["of", "limits", "at", "distribution", "samples", "seed"];
+const TOLERANCE_KEYS: [&str; 7] =
+    ["of", "limits", "play", "at", "distribution", "samples", "seed"];
 
 fn named(keys: &[&'static str]) -> Holds {
     Holds::Named(vec![TableForm { word: None, keys: [keys, &REPEAT_KEYS[..]].concat() }])

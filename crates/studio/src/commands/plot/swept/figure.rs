@@ -126,6 +126,13 @@ impl Columns<'_> {
             if let Some(first) = curves.first_mut() {
                 first.name = format!("{}: {}", column.name, first.name);
             }
+            // Where mechanisms do not close or run, a map has dots.
+            let without = heights.iter().enumerate().filter(|(_, height)| height.is_nan());
+            let without: Vec<Point> =
+                without.map(|(k, _)| [xs[k % xs.len()], ys[k / xs.len()]]).collect();
+            if !without.is_empty() {
+                curves.push(Curve { mark: Mark::Dots, ..Curve::new("no answer", without) });
+            }
             let mut panel = Panel::new(x, y, curves);
             panel.x.range = ends(&xs);
             panel.y.range = ends(&ys);
