@@ -47,12 +47,16 @@ fn outline_of(drawing: &Drawing, body: &Body, tolerance: f64) -> Result<Drawn, O
         return taken_once(&strokes(body, |_| true), tolerance);
     }
     let drawn = taken_once(&strokes(body, |&(_, entity)| !is_fill(entity)), tolerance)?;
-    // Areas of three or four corners are outlines of their own, unless they fill one that is drawn.
-    let is_area =
-        |entity: usize| is_fill(entity) && drawing.entities[entity].location.kind != "HATCH";
+    // Areas of three or four corners are outlines of their own, unless they fill one that is drawn; so are hatches, whose
+    // borders need not follow the lines, where no part of them is in what is drawn.
     let is_more = |(path, entity): &(Path, usize)| {
-        let outline = drawn.outline.as_ref();
-        is_area(*entity) && !outline.is_some_and(|it| is_filled_by(it, path, tolerance))
+        let is_hatch = drawing.entities[*entity].location.kind == "HATCH";
+        is_fill(*entity)
+            && match &drawn.outline {
+                Some(outline) if is_hatch => is_apart_from(outline, path, tolerance),
+                Some(outline) => !is_filled_by(outline, path, tolerance),
+                None => !is_hatch,
+            }
     };
     if !body.paths.iter().any(is_more) {
         return Ok(drawn);
@@ -75,6 +79,12 @@ fn is_filled_by(outline: &Outline, area: &Path, tolerance: f64) -> bool {
     let is_near = |at: Point| outline.distance(at) <= tolerance;
     corners.iter().all(|corner| is_near(*corner) || outline.contains(*corner))
         && (is_near(middle) || outline.outer_contains(middle))
+}
+
+/// True if no corner of the border of a filled area is in an outline, in a hole of it, or on its border.
+fn is_apart_from(outline: &Outline, area: &Path, tolerance: f64) -> bool {
+    let mut corners = area.curves.iter().map(Curve::start_point);
+    corners.all(|at| !outline.outer_contains(at) && outline.distance(at) > tolerance)
 }
 
 /// The outline that strokes make; what is drawn twice is taken once.

@@ -15,27 +15,51 @@ impl Curve {
     /// Distance from `point` to the nearest point of the curve: exact for lines and arcs, a search
     /// along the others.
     pub fn distance(&self, point: Point) -> f64 {
+        self.distance_below(point, f64::INFINITY)
+    }
+
+    /// Distance as of [`Self::distance`] if it is below `least`, otherwise `least`; pieces whose box is farther away are
+    /// not searched.
+    fn distance_below(&self, point: Point, least: f64) -> f64 {
         if let Self::Arc { centre, radius, .. } = self {
             let [x, y] = sub(point, *centre);
             let ends = distance(point, self.start_point()).min(distance(point, self.end_point()));
             let is_abeam = self.conic().is_some_and(|conic| conic.covers(y.atan2(x)));
-            return if is_abeam { (norm([x, y]) - radius).abs() } else { ends };
+            return least.min(if is_abeam { (norm([x, y]) - radius).abs() } else { ends });
         }
-        let nearest = self.pieces().into_iter().flat_map(|piece| match piece {
-            Piece::Line(ends) => vec![to_line(point, ends)],
-            Piece::Conic(conic) => {
-                conic.quarters().map(|part| search(point, |t| part.point(t))).collect()
-            }
-            Piece::Bezier(bezier) => vec![search(point, |t| bezier.point(t))],
+        let pieces = self.pieces();
+        // Ends of pieces are on the curve.
+        let ends = pieces.iter().filter_map(|piece| match piece {
+            Piece::Bezier(bezier) => Some(distance(point, bezier.end_point())),
+            _ => None,
         });
-        nearest.fold(f64::INFINITY, f64::min)
+        let least = ends.fold(least, f64::min);
+        pieces.into_iter().fold(least, |least, piece| {
+            let found = match piece {
+                Piece::Line(ends) => to_line(point, ends),
+                Piece::Conic(conic) => {
+                    let parts = conic.quarters();
+                    parts.map(|part| search(point, |t| part.point(t))).fold(least, f64::min)
+                }
+                Piece::Bezier(bezier) if bezier.hull_bounds().distance(point) < least => {
+                    search(point, |t| bezier.point(t))
+                }
+                Piece::Bezier(_) => least,
+            };
+            least.min(found)
+        })
     }
 }
 
 impl Path {
     /// Distance from `point` to the nearest point of the path; infinite without curves.
     pub fn distance(&self, point: Point) -> f64 {
-        self.curves.iter().map(|curve| curve.distance(point)).fold(f64::INFINITY, f64::min)
+        self.distance_within(point, f64::INFINITY)
+    }
+
+    /// Distance as of [`Self::distance`] if it is below `reach`, otherwise `reach`.
+    pub fn distance_within(&self, point: Point, reach: f64) -> f64 {
+        self.curves.iter().fold(reach, |least, curve| curve.distance_below(point, least))
     }
 }
 

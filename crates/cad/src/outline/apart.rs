@@ -95,7 +95,7 @@ pub fn doubled(strokes: &[Stroke], tolerance: f64) -> Vec<Doubled> {
             *kept != copy
                 && !is_copy[*kept]
                 && other.check().is_ok()
-                && samples.iter().all(|at| other.distance(*at) <= tolerance)
+                && is_along(other, &samples, tolerance)
                 // Of two that are equal, the later one is the copy.
                 && if path.is_closed {
                     other.is_closed && lies_on(other, path, tolerance)
@@ -118,7 +118,12 @@ fn is_near(a: &Bounds, b: &Bounds, tolerance: f64) -> bool {
 }
 
 fn lies_on(path: &Path, other: &Path, tolerance: f64) -> bool {
-    samples(path).iter().all(|at| other.distance(*at) <= tolerance)
+    is_along(other, &samples(path), tolerance)
+}
+
+/// True if all points are within `tolerance` of a path.
+fn is_along(path: &Path, points: &[Point], tolerance: f64) -> bool {
+    points.iter().all(|at| path.distance_within(*at, 2.0 * tolerance) <= tolerance)
 }
 
 /// Points along a path; a line or an arc that has five points with another one is the same.

@@ -235,3 +235,34 @@ fn bad_splines_are_refused() {
     assert!(Spline::through(&[[1.0, 1.0], [1.0, 1.0]], [None, None]).is_err());
     assert!(Spline::through(&[[1.0, 1.0], [f64::NAN, 1.0]], [None, None]).is_err());
 }
+
+/// Distance from a point to a segment.
+fn to_segment([x, y]: Point, [[ax, ay], [bx, by]]: [Point; 2]) -> f64 {
+    let [ux, uy] = [bx - ax, by - ay];
+    let share = ((x - ax) * ux + (y - ay) * uy) / (ux * ux + uy * uy);
+    let share = share.clamp(0.0, 1.0);
+    (x - ax - share * ux).hypot(y - ay - share * uy)
+}
+
+#[test]
+fn the_distance_to_a_spline_is_that_to_the_nearest_of_many_points() {
+    for n in [4, 9, 17] {
+        let control = blob(n);
+        let spline = Spline::new(3, clamped(control.len(), 3), control, Vec::new());
+        let path = Path::of(Curve::Spline(spline.expect("a good spline")));
+        let drawn = path.flattened(1e-5);
+        for i in 0..40 {
+            let angle = 0.7 * f64::from(i);
+            let at = [0.1 * angle * angle.cos(), 0.1 * angle * angle.sin()];
+            // To the segments of a polygon that is within 1e-5 of the spline.
+            let edges = drawn.windows(2).map(|ends| to_segment(at, [ends[0], ends[1]]));
+            let expected = edges.fold(f64::INFINITY, f64::min);
+            let found = path.distance(at);
+            assert!((found - expected).abs() < 1e-5, "{n} {at:?}: {found} {expected}");
+            for reach in [0.5 * expected, 2.0 * expected] {
+                let within = path.distance_within(at, reach);
+                assert!((within - found.min(reach)).abs() < 1e-12, "{within} {found} {reach}");
+            }
+        }
+    }
+}

@@ -102,6 +102,31 @@ fn a_filled_area_is_an_outline_with_its_corners_crosswise() {
     assert_area(&dxf("", face), 2000.0, &[]);
 }
 
+/// A hatch of one border of lines, its corners in millimetres.
+fn hatch(corners: [[f64; 2]; 4]) -> String {
+    let points = corners.map(|[x, y]| format!("|10 {x}|20 {y}")).concat();
+    let border = format!("91 1|92 3|72 0|73 1|93 4{points}|97 0");
+    let plane = "10 0|20 0|30 0|210 0|220 0|230 1";
+    format!(
+        "0 HATCH|100 AcDbEntity|8 BK_BODY_plate|100 AcDbHatch|{plane}|2 SOLID|70 1|71 0|{border}|75 0|76 1|98 0"
+    )
+}
+
+#[test]
+fn a_hatch_apart_from_the_lines_is_an_outline_of_its_own() {
+    let at = |x: f64, y: f64| [[x, y], [x + 40.0, y], [x + 40.0, y + 10.0], [x, y + 10.0]];
+    assert_area(&dxf("", &hatch(at(0.0, 0.0))), 400.0, &[]);
+    assert_area(
+        &dxf("", &format!("{PLATE}|{HOLE}|{}", hatch(at(200.0, 0.0)))),
+        WITH_HOLE + 400.0,
+        &[],
+    );
+    // Within the lines, across them, and with a corner on them it shows material that is drawn.
+    for (x, y) in [(0.0, 0.0), (5.0, 5.0), (80.0, 15.0), (100.0, 20.0)] {
+        assert_area(&dxf("", &format!("{PLATE}|{HOLE}|{}", hatch(at(x, y)))), WITH_HOLE, &[]);
+    }
+}
+
 /// A spline of this degree through control points, every piece a Bézier curve of its own.
 fn bezier(degree: usize, control: &[[f64; 2]]) -> String {
     let n_pieces = control.len() / (degree + 1);
