@@ -176,6 +176,23 @@ fn efforts_of_a_drive_are_those_of_its_motion() {
 }
 
 #[test]
+fn a_report_on_a_run_that_ended_early_exits_as_the_run_does() {
+    let place = Scratch::new();
+    let model = fs::read_to_string(format!("{CRATE}/tests/faults/models/cart.toml"));
+    let model = model.expect("a model").replace("-3 N", "3 N*sqrt(0.5 - t/(1 s))");
+    place.write("early.toml", model);
+    let run = place.run("solve early.toml");
+    assert_eq!(run.status.code(), Some(3), "{}", text(&run.stderr));
+    for arguments in ["report early.mcap", "report early.toml", "report early.mcap -o r.json"] {
+        let output = place.run(arguments);
+        assert_eq!(output.status.code(), Some(3), "{arguments}: {}", text(&output.stderr));
+    }
+    let body = text(&place.run("report early.mcap --json").stdout);
+    let body: Value = serde_json::from_str(&body).expect("one object");
+    assert_eq!(body["complete"], false);
+}
+
+#[test]
 fn tables_are_in_the_units_that_are_asked_for() {
     let place = Scratch::new();
     place.write("swing.toml", PENDULUM);

@@ -70,7 +70,7 @@ pub(crate) fn run(args: &Arguments, as_json: bool, nesting: usize) -> Result<Sta
             None => output::text(&text)?,
         }
     }
-    Ok(Status::Done)
+    Ok(if is_complete { Status::Done } else { Status::StoppedEarly })
 }
 
 /// The words for a report that was not written.
