@@ -132,3 +132,10 @@ def test_the_example_brings_the_pole_to_rest(examples, capsys):
     shown = capsys.readouterr().out
     readme = (examples / "cart-pole" / "README.md").read_text(encoding="utf-8")
     assert shown in readme
+
+
+def test_a_quantity_without_a_value_is_an_error():
+    run = bksim.loads(ARM + '\n[outputs]\nratio = "1/max(t - 0.5, 0)"\n').begin()
+    with pytest.raises(ValueError, match="`ratio` has no value at t = 0 s: it is inf"):
+        run["ratio"]
+    assert run["theta"] == 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from functools import cached_property
 
 import numpy as np
@@ -79,7 +80,17 @@ class Stepping:
 
     def __getitem__(self, name: str) -> float:
         """A quantity by the name that it has in a solution: ``run["energy.total"]``, ``run["theta"]``,
-        ``run["pole.x"]``."""
+        ``run["pole.x"]``.
+
+        Raises KeyError when there is none of this name, ValueError when it has no finite value here, such as
+        an output that divides by zero; what is not unique, as a reaction may be, is NaN.
+        """
+        value = self._value(name)
+        if math.isinf(value):
+            raise ValueError(f"`{name}` has no value at t = {self.t:.9g} s: it is {value}")
+        return value
+
+    def _value(self, name: str) -> float:
         column = resolved(name, self._columns)
         if column is None and self._run.engine.measure_unit(name) is not None:
             run = self._run
