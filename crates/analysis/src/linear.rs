@@ -165,10 +165,18 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
     let moving = At { t: loaded.t, q: &q, v: &v, a: &a, lambda: &lambda, p: &p };
     let outputs = Outputs::of(&loaded, channels, &inputs, &free)?;
     let numbers = (loaded.parameters.as_slice(), loaded.kept.as_slice());
-    let (matrix_c, matrix_d) =
-        outputs.slopes(&loaded)?.matrices(numbers, moving, &changes, size, &inputs);
+    let slopes = outputs.slopes(&loaded)?;
+    let (matrix_c, matrix_d) = slopes.matrices(numbers, moving, &changes, size, &inputs);
+    let pole = slopes.pole(numbers, moving, &changes, [&matrix_c, &matrix_d], &inputs);
     let outputs = outputs.columns;
     let (kept, states) = kept_states(&loaded, &positions, &reduced);
+    if let Some((row, column, value)) = pole {
+        let state = kept.iter().position(|&k| k == column).map(|k| &states[k].name);
+        let by = state.or_else(|| channels.inputs.get(column.checked_sub(size)?));
+        let by = by.map_or_else(String::new, |by| format!(" by {by}"));
+        let (name, place) = (format!("{}{by}", outputs[row].name), "about this state".to_owned());
+        return Err(AnalysisError::NoNumber { name, place, value });
+    }
     let matrix_a = matrix_a.select_rows(&kept).select_columns(&kept);
     let poles = eigenvalues(&matrix_a).iter().map(|s| [s.re, s.im]).collect();
     let linear = Linear {

@@ -157,6 +157,56 @@ impl OutputSlopes {
     }
 }
 
+impl OutputSlopes {
+    /// A slope of C or D that is that of a pole: its output, its column, and the infinity that it is.
+    ///
+    /// An equilibrium is known to some 1e-12, so that 1/x, ln x and √x, whose argument is zero there, have any large slope.
+    /// In states that are 1e-9 away on either side, along each column, such a slope has fallen to a hundredth or is no number.
+    pub(crate) fn pole(
+        &self,
+        numbers: (&[f64], &[usize]),
+        at: At<'_>,
+        changes: &Changes,
+        [c, d]: [&DMatrix<f64>; 2],
+        inputs: &[Input],
+    ) -> Option<(usize, usize, f64)> {
+        const AWAY: f64 = 1e-9;
+        const FALLS_BELOW: f64 = 1e-2;
+        // Rounding of slopes that are zero is no pole.
+        const LEAST: f64 = 1e-6;
+        let n_states = c.ncols();
+        let moved = |own: &[f64], by: &DMatrix<f64>, k: usize, share: f64| -> Vec<f64> {
+            own.iter().zip(by.column(k).iter()).map(|(x, by)| x + share * by).collect()
+        };
+        let near = |k: usize, share: f64| {
+            let [q, v] = [moved(at.q, &changes.q, k, share), moved(at.v, &changes.v, k, share)];
+            let a = moved(at.a, &changes.a, k, share);
+            let lambda = moved(at.lambda, &changes.lambda, k, share);
+            let at = At { t: at.t, q: &q, v: &v, a: &a, lambda: &lambda, p: at.p };
+            beside_two(&self.matrices(numbers, at, changes, n_states, inputs))
+        };
+        let here = beside_two(&(c.clone(), d.clone()));
+        (0..changes.q.ncols()).find_map(|k| {
+            let sides = [near(k, AWAY), near(k, -AWAY)];
+            let size = |i: usize, j: usize| match sides.each_ref().map(|side| side[(i, j)].abs()) {
+                [a, b] if a.is_finite() && b.is_finite() => a.max(b),
+                _ => 0.0,
+            };
+            let places = (0..here.nrows()).flat_map(|i| (0..here.ncols()).map(move |j| (i, j)));
+            let largest = |i: usize| (0..here.ncols()).map(|j| size(i, j)).fold(1.0, f64::max);
+            let is_pole = |&(i, j): &(usize, usize)| {
+                let own = here[(i, j)].abs();
+                own > LEAST * largest(i) && size(i, j) < FALLS_BELOW * own
+            };
+            places.filter(is_pole).map(|(i, j)| (i, j, f64::INFINITY.copysign(here[(i, j)]))).next()
+        })
+    }
+}
+
+fn beside_two((c, d): &(DMatrix<f64>, DMatrix<f64>)) -> DMatrix<f64> {
+    beside([c, d, &DMatrix::zeros(c.nrows(), 0)])
+}
+
 /// Matrices side by side.
 pub(crate) fn beside(parts: [&DMatrix<f64>; 3]) -> DMatrix<f64> {
     let columns: Vec<_> = parts.iter().flat_map(|part| part.column_iter()).collect();
