@@ -233,7 +233,15 @@ impl Survey<'_> {
             let stored = potentials[1][idx] - potentials[0][idx];
             WorkReport { name: name.to_owned(), kind, work: self.integrals[place + idx][0], stored }
         };
-        let mut works: Vec<WorkReport> = actors.map(work).collect();
+        // The places of a contact are parts of it.
+        let mut works: Vec<WorkReport> = Vec::new();
+        for next in actors.map(work) {
+            let known = |of: &&mut WorkReport| (of.kind, &of.name) == (next.kind, &next.name);
+            match works.iter_mut().find(known) {
+                Some(of) => (of.work, of.stored) = (of.work + next.work, of.stored + next.stored),
+                None => works.push(next),
+            }
+        }
         if self.impacts != 0.0 {
             let name = "impacts".to_owned();
             works.push(WorkReport { name, kind: "impact", work: self.impacts, stored: 0.0 });
