@@ -7,7 +7,7 @@ use bksim_mbs::coordinate::Owner;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
-use bksim_model::{Initial, Model, motion_words};
+use bksim_model::{Initial, Joint, JointId, JointKind, Measure, Model, motion_words};
 
 /// A guess that was moved by more than this has been guessed far off: 20 degrees, or this part of the
 /// longest link. Guesses read off a sketch are nearer.
@@ -45,11 +45,25 @@ fn far_off(model: &Model, start: &Start, initial: &Initial, moved: &Moved) -> Op
         written(moved.stated, unit),
         written(by, unit)
     );
+    // Half a turn of the parameter of a curve is the other side of it.
+    let side = match initial.measure {
+        Measure::JointPosition(JointId(joint), _) => Some(&model.joints[joint]),
+        _ => None,
+    };
+    let side = match side {
+        Some(Joint { name, kind: JointKind::CurveOnCurve { is_same_way, .. }, .. }) => {
+            let tangents = if *is_same_way { "opposite" } else { "same" };
+            format!(
+                "`tangents = \"{tangents}\"` in `[joints.{name}]` if the curves touch on the other side, "
+            )
+        }
+        _ => String::new(),
+    };
     let fault = Diagnostic::warning(codes::GUESS_MOVED, message)
         .at(initial.span.clone(), format!("the start has {}", written(moved.found, unit)))
         .note("of the positions found that close, the start is the nearest to all guesses together")
         .help(format!(
-            "write a value near {}, or look whether lengths and stated values are meant so",
+            "write a value near {}, {side}or look whether lengths and stated values are meant so",
             written(moved.found, unit)
         ));
     Some(fault)
