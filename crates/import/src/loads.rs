@@ -1,6 +1,6 @@
 //! Loads that act along the motion of a joint, as robot files have them: stops, springs, dampers, dry friction.
 
-use crate::draft::{Draft, Table, number};
+use crate::draft::{Draft, Table, number, signed};
 use crate::job::{Job, Place};
 use crate::names::Names;
 
@@ -91,6 +91,28 @@ impl Draft {
             table = table.number("damping", damping);
         }
         self.loads.push(table);
+    }
+
+    /// A joint that follows another one: motions as expressions with whether they are lengths, the follower first, then
+    /// the multiplier and the offset.
+    pub(crate) fn add_mimic(
+        &mut self,
+        names: &mut Names,
+        joint: &str,
+        [(of, is_length), (by, by_length)]: [(String, bool); 2],
+        [multiplier, offset]: [f64; 2],
+    ) {
+        let by = if by_length && !is_length { format!("{by}/(1 m)") } else { by };
+        let (factor, unit) = match (is_length, by_length) {
+            (true, false) => (" m", " m"),
+            (true, true) => ("", " m"),
+            _ => ("", ""),
+        };
+        let constant =
+            if offset == 0.0 { String::new() } else { format!(" {}{unit}", signed(-offset)) };
+        let relation = format!("{of} {}{factor}*{by}{constant}", signed(-multiplier));
+        let name = names.coin(&format!("{joint}_mimic"));
+        self.couplings.push(Table::new(name, "relation").text("relation", &relation));
     }
 
     /// Dry friction in a joint, as the file has it at `place`.

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use crate::Base;
 use crate::codes;
-use crate::draft::{Axes, Body, Draft, Point, Table, signed};
+use crate::draft::{Axes, Body, Draft, Point, Table};
 use crate::job::{Job, Place, short, suggestion};
 use crate::loads::Motion;
 use crate::names::Names;
@@ -386,18 +386,8 @@ impl Reader<'_, '_> {
         };
         let multiplier = self.number(mimic, "multiplier").unwrap_or(1.0);
         let offset = self.number(mimic, "offset").unwrap_or(0.0);
-        let by = if by_length && !is_length { format!("{by}/(1 m)") } else { by };
-        let (factor, unit) = match (is_length, by_length) {
-            (true, false) => (" m", " m"),
-            (true, true) => ("", " m"),
-            _ => ("", ""),
-        };
-        let constant =
-            if offset == 0.0 { String::new() } else { format!(" {}{unit}", signed(-offset)) };
-        let relation = format!("{of} {}{factor}*{by}{constant}", signed(-multiplier));
-        let name = self.names.coin(&format!("{}_mimic", joint.name));
-        let table = Table::new(name, "relation").text("relation", &relation);
-        self.draft.couplings.push(table);
+        let values = [multiplier, offset];
+        self.draft.add_mimic(self.names, &joint.name, [(of, is_length), (by, by_length)], values);
     }
 }
 

@@ -7,8 +7,8 @@ use crate::loads::Motion;
 use crate::spatial::{Inertia, Pose, Rotation, Vector, add, cross, dot, scale, sub, unit};
 use crate::xml::NodeId;
 
-use super::Reader;
 use super::frames::{FrameId, Of};
+use super::{Moving, Reader};
 
 /// Limits beyond this are none.
 const NO_LIMIT: f64 = 1e15;
@@ -184,7 +184,15 @@ impl Reader<'_, '_> {
                 Some(second) => (if idx == 0 { &name } else { second }, None),
                 None => (&name, (n_axes == 2).then_some(["angle1", "angle2"][idx])),
             };
-            self.forces(axis, Motion { joint, of, turns: kind != "prismatic" });
+            let turns = kind != "prismatic";
+            let word = of.unwrap_or(if turns { "angle" } else { "position" });
+            let moving = Moving {
+                joint: joint.clone(),
+                scalar: (format!("{joint}.{word}"), !turns),
+                mimic: self.tree.child(axis, "mimic"),
+            };
+            self.motions.insert((id, ["axis", "axis2"][idx].to_owned()), moving);
+            self.forces(axis, Motion { joint, of, turns });
         }
         for child in self.tree.children(node) {
             if matches!(self.tree.tag(child), "sensor" | "physics" | "plugin") {
@@ -192,6 +200,40 @@ impl Reader<'_, '_> {
             }
         }
         Some(ends)
+    }
+
+    /// Motions that follow others: offset + multiplier (leader − reference).
+    pub(super) fn all_mimics(&mut self) {
+        let followers = self.motions.iter().filter_map(|((joint, _), moving)| {
+            Some((*joint, moving.joint.clone(), moving.scalar.clone(), moving.mimic?))
+        });
+        let followers: Vec<_> = followers.collect();
+        for (id, joint, scalar, mimic) in followers {
+            let place = self.place(mimic);
+            let attribute = |key: &str| self.tree.attribute(mimic, key).cloned();
+            let (leader, axis) = (attribute("joint"), attribute("axis"));
+            let Some(leader) = leader else {
+                let message = format!("`mimic` of joint `{}` has no `joint`", short(&joint));
+                let help = "write `<mimic joint=\"…\">`";
+                self.job.error(codes::MISSING, message, (&place, ""), help);
+                continue;
+            };
+            let scope = self.frames[id.0].scope;
+            let Some(frame) = self.named(scope, (&leader.value, &leader.place)) else { continue };
+            let axis = axis.map_or("axis".to_owned(), |axis| axis.value);
+            let Some(by) = self.motions.get(&(frame, axis)).map(|by| by.scalar.clone()) else {
+                let message =
+                    format!("joint `{}` cannot follow `{}`", short(&joint), short(&leader.value));
+                let help = "a joint that turns or slides can follow another such joint; the model leaves this out";
+                self.job.warn(codes::NOT_MODELLED, message, (&place, "has no such axis"), help);
+                continue;
+            };
+            let multiplier = self.number(mimic, "multiplier").unwrap_or(1.0);
+            let offset = self.number(mimic, "offset").unwrap_or(0.0);
+            let reference = self.number(mimic, "reference").unwrap_or(0.0);
+            let values = [multiplier, offset - multiplier * reference];
+            self.draft.add_mimic(self.names, &joint, [scalar, by], values);
+        }
     }
 
     /// Translation of one turn of a screw.

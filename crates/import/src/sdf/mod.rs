@@ -58,7 +58,17 @@ struct Reader<'r, 'a> {
     scopes: Vec<Scope>,
     frames: Vec<Frame>,
     links: Vec<Link>,
+    /// Motions of joints by their axes: frame of the joint, tag of the axis.
+    motions: BTreeMap<(FrameId, String), Moving>,
     gravity: Vector,
+}
+
+/// The motion of one axis, and what it follows.
+struct Moving {
+    joint: String,
+    /// The motion in expressions, and whether it is a length.
+    scalar: (String, bool),
+    mimic: Option<NodeId>,
 }
 
 /// Reads the models at `root`.
@@ -80,6 +90,7 @@ pub(crate) fn draft(job: &mut Job<'_>, names: &mut Names, tree: Tree, root: Node
         scopes: Vec::new(),
         frames: vec![Frame::world()],
         links: Vec::new(),
+        motions: BTreeMap::new(),
         gravity: GRAVITY,
     };
     reader.all_models(root);
@@ -89,6 +100,7 @@ pub(crate) fn draft(job: &mut Job<'_>, names: &mut Names, tree: Tree, root: Node
     }
     reader.all_links();
     reader.all_joints();
+    reader.all_mimics();
     reader.draft.gravity = Some(reader.gravity);
     reader.draft
 }
