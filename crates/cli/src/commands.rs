@@ -9,6 +9,7 @@ pub(crate) mod equations;
 pub(crate) mod expand;
 pub(crate) mod explain;
 pub mod export;
+mod export_robot;
 pub(crate) mod expr;
 pub(crate) mod fmu;
 pub(crate) mod import;

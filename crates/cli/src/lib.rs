@@ -274,7 +274,7 @@ fn done(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>) {
         Command::Cad(args) => {
             own(commands::cad::name(args), commands::cad::run(args, json, nesting))
         }
-        Command::Import(args) => own("import", commands::import::run(args, json)),
+        Command::Import(args) => own("import", commands::import::run(args, json, nesting)),
         Command::Lsp => own("lsp", lsp::run(nesting)),
         Command::Schema(_) => own("schema", commands::schema::run(json)),
         Command::Completions(args) => own("completions", commands::shell::completions(args, json)),

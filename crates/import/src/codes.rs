@@ -21,4 +21,7 @@ bksim_model::codes! {
     NO_QUESTION = "I018", "an answer to no question";
     NO_ANSWER = "I019", "an answer that no question has";
     NOT_ATTACHED = "I020", "a drawing that cannot hold its model";
+    NOT_HELD = "I024", "a model that the format cannot hold";
+    OPEN_LOOP = "I025", "a loop that the file leaves open";
+    REFUSED_BODY = "I026", "a body that robot programs refuse";
 }

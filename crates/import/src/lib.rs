@@ -27,6 +27,7 @@
 mod adams;
 pub mod codes;
 mod draft;
+mod export;
 mod job;
 mod loads;
 mod mjcf;
@@ -41,6 +42,7 @@ mod write;
 mod xml;
 
 pub use codes::PAGES;
+pub use export::{Exported, export};
 pub use job::{Fault, LeftOut, Place, Source};
 pub use names::Renamed;
 

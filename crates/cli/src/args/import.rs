@@ -2,16 +2,20 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 #[derive(Args, Debug)]
 pub(crate) struct Import {
-    /// The file (URDF, MJCF, SDF, Adams `.adm`), a drawing without attributes (DXF, DWG), or a link of PMKS+ in quotes.
+    /// The file (URDF, MJCF, SDF, Adams `.adm`), a drawing without attributes (DXF, DWG), or a link of PMKS+ in quotes; with
+    /// `--to` also a model file or a drawing with attributes.
     pub(crate) file: PathBuf,
     /// The model file; standard output unless given. Of a drawing also a drawing of its kind: the same one with what was
     /// understood attached to it.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    /// Write the model as a robot file of this format in place of a model file.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub(crate) to: Option<To>,
     /// Folder in which `package://NAME` and `model://NAME` are looked for; may be given several times.
     #[arg(long = "path", value_name = "FOLDER")]
     pub(crate) paths: Vec<PathBuf>,
@@ -36,4 +40,15 @@ pub(crate) struct Import {
     /// Overwrite an existing file.
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+/// A format of robots.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum To {
+    /// A tree of links: ROS, Pinocchio, PyBullet, Isaac.
+    Urdf,
+    /// MuJoCo's models, loops as equalities.
+    Mjcf,
+    /// Gazebo's models, loops as joints.
+    Sdf,
 }

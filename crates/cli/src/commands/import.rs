@@ -6,14 +6,20 @@ use bksim::import::{Base, Format, Imported, Source, import};
 use bksim::model::diagnostic::Diagnostic;
 use serde_json::{Value, json};
 
+use crate::args::ModelArgs;
 use crate::args::import::Import;
 use crate::exit::{Failure, Status};
 use crate::output;
 use crate::output_file::check_ending;
 use crate::render;
-use crate::source::{Text, read_bytes};
+use crate::source::{Text, load, parse, read_bytes};
 
-pub(crate) fn run(args: &Import, as_json: bool) -> Result<Status, Failure> {
+pub(crate) fn run(args: &Import, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let is_model = args.file.extension().is_some_and(|it| it.eq_ignore_ascii_case("toml"));
+    if let Some(to) = args.to.filter(|_| is_model) {
+        let loaded = load(&ModelArgs::of(&args.file), nesting)?;
+        return super::export_robot::run(args, to, (loaded, Vec::new()), as_json);
+    }
     let written = args.file.to_string_lossy().into_owned();
     let is_link = !args.file.exists() && (written.contains("://") || written.starts_with('?'));
     let (name, bytes) = if is_link {
@@ -22,13 +28,28 @@ pub(crate) fn run(args: &Import, as_json: bool) -> Result<Status, Failure> {
         (written.clone(), read_bytes(&args.file)?)
     };
     if !is_link && super::import_drawing::is_drawing(&args.file, &bytes) {
-        return super::import_drawing::run(args, as_json, &name, &bytes);
+        let Some(to) = args.to else {
+            return super::import_drawing::run(args, as_json, &name, &bytes);
+        };
+        let loaded = load(&ModelArgs::of(&args.file), nesting)?;
+        return super::export_robot::run(args, to, (loaded, Vec::new()), as_json);
     }
-    args.output.iter().try_for_each(|path| check_ending(path, &["toml"]))?;
+    args.output
+        .iter()
+        .filter(|_| args.to.is_none())
+        .try_for_each(|path| check_ending(path, &["toml"]))?;
     let places = Places::of(&args.file, &args.paths);
     let base = if args.free { Base::Free } else { Base::Fixed };
     let mut imported = import(&name, &bytes, &|wanted| places.bytes(wanted), base);
     let Some(model) = imported.model.take() else { return Err(rejected(&imported)) };
+    if let Some(to) = args.to {
+        for (idx, source) in imported.sources.iter().enumerate() {
+            render::print_all(&text_of(source), &faults_of(&imported, idx));
+        }
+        let source = Text::new(args.file.with_extension("toml"), model);
+        let loaded = parse(source, "robot", &[], nesting)?;
+        return super::export_robot::run(args, to, (loaded, changes(&imported)), as_json);
+    }
     if let Some(path) = &args.output {
         super::import_drawing::write(path, &args.file, args.force, model.as_bytes())?;
     }
@@ -46,12 +67,19 @@ pub(crate) fn run(args: &Import, as_json: bool) -> Result<Status, Failure> {
     Ok(Status::Done)
 }
 
-/// The counts, names that changed and parts that are left out.
+/// Prints the counts, names that changed and parts that are left out.
 fn report(path: &Path, imported: &Imported) -> Result<(), Failure> {
     let format = imported.format.map_or("", Format::name);
     let (n_bodies, n_joints) = (imported.n_bodies, imported.n_joints);
     let mut lines =
         vec![format!("wrote {}: {format}, bodies {n_bodies}, joints {n_joints}", path.display())];
+    lines.extend(changes(imported));
+    output::report(&lines.join("\n"))
+}
+
+/// Names that changed and parts that are left out, a line each.
+fn changes(imported: &Imported) -> Vec<String> {
+    let mut lines = Vec::new();
     for renamed in &imported.renamed {
         lines.push(format!("renamed {} `{}` to `{}`", renamed.kind, renamed.from, renamed.to));
     }
@@ -62,7 +90,7 @@ fn report(path: &Path, imported: &Imported) -> Result<(), Failure> {
             shown.join(", ")
         ));
     }
-    output::report(&lines.join("\n"))
+    lines
 }
 
 fn text_of(source: &Source) -> Text {
