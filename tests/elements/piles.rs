@@ -175,3 +175,47 @@ fn a_journal_pressed_in_its_bush_moves_as_on_a_link_of_the_play() {
         close("end", *bush, *link, Within { relative: 0.0, absolute: 1e-8 });
     }
 }
+
+/// Discs in columns above a floor between two walls, every second row aside.
+fn discs(n: usize, t_end: f64) -> String {
+    let mut text = FLOOR.replace("A = [", "C = [\"-0.3 m\", \"3 m\"], D = [\"-0.3 m\", 0], E = [\"0.3 m\", 0], F = [\"0.3 m\", \"3 m\"], A = [");
+    let disc = |k: usize| format!("{{ disc = \"d{k}.C\", radius = \"50 mm\" }}");
+    let law = "mu = 0.3\nrestitution = 0.1\n";
+    for k in 0..n {
+        let [row, column] = [k / 4, k % 4].map(|of| f64::from(u8::try_from(of).expect("few")));
+        let x = -0.23 + 0.115 * column + 0.02 * (row % 2.0);
+        let y = 0.06 + 0.115 * row;
+        let _ = write!(
+            text,
+            "[bodies.d{k}]\nmass = 1\ninertia = 0.00125\nfree = true\npoints = {{ C = [0, 0] }}\n\
+             [initial.d{k}]\nx = {x}\ny = {y}\nangle = 0\nvx = 0\nvy = 0\nrate = 0\n\
+             [contacts.w{k}]\nbetween = [{{ edges = [\"ground.C\", \"ground.D\", \"ground.E\", \"ground.F\"] }}, {}]\n{law}",
+            disc(k)
+        );
+        for other in 0..k {
+            let (first, second) = (disc(other), disc(k));
+            let _ = write!(text, "[contacts.c{other}_{k}]\nbetween = [{first}, {second}]\n{law}");
+        }
+    }
+    text + &format!("[solve]\nt_end = {t_end}\nevery = 0.1\n")
+}
+
+/// A disc on two others is let go by each hit for flights of rounding, and falls back onto those that the floor bears.
+#[test]
+fn discs_of_a_pile_do_not_bounce_without_end() {
+    let mechanism = derive(model(&discs(6, 0.5)));
+    let motion = solve(&mechanism);
+    let changes = &motion.summary.changes;
+    assert!(changes.len() < 1500, "{} changes", changes.len());
+    let energy = &motion.summary.energy;
+    assert!(energy.worst_error <= 1e-6 * energy.scale, "{}", energy.worst_error);
+    for pair in 0..6 {
+        let other = (0..pair).map(|other| (other, pair));
+        let last = motion.samples.last().expect("a sample");
+        let place = |k: usize, axis: &str| last.q[coordinate(&mechanism, &format!("d{k}_{axis}"))];
+        for (a, b) in other {
+            let distance = f64::hypot(place(a, "x") - place(b, "x"), place(a, "y") - place(b, "y"));
+            assert!(distance > 0.1 - 1e-9, "d{a} and d{b} overlap: {distance}");
+        }
+    }
+}

@@ -11,20 +11,30 @@ impl ModeSearch<'_> {
     /// Notes stops that the impact parts for a flight of rounding: bodies between two would else hit them without end.
     pub(super) fn note_grazes(&mut self, closed: &[usize]) {
         let values = self.indicators(&self.modes);
-        let Some(pressing) = self.pressing(closed) else { return };
+        let is_parting = |k: &usize| values.contacts[*k].rate() < -self.at.bands.rate;
+        let parting: Vec<usize> = closed.iter().copied().filter(is_parting).collect();
+        let Some(pressing) = self.pressing(closed, &parting) else { return };
         for &k in closed {
             let rate = values.contacts[k].rate();
             self.grazes[k] = rate < 0.0 && rate * rate <= 2.0 * pressing[k] * self.hidden();
         }
     }
 
-    /// φ″ of all contacts with these open.
-    pub(super) fn pressing(&self, closed: &[usize]) -> Option<Vec<f64>> {
-        let mut free = self.modes.clone();
-        for &k in closed {
-            free.contacts[k] = ContactMode::Open;
-        }
-        self.motion_in(&free).map(|motion| motion.contact_accelerations)
+    /// φ″ of all contacts with these closed stops open, or with those alone that part, whichever is larger: bodies of a pile
+    /// fall side by side where nothing holds them, and onto each other where the rest does.
+    fn pressing(&self, closed: &[usize], parting: &[usize]) -> Option<Vec<f64>> {
+        let without = |open: &[usize]| {
+            let mut modes = self.modes.clone();
+            for &k in closed {
+                let is_open = open.contains(&k);
+                modes.contacts[k] = if is_open { ContactMode::Open } else { ContactMode::Closed };
+            }
+            self.motion_in(&modes).map(|motion| motion.contact_accelerations)
+        };
+        let free = without(closed)?;
+        let held = if parting.len() < closed.len() { without(parting) } else { None };
+        let Some(held) = held else { return Some(free) };
+        Some(free.iter().zip(&held).map(|(free, held)| free.max(*held)).collect())
     }
 
     /// Height of flights that are of rounding.
@@ -36,7 +46,9 @@ impl ModeSearch<'_> {
     ///
     /// Left alone, the bodies come back with φ″ > 0 after a flight of height (ε u)²/2φ″.
     pub(super) fn restitutions(&self, closed: &[usize], values: &IndicatorValues) -> Vec<f64> {
-        let pressing = self.pressing(closed);
+        let approaches = |k: &usize| self.at.bands.is_approaching(values.contacts[*k].rate());
+        let parting: Vec<usize> = closed.iter().copied().filter(approaches).collect();
+        let pressing = self.pressing(closed, &parting);
         let [height, speed] = self.at.bands.rest;
         let hidden = self.hidden();
         let of_stop = |&k: &usize| {
