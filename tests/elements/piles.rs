@@ -176,6 +176,72 @@ fn a_journal_pressed_in_its_bush_moves_as_on_a_link_of_the_play() {
     }
 }
 
+/// The pendulum of a bob on a rod, or a block on a guide, whose joint is one of these elements.
+fn with_play(free: &str, element: &str, initial: &str) -> String {
+    format!(
+        "[ground]\npoints = {{ O = [0, 0], a = [\"1 m\", \"22 mm\"], b = [0, \"22 mm\"], c = [0, \"-22 mm\"], d = [\"1 m\", \"-22 mm\"] }}\n\
+         [loads.gravity]\ntype = \"gravity\"\nacceleration = [0, \"-9.81 m/s^2\"]\n\
+         [loads.push]\ntype = \"force\"\non = \"part.A\"\nvector = [\"30 N\", 0]\n\
+         [bodies.part]\nmass = 2\ninertia = 0.05\n{free}\
+         points = {{ A = [0, \"0.1 m\"], C = [0, 0], p = [\"50 mm\", \"20 mm\"], q = [\"-50 mm\", \"20 mm\"], \
+         r = [\"-50 mm\", \"-20 mm\"], s = [\"50 mm\", \"-20 mm\"] }}\n{element}\
+         [initial]\n{initial}\n[solve]\nt_end = 0.2\nevery = 0.02\nrtol = 1e-9\natol = 1e-11\n"
+    )
+}
+
+#[test]
+fn a_clearance_says_the_same_as_contacts_written_out() {
+    let pin = "[joints.J]\ntype = \"revolute\"\nbetween = [\"ground.O\", \"part.A\"]\nclearance = \"2 mm\"\n\
+               radius = \"10 mm\"\nmu = 0.2\nrestitution = 0.4\n";
+    let of_pin = "[contacts.J]\nbetween = [{ ring = \"ground.O\", radius = \"12 mm\" }, { disc = \"part.A\", radius = \"10 mm\" }]\n\
+                  mu = 0.2\nrestitution = 0.4\n";
+    let slide = "[joints.J]\ntype = \"prismatic\"\nbetween = [\"ground.O\", \"part.C\"]\naxis = [1, 0]\nclearance = \"2 mm\"\n\
+                 length = \"100 mm\"\nwidth = \"40 mm\"\nmu = 0.2\nrestitution = 0.4\n";
+    let of_slide = "[contacts.J_left]\nbetween = [{ line = [\"ground.a\", \"ground.b\"] }, { edges = [\"part.p\", \"part.q\"] }]\n\
+                    mu = 0.2\nrestitution = 0.4\n\
+                    [contacts.J_right]\nbetween = [{ line = [\"ground.c\", \"ground.d\"] }, { edges = [\"part.r\", \"part.s\"] }]\n\
+                    mu = 0.2\nrestitution = 0.4\n";
+    let hanging = "part = { x = 0, y = \"-0.1 m\", angle = 0, vx = 0.1, vy = 0, rate = 0 }";
+    let sliding = "part = { x = 0, y = 0, angle = 0, vx = 0.1, vy = 0, rate = 0 }";
+    for (short, long, initial) in [(pin, of_pin, hanging), (slide, of_slide, sliding)] {
+        let ends = [("", short), ("free = true\n", long)].map(|(free, element)| {
+            let mechanism = derive(model(&with_play(free, element, initial)));
+            let motion = solve(&mechanism);
+            assert!(motion.summary.changes.len() > 3, "it hits: {:?}", motion.summary.changes);
+            let energy = &motion.summary.energy;
+            assert!(energy.worst_error <= 1e-6 * energy.scale, "{}", energy.worst_error);
+            let q = at(&motion, 0.2).q.clone();
+            ["part_x", "part_y", "part_angle"].map(|name| q[coordinate(&mechanism, name)])
+        });
+        for (short, long) in ends[0].iter().zip(&ends[1]) {
+            close("end", *short, *long, Within { relative: 1e-9, absolute: 1e-11 });
+        }
+    }
+}
+
+/// A slide of 100 mm at rest in a guide at a slope is 2 mm below its axis, whatever the frames of its points.
+#[test]
+fn a_slide_with_play_rests_on_its_guide_at_any_slope() {
+    let element = "[joints.J]\ntype = \"prismatic\"\nbetween = [\"ground.F\", \"part.G\"]\ndirection = \"10 deg\"\nangle = \"40 deg\"\n\
+                   clearance = \"2 mm\"\nlength = \"100 mm\"\nmu = 1\n";
+    let text = with_play("", element, "J = { position1 = \"0.002 m*sin(10 deg)\", position2 = \"-0.002 m*cos(10 deg)\", angle = \"40 deg\" }\n\
+                                       part = { vx = 0, vy = 0, rate = 0 }")
+        .replace("points = { O", "points = { F = { at = [0, 0], rpy = [0, 0, \"20 deg\"] }, O")
+        .replace("points = { A", "points = { G = { at = [0, 0], rpy = [0, 0, \"-30 deg\"] }, A")
+        .replace("30 N", "0 N")
+        + "[outputs]\npress = \"contacts.J_right.force\"\nrub = \"contacts.J_right.friction\"\nleft = \"contacts.J_left.gap\"\n";
+    let mechanism = derive(model(&text));
+    let motion = solve(&mechanism);
+    let last = at(&motion, 0.2);
+    let slope = 30_f64.to_radians();
+    let within = Within { relative: 1e-9, absolute: 1e-9 };
+    close("press", signal(&mechanism, last, "press"), 2.0 * 9.81 * slope.cos(), within);
+    close("rub", signal(&mechanism, last, "rub").abs(), 2.0 * 9.81 * slope.sin(), within);
+    close("left", signal(&mechanism, last, "left"), 0.004, within);
+    close("x", last.q[coordinate(&mechanism, "part_x")], 0.002 * slope.sin(), within);
+    close("y", last.q[coordinate(&mechanism, "part_y")], -0.002 * slope.cos(), within);
+}
+
 /// Discs in columns above a floor between two walls, every second row aside.
 fn discs(n: usize, t_end: f64) -> String {
     let mut text = FLOOR.replace("A = [", "C = [\"-0.3 m\", \"3 m\"], D = [\"-0.3 m\", 0], E = [\"0.3 m\", 0], F = [\"0.3 m\", \"3 m\"], A = [");

@@ -3,6 +3,7 @@
 
 use bksim_expr::Function;
 
+use super::clearance::contacts_of_joint;
 use super::codes;
 use super::joint_types::type_of;
 use super::names::{BodyName, JointName, Meaning, quantities, quantity_of};
@@ -42,6 +43,7 @@ impl Reader<'_> {
             let points = self.gather_points(points);
             self.names.add_body(BodyName { name: name.to_owned(), points, span });
         }
+        let mut of_joints = Vec::new();
         for (name, span, table) in sub_tables(root, "joints") {
             self.usable_name(name, &span, "joint");
             self.check_joint_name(name, &span);
@@ -51,12 +53,18 @@ impl Reader<'_> {
                 JOINT_TYPES.iter().find(|(known, _)| *known == kind)
             });
             let (kind, freedoms) = known.copied().unzip();
+            if let Some((table, Value::Text(word))) =
+                table.and_then(|table| Some((table, &table.get("type")?.node.value)))
+            {
+                of_joints.extend(contacts_of_joint(name, table, word));
+            }
             let has_radius = table.is_some_and(|table| table.get("radius").is_some());
             self.names.add_joint(JointName { name: name.to_owned(), kind, freedoms, has_radius });
         }
         self.gather_flexible(root);
         self.gather_drives(root);
         self.gather_forces(root);
+        self.names.contacts.extend(of_joints);
     }
 
     /// Gathers the names of the forces of couplings, which are among the results, from what their tables say.

@@ -1,12 +1,42 @@
 //! The types of `[joints.…]` in words, and the keys that go with each.
 
+use super::clearance::has_play;
 use super::tree::Table;
 use crate::joint::JOINT_TYPES;
 
 /// Keys of each type of joint, in the order of [`JOINT_TYPES`].
 pub(super) const JOINT_KEYS: [&[&str]; JOINT_TYPES.len()] = [
-    &["type", "between", "axis", "second", "armature", "coordinate", "cut"],
-    &["type", "between", "axis", "second", "direction", "angle", "armature", "coordinate", "cut"],
+    &[
+        "type",
+        "between",
+        "axis",
+        "second",
+        "armature",
+        "coordinate",
+        "cut",
+        "clearance",
+        "radius",
+        "mu",
+        "static",
+        "restitution",
+    ],
+    &[
+        "type",
+        "between",
+        "axis",
+        "second",
+        "direction",
+        "angle",
+        "armature",
+        "coordinate",
+        "cut",
+        "clearance",
+        "length",
+        "width",
+        "mu",
+        "static",
+        "restitution",
+    ],
     &["type", "between", "angle", "cut"],
     &["type", "between", "axis", "direction", "coordinate", "cut"],
     &["type", "between", "length"],
@@ -41,6 +71,8 @@ pub(super) fn type_of(word: &str, table: &Table) -> &'static str {
     let word = match word {
         DISTANCE if table.get("length").is_some() => "link",
         DISTANCE => "cylinder",
+        // Contacts hold its bodies together.
+        word if has_play(word, table) => "planar",
         word => word,
     };
     JOINT_TYPES.iter().map(|(known, _)| *known).find(|known| *known == word).unwrap_or("")

@@ -2,6 +2,7 @@
 
 use bksim_expr::Expr;
 
+use super::clearance::{PLAYING_TYPES, has_play};
 use super::codes;
 use super::gather::sub_tables;
 use super::joint_types::{DISTANCE, DISTANCE_KEYS, JOINT_KEYS, PLANAR_TYPES, type_of};
@@ -46,21 +47,28 @@ impl Reader<'_> {
         let written = self.choice(&kind_entry.node, &format!("`type` of {owner}"), &types)?;
         let word = type_of(written, table);
         let kind_idx = JOINT_TYPES.iter().position(|(known, _)| *known == word)?;
-        let keys = if written == DISTANCE { &DISTANCE_KEYS } else { JOINT_KEYS[kind_idx] };
+        let plays = has_play(written, table);
+        let keys = match JOINT_TYPES.iter().position(|(known, _)| *known == written) {
+            Some(row) => JOINT_KEYS[row],
+            None => &DISTANCE_KEYS,
+        };
         let fields = Fields::open(self, table, owner, span.clone(), keys);
         if written == DISTANCE && !self.is_distance(&fields) {
             return None;
         }
         let before = self.faults.len();
         let ends = self.between(&fields);
-        if !PLANAR_TYPES.contains(&word) && self.spatial.is_none() {
+        if PLAYING_TYPES.contains(&written) {
+            self.check_play(&fields);
+        }
+        if !plays && !PLANAR_TYPES.contains(&word) && self.spatial.is_none() {
             self.spatial = Some(kind_entry.node.span.clone());
         }
-        let axis = self.joint_axis(word, &fields);
+        let mut axis = self.joint_axis(if plays { written } else { word }, &fields);
         let alignment = self.alignment(word, &fields);
         let kind = self.joint_kind(word, &fields);
         let armature = self.armature(word, &fields);
-        let cut = fields.get("cut").and_then(|node| self.flag(node, &fields.what("cut")));
+        let mut cut = fields.get("cut").and_then(|node| self.flag(node, &fields.what("cut")));
         let mut coordinate_names = Vec::new();
         if let Some(node) = fields.get("coordinate") {
             let freedoms = JOINT_TYPES[kind_idx].1.len();
@@ -79,6 +87,15 @@ impl Reader<'_> {
         }
         if self.faults[before..].iter().any(Diagnostic::is_error) {
             return None;
+        }
+        if plays {
+            let play = self.play(name, written, &fields, [predecessor, successor], axis?)?;
+            self.plays.push(play);
+            // Bodies that contacts hold go their own ways.
+            cut = Some(true);
+            if written == "prismatic" {
+                axis = Some([self.pool.zero(), self.pool.zero(), self.pool.one()]);
+            }
         }
         Some(Joint {
             name: name.to_owned(),

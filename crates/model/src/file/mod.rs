@@ -33,6 +33,7 @@ mod bodies;
 mod cams;
 mod cases;
 mod checks;
+mod clearance;
 mod codes;
 mod compliance;
 mod contacts;
@@ -300,6 +301,7 @@ impl<'a> Reader<'a> {
             formulas: &[],
             found: Vec::new(),
             cases: Vec::new(),
+            plays: Vec::new(),
         }
     }
 

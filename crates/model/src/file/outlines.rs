@@ -8,9 +8,9 @@ use super::reader::{Fields, Reader};
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
 use super::value::Scope;
-use crate::body::Anchor;
+use crate::body::{Anchor, Body};
 use crate::contact::{Base, ContactPair, EdgesForm, Place, Reach, Round, Shape};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::{BodyId, ContactId};
 use crate::load::{Load, LoadKind, Opposed};
 use crate::model::Space;
@@ -33,24 +33,24 @@ impl Reader<'_> {
     pub(super) fn read_contacts(
         &mut self,
         root: &Table,
-        facts: &[&BodyFacts],
+        bodies: &mut [(Option<Body>, BodyFacts)],
         loads: &mut Vec<Load>,
     ) -> Vec<ContactPair> {
+        let plays = std::mem::take(&mut self.plays);
+        let of_joints: Vec<_> = plays
+            .iter()
+            .flat_map(|play| {
+                self.shapes_of_play(play, bodies).into_iter().map(move |of| (play, of))
+            })
+            .collect();
         let points = |anchor: Anchor| {
-            let point = anchor.point.and_then(|point| facts[anchor.body.0].points.get(point.0));
+            let point = anchor.point.and_then(|point| bodies[anchor.body.0].1.points.get(point.0));
             point.copied().flatten().map_or([0.0; 2], |at| [at[0], at[1]])
         };
         let mut pairs: Vec<ContactPair> = Vec::new();
         for (name, span, table) in self.own_tables(root, "contact") {
             self.usable_name(name, &span, "contact");
-            if let Some(load) = loads.iter().find(|load| load.name == name) {
-                let message = format!("`{name}` is a load and a contact");
-                self.report(
-                    Diagnostic::error(codes::DUPLICATE, message)
-                        .at(span, "the same name again")
-                        .at(load.span.clone(), "the load")
-                        .help(format!("rename the contact, for example `{name}_contact`")),
-                );
+            if self.is_load(loads, name, &span, "contact") {
                 continue;
             }
             let fields =
@@ -61,7 +61,45 @@ impl Reader<'_> {
                 pairs.push(pair);
             }
         }
+        for (play, (name, shapes)) in of_joints {
+            if let Some(pair) = pairs.iter().find(|pair| pair.name == name) {
+                let message = format!(
+                    "`{name}` is a contact and that of joint `{}`, which has play",
+                    play.name
+                );
+                self.report(
+                    Diagnostic::error(codes::DUPLICATE, message)
+                        .at(play.span.clone(), "the same name again")
+                        .at(pair.span.clone(), "the contact")
+                        .help(format!("rename the contact, for example `{name}_contact`")),
+                );
+            } else if !self.is_load(loads, &name, &play.span, "load") {
+                let (places, tracks) = places_of(&shapes, &points, self.pool.zero());
+                let pair = ContactPair { name, shapes, places, tracks, span: play.span.clone() };
+                loads.extend(rows_of(
+                    &pair,
+                    ContactId(pairs.len()),
+                    play.restitution,
+                    play.friction,
+                    None,
+                ));
+                pairs.push(pair);
+            }
+        }
         pairs
+    }
+
+    /// Reports a contact that has the name of a load; one of this `kind` is to be renamed.
+    fn is_load(&mut self, loads: &[Load], name: &str, span: &Span, kind: &str) -> bool {
+        let Some(load) = loads.iter().find(|load| load.name == name) else { return false };
+        let message = format!("`{name}` is a load and a contact");
+        self.report(
+            Diagnostic::error(codes::DUPLICATE, message)
+                .at(span.clone(), "the same name again")
+                .at(load.span.clone(), "the load")
+                .help(format!("rename the {kind}, for example `{name}_{kind}`")),
+        );
+        true
     }
 
     /// Outlines are in a plane.
@@ -152,17 +190,9 @@ impl Reader<'_> {
             return None;
         }
         let restitution = restitution?;
-        let load = |kind| Load { name: name.to_owned(), kind, span: span.clone() };
-        let touches = (0..places.len())
-            .map(|place| load(LoadKind::Touch { contact: id, place, restitution }));
-        let mut rows: Vec<Load> = touches.collect();
-        let of_rolling = rolling.map(|arm| (Opposed::Roll, [arm; 2]));
-        let of_slip = friction.map(|coefficients| (Opposed::Slip, coefficients));
-        for (opposed, [sliding, sticking]) in of_slip.into_iter().chain(of_rolling) {
-            let rub = |track| LoadKind::Rub { contact: id, track, opposed, sliding, sticking };
-            rows.extend((0..tracks.len()).map(|track| load(rub(track))));
-        }
-        Some((ContactPair { name: name.to_owned(), shapes, places, tracks, span }, rows))
+        let pair = ContactPair { name: name.to_owned(), shapes, places, tracks, span };
+        let rows = rows_of(&pair, id, restitution, friction, rolling);
+        Some((pair, rows))
     }
 
     /// A point as text, or a shape as a table.
@@ -297,6 +327,27 @@ impl Reader<'_> {
         }
         Some(anchor)
     }
+}
+
+/// The rows of a contact, those that rub after those that press.
+fn rows_of(
+    pair: &ContactPair,
+    contact: ContactId,
+    restitution: Expr,
+    friction: Option<[Expr; 2]>,
+    rolling: Option<Expr>,
+) -> Vec<Load> {
+    let load = |kind| Load { name: pair.name.clone(), kind, span: pair.span.clone() };
+    let touches =
+        (0..pair.places.len()).map(|place| load(LoadKind::Touch { contact, place, restitution }));
+    let mut rows: Vec<Load> = touches.collect();
+    let of_rolling = rolling.map(|arm| (Opposed::Roll, [arm; 2]));
+    let of_slip = friction.map(|coefficients| (Opposed::Slip, coefficients));
+    for (opposed, [sliding, sticking]) in of_slip.into_iter().chain(of_rolling) {
+        let rub = |track| LoadKind::Rub { contact, track, opposed, sliding, sticking };
+        rows.extend((0..pair.tracks.len()).map(|track| load(rub(track))));
+    }
+    rows
 }
 
 fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {

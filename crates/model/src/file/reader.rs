@@ -5,6 +5,7 @@ use bksim_expr::{Expr, Pool};
 
 use super::Formula;
 use super::beam_parts::Parts;
+use super::clearance::Play;
 use super::codes;
 use super::definition::ParameterState;
 use super::grids::MeasuredTable;
@@ -108,6 +109,8 @@ pub(super) struct Reader<'a> {
     pub(super) found: Vec<Expr>,
     /// The load cases of the text.
     pub(super) cases: Vec<LoadCase>,
+    /// Joints with a clearance.
+    pub(super) plays: Vec<Play>,
 }
 
 impl Reader<'_> {

@@ -104,8 +104,7 @@ impl Reader<'_> {
         // Couplings on one side come last: their rows are found from the end.
         self.rope_loads.sort_by_key(Load::is_coupling);
         loads.append(&mut self.rope_loads);
-        let facts: Vec<&BodyFacts> = bodies.iter().map(|(_, facts)| facts).collect();
-        let contacts = self.read_contacts(root, &facts, &mut loads);
+        let contacts = self.read_contacts(root, &mut bodies, &mut loads);
         let drives = self.read_drives(root);
         let (mut initial, orientations, assembly) = self.read_initial(root);
         initial.extend(controllers.initial);

@@ -33,6 +33,11 @@ class Revolute(Joint):
     coordinate: str | None = None
     second_: Sequence[Value] | None = None
     armature: Value | None = None
+    clearance: Value | None = None
+    radius: Value | None = None
+    mu: Value | None = None
+    static: Value | None = None
+    restitution: Value | None = None
 
 
 @dataclass(slots=True)
@@ -47,6 +52,12 @@ class Prismatic(Joint):
     coordinate: str | None = None
     second_: Sequence[Value] | None = None
     armature: Value | None = None
+    clearance: Value | None = None
+    length: Value | None = None
+    width: Value | None = None
+    mu: Value | None = None
+    static: Value | None = None
+    restitution: Value | None = None
 
 
 @dataclass(slots=True)

@@ -1,0 +1,220 @@
+//! `clearance` of a pin or slide: its joint holds nothing, and contacts keep journal and bush, or slide and guide, together.
+//!
+//! ```text
+//! pin     a disc of `radius` about the second point in a ring of radius + clearance about the first
+//! slide   the corners (± length/2, ± width/2) about the second point between lines at ± (width/2 + clearance)
+//! ```
+
+use bksim_expr::Expr;
+
+use super::bodies::BodyFacts;
+use super::codes;
+use super::reader::{Fields, Reader};
+use super::tree::Table;
+use super::units::Quantity;
+use super::value::Scope;
+use crate::body::{Anchor, Body, FixedTurn, Point};
+use crate::contact::{EdgesForm, Round, Shape};
+use crate::diagnostic::{Diagnostic, Span};
+use crate::ids::{PointId, Vector};
+
+/// The key that gives a joint play.
+const CLEARANCE: &str = "clearance";
+/// Keys of play, which need a clearance.
+const PLAY_KEYS: [&str; 6] = ["radius", "length", "width", "mu", "static", "restitution"];
+/// Types of joints that may have play.
+pub(super) const PLAYING_TYPES: [&str; 2] = ["revolute", "prismatic"];
+/// The sides of a slide by the names of their contacts, and the signs of their places to the left of the axis.
+const SIDES: [(&str, i32); 2] = [("left", 1), ("right", -1)];
+
+/// A joint with play.
+#[derive(Clone, Debug)]
+pub(super) struct Play {
+    pub(super) name: String,
+    ends: [Anchor; 2],
+    clearance: Expr,
+    form: Form,
+    pub(super) restitution: Expr,
+    pub(super) friction: Option<[Expr; 2]>,
+    pub(super) span: Span,
+}
+
+#[derive(Clone, Debug)]
+enum Form {
+    /// A journal of this radius.
+    Pin(Expr),
+    /// A slide of this length and width, with its axis in the frames of the first and the second point.
+    Slide { length: Expr, width: Expr, axes: [Vector; 2] },
+}
+
+/// True of a joint that `clearance` gives play.
+pub(super) fn has_play(word: &str, table: &Table) -> bool {
+    PLAYING_TYPES.contains(&word) && table.get(CLEARANCE).is_some()
+}
+
+/// The names of the contacts that stand for a joint.
+pub(super) fn contacts_of_joint(name: &str, table: &Table, word: &str) -> Vec<String> {
+    match word {
+        _ if !has_play(word, table) => Vec::new(),
+        "revolute" => vec![name.to_owned()],
+        _ => SIDES.map(|(side, _)| format!("{name}_{side}")).to_vec(),
+    }
+}
+
+impl Reader<'_> {
+    /// Refuses keys of play where there is none, and those that play has no use for.
+    pub(super) fn check_play(&mut self, fields: &Fields<'_>) {
+        if fields.has(CLEARANCE) {
+            for key in ["second", "armature", "cut"] {
+                fields.conflict(self, CLEARANCE, key);
+            }
+            return;
+        }
+        for key in PLAY_KEYS {
+            let Some(entry) = fields.entry(key) else { continue };
+            let message = format!("{} has `{key}` and no `clearance`", fields.owner);
+            self.report(
+                Diagnostic::error(codes::NO_PLAY, message)
+                    .at(entry.key_span.clone(), "of a joint with play only")
+                    .help(format!("remove `{key}`, or write for example `clearance = \"0.1 mm\"`")),
+            );
+        }
+    }
+
+    /// The play of a joint with a clearance; `axis` is that of its type.
+    pub(super) fn play(
+        &mut self,
+        name: &str,
+        word: &str,
+        fields: &Fields<'_>,
+        ends: [Anchor; 2],
+        axis: Vector,
+    ) -> Option<Play> {
+        let clearance = self.positive(fields, CLEARANCE, None)?;
+        let restitution = match fields.get("restitution") {
+            Some(node) => self.restitution(node, &fields.what("restitution"))?,
+            None => self.pool.zero(),
+        };
+        let rubs = fields.has("mu") || fields.has("static");
+        let friction = if rubs { Some(self.coefficients(fields)?) } else { None };
+        let zero = self.pool.zero();
+        let form = if word == "revolute" {
+            if fields.has("radius") || rubs {
+                // Friction turns the bodies by the radius where it acts.
+                Form::Pin(self.positive(
+                    fields,
+                    "radius",
+                    Some("that of the journal, `radius = \"10 mm\"`"),
+                )?)
+            } else {
+                Form::Pin(zero)
+            }
+        } else {
+            let help = "that of the slide along its axis, `length = \"60 mm\"`";
+            let length = self.positive(fields, "length", Some(help))?;
+            let width =
+                if fields.has("width") { self.positive(fields, "width", None)? } else { zero };
+            let angle = match fields.get("angle") {
+                Some(node) => {
+                    self.scalar(node, Quantity::ANGLE, &fields.what("angle"), Scope::Constant)?.expr
+                }
+                None => zero,
+            };
+            let back =
+                FixedTurn { axis: [zero, zero, self.pool.one()], angle: self.pool.neg(angle) };
+            Form::Slide { length, width, axes: [axis, self.turned(&[back], axis)] }
+        };
+        let span = fields.entry(CLEARANCE)?.key_span.clone();
+        Some(Play { name: name.to_owned(), ends, clearance, form, restitution, friction, span })
+    }
+
+    /// A length greater than zero; `help` says what to write where it is missing.
+    fn positive(&mut self, fields: &Fields<'_>, key: &str, help: Option<&str>) -> Option<Expr> {
+        let help = format!("write {}", help.unwrap_or("a length"));
+        let node = fields.require(self, key, &help)?;
+        let what = fields.what(key);
+        let value = self.scalar(node, Quantity::LENGTH, &what, Scope::Constant)?;
+        self.check_positive(&what, &value, Quantity::LENGTH).then_some(value.expr)
+    }
+
+    /// A vector of the plane after turns about its normal.
+    fn turned(&self, turns: &[FixedTurn], [x, y, z]: Vector) -> Vector {
+        let pool = &self.pool;
+        let angle = turns
+            .iter()
+            .fold(pool.zero(), |sum, turn| pool.add(sum, pool.mul(turn.axis[2], turn.angle)));
+        let [sin, cos] = [pool.sin(angle), pool.cos(angle)];
+        let along = pool.sub(pool.mul(cos, x), pool.mul(sin, y));
+        [along, pool.add(pool.mul(sin, x), pool.mul(cos, y)), z]
+    }
+
+    /// The pairs of shapes that keep a joint with play together, by the names of their contacts; what they need of
+    /// points is added to the bodies.
+    pub(super) fn shapes_of_play(
+        &mut self,
+        play: &Play,
+        bodies: &mut [(Option<Body>, BodyFacts)],
+    ) -> Vec<(String, [Shape; 2])> {
+        let [first, second] = play.ends;
+        let (length, width, axes) = match play.form {
+            Form::Pin(radius) => {
+                let bush = Round { center: first, radius: self.pool.add(radius, play.clearance) };
+                let journal = Round { center: second, radius };
+                return vec![(play.name.clone(), [Shape::Ring(bush), Shape::Round(journal)])];
+            }
+            Form::Slide { length, width, axes } => (length, width, axes),
+        };
+        let half = self.pool.div(length, self.pool.int(2));
+        let aside = self.pool.div(width, self.pool.int(2));
+        let beyond = self.pool.add(aside, play.clearance);
+        let mut pairs = Vec::new();
+        for (side, sign) in SIDES {
+            let signed = |value: Expr| if sign < 0 { self.pool.neg(value) } else { value };
+            // What slides is to the left of its guide.
+            let [guide, corner] = [signed(beyond), signed(aside)];
+            let ends = [signed(half), self.pool.neg(signed(half))];
+            let name = format!("{}_{side}", play.name);
+            let guide =
+                ends.map(|along| self.point_along(bodies, first, axes[0], [along, guide], &name));
+            let corners =
+                ends.map(|along| self.point_along(bodies, second, axes[1], [along, corner], &name));
+            let shapes = [
+                Shape::Edges { corners: guide.to_vec(), form: EdgesForm::Line },
+                Shape::Edges { corners: corners.to_vec(), form: EdgesForm::Chain },
+            ];
+            pairs.push((name, shapes));
+        }
+        pairs
+    }
+
+    /// A new point of a body, by its way along an axis and to the left of it from another one.
+    fn point_along(
+        &mut self,
+        bodies: &mut [(Option<Body>, BodyFacts)],
+        from: Anchor,
+        axis: Vector,
+        [along, left]: [Expr; 2],
+        name: &str,
+    ) -> Anchor {
+        let (body, facts) = &mut bodies[from.body.0];
+        let zero = self.pool.zero();
+        let of = body.as_ref().zip(from.point).and_then(|(body, point)| body.points.get(point.0));
+        let (position, orientation) =
+            of.map_or(([zero; 3], Vec::new()), |point| (point.position, point.orientation.clone()));
+        let [x, y, _] = self.turned(&orientation, axis);
+        let pool = &self.pool;
+        let at = |k: usize, along_axis: Expr, across: Expr| {
+            pool.add(position[k], pool.add(pool.mul(along, along_axis), pool.mul(left, across)))
+        };
+        let position = [at(0, x, pool.neg(y)), at(1, y, x), position[2]];
+        let names = &mut self.names.bodies[from.body.0].points;
+        let id = PointId(names.len());
+        let name = format!("{name}_{}", id.0);
+        names.push(name.clone());
+        facts.points.push(None);
+        if let Some(body) = body {
+            body.points.push(Point { name, position, orientation });
+        }
+        Anchor { body: from.body, point: Some(id) }
+    }
+}
