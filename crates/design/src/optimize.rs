@@ -14,7 +14,7 @@ use crate::base::{Quantity, Source, Stated, Watch};
 use crate::codes;
 use crate::error::DesignError;
 use crate::poses::Poses;
-use crate::spec::{Written, located, section};
+use crate::spec::{Written, located, ranges_of, section, stated_ranges};
 use case::driven;
 use search::Search;
 
@@ -57,8 +57,7 @@ struct Section {
     points: Option<u64>,
     #[serde(default)]
     choose: BTreeMap<String, BTreeMap<String, BTreeMap<String, Written>>>,
-    #[serde(default)]
-    vary: BTreeMap<String, [Written; 2]>,
+    vary: Option<Varied>,
     #[serde(default)]
     subject_to: Vec<String>,
     over: Option<String>,
@@ -75,6 +74,14 @@ struct Section {
 enum Goals {
     One(String),
     Two([String; 2]),
+}
+
+/// What varies between which values, or names of what `[ranges]` has values for.
+#[derive(Deserialize, Debug)]
+#[serde(untagged, expecting = "names with two values each, or a list of names of `[ranges]`")]
+enum Varied {
+    Ranges(BTreeMap<String, [Written; 2]>),
+    Names(Vec<String>),
 }
 
 const EXAMPLE: &str = "write it as `minimize = \"max(drives.motor.effort)\"` and `vary = { l1 = [\"80 mm\", \"120 mm\"] }` below `[optimize]`";
@@ -212,9 +219,17 @@ impl OptimizeWish {
     /// [`codes::BAD_QUESTION`].
     pub fn of_model(text: &str) -> Result<Self, DesignError> {
         let Some(found) = section::<Section>(text, "optimize", EXAMPLE)? else {
-            return Ok(Self::default());
+            return Ok(Self { vary: stated_ranges(text), ..Self::default() });
         };
         let pair = |[from, to]: [Written; 2]| [from.text(), to.text()];
+        let vary = match found.vary {
+            Some(Varied::Ranges(ranges)) => {
+                ranges.into_iter().map(|(name, range)| (name, pair(range))).collect()
+            }
+            Some(Varied::Names(names)) => ranges_of(text, &names)?,
+            None if found.choose.is_empty() => stated_ranges(text),
+            None => Vec::new(),
+        };
         let case = |values: BTreeMap<String, Written>| -> Vec<(String, String)> {
             values.into_iter().map(|(name, value)| (name, value.text())).collect()
         };
@@ -232,7 +247,7 @@ impl OptimizeWish {
             points: found.points,
             choose: found.choose.into_iter().map(|(name, of)| (name, rows(of))).collect(),
             maximize: found.maximize,
-            vary: found.vary.into_iter().map(|(name, range)| (name, pair(range))).collect(),
+            vary,
             subject_to: found.subject_to,
             over: found.over,
             cases: found.cases.into_iter().map(|(name, values)| (name, case(values))).collect(),
@@ -290,7 +305,7 @@ pub fn optimize(
 ) -> Result<Optimized, DesignError> {
     let has_goal = wish.minimize.is_some() || wish.maximize.is_some();
     if has_goal && wish.vary.is_empty() && wish.choose.is_empty() {
-        let help = "name what varies with its ends: `vary = { l1 = [\"80 mm\", \"120 mm\"] }`, or `--vary \"l1=80 mm:120 mm\"`";
+        let help = "name what varies with its ends: `vary = { l1 = [\"80 mm\", \"120 mm\"] }`, below `[ranges]`, or `--vary \"l1=80 mm:120 mm\"`";
         return Err(DesignError::fault(codes::NOTHING_ASKED, "nothing varies", help));
     }
     if wish.points.is_some_and(|n| !(3..=1000).contains(&n)) {

@@ -122,3 +122,52 @@ pub(crate) fn located(fault: DesignError, text: &str, about: &str) -> DesignErro
     }
     bksim::Rejected(faults).into()
 }
+
+/// The ranges that the model states, by the names that a search varies.
+pub(crate) fn stated_ranges(text: &str) -> Vec<(String, [String; 2])> {
+    let root = text.parse::<toml::Table>().unwrap_or_default();
+    let mut found = Vec::new();
+    let mut left: Vec<(String, &toml::Value)> =
+        root.get("ranges").map(|value| (String::new(), value)).into_iter().collect();
+    while let Some((path, value)) = left.pop() {
+        match value {
+            toml::Value::Table(table) => {
+                let below = table.iter().rev().map(|(key, value)| {
+                    (if path.is_empty() { key.clone() } else { format!("{path}.{key}") }, value)
+                });
+                left.extend(below);
+            }
+            toml::Value::Array(ends) => {
+                let written =
+                    |end: &toml::Value| end.as_str().map_or(end.to_string(), str::to_owned);
+                let ends: Vec<String> = ends.iter().map(written).collect();
+                let own = ["parameters.", "initial."].iter().find_map(|at| path.strip_prefix(at));
+                let name = own.unwrap_or(&path).to_owned();
+                found.extend(<[String; 2]>::try_from(ends).ok().map(|ends| (name, ends)));
+            }
+            _ => (),
+        }
+    }
+    found
+}
+
+/// Names with the ranges that the model states of them.
+pub(crate) fn ranges_of(
+    text: &str,
+    names: &[String],
+) -> Result<Vec<(String, [String; 2])>, DesignError> {
+    let stated = stated_ranges(text);
+    let of = |name: &String| {
+        stated.iter().find(|(known, _)| known == name).cloned().ok_or_else(|| {
+            let message = format!("`{name}` varies, but the model states no range of it");
+            let help =
+                format!("add one below `[ranges]`, such as `{name} = [\"80 mm\", \"120 mm\"]`");
+            located(
+                DesignError::fault(codes::BAD_QUESTION, message, help),
+                text,
+                &format!("\"{name}\""),
+            )
+        })
+    };
+    names.iter().map(of).collect()
+}

@@ -1,16 +1,17 @@
 //! The values of a model that a page lets be typed and slid, and its elements with their keys.
 
+use bksim_model::StatedRange;
 use serde_json::{Value, json};
 
-use crate::numbers::literal;
+use crate::numbers::{in_unit, literal, rounded};
 use crate::places::{Kind, Place, Places};
 
 /// Steps of a slider over its range.
 const N_STEPS: f64 = 200.0;
 
 /// Every parameter, initial value, drive and end time as JSON: path, name, value as written, and, for a number, the
-/// number, its unit and a range.
-pub(crate) fn controls(places: &Places<'_>) -> Vec<Value> {
+/// number, its unit and a range, the stated one where there is one.
+pub(crate) fn controls(places: &Places<'_>, ranges: &[StatedRange]) -> Vec<Value> {
     let is_control = |place: &&Place| {
         let path: Vec<&str> = place.path.iter().map(String::as_str).collect();
         place.kind == Kind::Value
@@ -20,10 +21,10 @@ pub(crate) fn controls(places: &Places<'_>) -> Vec<Value> {
                 _ => false,
             }
     };
-    places.all.iter().filter(is_control).map(|place| control(places, place)).collect()
+    places.all.iter().filter(is_control).map(|place| control(places, place, ranges)).collect()
 }
 
-fn control(places: &Places<'_>, place: &Place) -> Value {
+fn control(places: &Places<'_>, place: &Place, ranges: &[StatedRange]) -> Value {
     let quoted = places.quoted(place);
     let text = quoted.unwrap_or(places.text_of(place));
     let kind = place.path[0].as_str();
@@ -35,17 +36,25 @@ fn control(places: &Places<'_>, place: &Place) -> Value {
         }
         _ => place.path[1..].join("."),
     };
+    let path = place.path.join(".");
     let mut value = json!({
-        "path": place.path.join("."),
+        "path": path,
         "kind": kind,
         "name": name,
         "text": text,
         "is_guess": place.path.iter().any(|key| key == "guess"),
     });
     if let Some(literal) = literal(text) {
-        let [low, high] = range_about(literal.number, &literal.unit);
+        let in_own = |end: f64| match literal.unit.as_str() {
+            "" => end,
+            unit => rounded(in_unit(end, unit)),
+        };
+        let stated = ranges.iter().find(|range| range.path == path);
+        let about = || range_about(literal.number, &literal.unit);
+        let [low, high] = stated.map_or_else(about, |range| range.ends.map(in_own));
         value["number"] = json!(literal.number);
         value["unit"] = json!(literal.unit);
+        value["is_stated"] = json!(stated.is_some());
         value["range"] = json!([low, high, (high - low) / N_STEPS]);
     }
     value

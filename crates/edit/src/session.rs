@@ -246,6 +246,7 @@ impl Session {
         let text = self.document.text();
         let places = Places::of(text);
         let [can_undo, can_redo] = self.document.can_undo_and_redo();
+        let ranges = self.posed.as_ref().map_or(&[][..], |posed| &posed.model().ranges);
         let mut json = json!({
             "text": text,
             "can_undo": can_undo,
@@ -253,7 +254,7 @@ impl Session {
             "is_current": self.is_current,
             "is_whole": self.is_whole,
             "faults": faults(text, &self.faults),
-            "controls": places.as_ref().map(controls),
+            "controls": places.as_ref().map(|places| controls(places, ranges)),
             "elements": places.as_ref().map(elements),
         });
         let mut numbers = Vec::new();

@@ -321,3 +321,22 @@ fn sliders_of_negative_numbers_mirror_those_of_positive_ones() {
     assert_eq!(range_about(-30.0, "deg"), [-180.0, 180.0]);
     assert_eq!(range_about(-200.0, "deg"), [-400.0, -40.0]);
 }
+
+#[test]
+fn sliders_go_between_the_ends_that_the_model_states() {
+    let text = format!(
+        "{FOUR_BAR}\n[ranges]\na = [\"0.08 m\", \"120 mm\"]\nD.guess.angle = [\"30 deg\", \"2 rad\"]\n"
+    );
+    let mut session = opened(&text);
+    let state = ask(&mut session, &json!({ "do": "redo" })).json;
+    let range = |path: &str| {
+        let controls = state["controls"].as_array().expect("controls");
+        let control = controls.iter().find(|control| control["path"] == path).expect(path);
+        (control["unit"].as_str().expect("a unit").to_owned(), control["range"].clone())
+    };
+    let [low, high] = [0.08, 0.12];
+    assert_eq!(range("parameters.a"), ("m".to_owned(), json!([low, high, (high - low) / 200.0])));
+    let (unit, ends) = range("initial.D.guess.angle");
+    assert_eq!((unit.as_str(), &ends[0], &ends[1]), ("deg", &json!(30.0), &json!(114.592)));
+    assert_eq!(state["faults"].as_array().map(Vec::len), Some(0), "{}", state["faults"]);
+}

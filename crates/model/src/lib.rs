@@ -38,6 +38,7 @@ mod measure_names;
 mod mesh;
 pub mod message;
 mod model;
+mod range;
 mod rope;
 mod solve;
 mod state;
@@ -66,6 +67,7 @@ pub use measure::{
 pub use measure_names::{ENERGIES, free_motion_names, reaction_words};
 pub use mesh::{Mesh, MeshFault, MeshMoments};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};
+pub use range::StatedRange;
 pub use rope::{Rope, RopeNode, RopeSection};
 pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};
 pub use state::{Clock, HeldChange, HeldSignal, LatchRow, NamedSignal, State};

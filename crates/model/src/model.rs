@@ -23,6 +23,7 @@ use crate::joint::Joint;
 use crate::load::{Load, LoadKind};
 use crate::load_case::LoadCase;
 use crate::measure::{Initial, Orientation, Signal};
+use crate::range::StatedRange;
 use crate::rope::Rope;
 use crate::solve::SolveOptions;
 use crate::state::{Clock, HeldChange, HeldSignal, NamedSignal, State};
@@ -101,6 +102,8 @@ pub struct Model<P = Pool> {
     pub io: Io,
     /// How joints yield that repeat others; all others are rigid.
     pub compliances: Vec<Compliance>,
+    /// Ranges of numbers, for sliders and searches.
+    pub ranges: Vec<StatedRange>,
     /// The load cases that the file has, in file order; the chosen one is in the model already.
     pub cases: Vec<LoadCase>,
 }
@@ -143,6 +146,7 @@ impl<P> Model<P> {
             inputs: self.inputs.clone(),
             io: self.io.clone(),
             compliances: self.compliances.clone(),
+            ranges: self.ranges.clone(),
             cases: self.cases.clone(),
         }
     }

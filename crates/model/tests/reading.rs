@@ -446,3 +446,50 @@ fn a_name_finds_its_measure() {
         model.signals.iter().map(|signal| signal.measure.is_reaction()).collect();
     assert_eq!(components.iter().filter(|is_one| **is_one).count(), 3);
 }
+
+#[test]
+fn ranges_are_in_the_kind_of_their_values() {
+    let of = |ranges: &str| {
+        let text = format!(
+            "[units]\nangle = \"deg\"\n[parameters]\nl1 = \"100 mm\"\nn = 3\nk = \"2*l1\"\n[bodies.b]\nmass = \"1 kg\"\n\
+             com = [0, \"l1\"]\n[joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"b\"]\n[initial]\nA.angle = \"20 deg\"\n\
+             [drives.m]\njoint = \"A\"\nmotion = \"20 deg + 1 rad/s*t\"\n[ranges]\n{ranges}\n"
+        );
+        read(&Source::new(&text, "test"))
+    };
+    let reading = of(
+        "l1 = [\"80 mm\", \"l1 + 2 cm\"]\nn = [1, 5]\nA.angle = [0, \"90 deg\"]\nbodies.b.mass = [\"500 g\", 2]\n\
+         k = [\"100 mm\", \"1 m\"]",
+    );
+    assert!(reading.diagnostics.is_empty(), "{:?}", reading.diagnostics);
+    let ranges = reading.model.expect("a model").ranges;
+    let expected = [
+        ("parameters.l1", [0.08, 0.12]),
+        ("parameters.n", [1.0, 5.0]),
+        ("initial.A.angle", [0.0, std::f64::consts::FRAC_PI_2]),
+        ("bodies.b.mass", [0.5, 2.0]),
+        ("parameters.k", [0.1, 1.0]),
+    ];
+    assert_eq!(ranges.len(), expected.len());
+    for (range, (path, ends)) in ranges.iter().zip(expected) {
+        assert_eq!(range.path, path);
+        assert_close(range.ends[0], ends[0]);
+        assert_close(range.ends[1], ends[1]);
+    }
+    for (line, code) in [
+        ("l2 = [1, 2]", "M125"),
+        ("A.rate = [\"0 deg/s\", \"1 deg/s\"]", "M125"),
+        ("m.motion = [\"0 deg\", \"1 deg\"]", "M125"),
+        ("b.com = [\"0 m\", \"1 m\"]", "M125"),
+        ("l1 = [\"80 mm\"]", "M126"),
+        ("l1 = [\"120 mm\", \"80 mm\"]", "M126"),
+        ("l1 = \"80 mm\"", "M007"),
+        ("l1 = [\"80 kg\", \"90 kg\"]", "M031"),
+        ("n = [\"1 mm\", \"5 mm\"]", "M031"),
+        ("l1 = [\"80 mm\", \"l3\"]", "M021"),
+        ("l1 = [\"110 mm\", \"120 mm\"]", "M127"),
+    ] {
+        let codes: Vec<&str> = of(line).diagnostics.iter().map(|fault| fault.code.0).collect();
+        assert_eq!(codes, [code], "{line}");
+    }
+}

@@ -33,6 +33,7 @@ MORE = {
     "initial": ("Initial value", "State the start of a coordinate by its name"),
     "conditions": ("Condition", "Hold a sum of rates at zero"),
     "contacts": ("Contact", "Let two outlines touch, push each other apart and rub"),
+    "ranges": ("Range", "Say between which values sliders and searches move a number"),
     "cases": ("Load case", "Name other values of parameters, loads and drives"),
     "optimize": ("Optimum", "Say what is to be least or largest, and what may vary"),
     "fit": ("Fit", "Say which values follow from measured curves"),

@@ -364,3 +364,19 @@ fn a_point_to_begin_from_varies() {
     let error = optimize(&source, &wish, Watch::default()).expect_err("a fault");
     assert!(error.to_string().contains("`mass`, which does not vary"), "{error}");
 }
+
+#[test]
+fn ranges_of_the_model_are_what_varies() {
+    let goal = "minimize = \"rms(outputs.moment)\"\n";
+    let of = |question: &str| OptimizeWish::of_model(&arm(question));
+    let own =
+        of(&format!("{goal}vary = {{ k = [\"100 N/m\", \"3000 N/m\"] }}\n")).expect("a question");
+    let ranges = "[ranges]\nk = [\"100 N/m\", \"3000 N/m\"]\nA.angle = [0, \"90 deg\"]\n";
+    let named = of(&format!("{goal}vary = [\"k\"]\n{ranges}")).expect("a question");
+    assert_eq!(named.vary, own.vary);
+    let all = of(&format!("{goal}{ranges}")).expect("a question");
+    let names: Vec<&str> = all.vary.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["A.angle", "k"]);
+    let fault = of(&format!("{goal}vary = [\"L0\"]\n{ranges}")).expect_err("no range");
+    assert!(fault.to_string().contains("no range of"), "{fault}");
+}

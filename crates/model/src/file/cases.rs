@@ -13,16 +13,16 @@ use crate::load_case::LoadCase;
 /// Keys of a load case.
 pub(super) const CASE_KEYS: [&str; 2] = ["title", "set"];
 /// Sections that no case changes: they are read before, or are questions about all cases.
-const FIXED: [&str; 6] = ["name", "drawing", "use", "units", "space", "cases"];
+const FIXED: [&str; 7] = ["name", "drawing", "use", "units", "space", "ranges", "cases"];
 /// Words of a start, which may be stated in a case alone.
 const START: [&str; 12] =
     ["angle", "rate", "position", "velocity", "x", "y", "z", "vx", "vy", "vz", "guess", "w"];
 
-/// A change of a case: where, at which positions, and the new value.
-struct Change {
-    path: Vec<String>,
-    span: Span,
-    node: Node,
+/// A value by its path: where, at which positions, and what is written there.
+pub(super) struct Change {
+    pub(super) path: Vec<String>,
+    pub(super) span: Span,
+    pub(super) node: Node,
 }
 
 impl Reader<'_> {
@@ -113,7 +113,7 @@ impl Reader<'_> {
 }
 
 /// The values below a table with their paths: a key with dots and tables in tables are the same.
-fn gather(table: &Table, path: &mut Vec<String>, changes: &mut Vec<Change>) {
+pub(super) fn gather(table: &Table, path: &mut Vec<String>, changes: &mut Vec<Change>) {
     for Entry { key, key_span, node } in &table.entries {
         let before = path.len();
         path.extend(key.split('.').map(str::to_owned));
@@ -131,7 +131,7 @@ fn gather(table: &Table, path: &mut Vec<String>, changes: &mut Vec<Change>) {
 
 /// The path from the top of the file to what a case names: a parameter, something of a section, or the start of a joint
 /// or body.
-fn place(root: &Table, path: &[String]) -> Option<Vec<String>> {
+pub(super) fn place(root: &Table, path: &[String]) -> Option<Vec<String>> {
     let section = |name: &str| match &root.get(name)?.node.value {
         Value::Table(table) => Some(table),
         _ => None,
@@ -159,7 +159,7 @@ fn place(root: &Table, path: &[String]) -> Option<Vec<String>> {
 }
 
 /// True if there is something at the end of these keys.
-fn leads(table: &Table, path: &[String]) -> bool {
+pub(super) fn leads(table: &Table, path: &[String]) -> bool {
     let [key, rest @ ..] = path else { return false };
     let Some(entry) = table.get(key) else { return false };
     let mut node = &entry.node;

@@ -90,6 +90,9 @@ crate::codes! {
     BAD_FLEXIBLE = "M122", "a flexible body that is none";
     NOT_ON_BEAM = "M123", "a point that is on no fixed part of a flexible body";
     NO_GRIP = "M124", "friction of a rope that does not grip";
+    NO_RANGED = "M125", "a range of nothing";
+    BAD_RANGE = "M126", "a range that is none";
+    OUTSIDE_RANGE = "M127", "a value outside of its range";
     NO_PLAY = "M130", "keys of play without a clearance";
     UNKNOWN_CASE = "M135", "a load case that the model has not";
     NO_CHANGE = "M136", "a load case that changes nothing of the model";

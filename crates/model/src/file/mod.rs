@@ -81,6 +81,7 @@ mod plausible;
 mod points;
 mod promote;
 mod quantity;
+mod ranges;
 mod rates;
 mod reader;
 mod replay;

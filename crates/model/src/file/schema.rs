@@ -116,7 +116,7 @@ pub fn sections() -> Vec<SectionForm> {
         "space" => Holds::Word(vec!["planar", "spatial"]),
         "coordinates" => Holds::Word(vec!["auto", "relative", "absolute"]),
         "units" => units(),
-        "parameters" | "outputs" => Holds::Values,
+        "parameters" | "outputs" | "ranges" => Holds::Values,
         "use" => named(&USE_KEYS),
         // A table may stand in a file of its own.
         "tables" => named(&[&TABLE_KEYS[..], &["file"]].concat()),

@@ -40,6 +40,7 @@ pub const SECTIONS: &[&str] = &[
     "initial",
     "solve",
     "io",
+    "ranges",
     "cases",
     "optimize",
     "fit",
@@ -111,6 +112,7 @@ impl Reader<'_> {
         let solve = self.read_solve(root);
         let io = self.read_io(root);
         self.read_formulas();
+        let ranges = self.read_ranges(root);
         let space = self.read_space(&top);
         self.check_plane_of_contacts(space, &contacts);
         let coordinates = self.read_policy(&top);
@@ -160,6 +162,7 @@ impl Reader<'_> {
             inputs: Vec::new(),
             io: Io::default(),
             compliances: Vec::new(),
+            ranges,
             cases: std::mem::take(&mut self.cases),
             pool: std::mem::take(&mut self.pool),
         };

@@ -1,5 +1,6 @@
 //! The panel of values: a slider for each parameter that is a number.
 
+use bksim::model::StatedRange;
 use bksim::model::file::ShownUnit;
 use bksim_edit::range_about;
 use egui::{RichText, Slider, Ui};
@@ -39,7 +40,11 @@ impl ValuePanel {
                 let value = unit.of_si(*si);
                 let old = known.iter().find(|row| row.name == parameter.name && row.unit == unit);
                 let range = old.map(|row| row.range).filter(|[a, b]| (*a..=*b).contains(&value));
-                let range = range.unwrap_or_else(|| range_about(value, &unit.unit));
+                let is_own =
+                    |range: &&StatedRange| range.path == format!("parameters.{}", parameter.name);
+                let stated = model.ranges.iter().find(is_own);
+                let stated = stated.map(|range| range.ends.map(|end| unit.of_si(end)));
+                let range = stated.or(range).unwrap_or_else(|| range_about(value, &unit.unit));
                 Row { name: parameter.name.clone(), unit, value, range }
             })
             .collect();

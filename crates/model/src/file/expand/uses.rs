@@ -17,7 +17,7 @@ use crate::library::{LIBRARY, LibraryPart};
 const USE_KEYS: [&str; 4] = ["file", "part", "on", "with"];
 
 /// Sections of a part that are its own matter.
-const LEFT_OUT: [&str; 5] = ["name", "space", "coordinates", "solve", "cases"];
+const LEFT_OUT: [&str; 6] = ["name", "space", "coordinates", "solve", "ranges", "cases"];
 
 /// Parts within parts.
 const DEEPEST: usize = 16;
