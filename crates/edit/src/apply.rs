@@ -5,6 +5,7 @@ use crate::delete::delete;
 use crate::draft::{Draft, typed};
 use crate::draw;
 use crate::edit::{Edit, EditError};
+use crate::group::group;
 use crate::names::rename;
 use crate::numbers::{Literal, file_unit, in_unit, literal, rounded, written};
 use crate::places::{Kind, Places};
@@ -53,6 +54,7 @@ fn apply(draft: &mut Draft, edit: &Edit) -> Result<(), EditError> {
         Edit::Motor { joint, angle } => draw::motor(draft, joint, *angle)?,
         Edit::Rename { name, to } => rename(draft, name, to)?,
         Edit::Delete { name } => delete(draft, name)?,
+        Edit::Group { names, to } => group(draft, names, *to)?,
         Edit::Several { edits } => {
             for edit in edits {
                 apply(draft, edit)?;

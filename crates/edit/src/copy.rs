@@ -30,7 +30,8 @@ pub(crate) fn copy(
         .map(|key| {
             let is_place = ["com", "points", "outline"].contains(&key.as_str());
             let path = [&path[..], &[key]].concat();
-            (key.clone(), value(&places, &path, is_mirrored && is_place))
+            let plain = |place: &Place| places.text_of(place).to_owned();
+            (key.clone(), value(&places, &path, is_mirrored && is_place, &plain))
         })
         .collect();
     pairs.push(("free".to_owned(), "true".to_owned()));
@@ -40,7 +41,7 @@ pub(crate) fn copy(
 }
 
 /// The keys right below a path, each once.
-fn keys_below(places: &Places<'_>, path: &[&str]) -> Vec<String> {
+pub(crate) fn keys_below(places: &Places<'_>, path: &[&str]) -> Vec<String> {
     let mut keys: Vec<String> = Vec::new();
     for place in places.below(path) {
         if let Some(key) = place.path.get(path.len()).filter(|key| !keys.contains(key)) {
@@ -50,10 +51,16 @@ fn keys_below(places: &Places<'_>, path: &[&str]) -> Vec<String> {
     keys
 }
 
-/// A value as TOML on one line, tables in braces; second coordinates are negated if `is_mirrored`.
-fn value(places: &Places<'_>, path: &[&str], is_mirrored: bool) -> String {
+/// A value as TOML on one line, tables in braces, numbers and texts as `written` gives them; second coordinates are
+/// negated if `is_mirrored`.
+pub(crate) fn value(
+    places: &Places<'_>,
+    path: &[&str],
+    is_mirrored: bool,
+    written: &dyn Fn(&Place) -> String,
+) -> String {
     let children = || keys_below(places, path);
-    let child = |key: &String| value(places, &[path, &[key]].concat(), is_mirrored);
+    let child = |key: &String| value(places, &[path, &[key]].concat(), is_mirrored, written);
     match places.find(path) {
         Some(Place { kind: Kind::Array, .. }) => {
             let is_place =
@@ -67,7 +74,7 @@ fn value(places: &Places<'_>, path: &[&str], is_mirrored: bool) -> String {
                 .collect();
             format!("[{}]", elements.join(", "))
         }
-        Some(place) if place.kind == Kind::Value => places.text_of(place).to_owned(),
+        Some(place) if place.kind == Kind::Value => written(place),
         _ => {
             let pairs: Vec<String> = children()
                 .iter()

@@ -4,8 +4,8 @@ use bksim_model::file::NAMED;
 
 use crate::draft::Draft;
 use crate::edit::EditError;
-use crate::names::{section_of, uses};
-use crate::places::Places;
+use crate::names::{keyed, section_of, uses};
+use crate::places::{Kind, Place, Places};
 
 /// Takes out an element of this name.
 ///
@@ -25,6 +25,7 @@ pub(crate) fn delete(draft: &mut Draft, name: &str) -> Result<(), EditError> {
             left.extend(coordinates(&places, section, &name));
             draft.remove(&[section, &name])?;
         }
+        remove_keys(draft, &name)?;
         gone.push(name.clone());
         // A point of a body goes with it, and so do its values at the start.
         let places = draft.places()?;
@@ -70,5 +71,21 @@ fn delete_parameter(draft: &mut Draft, name: &str) -> Result<(), EditError> {
     if let Some((place, _)) = uses(&places, name).first() {
         return Err(EditError::Used { name: name.to_owned(), by: place.path.join(".") });
     }
+    remove_keys(draft, name)?;
     draft.remove(&["parameters", name])
+}
+
+/// Takes out what load cases, ranges and questions of design say of a name.
+fn remove_keys(draft: &mut Draft, name: &str) -> Result<(), EditError> {
+    loop {
+        let places = draft.places()?;
+        // Keys before a dot are no values of their own.
+        let is_whole = |place: &Place| {
+            place.kind == Kind::Table || place.key.as_ref().is_some_and(|key| *key != place.span)
+        };
+        let path = keyed(&places, name).map(|(place, _)| place).find(|place| is_whole(place));
+        let Some(path) = path.map(|place| place.path.clone()) else { return Ok(()) };
+        let keys: Vec<&str> = path.iter().map(String::as_str).collect();
+        draft.remove(&keys)?;
+    }
 }

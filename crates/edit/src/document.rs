@@ -1,7 +1,7 @@
 //! [`Document`]: the text of a model with its history.
 
 use crate::apply::edited;
-use crate::edit::{Edit, EditError};
+use crate::edit::{Deed, Edit, EditError};
 
 /// The text of a model, with every change to be undone.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -51,6 +51,7 @@ fn subject(edit: &Edit) -> Option<String> {
     match edit {
         Edit::Set { path, .. } => Some(format!("set {path}")),
         Edit::Move { point, .. } => Some(format!("move {point}")),
+        Edit::Group { names, to: Deed::Move(_) } => Some(format!("move {}", names.join(" "))),
         Edit::Several { edits } => {
             let all: Option<Vec<String>> = edits.iter().map(subject).collect();
             all.map(|all| all.join(", "))

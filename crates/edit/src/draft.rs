@@ -178,11 +178,15 @@ impl Draft {
         if place.kind == Kind::Table {
             return self.remove_table(path);
         }
-        let Some(key) = place.key else { return Err(EditError::missing(path)) };
-        let parent = places.find(&path[..path.len() - 1]);
+        let Some((start, idx)) = places.start_of_keys(&place, 0) else {
+            return Err(EditError::missing(path));
+        };
+        let parent = places.find(&path[..idx]);
         let range = match parent.map(|parent| parent.kind) {
-            Some(Kind::Inline) => self.pair_in_braces(&places, path, key.start..place.span.end),
-            _ => places.line_start(key.start)..places.line_end(place.span.end),
+            Some(Kind::Inline) => {
+                self.pair_in_braces(&places, &path[..=idx], start..place.span.end)
+            }
+            _ => places.line_start(start)..places.line_end(place.span.end),
         };
         self.splice(range, "");
         Ok(())

@@ -83,9 +83,16 @@ fn joint(draft: &mut Draft, of: &[(&str, String)]) -> Result<(), EditError> {
     draft.add_table(&["joints", &name], &pairs(of))
 }
 
+/// Refuses a joint of a body with itself.
+fn apart(from: &str, to: &str) -> Result<(), EditError> {
+    let [from, to] = [from, to].map(|end| end.split('.').next().unwrap_or_default());
+    if from == to { Err(EditError::SelfJoint { body: from.to_owned() }) } else { Ok(()) }
+}
+
 /// A pin between two ends.
 pub(crate) fn pin(draft: &mut Draft, from: &End, to: &End) -> Result<(), EditError> {
     let (from, to) = (named(draft, from)?, named(draft, to)?);
+    apart(&from, &to)?;
     joint(draft, &[("type", quoted("revolute")), ("between", two(&from, &to))])
 }
 
@@ -93,6 +100,7 @@ pub(crate) fn pin(draft: &mut Draft, from: &End, to: &End) -> Result<(), EditErr
 pub(crate) fn ground(draft: &mut Draft, at: &End) -> Result<(), EditError> {
     let support = point(draft, "ground", at.world)?;
     let end = named(draft, at)?;
+    apart(&support, &end)?;
     joint(draft, &[("type", quoted("revolute")), ("between", two(&support, &end))])
 }
 
@@ -108,6 +116,7 @@ pub(crate) fn slide(
         None => point(draft, "ground", at.world)?,
     };
     let end = named(draft, at)?;
+    apart(&support, &end)?;
     let of = [
         ("type", quoted("slot")),
         ("between", two(&support, &end)),
@@ -126,6 +135,25 @@ pub(crate) fn gear(
     let joints = places.elements("joints");
     if let Some(unknown) = between.iter().find(|joint| !joints.contains(joint)) {
         return Err(EditError::missing(&[unknown]));
+    }
+    // Wheels turn about pins of one carrier, and each is another body.
+    let bodies = |joint: &String| {
+        let text = |key: &[&str]| {
+            let path = [&["joints", joint.as_str()], key].concat();
+            places.find(&path).and_then(|place| places.quoted(place))
+        };
+        let is_pin = text(&["type"]) == Some("revolute");
+        let body = |end| text(&["between", end]).and_then(|end| end.split('.').next());
+        is_pin.then(|| [body("0"), body("1")])
+    };
+    let is_carried = match between.each_ref().map(bodies) {
+        [Some(first), Some(second)] => {
+            first != second && first.iter().any(|body| body.is_some() && second.contains(body))
+        }
+        _ => false,
+    };
+    if !is_carried || between[0] == between[1] || !(distance > 0.0 && distance.is_finite()) {
+        return Err(EditError::NoGear { between: between.clone() });
     }
     let (name, radius) = (fresh(&places, "gear"), fresh(&places, "r"));
     draft.set(&["parameters", &radius], &quoted(&length(0.5 * distance)))?;

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use bksim_model::diagnostic::{Code, Diagnostic};
+use bksim_model::file::code;
 use serde::{Deserialize, Serialize};
 
 use crate::codes;
@@ -147,11 +148,30 @@ pub enum Edit {
         /// New name.
         name: String,
     },
+    /// Several elements at once.
+    Group {
+        /// Bodies; to be deleted, other elements too.
+        names: Vec<String>,
+        /// What becomes of them.
+        to: Deed,
+    },
     /// Several changes that are undone together.
     Several {
         /// One after the other.
         edits: Vec<Edit>,
     },
+}
+
+/// What becomes of the elements of a group: `"delete"`, `{"move": [0.1, 0]}`.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Deed {
+    /// All are taken out, with all that cannot be without them.
+    Delete,
+    /// The places where they are attached to the ground, and their start, go by this.
+    Move([f64; 2]),
+    /// Copies of the bodies and of what is between them, by this from them.
+    Copy([f64; 2]),
 }
 
 /// A place where something is attached.
@@ -204,6 +224,16 @@ pub enum EditError {
         /// Path of the value.
         path: String,
     },
+    /// A joint of a body with itself.
+    SelfJoint {
+        /// The body, or `ground`.
+        body: String,
+    },
+    /// Two joints about which no wheels can mesh.
+    NoGear {
+        /// Names of the joints.
+        between: [String; 2],
+    },
     /// A parameter on which other values depend.
     Used {
         /// The parameter.
@@ -227,6 +257,8 @@ impl EditError {
             Self::Formula { .. } => codes::PLACE,
             Self::NoTable { .. } => codes::BRACES,
             Self::Used { .. } => codes::USED,
+            Self::SelfJoint { .. } => code::SELF_JOINT,
+            Self::NoGear { .. } => code::NO_CARRIER,
         }
     }
 
@@ -273,6 +305,16 @@ impl EditError {
                 "no table with a header",
                 "write it as a table with a header of its own, as in `[bodies.rod]`",
             ),
+            Self::SelfJoint { body } => (
+                format!("both ends of the joint are on `{body}`"),
+                "",
+                "choose a point of another body",
+            ),
+            Self::NoGear { between: [first, second] } => (
+                format!("no wheels about `{first}` and `{second}` can mesh"),
+                "",
+                "name two revolute joints, apart, of two bodies with one that carries both",
+            ),
             Self::Used { name, by } => (
                 format!("parameter `{name}` is still used by `{by}`"),
                 "here",
@@ -292,7 +334,11 @@ impl EditError {
                 let place = places.all.iter().find(of)?;
                 return Some(place.key.clone().unwrap_or(place.span.clone()));
             }
-            Self::Unreadable | Self::Missing { .. } | Self::NoName { .. } => return None,
+            Self::Unreadable
+            | Self::Missing { .. }
+            | Self::NoName { .. }
+            | Self::SelfJoint { .. }
+            | Self::NoGear { .. } => return None,
         };
         let keys: Vec<&str> = path.split('.').collect();
         places.find(&keys).map(|place| place.span.clone())

@@ -26,9 +26,17 @@ pub(crate) fn section_of(places: &Places<'_>, name: &str) -> Option<&'static str
 
 /// A name that nothing has yet: the stem with the first free number.
 pub(crate) fn fresh(places: &Places<'_>, stem: &str) -> String {
+    fresh_among(places, &[], stem)
+}
+
+/// A name that neither the text has yet nor these are.
+pub(crate) fn fresh_among(places: &Places<'_>, taken: &[String], stem: &str) -> String {
     let all = given(places);
-    let is_free = |name: &String| all.iter().all(|(_, own)| own != name);
-    (1..=all.len() + 1).map(|k| format!("{stem}{k}")).find(is_free).unwrap_or_default()
+    let is_free = |name: &String| all.iter().all(|(_, own)| own != name) && !taken.contains(name);
+    (1..=all.len() + taken.len() + 1)
+        .map(|k| format!("{stem}{k}"))
+        .find(is_free)
+        .unwrap_or_default()
 }
 
 /// A point of a body that has no name yet: letters from A on.
@@ -101,7 +109,7 @@ pub(crate) fn rename(draft: &mut Draft, name: &str, to: &str) -> Result<(), Edit
             spans.extend(key_in_line(&places, place, name));
         }
     }
-    spans.extend(in_cases(&places, name));
+    spans.extend(in_keys(&places, name));
     spans.sort_by_key(|span| span.start);
     spans.dedup();
     for span in spans.into_iter().rev() {
@@ -123,32 +131,47 @@ fn key_in_line(places: &Places<'_>, place: &Place, name: &str) -> Option<Range<u
     rest.trim_start().starts_with('.').then(|| start + at..start + at + name.len())
 }
 
-/// The name among the keys of load cases: `set = { rod.mass = 1, initial.A.angle = 0 }`.
-fn in_cases(places: &Places<'_>, name: &str) -> Vec<Range<usize>> {
-    let mut found = Vec::new();
-    for place in places.below(&["cases"]).filter(|place| place.path.len() > 3) {
-        let keys = &place.path[3..];
+/// Tables whose keys are names or paths of the model, any word in place of `*`.
+const KEYED: [&[&str]; 7] = [
+    &["cases", "*", "set"],
+    &["ranges"],
+    &["optimize", "vary"],
+    &["optimize", "cases", "*"],
+    &["fit", "vary"],
+    &["tolerance", "limits"],
+    &["tolerance", "at"],
+];
+
+/// Places whose path below such a table begins with a name, with the number of its key: `set = { rod.mass = 1,
+/// initial.A.angle = 0 }`.
+pub(crate) fn keyed<'p>(
+    places: &'p Places<'_>,
+    name: &str,
+) -> impl Iterator<Item = (&'p Place, usize)> {
+    places.all.iter().filter_map(move |place| {
+        let is_in = |table: &&&[&str]| {
+            let both = table.iter().zip(&place.path);
+            place.path.len() > table.len() && both.into_iter().all(|(a, b)| *a == "*" || a == b)
+        };
+        let start = KEYED.iter().find(is_in)?.len();
+        let keys = &place.path[start..];
         let is_section = |key: &String| key == "initial" || NAMED.contains(&key.as_str());
         let at = usize::from(keys.len() > 1 && is_section(&keys[0]) && keys[0] != name);
-        if place.path[2] != "set" || keys.get(at).is_none_or(|key| key != name) {
-            continue;
-        }
+        (keys.get(at)? == name).then_some((place, start + at))
+    })
+}
+
+/// The name among the keys of such tables.
+fn in_keys(places: &Places<'_>, name: &str) -> Vec<Range<usize>> {
+    let mut found = Vec::new();
+    for (place, at) in keyed(places, name) {
         if place.kind == Kind::Table {
             let header = places.text_of(place);
             let keyed = header.rfind(&format!(".{name}")).map(|at| place.span.start + at + 1);
             found.extend(keyed.map(|at| at..at + name.len()));
             continue;
         }
-        // Back over the keys with dots between them.
-        let Some(key) = place.key.clone() else { continue };
-        let mut start = key.start;
-        let mut idx = keys.len() - 1;
-        while idx > at {
-            let before = places.text[..start].trim_end();
-            let Some(before) = before.strip_suffix('.').map(str::trim_end) else { break };
-            let Some(rest) = before.strip_suffix(keys[idx - 1].as_str()) else { break };
-            (start, idx) = (rest.len(), idx - 1);
-        }
+        let Some((start, idx)) = places.start_of_keys(place, at) else { continue };
         if idx == at && places.text[start..].starts_with(name) {
             found.push(start..start + name.len());
         }

@@ -144,6 +144,19 @@ impl<'t> Places<'t> {
         found
     }
 
+    /// Where the keys with dots between them begin that end with the key of a place, and the number of the first of
+    /// them, at least `least`.
+    pub(crate) fn start_of_keys(&self, place: &Place, least: usize) -> Option<(usize, usize)> {
+        let (mut start, mut idx) = (place.key.as_ref()?.start, place.path.len() - 1);
+        while idx > least {
+            let before = self.text[..start].trim_end();
+            let Some(before) = before.strip_suffix('.').map(str::trim_end) else { break };
+            let Some(rest) = before.strip_suffix(place.path[idx - 1].as_str()) else { break };
+            (start, idx) = (rest.len(), idx - 1);
+        }
+        Some((start, idx))
+    }
+
     /// The end of what is directly in a table: its last value, or its header.
     pub(crate) fn end_of_table(&self, table: &Place) -> usize {
         let next = self.all.iter().filter(|place| place.kind == Kind::Table);

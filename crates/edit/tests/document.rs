@@ -1,6 +1,6 @@
 //! Edits of texts: what they change, what they leave, and that every one is undone byte for byte.
 
-use bksim_edit::{Document, Edit, EditError, End, edited};
+use bksim_edit::{Deed, Document, Edit, EditError, End, edited};
 use bksim_model::file::{Source, read};
 
 const FOUR_BAR: &str = include_str!("../../../examples/four-bar/model.toml");
@@ -255,4 +255,106 @@ fn names_change_in_load_cases_too() {
         last,
         "set = { arm.mass = \"3 kg\", r = \"0.11 m\", initial.E.angle.guess = \"90 deg\" }"
     );
+}
+
+#[test]
+fn names_that_go_are_gone_from_load_cases_ranges_and_questions() {
+    let more = "[ranges]\na = [\"0.08 m\", \"0.12 m\"]\nA.angle = [\"0 deg\", \"90 deg\"]\nrod.mass = [1, 2]\n\n\
+                [cases.heavy]\nset = { crank.mass = \"3 kg\", a = \"0.11 m\", initial.A.angle = \"9 deg\" }\n\n\
+                [cases.light.set]\ncrank.mass = \"1 kg\"\nrocker.mass = \"1 kg\"\n\n\
+                [optimize]\nvary = { a = [\"0.08 m\", \"0.12 m\"], b = [1, 2] }\n";
+    let rename = |name: &str, to: &str| Edit::Rename { name: name.to_owned(), to: to.to_owned() };
+    let text = format!("{FOUR_BAR}\n{}", more.replace("rod", "coupler"));
+    let mut document = Document::new(&text);
+    document.apply(&rename("a", "r")).expect("an edit");
+    document.apply(&rename("crank", "arm")).expect("an edit");
+    assert!(
+        document.text().contains("\nr = [\"0.08 m\", \"0.12 m\"]\nA.angle"),
+        "{}",
+        document.text()
+    );
+    assert!(document.text().contains("vary = { r = ["), "{}", document.text());
+    document.apply(&Edit::Delete { name: "arm".to_owned() }).expect("an edit");
+    let new = document.text();
+    assert!(new.contains("set = { r = \"0.11 m\" }"), "{new}");
+    assert!(new.contains("[cases.light.set]\nrocker.mass = \"1 kg\"\n"), "{new}");
+    assert!(!new.contains("A.angle") && !new.contains("arm"), "{new}");
+    assert!(document.undo() && document.undo() && document.undo());
+    assert_eq!(document.text(), text);
+}
+
+#[test]
+fn a_group_is_moved_copied_and_deleted_as_one() {
+    let group = |names: &[&str], to: Deed| Edit::Group {
+        names: names.iter().map(|name| (*name).to_owned()).collect(),
+        to,
+    };
+    let all = ["crank", "coupler", "rocker"];
+    let mut document = Document::new(FOUR_BAR);
+
+    // The ground goes with the bodies; two ways of one hand are one change.
+    document.apply_moving(&group(&all, Deed::Move([0.01, 0.0]))).expect("an edit");
+    document.apply_moving(&group(&all, Deed::Move([0.05, 0.02]))).expect("an edit");
+    let moved = "points = { A = [\"50 mm\", \"20 mm\"], D = [\"d + 50 mm\", \"20 mm\"] }";
+    assert!(document.text().contains(moved), "{}", document.text());
+    document.settle();
+    document.apply(&group(&all, Deed::Move([-0.05, 0.0]))).expect("an edit");
+    assert!(document.text().contains("D = [\"d\", \"20 mm\"]"), "{}", document.text());
+    assert!(document.undo() && document.undo());
+    assert_eq!(document.text(), FOUR_BAR);
+
+    // A copy is a second mechanism with the motion of the first.
+    document.apply(&group(&all, Deed::Copy([0.0, 0.5]))).expect("an edit");
+    let reading = read(&Source::new(document.text(), "copied"));
+    let model =
+        reading.model.unwrap_or_else(|| panic!("{:?}\n{}", reading.diagnostics, document.text()));
+    assert_eq!((model.bodies.len(), model.joints.len(), model.drives.len()), (7, 8, 2));
+    assert!(document.text().contains("[\"d\", \"500 mm\"]"), "{}", document.text());
+    let posed = bksim_edit::Posed::of(model).expect("a pose").numbers();
+    for body in 1..4 {
+        for k in 0..12 {
+            let by = if k == 1 { 0.5 } else { 0.0 };
+            let [own, copy] = [body, body + 3].map(|body| posed[18 * body + k]);
+            assert!((copy - own - by).abs() < 1e-9, "number {k} of body {body}: {own} {copy}");
+        }
+    }
+    let with_copy = document.text().to_owned();
+
+    // What goes with one that is deleted may be named, too.
+    document
+        .apply(&group(&["crank1", "B1", "coupler1", "rocker1"], Deed::Delete))
+        .expect("an edit");
+    assert!(!document.text().contains("crank1") && document.text().contains("[bodies.crank]"));
+    assert!(document.undo());
+    assert_eq!(document.text(), with_copy);
+    assert!(document.undo());
+    assert_eq!(document.text(), FOUR_BAR);
+    document.apply(&group(&["nobody"], Deed::Delete)).expect_err("no such body");
+    document.apply(&group(&[], Deed::Delete)).expect_err("nothing");
+}
+
+#[test]
+fn joints_and_wheels_that_cannot_be_are_refused() {
+    let refused = |edit: &str| {
+        let edit: Edit = serde_json::from_str(edit).expect("an edit");
+        edited(FOUR_BAR, &edit).expect_err("no joint").code().0
+    };
+    let gear = |a: &str, b: &str, distance: f64| {
+        refused(&format!(
+            r#"{{ "edit": "gear", "between": ["{a}", "{b}"], "distance": {distance} }}"#
+        ))
+    };
+    // No carrier in common, one joint twice, no distance.
+    assert_eq!([gear("A", "C", 0.1), gear("A", "A", 0.1), gear("A", "D", 0.0)], ["M081"; 3]);
+    let end = |on: &str| format!(r#"{{ "world": [0.1, 0], "on": "{on}" }}"#);
+    let two = |kind: &str, from: &str, to: &str| {
+        refused(&format!(r#"{{ "edit": "{kind}", "from": {}, "to": {} }}"#, end(from), end(to)))
+    };
+    assert_eq!(two("pin", "crank.A", "crank.B"), "M052");
+    let at = end("ground.A");
+    assert_eq!(refused(&format!(r#"{{ "edit": "slide", "at": {at}, "angle": 0 }}"#)), "M052");
+    assert_eq!(refused(&format!(r#"{{ "edit": "ground", "at": {at} }}"#)), "M052");
+    let meshing = r#"{ "edit": "gear", "between": ["A", "D"], "distance": 0.3 }"#;
+    let meshing: Edit = serde_json::from_str(meshing).expect("an edit");
+    assert!(edited(FOUR_BAR, &meshing).expect("wheels").contains("type = \"gear\""));
 }
