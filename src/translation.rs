@@ -71,6 +71,14 @@ pub fn translation(code: &str, language: Language) -> Option<&'static Translatio
     }
 }
 
+/// All translations of a language by their codes; none in English.
+pub fn translations(
+    language: Language,
+) -> impl Iterator<Item = (&'static str, &'static Translation)> {
+    let of = (language == Language::Vietnamese).then(|| VIETNAMESE.iter());
+    of.into_iter().flatten().map(|(code, words)| (code.as_str(), words))
+}
+
 /// The page of a code in a language, as Markdown.
 pub fn page(code: &str, language: Language) -> Option<String> {
     let english = explain(code)?;

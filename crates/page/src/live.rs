@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! #live     name, text, colours of both themes     #worker   the script of the module's threads
-//! #module   the module, compressed, in base64
+//! #module   the module, compressed, in base64        #codes    faults in Vietnamese, as compressed
 //! ```
 //!
 //! The policy lets one script run, threads of what is in the page, and the module be compiled; it forbids the
@@ -12,10 +12,11 @@ use std::io::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use bksim::translation::{Language, Translation, translations};
 use bksim_scene::Theme;
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use serde_json::json;
+use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
 use crate::document::{LICENCES, variables};
@@ -61,9 +62,8 @@ pub fn live(
     if !module.starts_with(b"\0asm") {
         return Err(PageError::NoModule);
     }
-    let mut packed = GzEncoder::new(Vec::new(), Compression::best());
-    let packed = packed.write_all(module).and_then(|()| packed.finish());
-    let module = STANDARD.encode(packed.map_err(|_| PageError::NoModule)?);
+    let module = packed(module)?;
+    let codes = packed(codes().to_string().as_bytes())?;
     let data = json!({
         "name": name,
         "text": text,
@@ -86,9 +86,26 @@ pub fn live(
          <script type=\"application/json\" id=\"live\">{data}</script>\n\
          <script type=\"text/plain\" id=\"worker\">{WORKER}</script>\n\
          <script type=\"text/plain\" id=\"module\">{module}</script>\n\
+         <script type=\"text/plain\" id=\"codes\">{codes}</script>\n\
          <script>{SCRIPT}</script>\n</body>\n</html>\n",
         header(&title, options.is_served),
     ))
+}
+
+/// Bytes as a page has them: compressed, in base64.
+fn packed(bytes: &[u8]) -> Result<String, PageError> {
+    let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+    let packed = packed.write_all(bytes).and_then(|()| packed.finish());
+    Ok(STANDARD.encode(packed.map_err(|_| PageError::NoModule)?))
+}
+
+/// Title, meaning and cure in Vietnamese of the codes that a live page can show: those of models, runs, answers and
+/// edits.
+fn codes() -> Value {
+    let is_shown = |code: &str| code.starts_with(['M', 'S', 'R', 'W']);
+    let rows = translations(Language::Vietnamese).filter(|(code, _)| is_shown(code));
+    let row = |words: &Translation| json!([words.title, words.meaning, words.cure]);
+    rows.map(|(code, words)| (code.to_owned(), row(words))).collect::<Map<_, _>>().into()
 }
 
 /// The content security policy of a live page.
@@ -127,6 +144,7 @@ const BODY: &str = r#"<noscript><p>This page lives by JavaScript, which is switc
 <div class="tools" role="toolbar" aria-label="Tools">
 <button type="button" data-tool="hand" aria-pressed="true" title="Drag a point or body">Hand</button>
 <button type="button" data-tool="shape" aria-pressed="false" title="Drag points to change lengths">Shape</button>
+<button type="button" data-tool="select" aria-pressed="false" title="Hold several bodies at once">Select</button>
 <button type="button" data-tool="link" aria-pressed="false" title="Draw a link">Link</button>
 <button type="button" data-tool="plate" aria-pressed="false" title="Draw a plate with three corners or more">Plate</button>
 <button type="button" data-tool="ground" aria-pressed="false" title="Pin a point to the ground">Ground</button>

@@ -438,3 +438,55 @@ test('the page speaks Vietnamese', { skip }, async () => {
     await shot(page, 'vietnamese');
   }, '#lang=vi');
 });
+
+test('bodies are selected by a frame and by Shift, moved, copied and deleted, each as one change', { skip }, () =>
+  opened('four-bar', {}, async (page) => {
+    const selected = () => page.evaluate(() => globalThis.bksim.selected);
+    const before = await text(page);
+    await page.click('[data-tool=select]');
+    await page.mouse.click(...(await pixel(page, ...(await place(page, 'crank.B')).map((x) => 0.5 * x))));
+    assert.deepEqual(await selected(), ['crank']);
+
+    // A frame around all of it.
+    const corner = async (x, y) => page.mouse.move(...(await pixel(page, x, y)), { steps: 4 });
+    await corner(-0.12, -0.1);
+    await page.mouse.down();
+    await corner(0.45, 0.35);
+    await shot(page, 'frame');
+    await page.mouse.up();
+    assert.deepEqual((await selected()).sort(), ['coupler', 'crank', 'rocker']);
+
+    // The arrow keys move it with its places on the ground.
+    await page.focus('#picture');
+    await page.keyboard.press('ArrowRight');
+    await idle(page);
+    assert.match(await text(page), /D = \["d \+ [0-9.]+ mm", /);
+    await page.keyboard.press('Control+d');
+    await idle(page);
+    assert.deepEqual((await selected()).sort(), ['coupler1', 'crank1', 'rocker1']);
+    await shot(page, 'copied');
+    await page.keyboard.press('Delete');
+    await idle(page);
+    assert.doesNotMatch(await text(page), /crank1/);
+    for (let k = 0; k < 3; k += 1) await page.keyboard.press('Control+z');
+    await idle(page);
+    assert.equal(await text(page), before);
+  }));
+
+test('faults have their words in Vietnamese, and ranges are stated by the model', { skip }, () =>
+  opened('four-bar', {}, async (page) => {
+    const whole = await text(page);
+    await page.click('[data-tab=text]');
+    await page.fill('#text', `${whole}\n[ranges]\nb = ["0.28 m", "0.31 m"]\n`);
+    await page.waitForFunction(() => globalThis.bksim.state.text.includes('[ranges]'));
+    await idle(page);
+    const slider = page.locator('[data-path="parameters.b"] input[type=range]');
+    assert.deepEqual(await slider.evaluate(({ min, max }) => [min, max]), ['0.28', '0.31']);
+    await page.fill('#text', whole.replace('"rocker.D"', '"rokcer.D"'));
+    await page.waitForSelector('#faults li.error');
+    await idle(page);
+    const words = await page.locator('#faults').innerText();
+    assert.match(words, /M012 dòng \d+: không có khâu này/u);
+    assert.match(words, /cách sửa: /u);
+    await shot(page, 'vietnamese-faults');
+  }, '#lang=vi'));

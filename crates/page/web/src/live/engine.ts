@@ -60,10 +60,10 @@ export class Thread {
   }
 }
 
-/** The module of the page, from base64 of its compressed bytes. */
-export async function compiled(text: string): Promise<WebAssembly.Module> {
+/** Bytes from base64 of them, compressed. */
+export async function unpacked(text: string): Promise<Response> {
   const binary = atob(text.trim());
   const bytes = Uint8Array.from(binary, (c) => c.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
-  return WebAssembly.compile(await new Response(stream).arrayBuffer());
+  return new Response(stream);
 }

@@ -5,7 +5,7 @@ import { element, themes } from '../controls.js';
 import { Charts } from './charts';
 import { Dimensions } from './dimensions';
 import { Frame, embed } from './embed';
-import { Thread, compiled } from './engine';
+import { Thread, unpacked } from './engine';
 import { Elements, Text, Values, showEquations, showFaults, showFreedoms, showWays } from './panels';
 import { Keeper } from './keeper';
 import { download, saveLines, savePicture, saveTable } from './files';
@@ -15,7 +15,7 @@ import { fragmentOf, partOf, textOf } from './share';
 import { Stage } from './stage';
 import { tools } from './tools';
 import { Underlay, metresOf } from './underlay';
-import { translate, word } from './words';
+import { faultWords, takeCodes, translate, word } from './words';
 import type { Answer, Dragged, Edit, Equations, Freedoms, Moved, Scene, State, Theme, Ways, World } from './types';
 
 interface Embedded {
@@ -89,7 +89,7 @@ async function changed(request: object): Promise<void> {
   try {
     const { json, numbers } = await engine.ask<State>(request);
     figures.edit = performance.now() - began;
-    if (json.fault) say(`${json.fault.code}: ${json.fault.message}${json.fault.help ? `; ${json.fault.help}` : ''}`);
+    if (json.fault) say(faultWords(json.fault));
     else take(json, numbers);
   } finally {
     isEditing = false;
@@ -109,6 +109,10 @@ function take(next: State, numbers: Float64Array): void {
   const isNew = next.text !== state?.text;
   state = { ...next, scene: next.scene ?? state?.scene, points: next.points ?? state?.points, joints: next.joints ?? state?.joints };
   if (next.scene) {
+    const { bodies } = next.scene;
+    const known = stage.scene?.bodies ?? [];
+    stage.selected = isCopying ? bodies.filter((name) => !known.includes(name)) : stage.selected.filter((name) => bodies.includes(name));
+    isCopying = false;
     if (running.isOn) stage.setScene(next.scene);
     if (running.isOn || (player.isMoving && player.motion)) Object.assign(stage, { points: next.points, joints: next.joints });
     else stage.take(next, numbers);
@@ -267,6 +271,23 @@ const all = tools({
   say,
 });
 
+/** Deletes or copies what is selected; false where nothing is. */
+function ofSelection(deed: string): boolean {
+  const names = stage.selected;
+  if (names.length === 0) return false;
+  const by = 40 / stage.camera.scale;
+  player.stop();
+  if (deed === 'delete') edit({ edit: 'group', names, to: 'delete' }, false);
+  else {
+    // The copies are selected next.
+    isCopying = true;
+    edit({ edit: 'group', names, to: { copy: [by, -by] } }, false);
+  }
+  return true;
+}
+
+let isCopying = false;
+
 function choose(wanted: string): void {
   stage.tool?.cancel();
   const isDrawing = wanted !== 'hand';
@@ -357,7 +378,11 @@ function wire(): void {
     }
   });
   for (const button of document.querySelectorAll<HTMLElement>('[data-tool]')) {
-    button.addEventListener('click', () => choose(button.dataset.tool ?? 'hand'));
+    button.addEventListener('click', () => {
+      const name = button.dataset.tool ?? 'hand';
+      const isOfSelection = name === 'delete' || name === 'copy';
+      if (!isOfSelection || !ofSelection(name)) choose(name);
+    });
   }
   for (const button of document.querySelectorAll<HTMLElement>('[role=tab]')) {
     button.addEventListener('click', () => openTab(button.dataset.tab ?? 'values'));
@@ -375,8 +400,11 @@ function wire(): void {
     if (isTyping) return;
     const isUndo = (event.ctrlKey || event.metaKey) && event.key.toLowerCase() === 'z';
     const isRedo = (event.ctrlKey || event.metaKey) && (event.key.toLowerCase() === 'y' || (isUndo && event.shiftKey));
+    const isCopy = (event.ctrlKey || event.metaKey) && event.key.toLowerCase() === 'd';
     if (isRedo) change({ do: 'redo' });
     else if (isUndo) change({ do: 'undo' });
+    else if (isCopy && ofSelection('copy')) say('');
+    else if (event.key === 'Delete' && ofSelection('delete')) say('');
     else if (event.key === ' ' && !(event.target as HTMLElement).closest('button')) player.clock?.toggle();
     else return;
     event.preventDefault();
@@ -397,7 +425,8 @@ function keep(as: string): void {
 }
 
 async function begin(): Promise<void> {
-  translate(partOf(location.hash, 'lang') ?? navigator.language);
+  const isOther = translate(partOf(location.hash, 'lang') ?? navigator.language);
+  if (isOther) takeCodes(await (await unpacked(element('codes').textContent ?? '')).json());
   wire();
   stage.over = (context) => {
     underlay.paint(context, stage.camera);
@@ -413,7 +442,7 @@ async function begin(): Promise<void> {
   stage.resize();
   charts.paint(data.colors[stage.theme]);
   const script = element('worker').textContent ?? '';
-  const code = await compiled(element('module').textContent ?? '');
+  const code = await WebAssembly.compile(await (await unpacked(element('module').textContent ?? '')).arrayBuffer());
   engine = new Thread(script, code);
   solver = new Thread(script, code);
   const shared = await textOf(location.hash);
@@ -439,6 +468,7 @@ Object.assign(globalThis, {
     get time() { return player.clock?.t ?? 0; },
     get isPlaying() { return player.clock?.isPlaying ?? false; },
     get ghost() { return stage.ghost; },
+    get selected() { return stage.selected; },
     get isRunning() { return running.isOn; },
     get isIdle() { return !isEditing && !isDragging && !isSolving && (running.isOn || !(engine?.isBusy ?? true)) && !(solver?.isBusy ?? true); },
     camera: stage.camera,

@@ -1,6 +1,6 @@
 // The panels next to the picture: values with sliders, elements with their keys, faults, freedoms, equations, ways.
 
-import { word } from './words';
+import { codeWords, word } from './words';
 import type { Control, Element, Equations, Fault, Freedoms, State, Ways } from './types';
 
 type Change = (path: string, value: string, isMoving: boolean) => void;
@@ -59,7 +59,7 @@ export class Values {
       const [low, high, step] = control.range;
       // A range stays as long as it holds the number: sliders do not run away from the hand.
       const x = control.number ?? 0;
-      if (x < Number(slider.min) || x > Number(slider.max)) {
+      if (control.is_stated || x < Number(slider.min) || x > Number(slider.max)) {
         Object.assign(slider, { min: String(low), max: String(high), step: String(step) });
       }
       slider.value = String(x);
@@ -134,11 +134,13 @@ export class Elements {
 export function showFaults(box: HTMLElement, faults: Fault[], goTo: (from: number, to: number) => void): void {
   box.replaceChildren(...faults.map((fault) => {
     const first = fault.labels[0];
-    const place = first ? `line ${first.line}: ` : '';
-    const head = make('button', { type: 'button', class: 'plain' }, make('b', {}, fault.code), ` ${place}${fault.message}`);
+    const place = first ? `${word('line')} ${first.line}: ` : '';
+    const known = codeWords(fault.code);
+    const head = make('button', { type: 'button', class: 'plain', title: known?.[1] }, make('b', {}, fault.code), ` ${place}${known?.[0] ?? fault.message}`);
     head.addEventListener('click', () => first && goTo(first.from, first.to));
     const item = make('li', { class: fault.is_error ? 'error' : 'warning' }, head);
-    if (fault.help) item.append(make('p', {}, `help: ${fault.help}`));
+    if (known) item.append(make('p', { lang: 'en' }, fault.message), make('p', {}, `${word('help')}: ${known[2]}`));
+    else if (fault.help) item.append(make('p', {}, `${word('help')}: ${fault.help}`));
     return item;
   }));
   box.hidden = faults.length === 0;

@@ -20,10 +20,14 @@ export interface Tool {
   move(world: World): void;
   lift(world: World, isClick: boolean): void;
   cancel(): void;
+  /** Moves what is selected; false where nothing is. */
+  nudge?(by: Pixel): boolean;
   /** A line from a first click to the hand, while the second is waited for. */
   readonly from: World | null;
   /** Places that were clicked before it. */
   readonly way?: World[];
+  /** Corners of a band that is drawn around bodies. */
+  readonly band?: [World, World] | null;
 }
 
 export class Stage {
@@ -41,6 +45,10 @@ export class Stage {
   /** Poses of another motion, shown faintly. */
   ghost: Float64Array | null = null;
   tool: Tool | null = null;
+  /** Bodies that are selected, by name. */
+  selected: string[] = [];
+  /** True while Shift is held: what is pressed is selected, too. */
+  isAdding = false;
   /** Is drawn over the picture. */
   over: ((context: CanvasRenderingContext2D) => void) | null = null;
   private drawing: Drawing | null = null;
@@ -153,6 +161,7 @@ export class Stage {
     this.over?.(context);
     if (this.ghost && this.ghost.length === numbers.length) this.paintGhost(context, theme);
     const accent = css(theme.colors.palette[0]);
+    this.paintSelection(context, accent);
     const from = this.tool?.from;
     if (from && this.hand) {
       const way = [...(this.tool?.way?.slice(0, -1) ?? []), from, this.hand].map((p) => this.camera.project(p));
@@ -241,6 +250,36 @@ export class Stage {
     return this.at(pixel, false).found;
   }
 
+  /** Bodies of which a named point or joint is between two corners. */
+  bodiesWithin(a: World, b: World): string[] {
+    const { scene, numbers } = this;
+    const isIn = (p: number[]) => [0, 1].every((i) => p[i] >= Math.min(a[i], b[i]) && p[i] <= Math.max(a[i], b[i]));
+    const places = this.points.map(({ body, at }) => ({ body, p: positionOf(numbers, body, ...at) }));
+    const found = new Set(places.filter(({ body, p }) => body !== 0 && isIn(p)).map(({ body }) => scene?.bodies[body] ?? ''));
+    // A body with a point outside is not drawn around.
+    for (const { body, p } of places) if (!isIn(p)) found.delete(scene?.bodies[body] ?? '');
+    return [...found];
+  }
+
+  /** The band, and rings around the points of what is selected. */
+  private paintSelection(context: CanvasRenderingContext2D, colour: string): void {
+    const { camera, scene, numbers } = this;
+    context.strokeStyle = colour;
+    context.lineWidth = 2;
+    for (const { body, at } of this.points) {
+      if (!this.selected.includes(scene?.bodies[body] ?? '')) continue;
+      const [x, y] = camera.project(positionOf(numbers, body, ...at));
+      context.beginPath();
+      context.arc(x, y, 9, 0, 2 * Math.PI);
+      context.stroke();
+    }
+    const band = this.tool?.band?.map((corner) => camera.project(corner));
+    if (!band) return;
+    context.setLineDash([4, 4]);
+    context.strokeRect(band[0][0], band[0][1], band[1][0] - band[0][0], band[1][1] - band[0][1]);
+    context.setLineDash([]);
+  }
+
   private down(event: PointerEvent): void {
     this.canvas.focus({ preventScroll: true });
     this.canvas.setPointerCapture(event.pointerId);
@@ -256,7 +295,8 @@ export class Stage {
       return;
     }
     this.begin = pixel;
-    this.press(pixel, event.pointerType === 'touch', event.button === 1 || event.shiftKey);
+    this.isAdding = event.shiftKey && this.tool?.name === 'select';
+    this.press(pixel, event.pointerType === 'touch', event.button === 1 || (event.shiftKey && !this.isAdding));
   }
 
   private press(pixel: Pixel, isTouch: boolean, isView: boolean): void {
@@ -333,7 +373,9 @@ export class Stage {
     const arrow = arrows[event.key];
     const { camera } = this;
     const cursor = this.cursor ?? [0.5 * camera.size[0], 0.5 * camera.size[1]];
-    if (arrow) {
+    if (arrow && this.tool?.nudge?.([arrow[0] * this.grid, -arrow[1] * this.grid])) {
+      // The selection has moved, not the cursor.
+    } else if (arrow) {
       const step = KEY_STEPS[event.shiftKey ? 1 : 0];
       this.cursor = [cursor[0] + step * arrow[0], cursor[1] + step * arrow[1]];
       this.hand = this.isKeyHeld || this.tool?.from ? worldAt(camera, this.cursor, this.depth) : null;
@@ -347,6 +389,7 @@ export class Stage {
         this.lift(cursor, false);
       } else {
         this.begin = cursor;
+        this.isAdding = event.shiftKey;
         this.press(cursor, false, false);
         this.isKeyHeld = this.held !== null;
         if (!this.isKeyHeld && !this.isPanning) this.lift(cursor, false);

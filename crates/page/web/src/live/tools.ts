@@ -198,6 +198,43 @@ function betweenJoints(name: string, hint: string, deeds: Deeds, make: (joints: 
   }, (_, hit, world) => ({ world: hit ? flat(hit.world) : flat(world), on: jointAt(deeds, hit)?.name }));
 }
 
+/** Bodies that are held together: a click takes one, with Shift one more, and a way around them all; dragged, they move. */
+function select(deeds: Deeds): Tool {
+  const { stage } = deeds;
+  let pressed: { hit: Hit | null; world: World } | null = null;
+  let corner: World | null = null;
+  const bodyOf = (hit: Hit | null) => (hit && hit.body !== 0 ? stage.scene?.bodies[hit.body] : undefined);
+  const made: Tool = tool('select', 'Click bodies or draw around them; drag, Ctrl+D or Delete moves, copies or deletes them.', {
+    press: (hit, world) => {
+      pressed = { hit, world };
+      const name = bodyOf(hit);
+      if (name && stage.isAdding) stage.selected = stage.selected.includes(name) ? stage.selected.filter((own) => own !== name) : [...stage.selected, name];
+      else if (name && !stage.selected.includes(name)) stage.selected = [name];
+    },
+    move: (world) => {
+      if (!pressed) return;
+      if (bodyOf(pressed.hit)) deeds.edit({ edit: 'group', names: stage.selected, to: { move: [0, 1].map((i) => world[i] - (pressed?.world[i] ?? 0)) } }, true);
+      else corner = world;
+    },
+    lift: () => {
+      if (pressed && bodyOf(pressed.hit)) deeds.settle();
+      else if (pressed) {
+        const within = corner ? stage.bodiesWithin(pressed.world, corner) : [];
+        stage.selected = [...new Set([...(stage.isAdding ? stage.selected : []), ...within])];
+      }
+      pressed = null;
+      corner = null;
+    },
+    cancel: () => { pressed = null; corner = null; stage.selected = []; },
+    nudge: (by) => {
+      if (stage.selected.length > 0) deeds.edit({ edit: 'group', names: stage.selected, to: { move: by } }, false);
+      return stage.selected.length > 0;
+    },
+  });
+  Object.defineProperty(made, 'band', { get: () => (pressed && corner ? [pressed.world, corner] : null) });
+  return made;
+}
+
 /** A body, then the place of another one like it. */
 function copied(name: string, hint: string, deeds: Deeds, mirrored: boolean): Tool {
   return between(name, hint, deeds, (from, to) => {
@@ -216,6 +253,7 @@ export function tools(deeds: Deeds): Tool[] {
   return [
     hand(deeds),
     shape(deeds),
+    select(deeds),
     between('link', 'Click both ends of a link; an end on a point gets a pin.', deeds, (from, to) => ({ edit: 'link', from, to }), (d, hit, world) => (hit && hit.names.length === 0 ? endOn(d, hit, world) : endAt(hit, world))),
     plate(deeds),
     measure(deeds),

@@ -18,6 +18,8 @@ export interface Control {
   number?: number;
   unit?: string;
   range?: [number, number, number];
+  /** True if the model states the range. */
+  is_stated?: boolean;
 }
 export interface Element { section: string; name: string; keys: { path: string; key: string; text: string }[] }
 export interface Joint { name: string; kind: string; bodies: [number, number]; value: number | null; is_driven: boolean }

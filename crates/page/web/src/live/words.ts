@@ -27,6 +27,10 @@ const VI: Record<string, string> = {
   'Drag points to change lengths': 'Kéo điểm để thay đổi chiều dài',
   'Drag a point to change lengths.': 'Kéo một điểm để thay đổi chiều dài.',
   'Drag a point with a name; bodies keep their shape.': 'Hãy kéo một điểm có tên; vật giữ nguyên hình dạng.',
+  Select: 'Chọn',
+  'Hold several bodies at once': 'Giữ nhiều vật cùng lúc',
+  'Click bodies or draw around them; drag, Ctrl+D or Delete moves, copies or deletes them.':
+    'Nhấp các vật hoặc khoanh quanh chúng; kéo, Ctrl+D hay Delete để dời, sao chép hay xóa.',
   Link: 'Khâu',
   'Draw a link': 'Vẽ một khâu',
   'Click both ends of a link; an end on a point gets a pin.': 'Nhấp hai đầu của khâu; đầu nằm trên một điểm sẽ có khớp bản lề.',
@@ -129,6 +133,8 @@ const VI: Record<string, string> = {
   'Mechanisms in space are held and seen, not drawn.': 'Cơ cấu không gian chỉ được nắm và xem, không vẽ được.',
   'dead point': 'điểm chết',
   guess: 'ước đoán',
+  line: 'dòng',
+  help: 'cách sửa',
   '1 free motion': '1 bậc tự do',
   '# free motions': '# bậc tự do',
   'one driven': '1 được dẫn động',
@@ -145,9 +151,28 @@ export function word(text: string): string {
   return table[text] ?? text;
 }
 
-/** Puts the page into a language; all others than Vietnamese stay English. */
-export function translate(language: string): void {
-  if (!language.toLowerCase().startsWith('vi')) return;
+let codes: Record<string, [title: string, meaning: string, cure: string]> = {};
+
+/** Takes titles, meanings and cures of faults in the language of the page. */
+export function takeCodes(known: typeof codes): void {
+  codes = known;
+}
+
+/** Title, meaning and cure of a code in the language of the page; none in English. */
+export function codeWords(code: string): (typeof codes)[string] | undefined {
+  return codes[code];
+}
+
+/** A fault in one line. */
+export function faultWords({ code, message, help }: { code: string; message: string; help: string | null }): string {
+  const known = codeWords(code);
+  const cure = known?.[2] ?? help;
+  return `${code}: ${known ? `${known[0]} (${message})` : message}${cure ? `; ${cure}` : ''}`;
+}
+
+/** Puts the page into a language, if that is not English; all others than Vietnamese are. */
+export function translate(language: string): boolean {
+  if (!language.toLowerCase().startsWith('vi')) return false;
   table = VI;
   document.documentElement.lang = 'vi';
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
@@ -159,4 +184,5 @@ export function translate(language: string): void {
   for (const name of ['title', 'aria-label']) {
     for (const part of document.querySelectorAll(`[${name}]`)) part.setAttribute(name, word(part.getAttribute(name) ?? ''));
   }
+  return true;
 }
