@@ -317,7 +317,15 @@ impl Reader<'_> {
             })
             .map(|joint| joint.name.as_str())
             .collect();
+        // Springs, dampers and forces that lack `of` have other names where a joint turns.
+        let turns = self.names.joints[joint.0].freedoms.is_some_and(|freedoms| {
+            (0..freedoms.len()).any(|idx| motion_words(freedoms, idx)[0] == "angle")
+        }) && !fields.has("of");
         let help = match able.as_slice() {
+            _ if word == "position" && turns && fields.owner.starts_with("load") => {
+                "a joint that turns has `type = \"torsion\"`, with `stiffness` and `damping`, or `type = \"torque\"`"
+                    .to_owned()
+            }
             [] => "add a joint that has one, for example of type \"revolute\"".to_owned(),
             names => format!("joints that have one: `{}`", names.join("`, `")),
         };

@@ -124,11 +124,13 @@ impl Reader<'_> {
         let mut size = |node: &Node| {
             let size = self.scalar(node, quantity, &what, Scope::Constant)?;
             let is_positive = self.check_positive(&what, &size, quantity);
-            // Books count the teeth of a ring below zero.
-            if let (false, true, Some(fault)) =
-                (is_positive, key == "teeth", self.faults.last_mut())
+            // Books count the teeth of a ring, and its radius, below zero.
+            if let (false, Some(fault)) = (is_positive, self.faults.last_mut())
                 && let Some(help) = &mut fault.help
             {
+                if key == "teeth" && help.contains("for example") {
+                    "write for example \"20\"".clone_into(help);
+                }
                 help.push_str(", and `internal = true` for a ring with its teeth inside");
             }
             is_positive.then_some(size)

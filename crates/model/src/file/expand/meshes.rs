@@ -168,7 +168,7 @@ fn read(path: &str, bytes: &[u8]) -> Result<Vec<Triangle>, Unopened> {
     let ending = path.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
     match ending.as_str() {
         "stl" => stl(bytes),
-        "obj" => Ok(obj(bytes)?),
+        "obj" => obj(bytes).map_err(damaged),
         _ => Err("is neither STL nor OBJ by the ending of its name".into()),
     }
 }
@@ -206,13 +206,13 @@ fn stl(bytes: &[u8]) -> Result<Vec<Triangle>, Unopened> {
     // Trailing bytes occur, missing ones are a damage.
     if length.is_some_and(|length| length == bytes.len() || length < bytes.len() && !is_text) {
         let nameless = [&[0; STL_BYTES[0] - 4], &bytes[head - 4..]].concat();
-        return Ok(read_stl(nameless)?);
+        return read_stl(nameless);
     }
     if !is_text {
         return Err(cut_short(bytes.len(), n_counted, length));
     }
     // The reader asks for a name after the first word.
-    Ok(read_stl([b"solid ", &bytes[b"solid".len()..]].concat())?)
+    read_stl([b"solid ", &bytes[b"solid".len()..]].concat())
 }
 
 /// The fault of a binary file that is shorter than its faces.
@@ -226,12 +226,24 @@ fn cut_short(n_bytes: usize, n_faces: Option<usize>, length: Option<usize>) -> U
             STL_BYTES[0]
         ),
     };
+    damaged(why)
+}
+
+/// The fault of a file that its program did not write whole.
+fn damaged(why: String) -> Unopened {
     let help = "export the mesh again, as binary STL, text that begins with `solid`, or OBJ";
     Unopened { why, help: Some(help.to_owned()) }
 }
 
-fn read_stl(bytes: Vec<u8>) -> Result<Vec<Triangle>, String> {
-    let why = |error: std::io::Error| format!("cannot be read: {error}");
+fn read_stl(bytes: Vec<u8>) -> Result<Vec<Triangle>, Unopened> {
+    let (n_bytes, n_lines) = (bytes.len(), bytes.split(|byte| *byte == b'\n').count());
+    let why = |error: std::io::Error| {
+        let why = error.to_string();
+        damaged(match why.split_once("EOF while expecting ") {
+            Some((_, what)) => format!("ends in line {n_lines}, byte {n_bytes}, before a {what}"),
+            None => format!("cannot be read: {why}"),
+        })
+    };
     let mut cursor = Cursor::new(bytes);
     let read = stl_io::create_stl_reader(&mut cursor).map_err(why)?;
     let triangles: Result<Vec<_>, _> = read.map(|triangle| triangle.map(exact)).collect();

@@ -130,8 +130,12 @@ impl Expander<'_> {
             let mut pair = Vec::new();
             for (cell, span) in cells {
                 let Some(value) = number(cell, divider) else {
-                    let message =
-                        format!("row {} of table `{table}`: `{cell}` is no number", row_idx + 1);
+                    let found = if cell.is_empty() {
+                        "a cell is empty".to_owned()
+                    } else {
+                        format!("`{cell}` is no number")
+                    };
+                    let message = format!("row {} of table `{table}`: {found}", row_idx + 1);
                     n_bad += 1;
                     if n_bad <= MOST_CELLS {
                         self.report(
