@@ -10,6 +10,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::words::unit_of;
 use crate::codes;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
@@ -93,13 +94,31 @@ pub(super) fn at_rest(
 /// A start next to this one, for a help.
 fn next_to(model: &Model, owner: &Owner, q: f64) -> String {
     let Owner::Joint(joint, motion_idx) = *owner else { return String::new() };
+    let own = Measure::JointPosition(joint, motion_idx);
     let joint = &model.joints[joint.0];
     let [word, ..] = motion_words(joint.kind.motions(), motion_idx);
     let value = match word {
         "position" => format!("{} m", short(q + 1e-3)),
         _ => format!("{} deg", short(q.to_degrees() + 1.0)),
     };
-    format!(", for example `{} = {{ {word} = \"{value}\" }}` in `[initial]`", joint.name)
+    // What is stated by the name of a coordinate stays so, and what else is stated would hold the start where it is.
+    let stated = || model.initial.iter().filter(|initial| !initial.is_guess);
+    let name = stated().find(|initial| initial.measure == own).map(|initial| &initial.name);
+    let others = stated().filter(|initial| {
+        initial.measure != own && matches!(unit_of(model, initial.measure), "m" | "rad")
+    });
+    let others: Vec<&str> = others.map(|initial| initial.name.as_str()).collect();
+    let guesses = match others.as_slice() {
+        [] => String::new(),
+        names => format!(" and guesses of `{}`", names.join("`, `")),
+    };
+    match name.filter(|name| !name.contains('.')) {
+        Some(name) => format!(", for example `{name} = \"{value}\"`{guesses} in `[initial]`"),
+        None => {
+            let name = &joint.name;
+            format!(", for example `{name} = {{ {word} = \"{value}\" }}`{guesses} in `[initial]`")
+        }
+    }
 }
 
 /// Orthogonal directions that keep the constraints to first order, each of length one.
