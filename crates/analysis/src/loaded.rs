@@ -92,6 +92,10 @@ impl Loaded {
                 *value = 0.0;
             }
         }
+        // As expressions, too: slopes of a reaction's size are no numbers where the reaction is zero.
+        let pool = &self.mechanism.model.pool;
+        let rest: Vec<_> = slips.iter().map(|slip| (*slip, pool.zero())).collect();
+        self.system.applied_force = pool.substitute_all(&self.system.applied_force, &rest);
     }
 
     /// Finds the start of `mechanism`.
