@@ -6,6 +6,7 @@ mod cad_edit;
 mod cams;
 mod channels;
 mod code;
+mod collection;
 mod common;
 mod efforts;
 mod equations;
