@@ -59,7 +59,7 @@ fn end(random: &mut impl Rng, state: &Value) -> Value {
 fn edit(random: &mut impl Rng, state: &Value) -> Value {
     let (from, to) = (end(random, state), end(random, state));
     let name = &any(random, &state["elements"])["name"];
-    match random.random_range(0..24) {
+    match random.random_range(0..26) {
         0..5 => {
             let control = any(random, &state["controls"]);
             let factor = random.random_range(0.5..1.5);
@@ -98,6 +98,14 @@ fn edit(random: &mut impl Rng, state: &Value) -> Value {
         22 => {
             let [a, b] = [0, 1].map(|_| any(random, &state["joints"])["name"].clone());
             json!({ "edit": "gear", "between": [a.as_str().unwrap_or("A"), b.as_str().unwrap_or("B")], "distance": 0.1 })
+        }
+        23 | 24 => {
+            let bodies = state["scene"]["bodies"].as_array().map_or(&[][..], Vec::as_slice);
+            let names: Vec<&Value> =
+                bodies.iter().skip(1).take(random.random_range(1..4)).collect();
+            let by = place(random);
+            let to = [json!("delete"), json!({ "move": by }), json!({ "copy": by })];
+            json!({ "edit": "group", "names": names, "to": to[random.random_range(0..3)] })
         }
         _ => {
             let joint = &any(random, &state["joints"])["name"];
