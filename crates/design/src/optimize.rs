@@ -76,7 +76,7 @@ enum Goals {
     Two([String; 2]),
 }
 
-/// What varies between which values, or names of what `[ranges]` has values for.
+/// Quantities that vary, with two values each, or by their names alone with those of `[ranges]`.
 #[derive(Deserialize, Debug)]
 #[serde(untagged, expecting = "names with two values each, or a list of names of `[ranges]`")]
 enum Varied {

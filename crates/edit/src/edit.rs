@@ -152,7 +152,7 @@ pub enum Edit {
     Group {
         /// Bodies; to be deleted, other elements too.
         names: Vec<String>,
-        /// What becomes of them.
+        /// The change that all of them undergo.
         to: Deed,
     },
     /// Several changes that are undone together.
@@ -162,7 +162,7 @@ pub enum Edit {
     },
 }
 
-/// What becomes of the elements of a group: `"delete"`, `{"move": [0.1, 0]}`.
+/// Change of all elements of a group: `"delete"`, `{"move": [0.1, 0]}`.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Deed {

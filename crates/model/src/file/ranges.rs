@@ -2,6 +2,7 @@
 
 use super::cases::{Change, gather, leads, place};
 use super::codes;
+use super::dimension::Dimension;
 use super::reader::Reader;
 use super::tree::{Node, Table, Value};
 use super::value::{Kind, Lowered, Scope, describe};
@@ -50,12 +51,15 @@ impl Reader<'_> {
         }
         let own = value.value?.look();
         if !(low..=high).contains(&own) {
+            let unit = match value.kind {
+                Kind::Known(dimension) if dimension != Dimension::NONE => format!(" {dimension}"),
+                Kind::Known(_) if value.is_angle => " rad".to_owned(),
+                _ => String::new(),
+            };
+            let [own, low, high] = [own, low, high].map(short);
             let message = format!(
-                "`{}` is {}, outside of its range from {} to {} (SI)",
-                cut(&name),
-                short(own),
-                short(low),
-                short(high)
+                "`{}` is {own}{unit}, outside of its range from {low} to {high}{unit}",
+                cut(&name)
             );
             let fault = Diagnostic::warning(codes::OUTSIDE_RANGE, message);
             let fault = fault.at(value.span, "outside").at(stated.node.span.clone(), "its range");
@@ -109,7 +113,7 @@ impl Reader<'_> {
     }
 }
 
-/// What is at the end of these keys.
+/// Node at the end of a path.
 fn node_at<'t>(root: &'t Table, path: &[String]) -> Option<&'t Node> {
     let [first, rest @ ..] = path else { return None };
     rest.iter().try_fold(&root.get(first)?.node, |node, key| match &node.value {
