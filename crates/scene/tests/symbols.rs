@@ -71,6 +71,23 @@ fn a_torque_has_its_arrow_about_the_joint_it_acts_in() {
 }
 
 #[test]
+fn the_arrow_of_a_torque_turns_in_its_sense() {
+    // The middle of the head, left of the joint where the torque is anticlockwise: the arrow is above or below it.
+    let head = |value: &str| {
+        let scene = cranks(&format!("[loads.t]\ntype = \"torque\"\non = \"b\"\nvalue = {value}\n"));
+        let points = of_role(&scene, Role::Torque)[1].1.clone();
+        let [x, y] = [0, 1].map(|axis| points.iter().map(|p| p[axis]).sum::<f64>() / 3.0);
+        [x * y.signum(), y]
+    };
+    let [with, against] = [head("1"), head("-0.3")];
+    assert!(with[0] < 0.0 && (with[0] + against[0]).abs() < 1e-9, "{with:?} {against:?}");
+    assert!((with[1] - against[1]).abs() < 1e-9, "{with:?} {against:?}");
+    // What begins below zero, and what is known with the motion alone.
+    assert!((head("\"-1 N m + t*(1 N m/s)\"")[0] - against[0]).abs() < 1e-9);
+    assert!((head("\"-b_pin.rate*(1 N m s)\"")[0] - with[0]).abs() < 1e-9);
+}
+
+#[test]
 fn bodies_that_move_as_one_are_joined_by_a_solid_square() {
     let weld = |other: &str| {
         let model = "[bodies.c]\nmass = 1\n[joints.w]\ntype = \"weld\"\nbetween = ";

@@ -1,6 +1,7 @@
 //! Drives and torques: arrows about joints, as textbooks draw a driven crank and a torque.
 //!
-//! An arrow points to where the angle or position grows, whatever the sign of its value.
+//! The arrow of a drive points to where the angle or position grows. That of a torque turns in the sense of the torque at
+//! the start of the motion; where that depends on the motion, to where the angle grows.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -35,7 +36,8 @@ impl Sketch<'_> {
             let points = plane.lifted(&circle([0.0; 2], MOTOR * self.pin));
             let form = Form::Line { points, is_closed: true };
             shapes.push(Shape { body: at.body, role: Role::Drive, form });
-            shapes.extend(self.turned(at.body, Role::Drive, &plane, DRIVE, self.open_side(joint)));
+            let side = self.open_side(joint);
+            shapes.extend(self.turned(at.body, Role::Drive, &plane, (DRIVE, 1.0), side));
         }
         shapes
     }
@@ -61,9 +63,25 @@ impl Sketch<'_> {
                 let axis = unit3(self.numbers.vector(vector)).unwrap_or([0.0, 0.0, 1.0]);
                 (on.0, self.plane_across(com, axis), FRAC_PI_2)
             };
-            shapes.extend(self.turned(body, Role::Torque, &plane, TORQUE, side));
+            let about = joint.map(|joint| self.numbers.axis(joint, joint.predecessor.body.0));
+            let radius = (TORQUE, self.sense(&load.kind, about));
+            shapes.extend(self.turned(body, Role::Torque, &plane, radius, side));
         }
         shapes
+    }
+
+    /// One where a torque turns a joint to where its angle grows at the start, else minus one.
+    fn sense(&self, load: &LoadKind, axis: Option<[f64; 3]>) -> f64 {
+        let start = (self.model().time, self.model().solve.t_start);
+        let value = match (load, axis) {
+            (LoadKind::Torque { vector, .. }, Some(axis)) => {
+                let vector = vector.map(|e| self.numbers.value_at(e, start));
+                vector.iter().zip(axis).map(|(a, b)| a * b).sum()
+            }
+            (LoadKind::Effort { value, .. }, _) => self.numbers.value_at(*value, start),
+            _ => 1.0,
+        };
+        if value < 0.0 { -1.0 } else { 1.0 }
     }
 
     /// The first body of a joint, and the plane across the joint's axis there.
@@ -91,13 +109,22 @@ impl Sketch<'_> {
         up.signum() * FRAC_PI_2
     }
 
-    /// An arrow anticlockwise about the origin of a plane, `side` being the angle of its middle.
-    fn turned(&self, body: usize, role: Role, plane: &Plane, radius: f64, side: f64) -> Vec<Shape> {
+    /// An arrow about the origin of a plane, anticlockwise for a sense of one and clockwise for minus one, `side` being
+    /// the angle of its middle.
+    fn turned(
+        &self,
+        body: usize,
+        role: Role,
+        plane: &Plane,
+        (radius, sense): (f64, f64),
+        side: f64,
+    ) -> Vec<Shape> {
         let radius = radius * self.pin;
-        let shaft = arc([0.0; 2], radius, side - HALF_TURN, side + HALF_TURN);
+        let end = side + sense * HALF_TURN;
+        let shaft = arc([0.0; 2], radius, side - sense * HALF_TURN, end);
         // The head lies along the arc's chord over its length.
-        let end = side + HALF_TURN;
-        let along = left(direction(end + 0.5 * HEAD[0] * self.pin / radius));
+        let tip = end + sense * 0.5 * HEAD[0] * self.pin / radius;
+        let along = scaled(sense, left(direction(tip)));
         let foot = scaled(radius, direction(end));
         vec![Shape::line(body, role, plane, &shaft), self.head(body, role, plane, foot, along)]
     }
