@@ -363,6 +363,13 @@ fn a_model_is_drawn_like_its_log_in_the_units_of_the_reader() {
         let rpm = rate[end].as_f64().expect("a number");
         assert!((rpm - 60.0).abs() < 1e-6, "{rate}");
     }
+    // The axis says whose angle it is; a coordinate of the state has a name of its own.
+    run(&place, "plot four-bar.mcap D.angle --title none -o angle.svg");
+    run(&place, "plot four-bar.mcap state.D_angle --title none -o state.svg");
+    let drawn = |name: &str| fs::read_to_string(place.path().join(name)).expect("a picture");
+    let [measure, state] = ["angle.svg", "state.svg"].map(drawn);
+    assert!(measure.contains("D.angle"), "{measure}");
+    assert!(state.contains("D_angle") && !state.contains("state.D_angle"), "{state}");
     let in_si = json(&place, "plot four-bar.mcap D.angle");
     let [deg, rad] = [&of_log, &in_si]
         .map(|object| panel(object, 0)["curves"][0]["largest"].as_f64().expect("a number"));

@@ -199,16 +199,19 @@ impl Drawing<'_> {
         [unique, shared].into_iter().filter(|curve| has_values(&curve.points)).collect()
     }
 
-    /// The name without its topic, unless that makes two names one: `state.theta1` as `theta1`.
+    /// The name without its topic, unless that makes two names one: `state.theta1` as `theta1`. A measure, `A.angle`,
+    /// has none: its owner stays.
     fn short(&self, quantity: &Quantity) -> String {
-        fn last(name: &str) -> &str {
-            name.split_once('.').map_or(name, |(_, rest)| rest)
-        }
+        let last = |name: &str| {
+            let is_measured = self.runs.iter().any(|run| run.is_measured(name));
+            let rest = name.split_once('.').filter(|_| !is_measured).map(|(_, rest)| rest);
+            rest.unwrap_or(name).to_owned()
+        };
         let own = last(&quantity.name);
         let all = self.plan.quantities().chain(self.x);
         let is_double =
             all.into_iter().any(|other| other.name != quantity.name && last(&other.name) == own);
-        if is_double { quantity.name.clone() } else { own.to_owned() }
+        if is_double { quantity.name.clone() } else { own }
     }
 
     /// The name of the file without its ending, or with its directory where two have one name; then the parameters

@@ -106,6 +106,11 @@ impl Run {
         Self::of(path, header, Contents::Table(rows))
     }
 
+    /// True of a quantity that is computed from the samples, under the name of a measure.
+    pub(super) fn is_measured(&self, name: &str) -> bool {
+        self.measured.as_ref().is_some_and(|measured| measured.position(name).is_some())
+    }
+
     fn of(path: &Path, header: Header, contents: Contents) -> Self {
         Self {
             path: path.to_owned(),
