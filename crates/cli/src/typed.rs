@@ -3,9 +3,11 @@
 use std::ffi::OsString;
 use std::path::Path;
 
-use bksim::model::file::WrittenUnit;
+use bksim::model::file::{WrittenUnit, closest};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Command, CommandFactory};
 
+use crate::args::Cli;
 use crate::exit::Failure;
 
 /// Endings of the files that commands read and write.
@@ -87,10 +89,14 @@ fn file_alone(word: &str) -> Option<Failure> {
     Some(Failure::usage(format!("`{word}` is a file, and the first word is a command"), &help))
 }
 
-/// `bksim run first.toml`: the word of another program for a command.
+/// `bksim run first.toml`: the word of another program for a command, or one like it that is no misspelt command.
 fn synonym(word: &str) -> Option<Failure> {
     let small = word.to_ascii_lowercase();
-    let (_, command) = SYNONYMS.iter().find(|(theirs, _)| *theirs == small)?;
+    let ours = Cli::command();
+    let ours = ours.get_subcommands().map(Command::get_name);
+    let known: Vec<&str> = ours.chain(SYNONYMS.map(|(theirs, _)| theirs)).collect();
+    let nearest = closest(&small, &known)?;
+    let (_, command) = SYNONYMS.iter().find(|(theirs, _)| *theirs == nearest)?;
     let help = format!("did you mean `bksim {command}`?");
     Some(Failure::usage(format!("there is no command `{word}`"), &help))
 }
@@ -126,10 +132,7 @@ fn quoted(word: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
-
     use super::*;
-    use crate::args::Cli;
 
     #[test]
     fn words_of_other_programs_lead_to_commands_that_exist() {
@@ -139,5 +142,14 @@ mod tests {
             assert!(command.find_subcommand(name).is_some(), "{ours}");
             assert!(command.find_subcommand(theirs).is_none(), "`{theirs}` is a command");
         }
+    }
+
+    #[test]
+    fn misspelt_words_of_other_programs_lead_to_commands_too() {
+        let help = |word: &str| synonym(word).map(|failure| format!("{failure:?}"));
+        assert!(help("simulat").is_some_and(|help| help.contains("bksim solve")));
+        assert!(help("anmiate").is_some_and(|help| help.contains("bksim render")));
+        // The parser knows what a misspelt command is like.
+        assert!(help("slove").is_none() && help("xyzzy").is_none());
     }
 }

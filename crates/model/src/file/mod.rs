@@ -120,7 +120,7 @@ pub use schema::{Holds, SectionForm, TableForm, sections};
 pub use sections::SECTIONS;
 pub use shown_units::{ShownUnit, ShownUnits};
 pub use syntax::decode;
-pub use words::{did_you_mean, suggest};
+pub use words::{closest, did_you_mean, suggest};
 pub use written_unit::WrittenUnit;
 
 use names::Names;

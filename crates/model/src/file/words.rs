@@ -8,7 +8,7 @@ use crate::model::Model;
 const MAX_WORD: usize = 60;
 
 /// The candidate nearest to a word: equal but for case, else within a few typing errors.
-pub(super) fn closest<'c>(word: &str, candidates: &[&'c str]) -> Option<&'c str> {
+pub fn closest<'c>(word: &str, candidates: &[&'c str]) -> Option<&'c str> {
     let same_letters = candidates.iter().find(|known| known.eq_ignore_ascii_case(word));
     if let Some(known) = same_letters {
         return Some(known);
