@@ -1,6 +1,6 @@
-//! Diagnostic codes in another language than English: title, meaning and cure of each.
+//! Diagnostic codes in another language than English: title, meaning and cure of each; and the help of the command line.
 //!
-//! The texts are data, `docs/vi/diagnostics.toml`. Examples and outputs are those of the English pages,
+//! The texts are data, `docs/vi/diagnostics.toml` and `docs/vi/help.toml`. Examples and outputs are those of the English pages,
 //! so that a page says the same in both languages.
 
 use std::collections::BTreeMap;
@@ -47,6 +47,20 @@ const HEADINGS: [(&str, &str); 4] = [
     ("## Cure", "## Cách sửa"),
     ("## When", "## Cách sửa"),
 ];
+
+static VIETNAMESE_HELP: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
+    let text = include_str!("../docs/vi/help.toml");
+    toml::from_str(text).expect("a table of the repository, which a test reads")
+});
+
+/// A text of the command line's help, in English without the full stop, in a language; `None` in English, and for texts
+/// that there are not.
+pub fn help_text(english: &str, language: Language) -> Option<&'static str> {
+    match language {
+        Language::English => None,
+        Language::Vietnamese => VIETNAMESE_HELP.get(english).map(String::as_str),
+    }
+}
 
 /// Reads a table of translations.
 fn table(text: &str) -> BTreeMap<String, Translation> {

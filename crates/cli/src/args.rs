@@ -26,6 +26,7 @@ pub(crate) mod speech;
 pub mod sweep;
 pub(crate) mod text;
 mod time;
+pub(crate) mod translated;
 pub mod view;
 
 use std::path::{Path, PathBuf};

@@ -32,6 +32,7 @@ pub use self::each_case::for_each_case;
 use std::ffi::OsString;
 use std::path::Path;
 
+use bksim::translation::Language;
 use clap::{CommandFactory, FromArgMatches};
 
 use crate::args::analysis::{Bode, Doctor, Inverse, Kinematics, Polygons};
@@ -44,6 +45,7 @@ use crate::args::render::Render;
 use crate::args::sheet::Sheet;
 use crate::args::speech::{language, with_language};
 use crate::args::sweep::Sweep;
+use crate::args::translated::help;
 use crate::args::view::View;
 use crate::args::{Cli, Command, Export};
 use crate::exit::{Failure, Status};
@@ -142,7 +144,7 @@ pub fn run(arguments: &[OsString]) -> u8 {
 /// Run of the command line ([`run`]) with the commands of the studio done by `studio`.
 pub fn run_with(arguments: &[OsString], studio: Studio<'_>) -> u8 {
     let wants_json = arguments.iter().any(|argument| argument == "--json");
-    let parsed = with_groups(with_language(Cli::command()))
+    let parsed = with_groups(with_language(Cli::command()), Language::English)
         .try_get_matches_from(arguments)
         .and_then(|matches| {
             render::speak(language(&matches));
@@ -157,6 +159,8 @@ pub fn run_with(arguments: &[OsString], studio: Studio<'_>) -> u8 {
             if status == Status::Usage && (wants_json || advice.is_some()) {
                 let failure = advice.unwrap_or_else(|| wrong_command_line(&error));
                 render::failure(&failure, "", wants_json);
+            } else if let Some(help) = help(with_language(Cli::command()), arguments) {
+                let _ = output::text(&help);
             } else {
                 // Nobody reads the help: nothing is wrong.
                 let _ = error.print();

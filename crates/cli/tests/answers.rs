@@ -161,3 +161,49 @@ fn a_text_goes_into_a_file_and_replaces_none() {
     assert!(!run("expand four.toml -o four.toml --force").status.success());
     assert_eq!(read("four.toml"), FOUR_BAR);
 }
+
+/// The help of a command in a language.
+fn help(command: &[&str], language: &str) -> String {
+    let place = Scratch::new();
+    let mut bksim = place.bksim();
+    let output = bksim.args(["--lang", language]).args(command).arg("--help").output();
+    let output = output.expect("bksim starts");
+    assert_eq!(output.status.code(), Some(0), "{command:?}");
+    text(&output.stdout)
+}
+
+#[test]
+fn no_line_of_the_vietnamese_help_is_english() {
+    let mut commands: Vec<Vec<String>> = vec![Vec::new()];
+    let mut n_lines = 0;
+    while let Some(command) = commands.pop() {
+        let words: Vec<&str> = command.iter().map(String::as_str).collect();
+        // Examples are command lines.
+        let [english, vietnamese] = ["en", "vi"].map(|language| {
+            let help = help(&words, language);
+            let end = help.find("\nExamples:").or_else(|| help.find("\nVí dụ:"));
+            help[..end.unwrap_or(help.len())].to_owned()
+        });
+        let is_text = |line: &&str| {
+            let words = line
+                .split_whitespace()
+                .filter(|word| word.len() > 1 && word.chars().all(|c| c.is_ascii_lowercase()));
+            !line.starts_with("Usage:") && !line.contains("bksim completions ") && words.count() > 2
+        };
+        let lines: Vec<&str> = vietnamese.lines().map(str::trim).collect();
+        for line in english.lines().map(str::trim).filter(is_text) {
+            n_lines += 1;
+            assert!(!lines.contains(&line), "docs/vi/help.toml lacks, for {words:?}: {line}");
+        }
+        // The commands of the list, and those below `cad`.
+        let named =
+            english.lines().filter(|line| line.starts_with("  ") && !line.starts_with("   "));
+        let named = named.filter_map(|line| line.split_whitespace().next());
+        let named = named
+            .filter(|name| !name.starts_with(['-', '<', '[']) && !["help", "bksim"].contains(name));
+        let below =
+            named.map(|name| words.iter().copied().chain([name]).map(str::to_owned).collect());
+        commands.extend(below);
+    }
+    assert!(n_lines > 400, "{n_lines} lines");
+}

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use bksim::translation::{Language, help_text};
 use clap::Command;
 
 /// Headings of the help and the commands below each.
@@ -37,23 +38,24 @@ const TEMPLATE: &str =
 /// Columns that the names of commands take.
 const NAME_WIDTH: usize = 13;
 
-/// `command` with its subcommands listed by groups in the help.
-pub(crate) fn with_groups(command: Command) -> Command {
-    let list = listed(&command);
+/// `command` with its subcommands listed by groups in the help, the headings in a language.
+pub(crate) fn with_groups(command: Command, language: Language) -> Command {
+    let list = listed(&command, language);
     command.help_template(TEMPLATE).after_help(list)
 }
 
 /// One line for each command, below the heading of its group.
-fn listed(command: &Command) -> String {
+fn listed(command: &Command, language: Language) -> String {
+    let words = |text: &'static str| help_text(text, language).unwrap_or(text);
     let mut list = String::new();
     for (heading, names) in GROUPS {
         // Writing to a text does not fail.
-        let _ = write!(list, "\n{heading}:\n");
+        let _ = write!(list, "\n{}:\n", words(heading));
         for &name in names {
             let about = match command.find_subcommand(name).and_then(Command::get_about) {
                 Some(about) => about.to_string(),
                 // The parser adds this command by itself.
-                None => "Print this list, or the help of a command".to_owned(),
+                None => words("Print this list, or the help of a command").to_owned(),
             };
             let _ = writeln!(list, "  {name:NAME_WIDTH$}{about}");
         }
@@ -84,7 +86,7 @@ mod tests {
 
     #[test]
     fn a_line_of_the_list_fits_a_terminal() {
-        for line in listed(&Cli::command()).lines() {
+        for line in listed(&Cli::command(), Language::English).lines() {
             assert!(line.chars().count() <= 80, "{line}");
         }
     }
