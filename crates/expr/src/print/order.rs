@@ -101,6 +101,14 @@ impl<'p> Reader<'p> {
         (class, self.rank(e), 0)
     }
 
+    /// The key of a factor by which terms are sorted: symbols of the motion are as any others there.
+    fn term_key(&self, e: Expr) -> ReadingKey {
+        match self.factor_key(e) {
+            (1, rank, size) => (0, rank, size),
+            key => key,
+        }
+    }
+
     /// Splits a term into sign, coefficient, and ordered numerator and denominator.
     pub(super) fn term(&self, e: Expr) -> WrittenTerm {
         let (coefficient, monic) = self.pool.split_coefficient(e);
@@ -142,7 +150,7 @@ impl<'p> Reader<'p> {
             .map(|term| {
                 let WrittenTerm { numerator, denominator, .. } = self.term(term);
                 let factors = numerator.into_iter().chain(denominator);
-                (factors.map(|f| self.factor_key(f)).collect(), term)
+                (factors.map(|f| self.term_key(f)).collect(), term)
             })
             .collect();
         // The constant has no factors and comes last.

@@ -93,8 +93,8 @@ pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> UnsimplifiedEqua
     UnsimplifiedEquations { kinetic_energy, potential_energy, left_sides, constraints }
 }
 
-/// ½ m ṙ·ṙ + ½ ω·I′ω of a body.
-pub(super) fn kinetic_energy_of(model: &Model, system: &SymbolicSystem, body: BodyId) -> Expr {
+/// m ṙ·ṙ + ω·I′ω of a body: 2 T.
+pub(super) fn doubled_kinetic_energy(model: &Model, system: &SymbolicSystem, body: BodyId) -> Expr {
     let pool = &model.pool;
     let kinematics = &system.kinematics;
     let velocity =
@@ -102,22 +102,23 @@ pub(super) fn kinetic_energy_of(model: &Model, system: &SymbolicSystem, body: Bo
     let pose = &kinematics.poses[body.0];
     let omega = pose.rotation.apply_inverse(pool, &pose.omega);
     let momentum = central_inertia(model, body).map(|row| spatial::dot(pool, &row, &omega));
-    let doubled = pool.add(
+    pool.add(
         pool.mul(model.bodies[body.0].mass, spatial::dot(pool, &velocity, &velocity)),
         spatial::dot(pool, &omega, &momentum),
-    );
-    pool.mul(pool.rational(1, 2), doubled)
+    )
 }
 
 fn kinetic_energy(model: &Model, system: &SymbolicSystem) -> Expr {
     let pool = &model.pool;
     let kinematics = &system.kinematics;
     let bodies = (1..model.bodies.len()).map(BodyId);
-    let of_bodies: Vec<Expr> = bodies.map(|body| kinetic_energy_of(model, system, body)).collect();
+    let doubled: Vec<Expr> =
+        bodies.map(|body| doubled_kinetic_energy(model, system, body)).collect();
+    let of_bodies = pool.mul(pool.rational(1, 2), pool.sum(doubled));
     let rates: Vec<Expr> = system.coordinates().iter().map(|c| pool.symbol_expr(c.v)).collect();
     let of_norms = norm::kinetic_energy(model, kinematics, &rates, &norm::unnamed);
     let of_rotors = rotor::kinetic_energy(model, kinematics, &rates);
-    pool.sum(of_bodies.into_iter().chain(of_norms).chain(of_rotors))
+    pool.sum([of_bodies].into_iter().chain(of_norms).chain(of_rotors))
 }
 
 /// V, and the wrenches that have none.

@@ -11,7 +11,7 @@ use bksim_expr::{Expr, SymbolId};
 use bksim_model::{BodyId, Model, Space};
 
 use super::arrange::Kind;
-use super::derivation::kinetic_energy_of;
+use super::derivation::doubled_kinetic_energy;
 use super::form::ReadingForm;
 use super::levels::{Level, RowName};
 use crate::coordinate::{Coordinate, CoordinateKind};
@@ -99,7 +99,8 @@ fn of_bodies(model: &Model, system: &SymbolicSystem) -> [Vec<(RowName, Expr)>; 3
             found[0].push((name(axis, ""), position));
             found[1].push((name("v", &format!("_{axis}")), velocity));
         }
-        let energy = pool.simplify(kinetic_energy_of(model, system, BodyId(idx)));
+        let doubled = doubled_kinetic_energy(model, system, BodyId(idx));
+        let energy = pool.simplify(pool.mul(pool.rational(1, 2), doubled));
         found[2].push((name("T", ""), energy));
     }
     found.map(|rows| {

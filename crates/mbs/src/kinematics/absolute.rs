@@ -20,9 +20,9 @@ use crate::tree::{Branch, Tree};
 pub struct AbsoluteAngle {
     /// The body.
     pub body: BodyId,
-    /// Its angle and the rate of it, of the joints' coordinates.
+    /// Angle of the body and its rate, by the joints' coordinates.
     pub by_joints: [Expr; 2],
-    /// The joint's angle, of the bodies' angles.
+    /// Angle of the joint, by those of the bodies.
     pub(super) of_joint: Expr,
 }
 
