@@ -24,7 +24,7 @@ pub(super) fn run(
         To::Sdf => (Format::Sdf, &["sdf", "world"]),
     };
     args.output.iter().try_for_each(|path| check_ending(path, endings))?;
-    let Loaded { source, model, warnings, .. } = loaded;
+    let Loaded { source, model, warnings } = loaded;
     // The place of a span in the file that it came from: name, line, column.
     let place = |span: &Span| {
         let located = source.locate(&Diagnostic::warning(Code("I025"), "").at(span.clone(), ""));

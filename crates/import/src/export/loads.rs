@@ -1,4 +1,4 @@
-//! What acts in joints and between them, as far as a format holds it.
+//! Loads in joints and between them, and relations, as far as a format holds them.
 
 use bksim_expr::{Expr, SymbolId};
 use bksim_model::diagnostic::Span;
@@ -209,9 +209,11 @@ fn gain(model: &Model, effort: Expr) -> Option<f64> {
     let inputs = model.io.inputs.iter();
     let mut symbols = inputs.filter_map(|name| model.parameters.iter().find(|p| p.name == *name));
     let input = symbols.find(|p| model.pool.depends_on(effort, p.symbol))?;
-    let factor = numbers.value(model.pool.diff(effort, input.symbol))?;
-    let value = numbers.value(effort)?;
-    (value == factor * input.value && factor != 0.0).then_some(factor)
+    let slope = model.pool.diff(effort, input.symbol);
+    let (factor, value) = (numbers.value(slope)?, numbers.value(effort)?);
+    let is_multiple = (value - factor * input.value).abs() <= 1e-12 * value.abs();
+    let is_straight = !model.pool.depends_on(slope, input.symbol);
+    (is_straight && is_multiple && factor != 0.0).then_some(factor)
 }
 
 /// A relation solved for one of its two motions: the one that follows, the one that leads, coefficients.

@@ -1,6 +1,7 @@
 //! A robot as MJCF: bodies within bodies, several joints on one, loops as equalities between sites.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 use bksim_model::MotionKind;
 
@@ -13,6 +14,9 @@ use super::{Xml, escaped, numbers};
 
 /// Distance between the two points by which a loop is held about an axis, m.
 const ARM: f64 = 0.1;
+
+/// Moment of inertia that stands for none, kg m².
+const LEAST_MOMENT: f64 = 1e-12;
 
 /// Beyond any range.
 const NO_LIMIT: f64 = 1e15;
@@ -43,14 +47,7 @@ pub(super) fn text(robot: &Robot, report: &mut Report) -> String {
     writer.loops();
     writer.tree(report);
     writer.xml.open(&format!("mujoco model=\"{}\"", escaped(&robot.name)));
-    // MuJoCo takes no body without inertia that moves: one of a point mass gets the least that counts.
-    let is_point = |link: &super::robot::Link| {
-        link.inertia.mass > 0.0 && principal_moments(link.inertia.tensor)[0] == 0.0
-    };
-    let bound = if robot.links.iter().any(is_point) { " boundinertia=\"1e-12\"" } else { "" };
-    writer.xml.leaf(&format!(
-        "compiler angle=\"radian\" autolimits=\"true\" inertiafromgeom=\"false\"{bound}"
-    ));
+    writer.xml.leaf("compiler angle=\"radian\" autolimits=\"true\" inertiafromgeom=\"false\"");
     let gravity = numbers(&robot.gravity);
     writer.xml.leaf(&format!("option gravity=\"{gravity}\""));
     writer.xml.open("worldbody");
@@ -160,7 +157,10 @@ impl Writer<'_> {
         self.xml.open(&format!("body name=\"{}\" {place}", of.name));
         if !of.is_massless() {
             let [xx, yy, zz, xy, yz, zx] = of.inertia.tensor;
-            let inertia = numbers(&[xx, yy, zz, xy, zx, yz]);
+            // MuJoCo takes no moving body without inertia: a point mass and a line get the least that counts.
+            let is_point = principal_moments(of.inertia.tensor)[0].abs() < LEAST_MOMENT;
+            let more = if is_point { LEAST_MOMENT } else { 0.0 };
+            let inertia = numbers(&[xx + more, yy + more, zz + more, xy, zx, yz]);
             self.xml.leaf(&format!(
                 "inertial pos=\"{}\" mass=\"{}\" fullinertia=\"{inertia}\"",
                 numbers(&of.inertia.com),
@@ -253,7 +253,7 @@ impl Writer<'_> {
             ));
         }
         let equalities = std::mem::take(&mut self.equalities);
-        self.section("equality", equalities);
+        self.section("equality", &equalities);
         if !robot.tendons.is_empty() {
             self.xml.open("tendon");
             for tendon in &robot.tendons {
@@ -272,17 +272,13 @@ impl Writer<'_> {
             self.xml.close("tendon");
         }
         let motors = robot.motors.iter().map(|motor| {
-            format!(
-                "motor name=\"{}\" joint=\"{}\" gear=\"{}\"",
-                motor.name,
-                motor.on,
-                number(motor.gear)
-            )
+            let gear = number(motor.gear);
+            format!("motor name=\"{}\" joint=\"{}\" gear=\"{gear}\"", motor.name, motor.on)
         });
-        self.section("actuator", motors.collect());
+        self.section("actuator", &motors.collect::<Vec<_>>());
     }
 
-    fn section(&mut self, name: &str, elements: Vec<String>) {
+    fn section(&mut self, name: &str, elements: &[String]) {
         if elements.is_empty() {
             return;
         }
@@ -292,12 +288,12 @@ impl Writer<'_> {
     }
 }
 
-/// What acts in a motion, as attributes.
+/// Attributes of a motion: its springs, limits, friction and rotor.
 fn acting(axis: &Axis) -> String {
     let mut text = String::new();
     let mut put = |key: &str, value: f64| {
         if value != 0.0 {
-            text.push_str(&format!(" {key}=\"{}\"", number(value)));
+            let _ = write!(text, " {key}=\"{}\"", number(value));
         }
     };
     put("ref", axis.at);
@@ -308,7 +304,7 @@ fn acting(axis: &Axis) -> String {
     put("armature", axis.armature);
     if let Some([min, max]) = axis.limits {
         let range = [min.unwrap_or(-NO_LIMIT), max.unwrap_or(NO_LIMIT)];
-        text.push_str(&format!(" range=\"{}\"", range.map(number).join(" ")));
+        let _ = write!(text, " range=\"{}\"", range.map(number).join(" "));
     }
     text
 }

@@ -298,12 +298,12 @@ impl Robot {
         Ok(())
     }
 
-    /// Warns of a body that moves and that the program refuses for its mass or inertia.
+    /// Warns of a body that programs refuse for its inertia or, where it moves, for its mass.
     pub(super) fn warn_of_inertia(&self, link: usize, report: &mut Report) {
         let of = &self.links[link];
-        let carrier = of.carrier.map(|idx| &self.connections[idx]);
-        let Some(carrier) = carrier.filter(|carrier| carrier.word != "weld") else { return };
-        let why = if of.inertia.mass == 0.0 { Some("it has no mass") } else { of.inertia.fault() };
+        let Some(carrier) = of.carrier.map(|idx| &self.connections[idx]) else { return };
+        let is_empty = of.inertia.mass == 0.0 && carrier.word != "weld";
+        let why = if is_empty { Some("it has no mass") } else { of.inertia.fault() };
         let Some(why) = why else { return };
         let message = format!("programs that read the file refuse body `{}`: {why}", of.name);
         let help = "give the body a mass and an inertia that bodies have";

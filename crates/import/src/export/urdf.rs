@@ -28,10 +28,11 @@ pub(super) fn text(robot: &Robot, report: &mut Report) -> String {
             && robot.links[0].shapes.is_empty()
     });
     let stands_for_ground = first.filter(|_| grounded.next().is_none()).map(|only| only.child);
-    let is_left = |link: usize| {
-        stands_for_ground.is_some() && link == 0
-            || (link == 0 && robot.connections.iter().all(|c| c.parent != 0 || c.word == "free"))
-    };
+    // Nor does a robot that moves freely need the ground.
+    let is_free = |connection: &&Connection| connection.word == "free";
+    let is_afloat = robot.connections.iter().filter(on_ground).all(|of| is_free(&of))
+        && robot.connections.iter().filter(is_free).count() == 1;
+    let is_left = |link: usize| link == 0 && (is_afloat || stands_for_ground.is_some());
     for (idx, link) in robot.links.iter().enumerate().filter(|(idx, _)| !is_left(*idx)) {
         if link.is_massless() && link.shapes.is_empty() {
             xml.leaf(&format!("link name=\"{}\"", link.name));
