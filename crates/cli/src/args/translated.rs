@@ -73,10 +73,10 @@ fn translated_argument(argument: Arg, language: Language) -> Arg {
             None => own,
         }
     };
-    let values: Vec<PossibleValue> = match argument.get_action().takes_values() {
-        true => argument.get_possible_values().iter().map(value).collect(),
-        false => Vec::new(),
-    };
+    // A flag has none to choose from.
+    let values = argument.get_possible_values();
+    let values = values.iter().filter(|_| argument.get_action().takes_values());
+    let values: Vec<PossibleValue> = values.map(value).collect();
     let mut argument = argument;
     if let Some(help) = help {
         argument = argument.help(help);

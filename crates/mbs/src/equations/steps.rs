@@ -7,7 +7,7 @@
 //! Source: Lê Hồng Lam and Đinh Văn Phong (2008), equation (1.3). Each derivative is taken of the line before it, with
 //! the named constants of the form, so that a reader can take it, too.
 
-use bksim_expr::{Expr, SymbolId};
+use bksim_expr::{Expr, Pool, SymbolId};
 use bksim_model::{BodyId, Model, Space};
 
 use super::arrange::Kind;
@@ -16,6 +16,9 @@ use super::form::ReadingForm;
 use super::levels::{Level, RowName};
 use crate::coordinate::{Coordinate, CoordinateKind};
 use crate::system::{Derivation, SymbolicSystem};
+
+/// Ratio of operations up to which a sum without parentheses is preferred.
+const LONGER: u64 = 2;
 
 /// The steps from the centres of mass to Lagrange's equations; none of a mechanism whose equations are found by
 /// recursion, in which T is not written out.
@@ -38,7 +41,7 @@ pub fn steps(model: &Model, system: &SymbolicSystem, form: &ReadingForm) -> Vec<
         slopes.map(|slope| pool.simplify(slope)).collect::<Vec<_>>()
     };
     let momenta = slopes(|c| c.v);
-    let rate = |&p: &Expr| pool.simplify(system.kinematics.second_rate(model, p));
+    let rate = |&p: &Expr| opened(pool, system.kinematics.second_rate(model, p));
     let rates: Vec<Expr> = momenta.iter().map(rate).collect();
     let by_coordinates = slopes(|c| c.q);
     let parts = |kind: Kind, i: usize| {
@@ -71,6 +74,14 @@ pub fn steps(model: &Model, system: &SymbolicSystem, form: &ReadingForm) -> Vec<
     ]
 }
 
+/// A sum multiplied out, as in a book, unless that makes it much longer than its simplest form.
+fn opened(pool: &Pool, e: Expr) -> Expr {
+    let simple = pool.simplify(e);
+    let expanded = pool.expand(simple);
+    let [shortest, length] = [simple, expanded].map(|e| pool.printed_operations(&[e]).total());
+    if length <= LONGER * shortest { expanded } else { simple }
+}
+
 /// The terms of T and −V; names that change with the motion are replaced by what they stand for.
 fn lagrangian(model: &Model, form: &ReadingForm) -> Vec<Expr> {
     let pool = &model.pool;
@@ -100,7 +111,7 @@ fn of_bodies(model: &Model, system: &SymbolicSystem) -> [Vec<(RowName, Expr)>; 3
             found[1].push((name("v", &format!("_{axis}")), velocity));
         }
         let doubled = doubled_kinetic_energy(model, system, BodyId(idx));
-        let energy = pool.simplify(pool.mul(pool.rational(1, 2), doubled));
+        let energy = opened(pool, pool.mul(pool.rational(1, 2), doubled));
         found[2].push((name("T", ""), energy));
     }
     found.map(|rows| {
