@@ -283,7 +283,9 @@ impl Writer<'_> {
             return;
         }
         self.xml.open(name);
-        elements.iter().for_each(|element| self.xml.leaf(element));
+        for element in elements {
+            self.xml.leaf(element);
+        }
         self.xml.close(name);
     }
 }

@@ -216,7 +216,7 @@ impl Robot {
             let (name, pose) = (name.to_owned(), start[idx]);
             links.push(Link { name, inertia, pose, shapes, carrier: None });
         }
-        links[0].name = "world".to_owned();
+        "world".clone_into(&mut links[0].name);
         let (order, connections) = tree(model, format, &mut links, &mut report)?;
         let mut robot = Self {
             name: model.name.clone(),
@@ -291,7 +291,9 @@ impl Robot {
             if connection.child == ends[0] {
                 // Passed from the successor: the same motions in the other order and direction.
                 axes.reverse();
-                axes.iter_mut().for_each(|axis| axis.along = scale(-1.0, axis.along));
+                for axis in &mut axes {
+                    axis.along = scale(-1.0, axis.along);
+                }
             }
             connection.axes = axes;
         }

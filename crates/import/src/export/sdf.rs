@@ -68,7 +68,9 @@ fn link(xml: &mut Xml, link: &Link) {
         pose(xml, *place);
         xml.open("geometry");
         xml.open(kind);
-        sizes.iter().for_each(|(key, value)| xml.text(key, value));
+        for (key, value) in &sizes {
+            xml.text(key, value);
+        }
         xml.close(kind);
         xml.close("geometry");
         xml.close("visual");

@@ -68,9 +68,13 @@ pub(super) fn tree(
             continue;
         }
         group.iter_mut().filter(|of| **of == b).for_each(|of| *of = a);
-        ends.into_iter().for_each(|end| near[end].push(idx));
+        for end in ends {
+            near[end].push(idx);
+        }
     }
-    near.iter_mut().for_each(|of| of.sort_unstable());
+    for of in &mut near {
+        of.sort_unstable();
+    }
 
     let mut order = Vec::new();
     let mut connections = Vec::new();
