@@ -8,7 +8,8 @@ use bksim_mbs::modes::with_branches;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
 use bksim_model::{
-    Body, CouplingKind, HeldChange, HeldSignal, JointId, Measure, Model, ParameterId,
+    Body, CouplingKind, HeldChange, HeldSignal, Joint, JointId, JointKind, Measure, Model,
+    ParameterId,
 };
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::{Effort, Uniqueness};
@@ -397,7 +398,17 @@ pub(crate) fn without_rates(model: &Model) -> Result<(), AnalysisError> {
 pub fn without_contacts(model: &Model) -> Result<(), AnalysisError> {
     let Some(contact) = model.contacts.first() else { return Ok(()) };
     let note = "its outlines touch, part and rub as the motion brings them together; only a run follows that";
-    let help = "solve the motion in time, or put joints and loads of type \"stop\" in place of the contact";
+    let name = contact.name.as_str();
+    let is_play = |joint: &Joint| {
+        let side = name.strip_prefix(joint.name.as_str());
+        joint.kind == JointKind::Planar
+            && side.is_some_and(|side| ["", "_left", "_right"].contains(&side))
+    };
+    let help = if model.joints.iter().any(is_play) {
+        "solve the motion in time, or remove `clearance`"
+    } else {
+        "solve the motion in time, or put joints and loads of type \"stop\" in place of the contact"
+    };
     let what = format!("contact `{}`", contact.name);
     Err(refused((what, &contact.span, "outlines that may touch"), note, help))
 }

@@ -19,7 +19,7 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::{PointId, Vector};
 
 /// The key that gives a joint play.
-const CLEARANCE: &str = "clearance";
+pub(super) const CLEARANCE: &str = "clearance";
 /// Keys of play, which need a clearance.
 const PLAY_KEYS: [&str; 6] = ["radius", "length", "width", "mu", "static", "restitution"];
 /// Types of joints that may have play.

@@ -3,6 +3,7 @@
 use bksim_expr::Expr;
 
 use super::bodies::BodyFacts;
+use super::clearance::CLEARANCE;
 use super::codes;
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Table, Value};
@@ -106,10 +107,16 @@ impl Reader<'_> {
     pub(super) fn check_plane_of_contacts(&mut self, space: Space, contacts: &[ContactPair]) {
         let Some(pair) = contacts.first().filter(|_| space == Space::Spatial) else { return };
         let message = format!("contact `{}` is in a spatial model", pair.name);
+        let is_play = self.text.get(pair.span.clone()) == Some(CLEARANCE);
+        let help = if is_play {
+            "remove `clearance`, or keep to the plane"
+        } else {
+            "keep to the plane, or use a joint of type \"rolling\" or a load of type \"stop\""
+        };
         self.report(
             Diagnostic::error(codes::CONTACT_IN_SPACE, message)
                 .at(pair.span.clone(), "outlines touch in a plane alone")
-                .help("keep to the plane, or use a joint of type \"rolling\" or a load of type \"stop\""),
+                .help(help),
         );
     }
 

@@ -25,6 +25,10 @@ impl Sketch<'_> {
         if joint.kind == JointKind::KnifeEdge {
             return Err(no_place("the type", &owner).into());
         }
+        // In a plane only the play of a pin or slide makes one.
+        if joint.kind == JointKind::Planar {
+            return Err(no_place("`clearance`", &owner).into());
+        }
         let kind = kind(joint.kind.word());
         // In a drawing the axis of a revolute comes out of the paper.
         let is_backward = self.positions.number(joint.axis[2]).is_some_and(|z| z < 0.0);
