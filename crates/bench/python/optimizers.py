@@ -25,7 +25,8 @@ def models() -> dict[str, str]:
     for page in ("design.md", "tasks/six-designs.md"):
         for text in re.findall(r"```toml\n(.*?)```", (DOCS / page).read_text("utf-8"), re.S):
             wish = tomllib.loads(text).get("optimize", {})
-            if isinstance(wish.get("minimize"), str) and "over" not in wish and "cases" not in wish and "choose" not in wish:
+            is_plain = not {"over", "cases", "choose"} & wish.keys()
+            if isinstance(wish.get("minimize"), str) and is_plain:
                 found[text.split()[1]] = text
     return found
 
@@ -52,8 +53,11 @@ class Problem:
 
     def ends(self, name: str, values: list[str]) -> list[float]:
         """Both ends of a range in SI units."""
-        case = lambda value: bksim.sweep(self.model, {name: [value]}, outputs=[name], progress=False)
-        return [float(case(value)[name][0]) for value in values]
+        cases = [
+            bksim.sweep(self.model, {name: [value]}, outputs=[name], progress=False)
+            for value in values
+        ]
+        return [float(case[name][0]) for case in cases]
 
     def at(self, x: np.ndarray) -> np.ndarray:
         key = np.asarray(x).tobytes()

@@ -21,7 +21,7 @@ const LOOK: Duration = Duration::from_millis(50);
 /// True while some work is reported: its parts are not reported again.
 static IS_SPOKEN_OF: AtomicBool = AtomicBool::new(false);
 
-/// What some work says about itself while it is done.
+/// The words of some work about itself while it is done.
 pub struct Word<'a> {
     what: &'a str,
     bar: &'a ProgressBar,

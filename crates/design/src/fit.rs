@@ -174,7 +174,7 @@ pub struct Curve {
     pub column: String,
     /// The time, or the first driven measure, or the number of the row.
     pub at: Vec<f64>,
-    /// What `at` is: the name of a column, or `row`.
+    /// Name of the column in `at`, or `row`.
     pub over: String,
     /// SI units of `at` and of the column; empty where the table states none.
     pub units: [String; 2],

@@ -240,7 +240,7 @@ pub struct PoseTolerance {
 pub struct PathBand {
     /// The point.
     pub of: String,
-    /// Its place, m.
+    /// Place of the point, m.
     pub at: [f64; 2],
     /// Unit vector across the path.
     pub normal: [f64; 2],

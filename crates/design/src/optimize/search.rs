@@ -124,7 +124,9 @@ impl Search<'_> {
         let from = self.begun(source, wish)?;
         let found = counted(&points);
         for (x, values) in points.iter().zip(&found) {
-            values.iter().for_each(|values| keep(x, values));
+            if let Some(values) = values {
+                keep(x, values);
+            }
         }
 
         // Scales: the size of every function among the points that have values.

@@ -90,7 +90,7 @@ fn contributors(band: &Band) -> Panel {
     let mut order: Vec<_> = band.contributors.iter().collect();
     order.sort_by(|a, b| a.linear.total_cmp(&b.linear));
     let bars = |aside: f64, of: &dyn Fn(&bksim_design::Contributor) -> f64| {
-        order.iter().enumerate().map(|(k, one)| [of(one), k as f64 + aside]).collect()
+        (0u32..).zip(&order).map(|(k, one)| [of(one), f64::from(k) + aside]).collect()
     };
     let bar = |name: &str, points| Curve { mark: Mark::Bars, ..Curve::new(name, points) };
     let curves = vec![
@@ -98,8 +98,8 @@ fn contributors(band: &Band) -> Panel {
         bar("of the variance", bars(-0.16, &|c| c.percent_of_variance)),
     ];
     let names = order.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
-    let ends = [-0.6, names.len() as f64 - 0.4];
-    let y = Axis { names, range: Some(ends), ..Axis::new(&band.of, "") };
+    let top = (0u32..).zip(&names).last().map_or(0.0, |(k, _)| f64::from(k));
+    let y = Axis { names, range: Some([-0.6, top + 0.6]), ..Axis::new(&band.of, "") };
     let most = curves.iter().flat_map(|c| &c.points).map(|p| p[0]).fold(1.0, f64::max);
     let x = Axis { range: Some([0.0, 1.05 * most]), ..Axis::new("share", "%") };
     Panel::new(x, y, curves)
