@@ -128,7 +128,7 @@ fn words(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// What the runs of a case print, and the last exit status.
+/// Output of the runs of a case, and the last exit status.
 fn printed(case: &Case, place: &Scratch) -> (String, Option<i32>) {
     let (mut all, mut status) = (String::new(), None);
     for run in case.all("run") {
@@ -166,7 +166,7 @@ fn placed(case: &Case) -> Scratch {
     place
 }
 
-/// What of a case is not printed as it must be.
+/// Texts that are missing in an output, said twice or said where they must not be.
 fn missing(case: &Case, said: &str) -> Vec<String> {
     let said = words(said);
     let says = case.all("says").filter(|it| !said.contains(&words(it)));
