@@ -112,13 +112,12 @@ fn next_to(model: &Model, owner: &Owner, q: f64) -> String {
         [] => String::new(),
         names => format!(" and guesses of `{}`", names.join("`, `")),
     };
-    match name.filter(|name| !name.contains('.')) {
-        Some(name) => format!(", for example `{name} = \"{value}\"`{guesses} in `[initial]`"),
-        None => {
-            let name = &joint.name;
-            format!(", for example `{name} = {{ {word} = \"{value}\" }}`{guesses} in `[initial]`")
-        }
-    }
+    let plain = name.filter(|name| !name.contains('.'));
+    let start = plain.map_or_else(
+        || format!("{} = {{ {word} = \"{value}\" }}", joint.name),
+        |name| format!("{name} = \"{value}\""),
+    );
+    format!(", for example `{start}`{guesses} in `[initial]`")
 }
 
 /// Orthogonal directions that keep the constraints to first order, each of length one.
