@@ -200,7 +200,8 @@ fn what_has_no_place_in_a_drawing_is_refused_by_name() {
                  between = [\"ground\", \"a\"]\n[joints.K]\ntype = \"revolute\"\n\
                  between = [\"a\", \"A\"]\n";
     let spatial = format!("space = \"spatial\"\n{}", turned.replace("-1", "1"));
-    for (text, code) in [(turned, "D071"), (alike, "D072"), (&spatial, "D070")] {
+    let play = turned.replace("axis = [0, 0, -1]", "clearance = \"1 mm\"");
+    for (text, code) in [(turned, "D071"), (alike, "D072"), (&spatial, "D070"), (&play, "D071")] {
         let reading = read(&Source::new(text, "m"));
         let model = reading.model.unwrap_or_else(|| panic!("{:?}", reading.diagnostics));
         let poses = vec![PlanarPose::default(); model.bodies.len()];
