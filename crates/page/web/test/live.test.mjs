@@ -449,9 +449,9 @@ test('bodies are selected by a frame and by Shift, moved, copied and deleted, ea
 
     // A frame around all of it.
     const corner = async (x, y) => page.mouse.move(...(await pixel(page, x, y)), { steps: 4 });
-    await corner(-0.12, -0.1);
+    await corner(-0.03, -0.03);
     await page.mouse.down();
-    await corner(0.45, 0.35);
+    await corner(0.34, 0.27);
     await shot(page, 'frame');
     await page.mouse.up();
     assert.deepEqual((await selected()).sort(), ['coupler', 'crank', 'rocker']);
