@@ -486,7 +486,7 @@ test('faults have their words in Vietnamese, and ranges are stated by the model'
     await page.waitForSelector('#faults li.error');
     await idle(page);
     const words = await page.locator('#faults').innerText();
-    assert.match(words, /M012 dòng \d+: không có khâu này/u);
+    assert.match(words, /M012\s+dòng \d+: không có khâu này/u);
     assert.match(words, /cách sửa: /u);
     await shot(page, 'vietnamese-faults');
   }, '#lang=vi'));
