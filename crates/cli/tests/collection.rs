@@ -190,6 +190,7 @@ fn each<T: Send>(cases: &[Case], of: impl Fn(&Case) -> T + Sync) -> Vec<T> {
 }
 
 #[test]
+#[expect(clippy::print_stdout, reason = "the verdicts are worth reading")]
 fn every_row_of_the_collection_is_right() {
     let cases = cases("rows");
     assert!(cases.len() > 40, "only {} rows", cases.len());
@@ -260,6 +261,7 @@ fn is_cured(case: &Case, said: &str) -> bool {
 }
 
 #[test]
+#[expect(clippy::print_stdout, reason = "the table of scores is worth reading")]
 fn faulty_inputs_have_five_points_of_five() {
     let cases = cases("inputs");
     assert!(cases.len() > 40, "only {} inputs", cases.len());

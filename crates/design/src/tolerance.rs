@@ -425,7 +425,7 @@ pub fn tolerance(
             bands => bands?,
         };
         for (path, &k) in bands.paths.iter_mut().zip(&job.paths) {
-            path.of = wish.of[k].trim().trim_end_matches(".x").to_owned();
+            wish.of[k].trim().trim_end_matches(".x").clone_into(&mut path.of);
         }
         for (band, (text, result)) in bands.bands.iter_mut().zip(wish.of.iter().zip(&results)) {
             band.of.clone_from(text);

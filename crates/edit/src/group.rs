@@ -208,7 +208,7 @@ fn with_names(
             _ => None,
         };
         if let Some(new) = new {
-            text.replace_range(span.start + 1..span.end + 1, &new);
+            text.replace_range(span.start + 1..=span.end, &new);
         }
     }
     text

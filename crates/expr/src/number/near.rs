@@ -73,7 +73,7 @@ mod tests {
             1.234_567_891_23,
             0.123_456_789_012_345,
             std::f64::consts::FRAC_PI_4,
-            2f64.sqrt(),
+            std::f64::consts::SQRT_2,
         ] {
             assert_eq!(written(value), None, "{value}");
         }

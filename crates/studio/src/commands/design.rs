@@ -91,8 +91,8 @@ impl Asked {
     }
 
     /// Status of a search that was stopped before it had anything.
-    fn ended(&self) -> Result<Status, Failure> {
-        Ok(self.stop.status().unwrap_or(Status::Interrupted))
+    fn ended(&self) -> Status {
+        self.stop.status().unwrap_or(Status::Interrupted)
     }
 
     /// Writes the model of the answer, and prints the answer.
@@ -177,7 +177,7 @@ pub(crate) fn optimize(args: &Optimize, as_json: bool, nesting: usize) -> Result
     }
     let found = asked
         .answered("optimizing", |watch| bksim_design::optimize(&asked.source, &wish, watch))?;
-    let Some(found) = found else { return asked.ended() };
+    let Some(found) = found else { return Ok(asked.ended()) };
     let text = words::optimized(&asked.source.name, &found);
     let figure = figure::front(&asked.source.name, &found);
     asked.told("optimize", &found, &text, (Some(&found.model), figure))
@@ -224,7 +224,7 @@ pub(crate) fn fit(args: &Fit, as_json: bool, nesting: usize) -> Result<Status, F
     asked.source.changes = changes(&args.tuning, asked.loaded.model.solve.t_start)?;
     let found =
         asked.answered("fitting", |watch| bksim_design::fit(&asked.source, &data, &wish, watch))?;
-    let Some(found) = found else { return asked.ended() };
+    let Some(found) = found else { return Ok(asked.ended()) };
     let text = words::fitted(&asked.source.name, &found);
     let figure = figure::fitted(&asked.source.name, &found);
     asked.told("fit", &found, &text, (Some(&found.model), Some(figure)))
@@ -255,7 +255,7 @@ pub(crate) fn tolerance(
     wish.seed = args.seed.or(wish.seed);
     let found =
         asked.answered("sampling", |watch| bksim_design::tolerance(&asked.source, &wish, watch))?;
-    let Some(found) = found else { return asked.ended() };
+    let Some(found) = found else { return Ok(asked.ended()) };
     let text = words::toleranced(&asked.source.name, &found);
     let figure = figure::toleranced(&asked.source.name, &found);
     asked.told("tolerance", &found, &text, (None, Some(figure)))

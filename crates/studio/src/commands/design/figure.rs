@@ -74,13 +74,12 @@ pub(super) fn front(name: &str, found: &Optimized) -> Option<Figure> {
 
 /// Contributors of one pose, or bands over several.
 pub(super) fn toleranced(name: &str, found: &Tolerance) -> Figure {
-    let panels = match found.poses.as_slice() {
-        [one] => one.bands.iter().map(contributors).collect(),
-        _ => {
-            let n = found.poses.first().map_or(0, |pose| pose.bands.len());
-            let bands = (0..n).flat_map(|k| over_range(found, k));
-            bands.chain(paths(found)).collect()
-        }
+    let panels = if let [one] = found.poses.as_slice() {
+        one.bands.iter().map(contributors).collect()
+    } else {
+        let n = found.poses.first().map_or(0, |pose| pose.bands.len());
+        let bands = (0..n).flat_map(|k| over_range(found, k));
+        bands.chain(paths(found)).collect()
     };
     Figure::new(name, panels)
 }
