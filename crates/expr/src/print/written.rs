@@ -17,7 +17,7 @@ impl Pool {
     /// ```
     /// let pool = bksim_expr::Pool::new();
     /// let e = pool.parse("0.013333333333333334*x^2 + 0.5*(2*a*sin(x) + b)*y").expect("valid");
-    /// assert_eq!(pool.to_text(pool.as_written(&[e])[0]), "1/75*x^2 + y*(0.5*b + a*sin(x))");
+    /// assert_eq!(pool.to_text(pool.as_written(&[e])[0]), "1/75*x^2 + y*(a*sin(x) + 0.5*b)");
     /// ```
     #[must_use]
     pub fn as_written(&self, roots: &[Expr]) -> Vec<Expr> {
