@@ -97,7 +97,8 @@ impl Reader<'_> {
         let mut is_angle = matches!(function, F::Asin | F::Acos | F::Atan | F::Atan2);
         let kind = match function {
             F::Sin | F::Cos | F::Tan => {
-                let bare = Some(&arguments[0]).filter(|argument| argument.kind == Kind::Bare);
+                let is_constant = |a: &&Lowered| a.kind == Kind::Bare && a.value.is_some();
+                let bare = Some(&arguments[0]).filter(is_constant);
                 if let Some(number) = bare.or(arguments[0].addend.as_deref()) {
                     self.check_among_angles(&number.clone());
                 }

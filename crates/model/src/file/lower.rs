@@ -226,7 +226,8 @@ impl Reader<'_> {
             BinaryOperator::Add | BinaryOperator::Subtract => {
                 let is_sum = operator == BinaryOperator::Add;
                 // Terms have one dimension; a number among them may turn out to be an angle.
-                let addend = [a, b].into_iter().find(|term| term.kind == Kind::Bare);
+                let is_constant = |term: &&Lowered| term.kind == Kind::Bare && term.value.is_some();
+                let addend = [a, b].into_iter().find(is_constant);
                 let addend = addend.map(|term| Box::new(Lowered { addend: None, ..term.clone() }));
                 let (a, b) = self.alike(a, b, if is_sum { "add" } else { "subtract" })?;
                 let value = a.value.zip(b.value).map(|(a, b)| {
