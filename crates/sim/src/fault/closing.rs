@@ -386,6 +386,16 @@ pub(super) fn conflict(
         Measure::DirectionCosine(body, ..) => Some(model.bodies[body.0].name.as_str()),
         _ => None,
     };
+    if conflicts.is_empty() {
+        // Guesses alone led nowhere.
+        let message = format!("from the guesses no {what} were found that all joints allow");
+        let fault = Diagnostic::error(code, message)
+            .help("write guesses nearer to a pose in which all joints close: `guess = { … }`");
+        return match model.initial.first() {
+            Some(initial) => fault.at(initial.span.clone(), "the first of the guesses"),
+            None => fault,
+        };
+    }
     let mut names: Vec<&str> =
         conflicts.iter().map(|c| turned(c).unwrap_or(initial(c).name.as_str())).collect();
     names.dedup();
