@@ -155,9 +155,7 @@ impl OutputSlopes {
         }
         (c, d)
     }
-}
 
-impl OutputSlopes {
     /// A slope of C or D that is that of a pole: its output, its column, and the infinity that it is.
     ///
     /// An equilibrium is known to some 1e-12, so that 1/x, ln x and √x, whose argument is zero there, have any large slope.
@@ -192,17 +190,19 @@ impl OutputSlopes {
                 [a, b] if a.is_finite() && b.is_finite() => a.max(b),
                 _ => 0.0,
             };
-            let places = (0..here.nrows()).flat_map(|i| (0..here.ncols()).map(move |j| (i, j)));
+            let mut places = (0..here.nrows()).flat_map(|i| (0..here.ncols()).map(move |j| (i, j)));
             let largest = |i: usize| (0..here.ncols()).map(|j| size(i, j)).fold(1.0, f64::max);
             let is_pole = |&(i, j): &(usize, usize)| {
                 let own = here[(i, j)].abs();
                 own > LEAST * largest(i) && size(i, j) < FALLS_BELOW * own
             };
-            places.filter(is_pole).map(|(i, j)| (i, j, f64::INFINITY.copysign(here[(i, j)]))).next()
+            let (i, j) = places.find(is_pole)?;
+            Some((i, j, f64::INFINITY.copysign(here[(i, j)])))
         })
     }
 }
 
+/// C and D side by side.
 fn beside_two((c, d): &(DMatrix<f64>, DMatrix<f64>)) -> DMatrix<f64> {
     beside([c, d, &DMatrix::zeros(c.nrows(), 0)])
 }

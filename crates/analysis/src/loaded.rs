@@ -8,8 +8,7 @@ use bksim_mbs::modes::with_branches;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
 use bksim_model::{
-    Body, CouplingKind, HeldChange, HeldSignal, Joint, JointId, JointKind, Measure, Model,
-    ParameterId,
+    Body, CouplingKind, HeldChange, HeldSignal, JointId, Measure, Model, ParameterId,
 };
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::{Effort, Uniqueness};
@@ -398,13 +397,7 @@ pub(crate) fn without_rates(model: &Model) -> Result<(), AnalysisError> {
 pub fn without_contacts(model: &Model) -> Result<(), AnalysisError> {
     let Some(contact) = model.contacts.first() else { return Ok(()) };
     let note = "its outlines touch, part and rub as the motion brings them together; only a run follows that";
-    let name = contact.name.as_str();
-    let is_play = |joint: &Joint| {
-        let side = name.strip_prefix(joint.name.as_str());
-        joint.kind == JointKind::Planar
-            && side.is_some_and(|side| ["", "_left", "_right"].contains(&side))
-    };
-    let help = if model.joints.iter().any(is_play) {
+    let help = if contact.play_of.is_some() {
         "solve the motion in time, or remove `clearance`"
     } else {
         "solve the motion in time, or put joints and loads of type \"stop\" in place of the contact"

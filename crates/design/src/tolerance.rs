@@ -9,6 +9,7 @@
 
 mod fits;
 mod job;
+mod parts;
 mod play;
 mod proof;
 
@@ -17,17 +18,16 @@ use std::collections::BTreeMap;
 use bksim::Mechanism;
 use bksim::analysis::Drive;
 use bksim::expr::Expr;
-use rand::RngExt;
-use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
-use crate::base::{Quantity, Source, Watch};
+use crate::base::{Source, Watch};
 use crate::codes;
 use crate::error::DesignError;
 use crate::formula::formula;
 use crate::interval::Steps;
 use crate::poses::Poses;
 use crate::spec::{Written, located, section};
+use parts::{Part, Spread, limits_of};
 use play::Play;
 
 /// Results that are asked, and the limits of the parts.
@@ -110,55 +110,6 @@ impl ToleranceWish {
             samples: found.samples,
             seed: found.seed,
         })
-    }
-}
-
-/// How values lie between limits.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Spread {
-    Uniform,
-    Normal,
-    Triangular,
-}
-
-impl Spread {
-    fn named(name: &str) -> Option<Self> {
-        match name {
-            "uniform" => Some(Self::Uniform),
-            "normal" => Some(Self::Normal),
-            "triangular" => Some(Self::Triangular),
-            _ => None,
-        }
-    }
-
-    fn word(self) -> &'static str {
-        match self {
-            Self::Uniform => "uniform",
-            Self::Normal => "normal",
-            Self::Triangular => "triangular",
-        }
-    }
-
-    /// Standard deviation in parts of the limit.
-    fn sigma(self) -> f64 {
-        match self {
-            Self::Uniform => 1.0 / 3f64.sqrt(),
-            Self::Normal => 1.0 / 3.0,
-            Self::Triangular => 1.0 / 6f64.sqrt(),
-        }
-    }
-
-    fn sample(self, rng: &mut Pcg64Mcg) -> f64 {
-        match self {
-            Self::Uniform => 2.0 * rng.random::<f64>() - 1.0,
-            Self::Triangular => rng.random::<f64>() - rng.random::<f64>(),
-            // Box and Muller.
-            Self::Normal => {
-                let u = 1.0 - rng.random::<f64>();
-                let v: f64 = rng.random();
-                (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos() / 3.0
-            }
-        }
     }
 }
 
@@ -259,48 +210,6 @@ pub struct Tolerance {
     pub samples: u64,
     /// True if it was stopped before the samples were done.
     pub stopped: bool,
-}
-
-/// A parameter with its limits.
-struct Part {
-    name: String,
-    unit: String,
-    /// Place among the parameters of the model.
-    place: usize,
-    nominal: f64,
-    limits: [f64; 2],
-    spread: Spread,
-}
-
-impl Part {
-    fn half(&self) -> f64 {
-        0.5 * (self.limits[1] - self.limits[0])
-    }
-
-    fn middle(&self) -> f64 {
-        self.nominal + 0.5 * (self.limits[0] + self.limits[1])
-    }
-}
-
-/// Limits such as `±0.1 mm`, `+-0.1 mm`, `0.1 mm`, `+0.2/-0.1 mm`, `+0.02/+0.01 mm` or `0/-0.02 mm`.
-fn limits_of(text: &str) -> Option<([f64; 2], Quantity)> {
-    let text = text.trim();
-    let symmetric = ["±", "+-", "+/-"].into_iter().find_map(|sign| text.strip_prefix(sign));
-    if let Some(one) =
-        symmetric.or((!text.starts_with(['+', '-']) && !text.contains('/')).then_some(text))
-    {
-        let limit = Quantity::read(one)?;
-        return (limit.value > 0.0).then(|| ([-limit.value, limit.value], limit));
-    }
-    let (upper, lower) = text.split_once('/')?;
-    let lower = Quantity::read(lower)?;
-    let with_unit = if upper.trim().parse::<f64>().is_ok() {
-        format!("{upper} {}", lower.unit)
-    } else {
-        upper.to_owned()
-    };
-    let upper = Quantity::read(&with_unit)?;
-    (lower.value < upper.value).then_some(([lower.value, upper.value], lower))
 }
 
 /// Finds what limits do to the results of a model.
@@ -481,21 +390,4 @@ struct Job<'a> {
     watch: Watch<'a>,
     /// Poses that are done, and all of them.
     progress: [f64; 2],
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn limits_are_read_in_all_their_forms() {
-        let of = |text: &str| limits_of(text).map(|(limits, _)| limits.map(|x| (x * 1e6).round()));
-        assert_eq!(of("±0.1 mm"), Some([-100.0, 100.0]));
-        assert_eq!(of("+-0.1 mm"), Some([-100.0, 100.0]));
-        assert_eq!(of("0.1 mm"), Some([-100.0, 100.0]));
-        assert_eq!(of("+0.2/-0.1 mm"), Some([-100.0, 200.0]));
-        assert_eq!(of("0/-20 um"), Some([-20.0, 0.0]));
-        assert_eq!(of("-0.1/+0.1 mm"), None, "the upper one comes first");
-        assert_eq!(of("much"), None);
-    }
 }

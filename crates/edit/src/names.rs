@@ -132,13 +132,15 @@ fn key_in_line(places: &Places<'_>, place: &Place, name: &str) -> Option<Range<u
 }
 
 /// Tables whose keys are names or paths of the model, any word in place of `*`.
-const KEYED: [&[&str]; 7] = [
+const KEYED: [&[&str]; 9] = [
     &["cases", "*", "set"],
     &["ranges"],
     &["optimize", "vary"],
     &["optimize", "cases", "*"],
+    &["optimize", "from", "*"],
     &["fit", "vary"],
     &["tolerance", "limits"],
+    &["tolerance", "play"],
     &["tolerance", "at"],
 ];
 

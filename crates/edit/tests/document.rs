@@ -262,7 +262,8 @@ fn names_that_go_are_gone_from_load_cases_ranges_and_questions() {
     let more = "[ranges]\na = [\"0.08 m\", \"0.12 m\"]\nA.angle = [\"0 deg\", \"90 deg\"]\nrod.mass = [1, 2]\n\n\
                 [cases.heavy]\nset = { crank.mass = \"3 kg\", a = \"0.11 m\", initial.A.angle = \"9 deg\" }\n\n\
                 [cases.light.set]\ncrank.mass = \"1 kg\"\nrocker.mass = \"1 kg\"\n\n\
-                [optimize]\nvary = { a = [\"0.08 m\", \"0.12 m\"], b = [1, 2] }\n";
+                [optimize]\nvary = { a = [\"0.08 m\", \"0.12 m\"], b = [1, 2] }\nfrom = [{ a = \"0.1 m\" }]\n\n\
+                [tolerance]\nplay = { A = \"0.02 mm\", C = \"0.02 mm\" }\n";
     let rename = |name: &str, to: &str| Edit::Rename { name: name.to_owned(), to: to.to_owned() };
     let text = format!("{FOUR_BAR}\n{}", more.replace("rod", "coupler"));
     let mut document = Document::new(&text);
@@ -274,11 +275,13 @@ fn names_that_go_are_gone_from_load_cases_ranges_and_questions() {
         document.text()
     );
     assert!(document.text().contains("vary = { r = ["), "{}", document.text());
+    assert!(document.text().contains("from = [{ r = \"0.1 m\" }]"), "{}", document.text());
     document.apply(&Edit::Delete { name: "arm".to_owned() }).expect("an edit");
     let new = document.text();
     assert!(new.contains("set = { r = \"0.11 m\" }"), "{new}");
     assert!(new.contains("[cases.light.set]\nrocker.mass = \"1 kg\"\n"), "{new}");
     assert!(!new.contains("A.angle") && !new.contains("arm"), "{new}");
+    assert!(new.contains("play = { C = \"0.02 mm\" }"), "{new}");
     assert!(document.undo() && document.undo() && document.undo());
     assert_eq!(document.text(), text);
 }

@@ -7,6 +7,7 @@ use bksim_expr::Expr;
 
 use crate::body::Anchor;
 use crate::diagnostic::Span;
+use crate::ids::JointId;
 
 /// Two outlines that may touch, in the plane.
 #[derive(Clone, Debug)]
@@ -19,6 +20,8 @@ pub struct ContactPair {
     pub places: Vec<Place>,
     /// The places that rub together, by their numbers.
     pub tracks: Vec<Vec<usize>>,
+    /// The joint whose play it is, if one has a clearance.
+    pub play_of: Option<JointId>,
     /// Position of the shapes.
     pub span: Span,
 }

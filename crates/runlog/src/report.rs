@@ -7,6 +7,7 @@
 mod json;
 mod number;
 mod pins;
+mod quantities;
 mod ratio;
 mod survey;
 mod tables;

@@ -133,7 +133,7 @@ impl Job<'_> {
         of_parts.chain(self.plays.iter().zip(of_plays).map(play)).collect()
     }
 
-    /// Their standard deviations by slopes; a component of a place in a disc has half of its radius.
+    /// Standard deviations of contributors by slopes; a component of a random place in a disc has half of its radius.
     fn sigmas<'c>(&self, contributors: &'c [Contributor]) -> impl Iterator<Item = f64> + 'c {
         let of_parts = self.parts.iter().map(|part| part.spread.sigma());
         let parts: Vec<f64> = of_parts.chain(self.plays.iter().map(|_| 0.5)).collect();

@@ -5,57 +5,9 @@ use bksim_model::diagnostic::Span;
 use bksim_model::{FrictionLaw, LoadKind, Measure, Model};
 
 use crate::Format;
-use crate::spatial::Vector;
 
-use super::robot::{Numbers, Report, Robot, axis_name};
-
-/// Highest power of a relation between two joints.
-const MAX_POWER: usize = 4;
-
-/// A motion that follows another one: y = c₀ + c₁ x + … + c₄ x⁴.
-pub(super) struct Mimic {
-    pub(super) name: String,
-    /// Motion that follows, by its name.
-    pub(super) of: String,
-    /// Motion that leads; `None` where y is c₀.
-    pub(super) by: Option<String>,
-    pub(super) coefficients: [f64; MAX_POWER + 1],
-}
-
-impl Mimic {
-    /// Coefficients of y − y₀ in powers of x − x₀.
-    pub(super) fn about(&self, [y0, x0]: [f64; 2]) -> [f64; MAX_POWER + 1] {
-        let mut shifted = self.coefficients;
-        // Horner's scheme, once for each derivative.
-        for first in 0..MAX_POWER {
-            for power in (first..MAX_POWER).rev() {
-                shifted[power] += x0 * shifted[power + 1];
-            }
-        }
-        shifted[0] -= y0;
-        if shifted[0].abs() < 1e-15 * (y0.abs() + x0.abs()) {
-            shifted[0] = 0.0;
-        }
-        shifted
-    }
-}
-
-/// An effort on a motion, in proportion to an input.
-pub(super) struct Motor {
-    pub(super) name: String,
-    pub(super) on: String,
-    pub(super) gear: f64,
-}
-
-/// A spring and damper between two points.
-pub(super) struct Tendon {
-    pub(super) name: String,
-    /// Link and place in its frame.
-    pub(super) ends: [(usize, Vector); 2],
-    pub(super) stiffness: f64,
-    pub(super) length: f64,
-    pub(super) damping: f64,
-}
+use super::numbers::Numbers;
+use super::parts::{MAX_POWER, Mimic, Motor, Report, Robot, Tendon, axis_name};
 
 impl Robot {
     /// Puts everything that acts where the format has it; lists the rest.

@@ -9,7 +9,7 @@ use crate::draft::number;
 use crate::shapes::Solid;
 use crate::spatial::{Pose, Rotation, Vector, add, principal_moments, scale};
 
-use super::robot::{Axis, Connection, Report, Robot};
+use super::parts::{Axis, Connection, Report, Robot};
 use super::{Xml, escaped, numbers};
 
 /// Distance between the two points by which a loop is held about an axis, m.

@@ -10,6 +10,8 @@
 
 mod loads;
 mod mjcf;
+mod numbers;
+mod parts;
 mod robot;
 mod sdf;
 mod tree;
@@ -25,7 +27,7 @@ use bksim_sim::pose::Poses;
 use crate::Format;
 use crate::draft::number;
 use crate::spatial::{Pose, Rotation, Vector};
-use robot::Robot;
+use parts::Robot;
 
 /// A model in another format.
 #[derive(Clone, PartialEq, Debug)]
@@ -91,13 +93,7 @@ pub fn export(
 
 /// Poses of all bodies where the loops of the start are closed.
 fn poses_at_start(mechanism: &Mechanism) -> Result<Vec<Pose>, Rejected> {
-    let n_bodies = mechanism.model.bodies.len();
-    if mechanism.compiled.nq() == 0 {
-        let poses = Poses::compile(&mechanism.model, &mechanism.system);
-        let at = |poses: Poses| poses.at(&mechanism.parameters, [(&[][..], &[][..])]);
-        return Ok(poses.map_or(vec![Pose::NONE; n_bodies], |poses| seen(&at(poses)[0])));
-    }
-    let q = mechanism.closed()?.q;
+    let q = if mechanism.compiled.nq() == 0 { Vec::new() } else { mechanism.closed()?.q };
     let v = vec![0.0; q.len()];
     let poses = Poses::compile(&mechanism.model, &mechanism.system).map_err(|error| {
         let message = format!("the poses of the bodies have no values: {error}");

@@ -6,7 +6,7 @@ use crate::draft::number;
 use crate::shapes::Solid;
 use crate::spatial::Pose;
 
-use super::robot::{Axis, Connection, Link, Report, Robot};
+use super::parts::{Axis, Connection, Link, Report, Robot};
 use super::{Xml, escaped, numbers, rpy};
 
 /// The text of the file.

@@ -8,7 +8,8 @@ use bksim_model::{Joint, JointKind, LoadKind, Model};
 use crate::Format;
 use crate::codes;
 
-use super::robot::{Connection, Link, Numbers, Report};
+use super::numbers::Numbers;
+use super::parts::{Connection, Link, Report};
 
 /// True if a format has this joint where it carries a link.
 fn carries(format: Format, kind: &JointKind) -> bool {

@@ -6,7 +6,7 @@ use crate::draft::number;
 use crate::shapes::Solid;
 use crate::spatial::{Pose, Rotation, Vector, sub};
 
-use super::robot::{Axis, Connection, Report, Robot};
+use super::parts::{Axis, Connection, Report, Robot};
 use super::{Xml, escaped, numbers, rpy};
 
 /// Beyond any limit.
@@ -68,7 +68,7 @@ pub(super) fn text(robot: &Robot, report: &mut Report) -> String {
 
 /// The origin of each link's frame in that of its body: the point of the joint that carries it, where this turns.
 fn frames(robot: &Robot) -> Vec<Vector> {
-    let of = |link: &super::robot::Link| {
+    let of = |link: &super::parts::Link| {
         let carrier = link.carrier.map(|idx| &robot.connections[idx]);
         let turning = carrier
             .filter(|carrier| carrier.axes.iter().any(|axis| axis.kind == MotionKind::Rotation));

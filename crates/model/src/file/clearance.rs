@@ -9,57 +9,17 @@ use bksim_expr::Expr;
 
 use super::bodies::BodyFacts;
 use super::codes;
+use super::play::{CLEARANCE, Form, Play, SIDES};
 use super::reader::{Fields, Reader};
-use super::tree::Table;
 use super::units::Quantity;
 use super::value::Scope;
 use crate::body::{Anchor, Body, FixedTurn, Point};
 use crate::contact::{EdgesForm, Round, Shape};
-use crate::diagnostic::{Diagnostic, Span};
+use crate::diagnostic::Diagnostic;
 use crate::ids::{PointId, Vector};
 
-/// The key that gives a joint play.
-pub(super) const CLEARANCE: &str = "clearance";
 /// Keys of play, which need a clearance.
 const PLAY_KEYS: [&str; 6] = ["radius", "length", "width", "mu", "static", "restitution"];
-/// Types of joints that may have play.
-pub(super) const PLAYING_TYPES: [&str; 2] = ["revolute", "prismatic"];
-/// The sides of a slide by the names of their contacts, and the signs of their places to the left of the axis.
-const SIDES: [(&str, i32); 2] = [("left", 1), ("right", -1)];
-
-/// A joint with play.
-#[derive(Clone, Debug)]
-pub(super) struct Play {
-    pub(super) name: String,
-    ends: [Anchor; 2],
-    clearance: Expr,
-    form: Form,
-    pub(super) restitution: Expr,
-    pub(super) friction: Option<[Expr; 2]>,
-    pub(super) span: Span,
-}
-
-#[derive(Clone, Debug)]
-enum Form {
-    /// A journal of this radius.
-    Pin(Expr),
-    /// A slide of this length and width, with its axis in the frames of the first and the second point.
-    Slide { length: Expr, width: Expr, axes: [Vector; 2] },
-}
-
-/// True of a joint that `clearance` gives play.
-pub(super) fn has_play(word: &str, table: &Table) -> bool {
-    PLAYING_TYPES.contains(&word) && table.get(CLEARANCE).is_some()
-}
-
-/// The names of the contacts that stand for a joint.
-pub(super) fn contacts_of_joint(name: &str, table: &Table, word: &str) -> Vec<String> {
-    match word {
-        _ if !has_play(word, table) => Vec::new(),
-        "revolute" => vec![name.to_owned()],
-        _ => SIDES.map(|(side, _)| format!("{name}_{side}")).to_vec(),
-    }
-}
 
 impl Reader<'_> {
     /// Refuses keys of play where there is none, and those that play has no use for.

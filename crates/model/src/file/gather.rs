@@ -3,10 +3,10 @@
 
 use bksim_expr::Function;
 
-use super::clearance::contacts_of_joint;
 use super::codes;
 use super::joint_types::type_of;
 use super::names::{BodyName, JointName, Meaning, quantities, quantity_of};
+use super::play::contacts_of_joint;
 use super::reader::{Reader, entry_like};
 use super::tree::{Entry, Node, Table, Value};
 use super::units::Quantity;

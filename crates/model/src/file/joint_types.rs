@@ -1,6 +1,6 @@
 //! The types of `[joints.…]` in words, and the keys that go with each.
 
-use super::clearance::has_play;
+use super::play::has_play;
 use super::tree::Table;
 use crate::joint::JOINT_TYPES;
 

@@ -2,10 +2,10 @@
 
 use bksim_expr::Expr;
 
-use super::clearance::{PLAYING_TYPES, has_play};
 use super::codes;
 use super::gather::sub_tables;
 use super::joint_types::{DISTANCE, DISTANCE_KEYS, JOINT_KEYS, PLANAR_TYPES, type_of};
+use super::play::{PLAYING_TYPES, has_play};
 use super::reader::{Fields, Reader};
 use super::replay::Constant;
 use super::tree::{Node, Table, Value};

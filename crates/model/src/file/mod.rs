@@ -78,6 +78,7 @@ mod parameters;
 mod pieces;
 mod piecewise;
 mod plausible;
+mod play;
 mod points;
 mod promote;
 mod quantity;

@@ -3,7 +3,6 @@
 use bksim_expr::Expr;
 
 use super::bodies::BodyFacts;
-use super::clearance::CLEARANCE;
 use super::codes;
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Table, Value};
@@ -76,7 +75,8 @@ impl Reader<'_> {
                 );
             } else if !self.is_load(loads, &name, &play.span, "load") {
                 let (places, tracks) = places_of(&shapes, &points, self.pool.zero());
-                let pair = ContactPair { name, shapes, places, tracks, span: play.span.clone() };
+                let (play_of, span) = (self.names.joint(&play.name), play.span.clone());
+                let pair = ContactPair { name, shapes, places, tracks, play_of, span };
                 loads.extend(rows_of(
                     &pair,
                     ContactId(pairs.len()),
@@ -107,8 +107,7 @@ impl Reader<'_> {
     pub(super) fn check_plane_of_contacts(&mut self, space: Space, contacts: &[ContactPair]) {
         let Some(pair) = contacts.first().filter(|_| space == Space::Spatial) else { return };
         let message = format!("contact `{}` is in a spatial model", pair.name);
-        let is_play = self.text.get(pair.span.clone()) == Some(CLEARANCE);
-        let help = if is_play {
+        let help = if pair.play_of.is_some() {
             "remove `clearance`, or keep to the plane"
         } else {
             "keep to the plane, or use a joint of type \"rolling\" or a load of type \"stop\""
@@ -197,7 +196,8 @@ impl Reader<'_> {
             return None;
         }
         let restitution = restitution?;
-        let pair = ContactPair { name: name.to_owned(), shapes, places, tracks, span };
+        let name = name.to_owned();
+        let pair = ContactPair { name, shapes, places, tracks, play_of: None, span };
         let rows = rows_of(&pair, id, restitution, friction, rolling);
         Some((pair, rows))
     }

@@ -5,7 +5,6 @@ use bksim_expr::{Expr, Pool};
 
 use super::Formula;
 use super::beam_parts::Parts;
-use super::clearance::Play;
 use super::codes;
 use super::definition::ParameterState;
 use super::grids::MeasuredTable;
@@ -13,6 +12,7 @@ use super::letters::{first_foreign, spelled, visible};
 use super::misplaced::{misplaced, size_key};
 use super::names::{Names, SampledName};
 use super::naming::is_name;
+use super::play::Play;
 use super::replay::{Constant, Constants};
 use super::tree::{Entry, Node, Quoted, Table, Value};
 use super::units::FileUnits;

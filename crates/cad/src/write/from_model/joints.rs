@@ -25,8 +25,7 @@ impl Sketch<'_> {
         if joint.kind == JointKind::KnifeEdge {
             return Err(no_place("the type", &owner).into());
         }
-        // In a plane only the play of a pin or slide makes one.
-        if joint.kind == JointKind::Planar {
+        if self.model.contacts.iter().any(|contact| contact.play_of == Some(id)) {
             return Err(no_place("`clearance`", &owner).into());
         }
         let kind = kind(joint.kind.word());

@@ -1,0 +1,50 @@
+//! Joints with play: which have it, their contacts by name, and what is read of it.
+
+use bksim_expr::Expr;
+
+use super::tree::Table;
+use crate::body::Anchor;
+use crate::diagnostic::Span;
+use crate::ids::Vector;
+
+/// The key that gives a joint play.
+pub(super) const CLEARANCE: &str = "clearance";
+/// Types of joints that may have play.
+pub(super) const PLAYING_TYPES: [&str; 2] = ["revolute", "prismatic"];
+/// The sides of a slide by the names of their contacts, and the signs of their places to the left of the axis.
+pub(super) const SIDES: [(&str, i32); 2] = [("left", 1), ("right", -1)];
+
+/// A joint with play.
+#[derive(Clone, Debug)]
+pub(super) struct Play {
+    pub(super) name: String,
+    pub(super) ends: [Anchor; 2],
+    pub(super) clearance: Expr,
+    pub(super) form: Form,
+    pub(super) restitution: Expr,
+    pub(super) friction: Option<[Expr; 2]>,
+    pub(super) span: Span,
+}
+
+/// Sizes of journal and bush, or of slide and guide.
+#[derive(Clone, Debug)]
+pub(super) enum Form {
+    /// A journal of this radius.
+    Pin(Expr),
+    /// A slide of this length and width, with its axis in the frames of the first and the second point.
+    Slide { length: Expr, width: Expr, axes: [Vector; 2] },
+}
+
+/// True of a joint that `clearance` gives play.
+pub(super) fn has_play(word: &str, table: &Table) -> bool {
+    PLAYING_TYPES.contains(&word) && table.get(CLEARANCE).is_some()
+}
+
+/// The names of the contacts that stand for a joint.
+pub(super) fn contacts_of_joint(name: &str, table: &Table, word: &str) -> Vec<String> {
+    match word {
+        _ if !has_play(word, table) => Vec::new(),
+        "revolute" => vec![name.to_owned()],
+        _ => SIDES.map(|(side, _)| format!("{name}_{side}")).to_vec(),
+    }
+}
