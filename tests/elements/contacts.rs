@@ -184,6 +184,17 @@ fn outlines_that_overlap_at_the_start_are_refused_with_their_depth() {
     let text = stack(0.5).replace("y = \"0.1 m\"", "y = \"0.09 m\"");
     let error = derive(model(&text)).solve().expect_err("they overlap").to_string();
     assert!(error.contains("overlap by 0.01 m"), "{error}");
+
+    // Of circles, the distance between them and not the difference of squares that the motion is found with.
+    for (shape, radius, x, depth) in [("disc", 0.1, 0.15, 0.05), ("ring", 0.1001, 0.25, 0.2499)] {
+        let text = format!(
+            "[ground]\npoints = {{ O = [0, 0] }}\n[bodies.d]\nmass = 1\ninertia = 0.01\nfree = true\n\
+             points = {{ C = [0, 0] }}\n[initial.d]\nx = {x}\ny = 0\nangle = 0\n[contacts.touch]\n\
+             between = [{{ {shape} = \"ground.O\", radius = {radius} }}, {{ disc = \"d.C\", radius = 0.1 }}]\n"
+        );
+        let error = derive(model(&text)).solve().expect_err("they overlap").to_string();
+        assert!(error.contains(&format!("overlap by {depth} m")), "{error}");
+    }
 }
 
 #[test]

@@ -219,6 +219,41 @@ fn a_clearance_says_the_same_as_contacts_written_out() {
     }
 }
 
+/// A slider-crank with play in a pin or in its guide begins where it closes without play, and stays within it.
+#[test]
+fn a_linkage_with_play_begins_closed_and_keeps_near_to_the_one_without() {
+    let text = |pin: &str, guide: &str| {
+        format!(
+            "[bodies]\ncrank = {{ mass = 1, inertia = 0.01, points = {{ A = [0, 0], B = [0.1, 0] }} }}\n\
+             rod = {{ mass = 1, inertia = 0.02, com = [0.15, 0], points = {{ B = [0, 0], C = [0.3, 0] }} }}\n\
+             slider = {{ mass = 2, inertia = 0.01, points = {{ C = [0, 0] }} }}\n[joints]\n\
+             A = {{ type = \"revolute\", between = [\"ground\", \"crank.A\"] }}\n\
+             B = {{ type = \"revolute\", between = [\"crank.B\", \"rod.B\"]{pin} }}\n\
+             C = {{ type = \"revolute\", between = [\"rod.C\", \"slider.C\"] }}\n\
+             D = {{ type = \"prismatic\", between = [\"ground\", \"slider.C\"], axis = [1, 0]{guide} }}\n\
+             [drives]\nm = {{ joint = \"A\", motion = \"40 deg + 10 rad/s*t\" }}\n\
+             [initial]\nC = {{ guess = {{ angle = \"-20 deg\" }} }}\n\
+             [outputs]\nx = \"slider.x\"\n[solve]\nt_end = 0.3\nevery = 0.02\n"
+        )
+    };
+    let place = |pin: &str, guide: &str| {
+        let mechanism = derive(model(&text(pin, guide)));
+        let motion = solve(&mechanism);
+        let times = (0..16).map(|k| 0.02 * f64::from(k));
+        times.map(|t| signal(&mechanism, at(&motion, t), "x")).collect::<Vec<f64>>()
+    };
+    let rigid = place("", "");
+    for (pin, guide) in [
+        (", clearance = \"0.2 mm\"", ""),
+        ("", ", clearance = \"0.2 mm\", length = \"60 mm\", width = \"20 mm\""),
+    ] {
+        let loose = place(pin, guide);
+        close("start", loose[0], rigid[0], Within { relative: 1e-12, absolute: 1e-12 });
+        let apart = loose.iter().zip(&rigid).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(1e-6 < apart && apart < 5e-4, "{apart} m with{pin}{guide}");
+    }
+}
+
 /// A slide of 100 mm at rest in a guide at a slope is 2 mm below its axis, whatever the frames of its points.
 #[test]
 fn a_slide_with_play_rests_on_its_guide_at_any_slope() {

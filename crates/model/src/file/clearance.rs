@@ -17,6 +17,8 @@ use crate::body::{Anchor, Body, FixedTurn, Point};
 use crate::contact::{EdgesForm, Round, Shape};
 use crate::diagnostic::Diagnostic;
 use crate::ids::{PointId, Vector};
+use crate::joint::{JointKind, motion_words};
+use crate::measure::{Initial, Measure};
 
 /// Keys of play, which need a clearance.
 const PLAY_KEYS: [&str; 6] = ["radius", "length", "width", "mu", "static", "restitution"];
@@ -82,10 +84,57 @@ impl Reader<'_> {
             };
             let back =
                 FixedTurn { axis: [zero, zero, self.pool.one()], angle: self.pool.neg(angle) };
-            Form::Slide { length, width, axes: [axis, self.turned(&[back], axis)] }
+            Form::Slide { length, width, angle, axes: [axis, self.turned(&[back], axis)] }
         };
         let span = fields.entry(CLEARANCE)?.key_span.clone();
         Some(Play { name: name.to_owned(), ends, clearance, form, restitution, friction, span })
+    }
+
+    /// Starts joints with play in the middle of it and without motion in it, unless the author states where they, or
+    /// the bodies, are: the contacts alone would leave the mechanism open.
+    pub(super) fn start_in_play(&self, initial: &mut Vec<Initial>) {
+        for play in &self.plays {
+            let Some(joint) = self.names.joint(&play.name) else { continue };
+            let zero = self.pool.zero();
+            let is_zero = |axis: Expr| self.pool.is_zero(axis);
+            let middle: Vec<(usize, Expr)> = match play.form {
+                Form::Pin(_) => vec![(0, zero), (1, zero)],
+                Form::Slide { angle, axes: [[x, y, _], _], .. } => match (is_zero(x), is_zero(y)) {
+                    (_, true) => vec![(1, zero), (2, angle)],
+                    (true, _) => vec![(0, zero), (2, angle)],
+                    // The way across is no coordinate.
+                    _ => continue,
+                },
+            };
+            let bodies = play.ends.map(|end| end.body);
+            let is_known = |of: &Initial, is_rate: bool| match of.measure {
+                Measure::JointPosition(id, _) => !is_rate && id == joint,
+                Measure::JointVelocity(id, _) => is_rate && id == joint,
+                Measure::PointPosition(body, ..) => {
+                    !is_rate && !of.is_guess && bodies.contains(&body)
+                }
+                Measure::PointVelocity(body, ..) => {
+                    is_rate && !of.is_guess && bodies.contains(&body)
+                }
+                _ => false,
+            };
+            for is_rate in [false, true] {
+                if initial.iter().any(|of| is_known(of, is_rate)) {
+                    continue;
+                }
+                initial.extend(middle.iter().map(|&(motion_idx, value)| {
+                    let words = motion_words(JointKind::Planar.motions(), motion_idx);
+                    let (measure, word) = if is_rate {
+                        (Measure::JointVelocity(joint, motion_idx), words[1])
+                    } else {
+                        (Measure::JointPosition(joint, motion_idx), words[0])
+                    };
+                    let value = if is_rate { zero } else { value };
+                    let name = format!("{}.{word}", play.name);
+                    Initial { measure, value, is_guess: false, name, span: play.span.clone() }
+                }));
+            }
+        }
     }
 
     /// A length greater than zero; `help` says what to write where it is missing.
@@ -122,7 +171,7 @@ impl Reader<'_> {
                 let journal = Round { center: second, radius };
                 return vec![(play.name.clone(), [Shape::Ring(bush), Shape::Round(journal)])];
             }
-            Form::Slide { length, width, axes } => (length, width, axes),
+            Form::Slide { length, width, axes, .. } => (length, width, axes),
         };
         let half = self.pool.div(length, self.pool.int(2));
         let aside = self.pool.div(width, self.pool.int(2));

@@ -36,7 +36,7 @@ impl Reader<'_> {
         bodies: &mut [(Option<Body>, BodyFacts)],
         loads: &mut Vec<Load>,
     ) -> Vec<ContactPair> {
-        let plays = std::mem::take(&mut self.plays);
+        let plays = self.plays.clone();
         let of_joints: Vec<_> = plays
             .iter()
             .flat_map(|play| {

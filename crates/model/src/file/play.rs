@@ -31,8 +31,9 @@ pub(super) struct Play {
 pub(super) enum Form {
     /// A journal of this radius.
     Pin(Expr),
-    /// A slide of this length and width, with its axis in the frames of the first and the second point.
-    Slide { length: Expr, width: Expr, axes: [Vector; 2] },
+    /// A slide of this length and width, turned by `angle` against its guide, with its axis in the frames of the first
+    /// and the second point.
+    Slide { length: Expr, width: Expr, angle: Expr, axes: [Vector; 2] },
 }
 
 /// True of a joint that `clearance` gives play.

@@ -108,6 +108,7 @@ impl Reader<'_> {
         let contacts = self.read_contacts(root, &mut bodies, &mut loads);
         let drives = self.read_drives(root);
         let (mut initial, orientations, assembly) = self.read_initial(root);
+        self.start_in_play(&mut initial);
         initial.extend(controllers.initial);
         let solve = self.read_solve(root);
         let io = self.read_io(root);

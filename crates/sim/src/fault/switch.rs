@@ -12,7 +12,8 @@ use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Span};
 use bksim_model::message::{listed, short};
 use bksim_model::{
-    BodyId, CouplingId, FrictionLaw, HeldChange, Load, LoadId, LoadKind, Measure, Model, MotionKind,
+    Base, BodyId, CouplingId, FrictionLaw, HeldChange, Load, LoadId, LoadKind, Measure, Model,
+    MotionKind, Place, Round,
 };
 
 /// Energies beyond this, J, are on their way beyond all numbers.
@@ -174,11 +175,12 @@ pub(super) fn beyond_stop(model: &Model, load: LoadId, by: f64) -> Diagnostic {
                 .at(load.span.clone(), "this rope")
                 .help("start nearer, or write a larger `length`");
         }
-        LoadKind::Touch { .. } => {
+        LoadKind::Touch { contact, place, .. } => {
+            let place = &model.contacts[contact.0].places[place];
             let message = format!(
                 "the outlines of contact `{}` overlap by {} m at the start",
                 load.name,
-                short(by)
+                short(overlap(model, place, by))
             );
             return Diagnostic::error(codes::OVERLAP, message)
                 .at(load.span.clone(), "these outlines")
@@ -190,6 +192,27 @@ pub(super) fn beyond_stop(model: &Model, load: LoadId, by: f64) -> Diagnostic {
     Diagnostic::error(codes::BEYOND_STOP, message)
         .at(load.span.clone(), "this stop")
         .help("start between its limits, or widen them")
+}
+
+/// How far the outlines of a place overlap, m. Two circles are `by` apart in squares, (d² − r²)/2r.
+fn overlap(model: &Model, place: &Place, by: f64) -> f64 {
+    let of = |symbol| {
+        let known = model.parameters.iter().find(|parameter| parameter.symbol == symbol);
+        known.map(|parameter| parameter.value)
+    };
+    let radius = |round: &Round| model.pool.evaluate(round.radius, &of).unwrap_or(f64::NAN);
+    let own = radius(&place.mover);
+    match &place.base {
+        Base::Ring(ring) => {
+            let room = radius(ring) - own;
+            (room * room + 2.0 * room * by).sqrt() - room
+        }
+        Base::Round { round, .. } => {
+            let sum = radius(round) + own;
+            sum - (sum * sum - 2.0 * sum * by).max(0.0).sqrt()
+        }
+        Base::Edge { .. } => by,
+    }
 }
 
 fn chatter(model: &Model, system: &SymbolicSystem, kink: usize, t: f64) -> Diagnostic {
