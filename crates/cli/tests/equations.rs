@@ -76,6 +76,43 @@ fn documents_are_well_formed() {
 }
 
 #[test]
+fn letters_of_the_model_are_not_those_of_the_energies() {
+    let scratch = Scratch::new();
+    let model = r#"
+        [parameters]
+        T = "1 m"
+        V = "1 kg"
+        L = "2 m"
+        g = "9.81 m/s^2"
+        [bodies.rod]
+        mass = "V"
+        com = ["L/2", 0]
+        inertia = "V*L^2/12"
+        [joints.A]
+        type = "revolute"
+        between = ["ground", "rod"]
+        [joints.B]
+        type = "link"
+        between = ["ground.B", "rod"]
+        length = "T"
+        [ground]
+        points = { B = ["T", 0] }
+        [loads.gravity]
+        type = "gravity"
+        acceleration = [0, "-g"]
+    "#;
+    scratch.write("letters.toml", model);
+    let path = scratch.path().join("letters.toml");
+    let text = printed(&path, "--steps");
+    for name in ["T_total = ", "V_total = ", "L_total = ", "d/dt ∂L_total/∂A_angle_dot", "∂g_k/∂A_angle"]
+    {
+        assert!(text.contains(name), "no {name} in {text}");
+    }
+    assert!(!text.contains(" T = ") && !text.contains(" V = "), "{text}");
+    assert!(printed(&path, "--steps --format latex").contains(r"{\partial L_{\mathrm{total}}}"));
+}
+
+#[test]
 fn aligned_lines_keep_to_the_width() {
     // Calls with several arguments do not break, nor do quotients and products with long names, as the quick return,
     // the eccentric press, the engine, the Geneva wheel and mechanisms in space have them.

@@ -51,7 +51,7 @@ pub(super) fn sections(writer: &Writer<'_>, levels: &[Level]) -> Vec<Section> {
         formulas(
             "kinetic energy",
             vec![writer.formula(
-                Label::Left(writer.name("T")),
+                Label::Left(writer.letter("T", "total")),
                 &writer.subject.form.kinetic_energy,
                 String::new(),
             )],
@@ -59,7 +59,7 @@ pub(super) fn sections(writer: &Writer<'_>, levels: &[Level]) -> Vec<Section> {
         formulas(
             "potential energy",
             vec![writer.formula(
-                Label::Left(writer.name("V")),
+                Label::Left(writer.letter("V", "total")),
                 &writer.subject.form.potential_energy,
                 String::new(),
             )],

@@ -305,6 +305,14 @@ impl Writer<'_> {
         self.style.notation().name(name)
     }
 
+    /// The letter of a function that is no symbol of the model; with an index where a symbol has that letter.
+    fn letter(&self, letter: &str, index: &str) -> String {
+        match self.subject.model.pool.find_symbol(letter) {
+            None => self.name(letter),
+            Some(_) => self.name(&format!("{letter}_{index}")),
+        }
+    }
+
     /// The name of a row of further equations.
     fn row_name(&self, name: RowName) -> String {
         let pool = &self.subject.model.pool;
@@ -314,7 +322,7 @@ impl Writer<'_> {
                 Style::Latex => format!("\\frac{{\\partial {top}}}{{\\partial {by}}}"),
                 Style::Typst => format!("frac(partial {top}, partial {by})"),
                 Style::MathMl => format!(
-                    "<mfrac><mrow><mo>∂</mo><mi>{top}</mi></mrow><mrow><mo>∂</mo>{by}</mrow></mfrac>"
+                    "<mfrac><mrow><mo>∂</mo>{top}</mrow><mrow><mo>∂</mo>{by}</mrow></mfrac>"
                 ),
                 Style::Text | Style::Aligned { .. } => format!("∂{top}/∂{by}"),
             }
@@ -328,14 +336,15 @@ impl Writer<'_> {
             ],
             Style::Text | Style::Aligned { .. } => ["d/dt ", "Σ λ "],
         };
+        let lagrangian = self.letter("L", "total");
         match name {
             RowName::Symbol(name) => self.printer.expr(name),
-            RowName::Lagrangian => self.name("L"),
-            RowName::ByRate(v) => partial("L", v),
-            RowName::RateOf(v) => format!("{rate}{}", partial("L", v)),
-            RowName::By(q) => partial("L", q),
+            RowName::Lagrangian => lagrangian,
+            RowName::ByRate(v) => partial(&lagrangian, v),
+            RowName::RateOf(v) => format!("{rate}{}", partial(&lagrangian, v)),
+            RowName::By(q) => partial(&lagrangian, q),
             RowName::Load(q) => self.name(&format!("Q_{}", pool.symbol_name(q))),
-            RowName::OfConstraints(q) => format!("{sum}{}", partial("g", q)),
+            RowName::OfConstraints(q) => format!("{sum}{}", partial(&self.letter("g", "k"), q)),
         }
     }
 
