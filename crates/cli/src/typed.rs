@@ -54,6 +54,16 @@ const SYNONYMS: [(&str, &str); 34] = [
     ("init", "new"),
 ];
 
+/// Words of other programs for options, and the option that does it here.
+const OPTIONS: [(&str, &[&str]); 6] = [
+    ("t-end", &["duration", "time", "until", "end", "tend", "tmax", "stop-time", "end-time"]),
+    ("every", &["dt", "interval", "sample", "sampling", "output-interval"]),
+    ("step", &["timestep", "time-step", "step-size", "stepsize"]),
+    ("rtol", &["tol", "precision", "reltol", "accuracy"]),
+    ("output", &["out", "save", "to-file", "outfile"]),
+    ("set", &["param", "params", "parameter", "define", "with"]),
+];
+
 /// The way out of a command line that the parser refuses, where it is one of those that people often write.
 pub(crate) fn advice(error: &clap::Error, arguments: &[OsString]) -> Option<Failure> {
     let word = |kind| match error.get(kind) {
@@ -67,7 +77,9 @@ pub(crate) fn advice(error: &clap::Error, arguments: &[OsString]) -> Option<Fail
         }
         ErrorKind::UnknownArgument => {
             let word = word(ContextKind::InvalidArg)?;
-            unit_alone(word, arguments).or_else(|| file_too_many(word))
+            unit_alone(word, arguments)
+                .or_else(|| file_too_many(word))
+                .or_else(|| option(word, arguments))
         }
         _ => None,
     }
@@ -99,6 +111,19 @@ fn synonym(word: &str) -> Option<Failure> {
     let (_, command) = SYNONYMS.iter().find(|(theirs, _)| *theirs == nearest)?;
     let help = format!("did you mean `bksim {command}`?");
     Some(Failure::usage(format!("there is no command `{word}`"), &help))
+}
+
+/// `bksim solve --duration 2`: the word of another program for an option that the command has.
+fn option(word: &str, arguments: &[OsString]) -> Option<Failure> {
+    let theirs = word.strip_prefix("--")?;
+    let (ours, _) = OPTIONS.iter().find(|(_, words)| words.contains(&theirs))?;
+    let command = arguments.iter().skip(1).find_map(|argument| {
+        Cli::command().get_subcommands().find(|command| argument == command.get_name()).cloned()
+    })?;
+    let known = command.get_arguments().find(|argument| argument.get_long() == Some(*ours))?;
+    let value = known.get_value_names().and_then(|names| Some(format!(" <{}>", names.first()?)));
+    let help = format!("did you mean `--{ours}{}`?", value.unwrap_or_default());
+    Some(Failure::usage(format!("`{}` has no option `{word}`", command.get_name()), &help))
 }
 
 /// `--set a=5 kg`: a unit apart from its number.
@@ -142,6 +167,24 @@ mod tests {
             assert!(command.find_subcommand(name).is_some(), "{ours}");
             assert!(command.find_subcommand(theirs).is_none(), "`{theirs}` is a command");
         }
+    }
+
+    #[test]
+    fn options_of_other_programs_lead_to_options_that_exist() {
+        let command = Cli::command();
+        for (ours, theirs) in OPTIONS {
+            let has = |name: &str| {
+                let mut all = command.get_subcommands().flat_map(Command::get_arguments);
+                all.any(|argument| argument.get_long() == Some(name))
+            };
+            assert!(has(ours), "no command has `--{ours}`");
+            theirs.iter().for_each(|word| assert_ne!(*word, ours));
+        }
+        let typed = |line: &str| -> Vec<OsString> { line.split(' ').map(OsString::from).collect() };
+        let found = option("--duration", &typed("bksim solve a.toml --duration 2"));
+        assert!(format!("{found:?}").contains("--t-end <S>"), "{found:?}");
+        // `check` runs nothing.
+        assert!(option("--duration", &typed("bksim check a.toml --duration 2")).is_none());
     }
 
     #[test]

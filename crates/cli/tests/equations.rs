@@ -104,7 +104,8 @@ fn letters_of_the_model_are_not_those_of_the_energies() {
     scratch.write("letters.toml", model);
     let path = scratch.path().join("letters.toml");
     let text = printed(&path, "--steps");
-    for name in ["T_total = ", "V_total = ", "L_total = ", "d/dt ∂L_total/∂A_angle_dot", "∂g_k/∂A_angle"]
+    for name in
+        ["T_total = ", "V_total = ", "L_total = ", "d/dt ∂L_total/∂A_angle_dot", "∂g_k/∂A_angle"]
     {
         assert!(text.contains(name), "no {name} in {text}");
     }

@@ -58,8 +58,37 @@ const OF_BODIES: [(&[&str], &str); 2] = [
     ),
 ];
 
+/// Keys of a drive that say how fast it is.
+const OF_DRIVES: [(&[&str], &str); 1] = [(
+    &["speed", "rate", "velocity", "rpm", "omega", "w"],
+    "a drive prescribes positions: for a constant speed write `motion = \"60 rpm*t\"`",
+)];
+
+/// Keys of other programs in a table, and the key that says it here.
+const RENAMED: [(&str, &str, &[&str]); 7] = [
+    ("the model", "parameters", &["variables", "constants", "params", "values"]),
+    ("the model", "initial", &["initial_conditions", "initial_values", "start", "guesses"]),
+    ("drive", "motion", &["law", "function", "value", "angle", "rotation", "displacement"]),
+    (
+        "`[solve]`",
+        "t_end",
+        &["duration", "time", "end", "tend", "tmax", "until", "stop_time", "end_time"],
+    ),
+    ("`[solve]`", "every", &["dt", "interval", "output_interval", "sampling"]),
+    ("`[solve]`", "step", &["timestep", "time_step", "step_size", "h"]),
+    ("`[solve]`", "rtol", &["tol", "tolerance", "precision", "accuracy", "reltol"]),
+];
+
 /// Sections of other programs.
-const SECTIONS: [(&[&str], &str); 8] = [
+const SECTIONS: [(&[&str], &str); 10] = [
+    (
+        &["inputs", "input"],
+        "an input is a parameter that `[io]` names: `input = [\"u\"]`, with `u` in `[parameters]`",
+    ),
+    (
+        &["bearings", "pins", "hinges", "sliders", "guides", "connections", "pairs"],
+        "what connects two bodies is a joint: `[joints.NAME]` with `type` and `between`",
+    ),
     (
         &["gravity"],
         "gravity is a load: `[loads]` with `gravity = { type = \"gravity\", acceleration = [0, \"-9.81 m/s^2\"] }`",
@@ -98,6 +127,7 @@ pub(super) fn misplaced(owner: &str, key: &str) -> Option<String> {
     let rows: &[(&[&str], &str)] = match noun {
         "joint" => &OF_JOINTS,
         "body" => &OF_BODIES,
+        "drive" => &OF_DRIVES,
         "the" if name == "model" => &SECTIONS,
         _ => return None,
     };
@@ -108,16 +138,27 @@ pub(super) fn misplaced(owner: &str, key: &str) -> Option<String> {
 /// Keys of a force or torque that say its size.
 const SIZES: [&str; 6] = ["force", "torque", "moment", "effort", "magnitude", "size"];
 
-/// The key that an unknown one of a force or torque stands for: of `free` ones that which takes what it says.
-pub(super) fn size_key<'k>(
+/// The key that an unknown one stands for: of a force or torque that of `free` ones which takes what it says.
+pub(super) fn meant_key<'k>(
     owner: &str,
     entry: &Entry,
     has_point: bool,
     free: &[&'k str],
 ) -> Option<&'k str> {
-    let is_size = owner.starts_with("load ") && SIZES.contains(&entry.key.as_str());
+    let key = entry.key.as_str();
+    let noun = owner.split_once(" `").map_or(owner, |(noun, _)| noun);
     let is_vector =
         matches!(entry.node.value, Value::Array(_)) || has_point && free.contains(&"axes");
-    let meant = if is_vector { "vector" } else { "value" };
-    free.iter().copied().find(|known| is_size && *known == meant)
+    let meant = if noun == "load" && SIZES.contains(&key) {
+        if is_vector { "vector" } else { "value" }
+    } else {
+        renamed(noun, key)?
+    };
+    free.iter().copied().find(|known| *known == meant)
+}
+
+/// The key that says in a table of this kind what one of other programs says.
+pub(super) fn renamed(noun: &str, key: &str) -> Option<&'static str> {
+    let row = RENAMED.iter().find(|(of, _, theirs)| *of == noun && theirs.contains(&key))?;
+    Some(row.1)
 }

@@ -9,7 +9,7 @@ use super::codes;
 use super::definition::ParameterState;
 use super::grids::MeasuredTable;
 use super::letters::{first_foreign, spelled, visible};
-use super::misplaced::{misplaced, size_key};
+use super::misplaced::{meant_key, misplaced};
 use super::names::{Names, SampledName};
 use super::naming::is_name;
 use super::play::Play;
@@ -301,7 +301,7 @@ impl<'t> Fields<'t> {
                 reader.report(fault.at(entry.key_span.clone(), "not a key here").help(help));
                 continue;
             }
-            if let Some(meant) = size_key(&owner, entry, table.get("on").is_some(), &free) {
+            if let Some(meant) = meant_key(&owner, entry, table.get("on").is_some(), &free) {
                 excused.push(meant);
                 let message = format!("unknown key `{key}` in {owner}");
                 let fault = Diagnostic::error(codes::UNKNOWN_KEY, message);

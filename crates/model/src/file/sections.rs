@@ -2,6 +2,7 @@
 
 use super::bodies::BodyFacts;
 use super::friction::Connections;
+use super::misplaced::{misplaced, renamed};
 use super::reader::{Fields, Reader};
 use super::tree::{Entry, Table, Value};
 use super::units::{self, FileUnits, find_unit};
@@ -187,7 +188,12 @@ impl Reader<'_> {
                 continue;
             }
             self.topology_unknown = true;
-            if let Some(meant) = closest(&entry.key, &free) {
+            if misplaced("the model", &entry.key).is_some() {
+                continue;
+            }
+            let is_free = |meant: &&str| free.contains(meant);
+            let renamed = renamed("the model", &entry.key).filter(is_free);
+            if let Some(meant) = renamed.or_else(|| closest(&entry.key, &free)) {
                 free.retain(|section| *section != meant);
                 meant.clone_into(&mut entry.key);
             } else if let (Some(meant), Value::Table(table)) =
