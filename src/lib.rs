@@ -56,6 +56,7 @@ pub mod modal;
 pub mod options;
 pub mod overlay;
 pub mod panels;
+pub mod reading;
 pub mod section;
 pub mod sweep_codes;
 pub mod translation;

@@ -6,14 +6,15 @@ use std::sync::{Arc, OnceLock};
 use bksim::analysis::{compliances, diagnose_singular_start};
 use bksim::describe;
 use bksim::log::Field;
-use bksim::mbs::equations::page::{Page, Style, Subject};
-use bksim::mbs::equations::{Equations, Notation, ReadingForm, proof};
+use bksim::mbs::equations::page::Style;
+use bksim::mbs::equations::{Equations, Notation};
 use bksim::mbs::quantity::Quantity;
 use bksim::model::JointId;
 use bksim::model::Measure;
 use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{Limits, Recording};
 use bksim::options::{JITS, choice};
+use bksim::reading::{Contents, Reading, Unreadable};
 use bksim::record::Channels;
 use bksim::sim::compiled::CompiledSystem;
 use bksim::sim::input::find_inputs;
@@ -157,6 +158,14 @@ impl Engine {
         let mechanism = Mechanism::derive_with(model, law, Vec::new())
             .map_err(|Rejected(faults)| Fault::model(&source, &faults))?;
         Self::new(source, &mechanism, overrides, warnings, recording)
+    }
+
+    /// The fault of a part of the equations that does not exist.
+    fn unreadable(&self, why: Unreadable) -> Fault {
+        match why {
+            Unreadable::Rejected(Rejected(faults)) => Fault::assembly(self.source(), &faults),
+            other => Fault::Value(other.to_string()),
+        }
     }
 
     pub(crate) fn source(&self) -> &Text {
@@ -346,23 +355,28 @@ impl Engine {
     }
 
     /// The equations, as JSON.
-    fn equations_json(&self, py: Python<'_>) -> PyResult<String> {
+    fn equations_json(&self, py: Python<'_>, is_absolute: bool) -> PyResult<String> {
         guard(py, || {
+            let contents = Contents {
+                in_absolute_angles: is_absolute,
+                has_named_constants: true,
+                ..Contents::default()
+            };
             let mechanism = self.mechanism();
-            let Mechanism { model, system, .. } = &mechanism;
-            let form = ReadingForm::grouped(model, system);
-            let proof = proof(model, system, &form);
-            Ok(describe::equations(&mechanism, &mechanism.system, &form, &proof).to_string())
+            let reading = Reading::of(&mechanism, contents);
+            Ok(reading.map_err(|why| self.unreadable(why))?.json().to_string())
         })
     }
 
-    /// The equations in a notation: formulas, or a whole document.
+    /// The equations in a notation: formulas, or a whole document; with named constants and the parts that are named.
     fn equations_in(
         &self,
         py: Python<'_>,
         notation: String,
         is_document: bool,
         has_groups: bool,
+        is_absolute: bool,
+        parts: Vec<String>,
     ) -> PyResult<String> {
         guard(py, || {
             let style = match notation.as_str() {
@@ -376,29 +390,33 @@ impl Engine {
                     return Err(Fault::Value(format!("{other:?} is none of {known}")));
                 }
             };
-            let mechanism = self.mechanism();
-            let Mechanism { model, system, compiled, .. } = &mechanism;
-            let form = if has_groups {
-                ReadingForm::grouped(model, system)
-            } else {
-                ReadingForm::plain(model, system)
+            let has = |name: &str| parts.iter().any(|part| part == name);
+            let contents = Contents {
+                in_absolute_angles: is_absolute,
+                has_named_constants: has_groups,
+                has_steps: has("steps"),
+                has_levels: has("levels"),
+                has_free_bodies: has("free_bodies"),
+                has_effort: has("effort"),
             };
-            let proof = proof(model, system, &form);
-            let (coordinates, multipliers) = (&compiled.coordinates, &compiled.multipliers);
-            let subject =
-                Subject { model, system, coordinates, multipliers, form: &form, proof: &proof };
-            let page = Page::new(&subject, style);
-            Ok(if is_document { page.document() } else { page.formulas() })
+            let mechanism = self.mechanism();
+            let reading = Reading::of(&mechanism, contents).map_err(|why| self.unreadable(why))?;
+            Ok(reading.written(style, is_document))
         })
     }
 
     /// T, V, the left sides of the equations and of the constraints, as LaTeX.
-    fn latex(&self, py: Python<'_>) -> PyResult<(String, String, Vec<String>, Vec<String>)> {
+    fn latex(
+        &self,
+        py: Python<'_>,
+        is_absolute: bool,
+    ) -> PyResult<(String, String, Vec<String>, Vec<String>)> {
         guard(py, || {
+            let contents = Contents { in_absolute_angles: is_absolute, ..Contents::default() };
             let mechanism = self.mechanism();
-            let Mechanism { model, system, .. } = &mechanism;
-            let formulas = ReadingForm::plain(model, system).write(model, Notation::Latex);
-            let Equations { kinetic_energy, potential_energy, equations, constraints } = formulas;
+            let reading = Reading::of(&mechanism, contents).map_err(|why| self.unreadable(why))?;
+            let Equations { kinetic_energy, potential_energy, equations, constraints } =
+                reading.formulas(Notation::Latex);
             Ok((kinetic_energy, potential_energy, equations, constraints))
         })
     }

@@ -170,6 +170,18 @@ def test_equations_are_text_latex_and_sympy() -> None:
         equations.written("word")
 
 
+def test_equations_have_the_parts_that_are_asked_for(examples: Path) -> None:
+    linkage = bksim.load(examples / "four-bar" / "model.toml").equations
+    text = linkage.written(steps=True, levels=True, free_bodies=True)
+    for title in ["step 1: centres of mass", "equations of motion", "velocity"]:
+        assert title in text, text
+    absolute = linkage.in_absolute_angles
+    assert absolute.equations != linkage.equations
+    assert "step 4" in absolute.written("latex", steps=True)
+    with pytest.raises(ValueError, match="no explicit form"):
+        bksim.load(examples / "slider-crank" / "model.toml").equations.written(effort=True)
+
+
 def test_sympys_equations_are_those_that_are_solved(examples: Path) -> None:
     pytest.importorskip("sympy")
     m = bksim.load(examples / "slider-crank" / "model.toml")

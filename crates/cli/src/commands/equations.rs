@@ -1,25 +1,15 @@
 //! `bksim equations`: T, V, the Lagrange equations with multipliers, the constraints; how much they
 //! compute, and a certificate that they are right.
 
-use std::collections::HashMap;
-
-use bksim::describe;
-use bksim::expr::SymbolId;
-use bksim::mbs::assemble::in_absolute_angles;
-use bksim::mbs::equations::page::{Page, Style, Subject};
-use bksim::mbs::equations::{
-    Level, ReadingForm, drive_effort, free_bodies, levels, levels_at, proof, steps,
-};
-use bksim::mbs::quantity::coordinate_quantities;
-use bksim::mbs::system::SymbolicSystem;
-use bksim::{Mechanism, Rejected};
+use bksim::mbs::equations::page::Style;
+use bksim::reading::{Contents, Reading, Unreadable};
 
 use crate::args::Switch;
 use crate::args::text::{Angles, Equations, Format};
 use crate::exit::{Failure, Status};
 use crate::output;
 use crate::render;
-use crate::source::{derive, load};
+use crate::source::{Text, derive, load};
 use crate::waiting::waiting;
 
 /// Characters of a line where there is no terminal to ask.
@@ -34,100 +24,47 @@ pub(crate) fn run(args: &Equations, as_json: bool, nesting: usize) -> Result<Sta
     }
     let loaded = load(&args.model, nesting)?;
     let mechanism = derive(&loaded.source, loaded.model)?;
-    let Mechanism { model, compiled, .. } = &mechanism;
-    let other = in_angles(args.angles, &mechanism)?;
-    let system = other.as_ref().unwrap_or(&mechanism.system);
-    let (form, proof) = waiting("writing the equations", || {
-        let form = match args.groups {
-            Switch::On => ReadingForm::grouped(model, system),
-            Switch::Off => ReadingForm::plain(model, system),
-        };
-        let proof = proof(model, system, &form);
-        (form, proof)
-    });
+    let contents = Contents {
+        in_absolute_angles: args.angles == Angles::Absolute,
+        has_named_constants: args.groups == Switch::On,
+        has_steps: args.steps && !as_json,
+        has_levels: args.levels && !as_json,
+        has_free_bodies: args.free_bodies && !as_json,
+        has_effort: args.effort && !as_json,
+    };
+    let reading = waiting("writing the equations", || Reading::of(&mechanism, contents));
+    let reading = reading.map_err(|why| without(why, &loaded.source))?;
     if as_json {
-        let mut body = describe::equations(&mechanism, system, &form, &proof);
+        let mut body = reading.json();
         body["diagnostics"] = render::json_all(&loaded.source, &loaded.warnings);
         output::json("equations", body)?;
         return Ok(Status::Done);
     }
     render::print_all(&loaded.source, &loaded.warnings);
-    let coordinates = &coordinate_quantities(model, system);
-    let multipliers = &compiled.multipliers;
-    let subject = Subject { model, system, coordinates, multipliers, form: &form, proof: &proof };
-    if args.effort && drive_effort(model, system, &form).is_empty() {
-        let message = "the effort of a drive has no explicit form here";
-        let help = "leave out --effort: it is for one drive without other free motions, stops or \
-                    friction, and for joints that do not repeat each other; `bksim inverse` has \
-                    the numbers";
-        return Err(Failure::usage(message, help));
-    }
-    if args.steps && steps(model, system, &form).is_empty() {
-        let message = "this mechanism has no derivation step by step";
-        let help = "leave out --steps: its equations are found body by body, from the first to the last and back, \
-                    without a kinetic energy that is written out";
-        return Err(Failure::usage(message, help));
-    }
-    let levels = further(args, &mechanism, system, &form)
-        .map_err(|error| loaded.source.rejected(error.0))?;
-    let page = Page::with_levels(&subject, style(args, format), &levels);
-    output::text(&if is_document { page.document() } else { page.formulas() })?;
+    output::text(&reading.written(style(args, format), is_document))?;
     Ok(Status::Done)
 }
 
-/// The equations in other angles than those of the joints, where these are asked for.
-fn in_angles(angles: Angles, mechanism: &Mechanism) -> Result<Option<SymbolicSystem>, Failure> {
-    if angles == Angles::Relative {
-        return Ok(None);
-    }
-    let found = waiting("deriving the equations in the angles of the bodies", || {
-        in_absolute_angles(&mechanism.model, &mechanism.system)
-    });
-    found.map(Some).ok_or_else(|| {
-        let message = "there are no equations in the angles of the bodies here";
-        let help =
-            "leave out `--angles absolute`: it is for the plane, and for bodies that do not bend";
-        Failure::usage(message, help)
-    })
-}
-
-/// The equations that are asked for besides those of motion.
-fn further(
-    args: &Equations,
-    mechanism: &Mechanism,
-    system: &SymbolicSystem,
-    form: &ReadingForm,
-) -> Result<Vec<Level>, Rejected> {
-    let Mechanism { model, parameters, .. } = mechanism;
-    let mut all = Vec::new();
-    if args.steps {
-        all.extend(steps(model, system, form));
-    }
-    if args.levels {
-        let start = mechanism.start()?;
-        let own = model.parameters.iter().map(|parameter| parameter.symbol);
-        let mut values: HashMap<SymbolId, f64> = own.zip(parameters.iter().copied()).collect();
-        values.insert(model.time, model.solve.t_start);
-        let own = mechanism.system.coordinates().iter();
-        for ((coordinate, &q), &v) in own.zip(&start.q).zip(&start.v) {
-            values.extend([(coordinate.q, q), (coordinate.v, v)]);
+/// The option to leave out where a part of the equations does not exist.
+fn without(why: Unreadable, source: &Text) -> Failure {
+    let help = match &why {
+        Unreadable::NoAbsoluteAngles => {
+            "leave out `--angles absolute`: it is for the plane, and for bodies that do not bend"
         }
-        for (i, coordinate) in system.coordinates().iter().enumerate() {
-            let Some(angle) = system.kinematics.absolute_angle(i) else { continue };
-            let at_start = |e| model.pool.evaluate(e, &|symbol| values.get(&symbol).copied());
-            let [q, v] = angle.by_joints.map(|e| at_start(e).unwrap_or(f64::NAN));
-            values.extend([(coordinate.q, q), (coordinate.v, v)]);
+        Unreadable::NoSteps => {
+            "leave out --steps: its equations are found body by body, from the first to the last and back, \
+             without a kinetic energy that is written out"
         }
-        all.extend(levels(model, system));
-        all.extend(levels_at(model, system, &|symbol| values.get(&symbol).copied()));
+        Unreadable::NoEffort => {
+            "leave out --effort: it is for one drive without other free motions, stops or friction, and for \
+             joints that do not repeat each other; `bksim inverse` has the numbers"
+        }
+        Unreadable::Rejected(_) => "",
+    };
+    match why {
+        Unreadable::Rejected(error) => source.rejected(error.0).into(),
+        other => Failure::usage(other.to_string(), help),
     }
-    if args.free_bodies {
-        all.push(free_bodies(model, system));
-    }
-    if args.effort {
-        all.extend(drive_effort(model, system, form));
-    }
-    Ok(all)
 }
 
 /// The format, and whether it is that of a document: as asked for, else by the ending of the file.

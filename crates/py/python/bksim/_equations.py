@@ -18,12 +18,20 @@ class Equations:
     ``print(m.equations)`` shows them as text; a notebook typesets them.
     """
 
-    def __init__(self, engine: _bksim.Engine) -> None:
+    def __init__(self, engine: _bksim.Engine, *, _absolute: bool = False) -> None:
         self._engine = engine
+        self._is_absolute = _absolute
+
+    @property
+    def in_absolute_angles(self) -> Equations:
+        """These equations in the angles of the bodies against the ground, not those of the joints: in
+        the plane. Raises ValueError where a body bends, and in space.
+        """
+        return Equations(self._engine, _absolute=True)
 
     @cached_property
     def _body(self) -> dict[str, Any]:
-        body: dict[str, Any] = json.loads(self._engine.equations_json())
+        body: dict[str, Any] = json.loads(self._engine.equations_json(self._is_absolute))
         return body
 
     @property
@@ -56,10 +64,28 @@ class Equations:
         """How they were compared with equations derived from T and V in another way."""
         return dict(self._body["certificate"])
 
-    def written(self, notation: Form = "text", *, document: bool = False, groups: bool = True) -> str:
+    def written(
+        self,
+        notation: Form = "text",
+        *,
+        document: bool = False,
+        groups: bool = True,
+        steps: bool = False,
+        levels: bool = False,
+        free_bodies: bool = False,
+        effort: bool = False,
+    ) -> str:
         """The formulas as ``text``, ``aligned``, ``latex``, ``typst`` or ``mathml``; ``document``
-        makes a whole document, ``groups`` names constants that take more than one operation."""
-        return self._engine.equations_in(notation, document, groups)
+        makes a whole document, ``groups`` names constants that take more than one operation.
+
+        ``steps`` adds the derivation step by step, ``levels`` the velocity and acceleration equations
+        of the constraints, with the numbers of the start, ``free_bodies`` the balances of each body
+        that is cut free, ``effort`` that of the only drive in explicit form. Raises ValueError where
+        the mechanism has no such part.
+        """
+        asked = {"steps": steps, "levels": levels, "free_bodies": free_bodies, "effort": effort}
+        parts = [name for name, is_asked in asked.items() if is_asked]
+        return self._engine.equations_in(notation, document, groups, self._is_absolute, parts)
 
     @property
     def text(self) -> str:
@@ -84,7 +110,7 @@ class Equations:
         return f"<bksim.Equations of {self._engine.name!r}: {n} equations, {m} constraints>"
 
     def _repr_latex_(self) -> str:
-        kinetic, potential, equations, constraints = self._engine.latex()
+        kinetic, potential, equations, constraints = self._engine.latex(self._is_absolute)
         lines = [f"T &= {kinetic}", f"V &= {potential}"]
         lines += [f"{left} &= 0" for left in (*equations, *constraints)]
         return "$$\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}$$"
