@@ -116,13 +116,21 @@ fn synonym(word: &str) -> Option<Failure> {
 /// `bksim solve --duration 2`: the word of another program for an option that the command has.
 fn option(word: &str, arguments: &[OsString]) -> Option<Failure> {
     let theirs = word.strip_prefix("--")?;
-    let (ours, _) = OPTIONS.iter().find(|(_, words)| words.contains(&theirs))?;
+    let is_it = |(ours, words): &&(&str, &[&str])| *ours == theirs || words.contains(&theirs);
+    let (ours, _) = OPTIONS.iter().find(is_it)?;
     let command = arguments.iter().skip(1).find_map(|argument| {
         Cli::command().get_subcommands().find(|command| argument == command.get_name()).cloned()
     })?;
-    let known = command.get_arguments().find(|argument| argument.get_long() == Some(*ours))?;
-    let value = known.get_value_names().and_then(|names| Some(format!(" <{}>", names.first()?)));
-    let help = format!("did you mean `--{ours}{}`?", value.unwrap_or_default());
+    let find = |name: &str| command.get_arguments().find(|known| known.get_long() == Some(name));
+    let help = if let Some(known) = find(ours) {
+        let value = known.get_value_names().and_then(|names| names.first());
+        let value = value.map(|name| format!(" <{name}>"));
+        format!("did you mean `--{ours}{}`?", value.unwrap_or_default())
+    } else {
+        // Options of a run are keys of the model, too.
+        let key = (*ours != "output" && find("set").is_some()).then(|| ours.replace('-', "_"))?;
+        format!("set it as a key of the model: `--set solve.{key}=VALUE`")
+    };
     Some(Failure::usage(format!("`{}` has no option `{word}`", command.get_name()), &help))
 }
 
@@ -183,8 +191,10 @@ mod tests {
         let typed = |line: &str| -> Vec<OsString> { line.split(' ').map(OsString::from).collect() };
         let found = option("--duration", &typed("bksim solve a.toml --duration 2"));
         assert!(format!("{found:?}").contains("--t-end <S>"), "{found:?}");
-        // `check` runs nothing.
-        assert!(option("--duration", &typed("bksim check a.toml --duration 2")).is_none());
+        let found = option("--t-end", &typed("bksim report a.toml --t-end 2"));
+        assert!(format!("{found:?}").contains("--set solve.t_end=VALUE"), "{found:?}");
+        // A list of parts takes no changes.
+        assert!(option("--duration", &typed("bksim parts --duration 2")).is_none());
     }
 
     #[test]

@@ -226,6 +226,49 @@ fn values_are_replaced_by_their_path() {
     assert_eq!(&text[fault.labels[0].span.clone()], "\"3 kg mm^2\"", "{fault:?}");
 }
 
+/// Arrays are no parameters, and a file need not have the keys of its start and of its run.
+#[test]
+fn paths_lead_to_arrays_and_to_keys_that_are_not_there() {
+    let text = r#"
+        [bodies.rod]
+        mass = "1 kg"
+        com = ["1 m", 0]
+        inertia = "1 kg m^2"
+        [joints.pin]
+        type = "revolute"
+        between = ["ground", "rod"]
+        [loads.push]
+        type = "force"
+        on = "rod"
+        vector = ["1 N", 0]
+    "#;
+    let set = |path: &str, value: &str| {
+        let overrides = [(path.to_owned(), value.to_owned())];
+        read(&Source { overrides: &overrides, ..Source::new(text, "test") })
+    };
+    let good = |path: &str, value: &str| {
+        let reading = set(path, value);
+        assert_eq!(reading.diagnostics, [], "{path}");
+        reading.model.expect("a model")
+    };
+    let model = good("rod.com", "[0, \"-50 mm\"]");
+    assert_eq!(model.bodies[1].com.map(|e| value(&model, e)), [0.0, -0.05, 0.0]);
+    assert_eq!(good("solve.t_end", "3 s").solve.t_end.to_bits(), 3.0_f64.to_bits());
+    assert_eq!(good("solve.method", "radau").solve.method, bksim_model::Method::Radau);
+    assert_eq!(good("pin.rate", "60 rpm").initial.len(), 1);
+    assert_eq!(good("initial.pin.angle", "0.5").initial.len(), 1);
+    // A misspelt key is unknown, and its value is not left aside.
+    for (path, code) in [
+        ("solve.tend", code::UNKNOWN_KEY),
+        ("loads.push.vectro", code::UNKNOWN_KEY),
+        ("loads.psuh.vector", code::UNKNOWN_OVERRIDE),
+        ("loads.push", code::UNKNOWN_OVERRIDE),
+    ] {
+        let codes: Vec<_> = set(path, "[1, 2]").diagnostics.iter().map(|d| d.code).collect();
+        assert_eq!(codes, [code], "{path}");
+    }
+}
+
 #[test]
 fn overrides_replace_definitions() {
     let text = format!("[parameters]\nl = \"1 m\"\ns = \"l/2\"\n{FLOATING}");

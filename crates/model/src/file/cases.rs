@@ -3,6 +3,7 @@
 //! A case is merged over the tree of the text before anything else is read. Its values keep their own positions, so that
 //! a fault in one is shown where it is written, and whatever a file can say can be changed by a case.
 
+use super::promote::leads_to_value;
 use super::reader::{Fields, Reader};
 use super::tree::{Entry, Node, Table, Value};
 use super::words::{cut, suggest};
@@ -158,21 +159,61 @@ pub(super) fn place(root: &Table, path: &[String]) -> Option<Vec<String>> {
     (is_named && is_start).then(|| below("initial")).flatten()
 }
 
+/// Puts values from outside where their paths lead to no number or text that a parameter could stand for: to an array,
+/// or to a key that a table, the start or the options of a run lack. Returns the overrides that are left.
+pub(super) fn place_values(
+    root: &mut Table,
+    overrides: &[(String, String)],
+) -> Vec<(String, String)> {
+    let mut left = Vec::new();
+    for (name, text) in overrides {
+        let is_of_parameter = !name.contains('.') || leads_to_value(root, name);
+        if is_of_parameter || !place_value(root, name, text) {
+            left.push((name.clone(), text.clone()));
+        }
+    }
+    left
+}
+
+fn place_value(root: &mut Table, name: &str, text: &str) -> bool {
+    let path: Vec<String> = name.split('.').map(str::to_owned).collect();
+    let Some(path) = place(root, &path) else { return false };
+    let [section, .., _] = path.as_slice() else { return false };
+    // No key of the file may stay without effect because its name is misspelt, and no table becomes a value.
+    let is_open = ["initial", "solve"].contains(&section.as_str());
+    let is_new = !leads(root, &path);
+    if is_new && !is_open && !leads(root, &path[..path.len() - 1]) || is_table(root, &path) {
+        return false;
+    }
+    let of_section = || root.get(section).map(|entry| entry.key_span.clone());
+    let replaced = end(root, &path).map(|node| node.span.clone());
+    let span = replaced.or_else(of_section).unwrap_or_default();
+    let node = Node::read(text, &span);
+    let change = Change { path, span, node };
+    put(root, &change.path, &change)
+}
+
 /// True if there is something at the end of these keys.
 pub(super) fn leads(table: &Table, path: &[String]) -> bool {
-    let [key, rest @ ..] = path else { return false };
-    let Some(entry) = table.get(key) else { return false };
-    let mut node = &entry.node;
+    end(table, path).is_some()
+}
+
+fn is_table(table: &Table, path: &[String]) -> bool {
+    end(table, path).is_some_and(|node| matches!(node.value, Value::Table(_)))
+}
+
+/// The value to which these keys lead.
+fn end<'t>(table: &'t Table, path: &[String]) -> Option<&'t Node> {
+    let [key, rest @ ..] = path else { return None };
+    let mut node = &table.get(key)?.node;
     for key in rest {
-        let next = match &node.value {
-            Value::Table(table) => table.get(key).map(|entry| &entry.node),
-            Value::Array(nodes) => key.parse::<usize>().ok().and_then(|idx| nodes.get(idx)),
-            _ => None,
+        node = match &node.value {
+            Value::Table(table) => &table.get(key)?.node,
+            Value::Array(nodes) => nodes.get(key.parse::<usize>().ok()?)?,
+            _ => return None,
         };
-        let Some(next) = next else { return false };
-        node = next;
     }
-    true
+    Some(node)
 }
 
 /// Puts a value in the place of another one, or into a table that lacks it; false where the path goes through a value.

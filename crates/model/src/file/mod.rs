@@ -124,6 +124,7 @@ pub use syntax::decode;
 pub use words::{closest, did_you_mean, suggest};
 pub use written_unit::WrittenUnit;
 
+use cases::place_values;
 use names::Names;
 use reader::Reader;
 use replay::Constants;
@@ -312,6 +313,8 @@ impl<'a> Reader<'a> {
         root.and_then(|mut root| {
             self.check_sections(&mut root);
             self.merge_case(&mut root, source);
+            let overrides = place_values(&mut root, source.overrides);
+            let source = &Source { overrides: &overrides, ..*source };
             let set = source.overrides.iter().map(|(name, _)| name);
             let paths = source.promoted.iter().chain(set).map(String::as_str);
             let promoted = promote::promoted(&mut root, paths);

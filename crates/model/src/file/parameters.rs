@@ -99,7 +99,12 @@ impl Reader<'_> {
             let message =
                 format!("`{}` is set from outside, but the model has no such parameter", cut(name));
             let fault = Diagnostic::error(codes::UNKNOWN_OVERRIDE, message);
-            self.report(fault.help(super::words::suggest(name, &names)));
+            let help = if name.contains('.') {
+                "a path leads to a value of the file: `loads.gravity.acceleration.1`, `rod.mass`, `A.rate`".to_owned()
+            } else {
+                super::words::suggest(name, &names)
+            };
+            self.report(fault.help(help));
             return;
         };
         let whole = known.span.clone();

@@ -31,6 +31,11 @@ pub(super) fn identifier(path: &str) -> String {
     path.split('.').map(part).collect::<Vec<_>>().join(".")
 }
 
+/// True if a path leads to a number or text.
+pub(super) fn leads_to_value(root: &mut Table, path: &str) -> bool {
+    value_at(root, path).is_some()
+}
+
 /// The value at a path.
 fn value_at<'t>(root: &'t mut Table, path: &str) -> Option<&'t mut Node> {
     let keys: Vec<&str> = path.split('.').collect();
