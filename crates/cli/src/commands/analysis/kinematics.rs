@@ -66,12 +66,18 @@ pub fn run(
         let found = waiting("looking for limits", || limits(model, &request));
         told_limits(&name, &found.map_err(&failed)?)
     } else {
+        if let Some((name, _)) = args.drive.iter().find(|(_, values)| values.is_empty()) {
+            let help = format!(
+                "write where it goes, such as `--drive {name}=\"0:360 deg:361\"` or, of lengths, `=\"0:50 mm:51\"`"
+            );
+            return Err(Failure::usage(format!("`--drive {name}` has no values"), &help));
+        }
         let rates = [args.rate.as_slice(), &args.acceleration];
         let prescribed = prescribed(&model, &args.drive, rates, args.through).map_err(&failed)?;
         let of_model = model.assembly.is_some().then(|| model.snapshot());
         let Some(prescribed) = prescribed else {
-            let help =
-                "write `--drive crank.angle=\"0:360 deg:361\"`, `--limits` or `--assemblies`";
+            let help = "write `--drive crank.angle=\"0:360 deg:361\"`, `--drive t=\"0:2 s:201\"` for the drives of the model, \
+                 `--limits` or `--assemblies`";
             return Err(Failure::usage("nothing is asked for", help));
         };
         let found = || kinematics_along(model, &prescribed, args.branch);
