@@ -23,6 +23,8 @@ bksim_model::codes! {
     BRANCH_POINT = "Q021", "a pose in which branches cross";
     NOT_CLOSED = "Q022", "a start that no value closes";
     NO_NUMBER = "Q023", "a table with a value that is no number";
+    NO_MOTION = "Q024", "a table that is no motion";
+    BEYOND_TABLE = "Q025", "a motion that is asked for beyond its table";
     SINGULAR_START = "S026", "a run from a pose that yields, but goes nowhere";
     BRANCHES_AT_START = "S027", "a run from a pose in which branches cross";
 }

@@ -389,6 +389,34 @@ pub enum AnalysisError {
         /// The parameters.
         names: Vec<String>,
     },
+    /// A table of a motion with too few rows.
+    #[error("the table of `{name}` has {}, and a motion needs {least}", counted(*rows, "row of numbers", "rows of numbers"))]
+    ShortTable {
+        /// The motion.
+        name: String,
+        /// Rows that it has.
+        rows: usize,
+        /// Rows that it needs.
+        least: usize,
+    },
+    /// A table of a motion whose times do not ascend.
+    #[error("the table of `{name}` goes back in time: from {} s in one row to {} s in the next", short(times[0]), short(times[1]))]
+    TimesDescend {
+        /// The motion.
+        name: String,
+        /// Times of both rows, s.
+        times: [f64; 2],
+    },
+    /// A motion asked for at a time that its table does not reach.
+    #[error("`{name}` is asked for at t = {} s, and its table goes from {} s to {} s", short(*t), short(ends[0]), short(ends[1]))]
+    BeyondTable {
+        /// The motion.
+        name: String,
+        /// Time that is asked for, s.
+        t: f64,
+        /// First and last time of the table, s.
+        ends: [f64; 2],
+    },
     /// A number of a table is none.
     #[error("`{name}` has no value {place}: it is {}", if .value.is_nan() { "no number".to_owned() } else { value.to_string() })]
     NoNumber {

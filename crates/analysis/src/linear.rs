@@ -29,7 +29,7 @@ use crate::eigenvalues::eigenvalues;
 use crate::equilibrium::Equilibrium;
 use crate::error::AnalysisError;
 use crate::forces::{At, Forces, ForcesAt};
-use crate::linear_outputs::{Changes, Outputs, beside};
+use crate::linear_outputs::{Changes, Outputs, beside, moved, pole_among};
 use crate::loaded::{HeldContacts, Loaded};
 use crate::reduced::{Reduced, pseudo_inverse};
 use crate::state::State;
@@ -168,13 +168,43 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
     let slopes = outputs.slopes(&loaded)?;
     let (matrix_c, matrix_d) = slopes.matrices(numbers, moving, &changes, size, &inputs);
     let pole = slopes.pole(numbers, moving, &changes, [&matrix_c, &matrix_d], &inputs);
+    let names = outputs.columns.iter().map(|output| output.name.clone());
+    let pole = pole.map(|(row, column, value)| (names.clone().nth(row), column, value));
+    // Slopes of the accelerations: those of the forces, and of what holds.
+    let followed = |at: &ForcesAt| {
+        let by_parameter = inputs.iter().map(|input| match input {
+            Input::Parameter(idx) => at.by_parameter.column(*idx).into_owned(),
+            Input::Effort(_) => DVector::zeros(n),
+        });
+        let by_state = &at.stiffness * &changes.q + &at.damping * &changes.v;
+        let by_state = by_state.columns(0, size).into_owned();
+        let by_parameter: Vec<_> = by_parameter.collect();
+        let none = DMatrix::zeros(n, 0);
+        let inputs = if by_parameter.is_empty() {
+            none.clone()
+        } else {
+            DMatrix::from_columns(&by_parameter)
+        };
+        beside([&by_state, &inputs, &none])
+    };
+    let near = |k: usize, share: f64| {
+        let [q, v] = [moved(&q, &changes.q, k, share), moved(&v, &changes.v, k, share)];
+        let [a, lambda] =
+            [moved(&a, &changes.a, k, share), moved(&lambda, &changes.lambda, k, share)];
+        followed(&forces.at(At { t: loaded.t, q: &q, v: &v, a: &a, lambda: &lambda, p: &p }))
+    };
+    let of_forces = pole_among(&followed(&at), size, near).map(|(row, column, value)| {
+        let rate = &loaded.system().coordinates()[row].rate_name;
+        (Some(format!("d/dt {rate}")), column, -value)
+    });
     let outputs = outputs.columns;
     let (kept, states) = kept_states(&loaded, &positions, &reduced);
-    if let Some((row, column, value)) = pole {
+    if let Some((name, column, value)) = pole.or(of_forces) {
         let state = kept.iter().position(|&k| k == column).map(|k| &states[k].name);
         let by = state.or_else(|| channels.inputs.get(column.checked_sub(size)?));
         let by = by.map_or_else(String::new, |by| format!(" by {by}"));
-        let (name, place) = (format!("{}{by}", outputs[row].name), "about this state".to_owned());
+        let name = format!("{}{by}", name.unwrap_or_default());
+        let place = "about this state".to_owned();
         return Err(AnalysisError::NoNumber { name, place, value });
     }
     let matrix_a = matrix_a.select_rows(&kept).select_columns(&kept);

@@ -156,10 +156,7 @@ impl OutputSlopes {
         (c, d)
     }
 
-    /// A slope of C or D that is that of a pole: its output, its column, and the infinity that it is.
-    ///
-    /// An equilibrium is known to some 1e-12, so that 1/x, ln x and √x, whose argument is zero there, have any large slope.
-    /// In states that are 1e-9 away on either side, along each column, such a slope has fallen to a hundredth or is no number.
+    /// A slope of C or D that is that of a [pole](pole_among): its output, its column, and the infinity that it is.
     pub(crate) fn pole(
         &self,
         numbers: (&[f64], &[usize]),
@@ -168,14 +165,7 @@ impl OutputSlopes {
         [c, d]: [&DMatrix<f64>; 2],
         inputs: &[Input],
     ) -> Option<(usize, usize, f64)> {
-        const AWAY: f64 = 1e-9;
-        const FALLS_BELOW: f64 = 1e-2;
-        // Rounding of slopes that are zero is no pole.
-        const LEAST: f64 = 1e-6;
         let n_states = c.ncols();
-        let moved = |own: &[f64], by: &DMatrix<f64>, k: usize, share: f64| -> Vec<f64> {
-            own.iter().zip(by.column(k).iter()).map(|(x, by)| x + share * by).collect()
-        };
         let near = |k: usize, share: f64| {
             let [q, v] = [moved(at.q, &changes.q, k, share), moved(at.v, &changes.v, k, share)];
             let a = moved(at.a, &changes.a, k, share);
@@ -184,22 +174,44 @@ impl OutputSlopes {
             beside_two(&self.matrices(numbers, at, changes, n_states, inputs))
         };
         let here = beside_two(&(c.clone(), d.clone()));
-        (0..changes.q.ncols()).find_map(|k| {
-            let sides = [near(k, AWAY), near(k, -AWAY)];
-            let size = |i: usize, j: usize| match sides.each_ref().map(|side| side[(i, j)].abs()) {
-                [a, b] if a.is_finite() && b.is_finite() => a.max(b),
-                _ => 0.0,
-            };
-            let mut places = (0..here.nrows()).flat_map(|i| (0..here.ncols()).map(move |j| (i, j)));
-            let largest = |i: usize| (0..here.ncols()).map(|j| size(i, j)).fold(1.0, f64::max);
-            let is_pole = |&(i, j): &(usize, usize)| {
-                let own = here[(i, j)].abs();
-                own > LEAST * largest(i) && size(i, j) < FALLS_BELOW * own
-            };
-            let (i, j) = places.find(is_pole)?;
-            Some((i, j, f64::INFINITY.copysign(here[(i, j)])))
-        })
+        pole_among(&here, changes.q.ncols(), near)
     }
+}
+
+/// Part of a state that is moved along a column of changes.
+pub(crate) fn moved(own: &[f64], by: &DMatrix<f64>, k: usize, share: f64) -> Vec<f64> {
+    own.iter().zip(by.column(k).iter()).map(|(x, by)| x + share * by).collect()
+}
+
+/// A slope among those `here` that is that of a pole: its row, its column, and the infinity that it is; `near` gives the
+/// slopes in a state moved along one of `n_columns` changes.
+///
+/// An equilibrium is known to some 1e-12, so that 1/x, ln x and √x, whose argument is zero there, have any large slope.
+/// In states that are 1e-9 away on either side, along each column, such a slope has fallen to a hundredth or is no number.
+pub(crate) fn pole_among(
+    here: &DMatrix<f64>,
+    n_columns: usize,
+    mut near: impl FnMut(usize, f64) -> DMatrix<f64>,
+) -> Option<(usize, usize, f64)> {
+    const AWAY: f64 = 1e-9;
+    const FALLS_BELOW: f64 = 1e-2;
+    // Rounding of slopes that are zero is no pole.
+    const LEAST: f64 = 1e-6;
+    (0..n_columns).find_map(|k| {
+        let sides = [near(k, AWAY), near(k, -AWAY)];
+        let size = |i: usize, j: usize| match sides.each_ref().map(|side| side[(i, j)].abs()) {
+            [a, b] if a.is_finite() && b.is_finite() => a.max(b),
+            _ => 0.0,
+        };
+        let mut places = (0..here.nrows()).flat_map(|i| (0..here.ncols()).map(move |j| (i, j)));
+        let largest = |i: usize| (0..here.ncols()).map(|j| size(i, j)).fold(1.0, f64::max);
+        let is_pole = |&(i, j): &(usize, usize)| {
+            let own = here[(i, j)].abs();
+            own > LEAST * largest(i) && size(i, j) < FALLS_BELOW * own
+        };
+        let (i, j) = places.find(is_pole)?;
+        Some((i, j, f64::INFINITY.copysign(here[(i, j)])))
+    })
 }
 
 /// C and D side by side.

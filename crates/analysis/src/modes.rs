@@ -20,6 +20,7 @@ use crate::balance::Balance;
 use crate::equilibrium::{CrossingBranch, Stability};
 use crate::error::AnalysisError;
 use crate::forces::ForcesAt;
+use crate::linear_outputs::{moved, pole_among};
 use crate::loaded::{HeldContacts, Loaded, without_rates};
 use crate::pencil::Pencil;
 use crate::quantity::PoseQuantity;
@@ -109,6 +110,15 @@ pub(crate) fn modes_of(loaded: &Loaded, about: About) -> Result<Modes, AnalysisE
     // Finite modes, then shapes of all bodies and shares of energy.
     let (motions, n_infinite) = if found.branches.is_empty() {
         let reduced = balance.reduced(&found.q, &at.jacobian)?;
+        let pole = pole_among(&(&at.stiffness * &reduced.basis), reduced.n(), |k, share| {
+            let q = moved(&found.q, &reduced.basis, k, share);
+            balance.at(&q, &lambda).stiffness * &reduced.basis
+        });
+        if let Some((row, _, value)) = pole {
+            let name = format!("stiffness along {}", loaded.system().coordinates()[row].name);
+            let place = "in this state".to_owned();
+            return Err(AnalysisError::NoNumber { name, place, value });
+        }
         let pencil = Pencil::of(&at, &reduced);
         let (values, n_light) = pencil.finite_eigenvalues();
         let vectors = pencil.vectors(&values);

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use bksim_expr::{Expr, Tape};
 use bksim_model::diagnostic::Rejected;
-use bksim_model::file::{Formula, Source, read_formulas};
+use bksim_model::file::{Formula, Source, amplitude_like_degrees, read_formulas};
 use bksim_model::{JointId, Measure, Model};
 use nalgebra::{DMatrix, DVector};
 
-use crate::drive::position;
+use crate::drive::{Range, position};
 use crate::error::AnalysisError;
 
 /// Value, rate and acceleration as a function of time, SI.
@@ -22,6 +22,10 @@ pub struct Motion {
     /// The measure, a position.
     pub(crate) measure: Measure,
     pub(crate) law: TimeLaw,
+    /// First and last time at which it is known, s; `None` of a formula.
+    ends: Option<[f64; 2]>,
+    /// Amplitude of an angle that looks like degrees, rad.
+    pub amplitude: Option<f64>,
 }
 
 impl std::fmt::Debug for Motion {
@@ -43,7 +47,25 @@ impl Motion {
         let value = pool.parse(formula).map_err(|_| bad())?;
         let parameters: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
         let law = law_of(model, value, parameters)?;
-        Ok(Self { name: name.to_owned(), measure, law })
+        let amplitude = if unit == "rad" { amplitude_like_degrees(formula) } else { None };
+        Ok(Self { amplitude, ..Self::of(name, measure, law) })
+    }
+
+    fn of(name: &str, measure: Measure, law: TimeLaw) -> Self {
+        Self { name: name.to_owned(), measure, law, ends: None, amplitude: None }
+    }
+
+    /// Refuses times that the table of this motion does not reach.
+    pub(crate) fn check_times(&self, times: &Range) -> Result<(), AnalysisError> {
+        /// Part of a table's span by which a time may miss its end by rounding.
+        const ROUNDING: f64 = 1e-9;
+        let Some(ends @ [first, last]) = self.ends else { return Ok(()) };
+        let near = ROUNDING * (last - first);
+        let is_beyond = |t: &f64| *t < first - near || *t > last + near;
+        match [times.from, times.to].into_iter().find(is_beyond) {
+            Some(t) => Err(AnalysisError::BeyondTable { name: self.name.clone(), t, ends }),
+            None => Ok(()),
+        }
     }
 
     /// A motion as a formula in SI or, where it is none, in the words of a model file: with units, tables and laws, `100 mm*t/(1 s)`
@@ -71,7 +93,7 @@ impl Motion {
         };
         let parameters = read.parameters.iter().map(value).collect();
         let law = law_of(&read, found[0], parameters)?;
-        Ok(Self { name: name.to_owned(), measure, law })
+        Ok(Self::of(name, measure, law))
     }
 
     /// A motion through measured values, by a natural cubic spline with
@@ -90,13 +112,14 @@ impl Motion {
     ) -> Result<Self, AnalysisError> {
         let measure = driven(model, name)?;
         let bad = || AnalysisError::BadRange { text: name.to_owned(), unit: "s".to_owned() };
-        let ascends = times.windows(2).all(|pair| pair[0] < pair[1]);
-        if times.len() < 3 || times.len() != values.len() || !ascends || smoothing < 0.0 {
+        check_rows(name, times, 3, |pair| pair[0] < pair[1])?;
+        if times.len() != values.len() || smoothing < 0.0 {
             return Err(bad());
         }
+        let ends = Some([times[0], times[times.len() - 1]]);
         let spline = Spline::of(times, values, smoothing).ok_or_else(bad)?;
         let law: TimeLaw = Arc::new(move |t| spline.at(t));
-        Ok(Self { name: name.to_owned(), measure, law })
+        Ok(Self { ends, ..Self::of(name, measure, law) })
     }
 
     /// A motion by samples of value, rate and acceleration, such as a run logs them; between two samples the
@@ -112,10 +135,11 @@ impl Motion {
     ) -> Result<Self, AnalysisError> {
         let measure = driven(model, name)?;
         // Where a run has an event it has two samples, the later of which goes on.
-        let ascends = times.windows(2).all(|pair| pair[0] <= pair[1]);
-        if times.len() < 2 || times.len() != values.len() || !ascends {
+        check_rows(name, &times, 2, |pair| pair[0] <= pair[1])?;
+        if times.len() != values.len() {
             return Err(AnalysisError::BadRange { text: name.to_owned(), unit: "s".to_owned() });
         }
+        let ends = Some([times[0], times[times.len() - 1]]);
         let law: TimeLaw = Arc::new(move |t| {
             let next = times.partition_point(|&known| known <= t).clamp(1, times.len() - 1);
             let (t0, t1) = (times[next - 1], times[next]);
@@ -127,7 +151,24 @@ impl Motion {
             }
             quintic((t - t0, t1 - t0), (values[next - 1], values[next]))
         });
-        Ok(Self { name: name.to_owned(), measure, law })
+        Ok(Self { ends, ..Self::of(name, measure, law) })
+    }
+}
+
+/// Refuses a table with too few rows, or rows that do not follow each other in time.
+fn check_rows(
+    name: &str,
+    times: &[f64],
+    least: usize,
+    follows: fn(&[f64]) -> bool,
+) -> Result<(), AnalysisError> {
+    let name = name.to_owned();
+    if times.len() < least {
+        return Err(AnalysisError::ShortTable { name, rows: times.len(), least });
+    }
+    match times.windows(2).find(|pair| !follows(pair)) {
+        Some(pair) => Err(AnalysisError::TimesDescend { name, times: [pair[0], pair[1]] }),
+        None => Ok(()),
     }
 }
 

@@ -95,9 +95,10 @@ pub(crate) fn unread(drawing: &Drawing, excerpts: &Excerpts<'_>) -> Vec<Diagnost
 }
 
 fn warning(kind: &str, why: Unread, block: Option<&str>) -> Diagnostic {
+    let article = if kind.starts_with(['A', 'E', 'I', 'O']) { "an" } else { "a" };
     let what = match block {
-        Some(block) => format!("a {kind} of the block `{block}`"),
-        None => format!("a {kind}"),
+        Some(block) => format!("{article} {kind} of the block `{block}`"),
+        None => format!("{article} {kind}"),
     };
     match why {
         Unread::NoCurve(reason) => {

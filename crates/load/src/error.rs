@@ -7,7 +7,7 @@ use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{LOOP_OF_LINKS, suggest};
 
 use crate::excerpt::plain;
-use crate::folder::models_in;
+use crate::folder::others_in;
 use crate::text::Text;
 
 /// Why there is no model.
@@ -76,7 +76,7 @@ fn instead(path: &Path) -> Option<String> {
     if !folder.is_dir() {
         return Some(format!("there is no folder `{}`", folder.display()));
     }
-    let there = models_in(folder);
+    let there = others_in(folder, path);
     let paths = there.iter().map(|name| parent.join(name).display().to_string());
     let paths: Vec<String> = paths.collect();
     let stem = |name: &str| Path::new(name).with_extension("");

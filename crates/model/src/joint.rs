@@ -126,6 +126,8 @@ pub enum JointKind {
         curves: [CurveId; 2],
         /// The tangents point the same way as both parameters rise, as those of a wheel in a ring do.
         is_same_way: bool,
+        /// True if the file states which way; else the initial values tell.
+        is_stated: bool,
         /// Where the curves roll: the lengths of both from two points that come together, m, as expressions of the
         /// parameters of the curves. `None` where they slide.
         arcs: Option<[Expr; 2]>,

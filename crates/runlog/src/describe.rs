@@ -10,7 +10,9 @@ mod uniqueness;
 
 pub use equations::equations;
 pub use events::{event_words, events};
-pub use parts::{coordinate_policy, joint_names, motion_coordinates, parts, redundant};
+pub use parts::{
+    coordinate_policy, joint_names, motion_coordinates, parts, redundant, without_bearing,
+};
 pub use run::{logged_summary, method_word, reason_words, sources, summary};
 pub use start::start;
 pub use uniqueness::{logged_uniqueness, uniqueness};

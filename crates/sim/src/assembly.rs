@@ -8,6 +8,7 @@ mod positions;
 mod scale;
 mod search;
 mod sequence;
+mod sides;
 mod turns;
 mod velocities;
 mod walk;
@@ -20,6 +21,7 @@ use bksim_expr::{Expr, SymbolId, Tape, TapeError};
 
 use self::equations::{Equations, Numbers, SlopeBuffers, WithSlopes};
 use self::scale::Units;
+pub(crate) use self::sides::take_sides;
 use crate::evaluator::Evaluator;
 use crate::start_error::Moved;
 use bksim_mbs::constraint::Source;

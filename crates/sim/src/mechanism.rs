@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::assembly::take_sides;
 use crate::compiled::{CompiledSystem, compile};
 use crate::coupling::check_couplings;
 use crate::fault::{diagnose_at_start, diagnose_start};
@@ -64,6 +65,7 @@ impl Mechanism {
         // Nor have controllers a part in them.
         model.held.clear();
         model.named_signals.clear();
+        take_sides(&mut model);
         let system = assemble_positions(&model);
         let faults = check_couplings(&model, &system).map_err(|e| uncompiled(&e))?;
         if !faults.is_empty() {
@@ -79,10 +81,11 @@ impl Mechanism {
     /// # Errors
     /// [`Rejected`] as [`Mechanism::derive`].
     pub fn derive_with(
-        model: Model,
+        mut model: Model,
         law: Option<Arc<Law>>,
         warnings: Vec<Diagnostic>,
     ) -> Result<Self, Rejected> {
+        take_sides(&mut model);
         let system = assemble(&model);
         let mut faults = check_inputs(&model, &system);
         faults.extend(check_couplings(&model, &system).map_err(|e| uncompiled(&e))?);

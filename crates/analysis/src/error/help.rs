@@ -252,6 +252,18 @@ impl AnalysisError {
                 "state one more position in `[initial]` for each that is left free, or name fewer parameters"
                     .to_owned(),
             ),
+            Self::ShortTable { least, .. } => (
+                codes::NO_MOTION,
+                format!("write {least} rows or more of a time and a value, such as `0.1,0.25`"),
+            ),
+            Self::TimesDescend { .. } => (
+                codes::NO_MOTION,
+                "sort the rows by time, and keep one row of each time".to_owned(),
+            ),
+            Self::BeyondTable { ends: [from, to], .. } => (
+                codes::BEYOND_TABLE,
+                format!("ask for `--times {from}:{to}:101`, or give the table rows up to there"),
+            ),
             Self::NoNumber { .. } => (
                 codes::NO_NUMBER,
                 "leave that place out, or keep the expression within bounds: `1/max(x, 1e-3)` in place of `1/x`"

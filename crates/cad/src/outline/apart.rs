@@ -77,14 +77,16 @@ pub fn doubled(strokes: &[Stroke], tolerance: f64) -> Vec<Doubled> {
     let tree = BoxTree::anywhere(&boxes);
     let mut found: Vec<Doubled> = Vec::new();
     let mut is_copy = vec![false; strokes.len()];
+    let is_sound: Vec<bool> = strokes.iter().map(|stroke| stroke.path.check().is_ok()).collect();
     for copy in 0..strokes.len() {
         let path = &strokes[copy].path;
-        if boxes[copy].diagonal() <= tolerance || path.check().is_err() {
+        if boxes[copy].diagonal() <= tolerance || !is_sound[copy] {
             continue;
         }
         let samples = samples(path);
         let mut near = Vec::new();
-        tree.meeting(&boxes[copy].grown(tolerance), |idx| near.push(idx));
+        // Most boxes that meet cannot hold a stroke on which all of this one is.
+        tree.covering(&Bounds::of(samples.iter().copied()), tolerance, |idx| near.push(idx));
         near.sort_unstable();
         let is_covered = |kept: &usize| {
             let other = &strokes[*kept].path;
@@ -94,7 +96,7 @@ pub fn doubled(strokes: &[Stroke], tolerance: f64) -> Vec<Doubled> {
             }
             *kept != copy
                 && !is_copy[*kept]
-                && other.check().is_ok()
+                && is_sound[*kept]
                 && is_along(other, &samples, tolerance)
                 // Of two that are equal, the later one is the copy.
                 && if path.is_closed {

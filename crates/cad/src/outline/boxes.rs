@@ -53,6 +53,21 @@ impl BoxTree {
         );
     }
 
+    /// Calls `visit` with the index of every box that, grown by `margin`, covers `query`.
+    pub(super) fn covering(&self, query: &Bounds, margin: f64, mut visit: impl FnMut(usize)) {
+        self.descend(
+            |bounds| {
+                let grown = bounds.grown(margin);
+                grown.contains(query.min) && grown.contains(query.max)
+            },
+            |part| {
+                if let Part::Leaf(i) = part {
+                    visit(i);
+                }
+            },
+        );
+    }
+
     /// Meets the boxes in order; where `enter` refuses a box, all in it are passed over at once.
     pub(super) fn descend(&self, enter: impl Fn(&Bounds) -> bool, mut visit: impl FnMut(Part)) {
         let n = self.nodes.len() / 2;

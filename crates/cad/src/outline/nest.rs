@@ -38,17 +38,23 @@ pub(super) fn nest_with_depths(
         let size = borders[*i].bounds.diagonal();
         areas[*i].is_nan() || areas[*i].abs() <= FLAT * size * size
     };
+    let met = |meeting: contact::Meeting| {
+        let [a, b] = meeting.loops.map(|i| closed[i].entities.first().copied().unwrap_or(0));
+        meeting.error([a, b])
+    };
     if let Some(i) = (0..closed.len()).find(is_flat) {
+        // Areas of either sense may add up to none: then it is the crossing that is wrong.
+        let meeting = contact::contacts(&borders, tolerance).err().map(met);
+        if let Some(crossing @ OutlineError::Crossing { .. }) = meeting {
+            return Err(crossing);
+        }
         let (at, entities) = (borders[i].start(), closed[i].entities.clone());
         return Err(OutlineError::NoArea { at, entities });
     }
     if closed.is_empty() {
         return Err(OutlineError::NoArea { at: [0.0; 2], entities: Vec::new() });
     }
-    let contacts = contact::contacts(&borders, tolerance).map_err(|meeting| {
-        let [a, b] = meeting.loops.map(|i| closed[i].entities.first().copied().unwrap_or(0));
-        meeting.error([a, b])
-    })?;
+    let contacts = contact::contacts(&borders, tolerance).map_err(met)?;
 
     let depths = depths(&borders, &contacts);
     let parts = closed.iter().zip(&areas).zip(&depths);

@@ -1,6 +1,8 @@
 //! Angles that look like degrees: numbers of more than a turn to which nobody gave a unit.
 
-use bksim_expr::{BinaryOperator, Syntax, SyntaxKind};
+use std::ops::Range;
+
+use bksim_expr::{BinaryOperator, ParseOptions, Syntax, SyntaxKind, parse};
 
 use super::codes;
 use super::names::Meaning;
@@ -18,6 +20,45 @@ const TURN: f64 = 2.0 * std::f64::consts::PI;
 /// True of a number that nobody writes for radians: of more than a turn, and whole or half.
 fn looks_like_degrees(value: f64) -> bool {
     value.abs() > TURN && (2.0 * value).fract() == 0.0
+}
+
+/// The number that is the amplitude of an angle in time and looks like degrees, and the names that are factors before it.
+fn amplitude(syntax: &Syntax) -> (Option<(f64, Range<usize>)>, Vec<String>) {
+    let mut names = Vec::new();
+    let mut pending: Vec<usize> = syntax.nodes.len().checked_sub(1).into_iter().collect();
+    while let Some(idx) = pending.pop() {
+        let node = &syntax.nodes[idx];
+        match &node.kind {
+            SyntaxKind::Binary {
+                operator: BinaryOperator::Add | BinaryOperator::Subtract | BinaryOperator::Multiply,
+                left,
+                right,
+                ..
+            } => pending.extend([*right, *left]),
+            SyntaxKind::Binary { operator: BinaryOperator::Divide, left, .. } => {
+                pending.push(*left);
+            }
+            SyntaxKind::Negate(operand) => pending.push(*operand),
+            SyntaxKind::Call { name, arguments, .. }
+                if ["if", "min", "max"].contains(&name.as_str()) =>
+            {
+                pending.extend(arguments.iter().skip(usize::from(name == "if")));
+            }
+            SyntaxKind::Number(number) if looks_like_degrees(number.to_f64()) => {
+                return (Some((number.to_f64(), node.span.clone())), names);
+            }
+            SyntaxKind::Name(name) => names.push(name.clone()),
+            _ => (),
+        }
+    }
+    (None, names)
+}
+
+/// The amplitude of an angle in time that looks like degrees, rad: 90 of `90*sin(2*t)`.
+pub fn amplitude_like_degrees(formula: &str) -> Option<f64> {
+    let syntax = parse(formula, &ParseOptions::default()).ok()?;
+    let is_wave = syntax.nodes.iter().any(|node| matches!(node.kind, SyntaxKind::Call { .. }));
+    amplitude(&syntax).0.map(|(value, _)| value).filter(|_| is_wave)
 }
 
 impl Reader<'_> {
@@ -75,43 +116,18 @@ impl Reader<'_> {
         if self.units.angle_stated {
             return;
         }
-        let mut pending: Vec<usize> = syntax.nodes.len().checked_sub(1).into_iter().collect();
-        while let Some(idx) = pending.pop() {
-            let node = &syntax.nodes[idx];
-            match &node.kind {
-                SyntaxKind::Binary {
-                    operator:
-                        BinaryOperator::Add | BinaryOperator::Subtract | BinaryOperator::Multiply,
-                    left,
-                    right,
-                    ..
-                } => pending.extend([*right, *left]),
-                SyntaxKind::Binary { operator: BinaryOperator::Divide, left, .. } => {
-                    pending.push(*left);
-                }
-                SyntaxKind::Negate(operand) => pending.push(*operand),
-                SyntaxKind::Call { name, arguments, .. }
-                    if ["if", "min", "max"].contains(&name.as_str()) =>
-                {
-                    let from = usize::from(name == "if");
-                    pending.extend(arguments.iter().skip(from));
-                }
-                SyntaxKind::Number(number) if looks_like_degrees(number.to_f64()) => {
-                    let value = short(number.to_f64());
-                    let help = format!("write `{value} deg`, or `{value} rad` if it is right");
-                    let location = quoted.span_of(&node.span);
-                    let amplitude = format!("{value} in {what}");
-                    return self.warn_of_degrees(&amplitude, number.to_f64(), location, help);
-                }
-                SyntaxKind::Name(name) => {
-                    let Some(Meaning::Parameter(idx)) = self.names.plain(name) else { continue };
-                    let known = self.parameters[idx].result.clone();
-                    if let Some(bare) = known.filter(|known| known.kind == Kind::Bare) {
-                        self.check_among_angles(&bare);
-                    }
-                }
-                _ => (),
+        let (number, names) = amplitude(syntax);
+        for name in names {
+            let Some(Meaning::Parameter(idx)) = self.names.plain(&name) else { continue };
+            let known = self.parameters[idx].result.clone();
+            if let Some(bare) = known.filter(|known| known.kind == Kind::Bare) {
+                self.check_among_angles(&bare);
             }
+        }
+        if let Some((value, span)) = number {
+            let shown = short(value);
+            let help = format!("write `{shown} deg`, or `{shown} rad` if it is right");
+            self.warn_of_degrees(&format!("{shown} in {what}"), value, quoted.span_of(&span), help);
         }
     }
 

@@ -21,8 +21,9 @@ use crate::load::LoadKind;
 use crate::message::short;
 use crate::model::{Model, Space};
 
-/// The largest radius of gyration over the reach of a body.
-const LARGEST_RADIUS: f64 = 10.0;
+/// The largest radius of gyration over the reach of a body: that of a disc all of whose points are within a tenth of its
+/// radius, √½/0.1. No ratio is impossible, for matter may be beyond the points.
+const LARGEST_RADIUS: f64 = 7.1;
 /// The least one of a body whose mass is between its points, and of one whose mass is at one of them: a bob.
 const LEAST_RADIUS: [f64; 2] = [1.0 / 50.0, 1.0 / 300.0];
 /// A centre of mass is at a point if it is within this part of the reach.

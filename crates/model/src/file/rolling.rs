@@ -20,6 +20,7 @@ impl Reader<'_> {
     /// A joint of type `curve-on-curve`.
     pub(super) fn curves_in_touch(&mut self, fields: &Fields<'_>) -> Option<JointKind> {
         let curves = ["curve", "second_curve"].map(|key| self.curve_of(fields, key));
+        let is_stated = fields.has("tangents");
         let is_same_way = match fields.get("tangents") {
             Some(node) => self.choice(node, &fields.what("tangents"), &TANGENTS),
             None => Some(false),
@@ -30,7 +31,12 @@ impl Reader<'_> {
             Some(together) => Some(self.arcs(fields, [first, second], together?)?),
             None => None,
         };
-        Some(JointKind::CurveOnCurve { curves: [first, second], is_same_way: is_same_way?, arcs })
+        Some(JointKind::CurveOnCurve {
+            curves: [first, second],
+            is_same_way: is_same_way?,
+            is_stated,
+            arcs,
+        })
     }
 
     /// A joint of type `rolling`: a disc, whose rim may be round, or a ball.

@@ -2,7 +2,9 @@
 
 use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::particle::particles;
-use bksim_model::{CoordinatePolicy, JointId, Space};
+use bksim_model::{
+    CoordinatePolicy, Coupling, CouplingKind, JointId, Measure, Model, MotionKind, Space,
+};
 use bksim_sim::mobility::{Mobility, freedoms_of_body, taken, turns};
 use bksim_sim::redundancy::{Condition, RepeatedCondition};
 use serde_json::{Value, json};
@@ -41,6 +43,25 @@ pub fn parts(mechanism: &Mechanism, found: &Mobility) -> Value {
         "count": count(mechanism, found),
         "redundant": redundant(mechanism, found),
     })
+}
+
+/// Relations between a turn and a slide, which stand for ropes or racks but load no bearing across their motions.
+pub fn without_bearing(model: &Model) -> Vec<&str> {
+    let moves = |relation, kind: MotionKind| {
+        model.signals.iter().any(|signal| match signal.measure {
+            Measure::JointPosition(joint, idx) => {
+                model.joints[joint.0].kind.motions().get(idx) == Some(&kind)
+                    && model.pool.depends_on(relation, signal.symbol)
+            }
+            _ => false,
+        })
+    };
+    let is_between = |coupling: &&Coupling| {
+        coupling.kind == CouplingKind::Relation
+            && moves(coupling.relation, MotionKind::Rotation)
+            && moves(coupling.relation, MotionKind::Translation)
+    };
+    model.couplings.iter().filter(is_between).map(|coupling| coupling.name.as_str()).collect()
 }
 
 /// The conditions that follow from others, by joint and direction, and what they follow from.

@@ -1,6 +1,7 @@
 //! Faults of positions: loops that do not close, drives out of reach, stated values that exclude
 //! each other.
 
+use super::guesses::written;
 use super::reach::{Short, Span, in_words, reach_of_others, shortest_loop, spans, unit, value};
 use super::words::{
     anchor_name, bodies_of, drive_position, drive_value, name, position_of, unit_of,
@@ -12,7 +13,7 @@ use crate::start::{Conflict, Gap};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Code, Diagnostic};
 use bksim_model::message::{listed, short};
-use bksim_model::{Drive, JointId, JointKind, Measure, Model, Space};
+use bksim_model::{Drive, JointId, JointKind, Measure, Model, Parameter, Space};
 
 /// Three digits: what a search for the edge of a reach is good for.
 pub(super) fn estimate(value: f64) -> String {
@@ -349,7 +350,10 @@ pub(super) fn stated_positions(
     if let Some(fault) = special.or_else(|| pole::stated(model, conflicts)) {
         return fault;
     }
-    let fault = conflict(model, conflicts, codes::STATED_POSITIONS, "positions");
+    let mut fault = conflict(model, conflicts, codes::STATED_POSITIONS, "positions");
+    if let Some(help) = &mut fault.help {
+        help.push_str(&length_that_closes(model, system));
+    }
     let stated = |joint: JointId| {
         let own = |c: &&Conflict| {
             model.initial[c.initial_idx].measure == Measure::JointPosition(joint, 0)
@@ -370,6 +374,19 @@ pub(super) fn stated_positions(
         _ => None,
     });
     with_drives(model, fault, &of_loop.flatten().collect::<Vec<_>>())
+}
+
+/// The command that finds a length with which all that is stated holds, in words that go on.
+fn length_that_closes(model: &Model, system: &SymbolicSystem) -> String {
+    let is_length = |p: &&Parameter| {
+        let mut rows = system.constraints.iter();
+        p.unit == "m" && rows.any(|row| model.pool.depends_on(row.expression, p.symbol))
+    };
+    let Some(length) = model.parameters.iter().rfind(is_length) else { return String::new() };
+    format!(
+        "; or take the value of `{0}` with which all that is stated holds: `bksim kinematics MODEL --solve {0}` finds it",
+        length.name
+    )
 }
 
 /// Stated values that exclude each other, each with what the others allow.
@@ -439,7 +456,7 @@ pub(super) fn conflict(
             format!("with {}, ", others.join(" and "))
         };
         fault = fault
-            .note(format!("{given}`{}` would be {} {}", initial(c).name, short(value), unit(c)))
+            .note(format!("{given}`{}` would be {}", initial(c).name, written(value, unit(c))))
             .help(format!(
                 "remove `{}`, or write it as a guess: `guess = {{ … }}`",
                 initial(c).name

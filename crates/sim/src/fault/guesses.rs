@@ -127,7 +127,7 @@ fn ambiguous(
 }
 
 /// A value with its unit; an angle in degrees, too.
-fn written(value: f64, unit: &str) -> String {
+pub(super) fn written(value: f64, unit: &str) -> String {
     match unit {
         "rad" => format!("{} rad ({}°)", short(value), short(value.to_degrees())),
         "" => short(value),

@@ -32,7 +32,7 @@ pub fn diagnose_slowness(
         short(*steps_left)
     );
     let fault = Diagnostic::warning(codes::SLOW, message);
-    let fault = with_reasons(fault, system, compiled, parameters, slowness);
+    let fault = with_reasons(fault, (model, system), compiled, parameters, slowness);
     match model.solve.spans.iter().find(|(key, _)| key == "t_end") {
         Some((_, span)) => fault.at(span.clone(), "the run is to reach this time"),
         None => fault,
@@ -42,7 +42,7 @@ pub fn diagnose_slowness(
 /// Adds why the steps are small, and what to do about it.
 pub(super) fn with_reasons(
     fault: Diagnostic,
-    system: &SymbolicSystem,
+    (model, system): (&Model, &SymbolicSystem),
     compiled: &CompiledSystem,
     parameters: &[f64],
     slowness: &Slowness,
@@ -99,7 +99,15 @@ pub(super) fn with_reasons(
             .note(format!("`{}` is {} {unit} there", coordinates[i].rate_name, short(v[i])))
             .help("look for a speed, force or length in a wrong unit, or end the run much sooner");
     }
-    fault.help(
-        "soften very stiff springs or take them as rigid, loosen `rtol`, or let a fixed `step` pass over the oscillation",
-    )
+    // An oscillation that is small against what moves with it is followed for the absolute tolerance.
+    let options = &model.solve;
+    let is_small = |&i: &usize| options.rtol * q[i].abs().max(v[i].abs()) < 100.0 * options.atol;
+    let tolerance = if worst.iter().any(is_small) {
+        format!("`atol = {:e}`", 1e2 * options.atol)
+    } else {
+        format!("`rtol = {:e}`", 1e2 * options.rtol)
+    };
+    fault.help(format!(
+        "soften very stiff springs or take them as rigid, write {tolerance} in `[solve]`, or let a fixed `step` pass over the oscillation"
+    ))
 }

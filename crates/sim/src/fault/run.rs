@@ -102,7 +102,7 @@ pub fn diagnose_run(
             (Some(SolveError::TooManySteps { .. }), Some(slowness))
                 if model.solve.step.is_none() =>
             {
-                with_reasons(fault, system, compiled, parameters, slowness)
+                with_reasons(fault, (model, system), compiled, parameters, slowness)
             }
             _ => fault,
         };

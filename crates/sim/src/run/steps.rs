@@ -105,8 +105,9 @@ impl<'a> Run<'a> {
     /// The rows to be inactive from here on, where others than the active ones hold the motion better.
     fn other_rows(&mut self, multipliers: &MultiplierSystem) -> Option<Vec<usize>> {
         let Self { mechanism, reached, .. } = self;
-        let switches = !mechanism.compiled().indicators.is_empty();
-        let has_choice = !mechanism.inactive.is_empty() && !switches;
+        // Rows of closed contacts bear what their modes ask for: none is exchanged. Those of open ones are zero.
+        let is_closed = mechanism.modes_now().contacts.iter().any(|mode| mode.is_active());
+        let has_choice = !mechanism.inactive.is_empty() && !is_closed;
         if !has_choice || multipliers.rank_margin() >= NOTICEABLE {
             return None;
         }

@@ -10,7 +10,9 @@ use bksim::analysis::{
 };
 use bksim::log::export::to_csv_as;
 use bksim::log::{LogReader, Selection};
+use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{Limits, Source, WrittenUnit, suggest};
+use bksim::model::message::short;
 use bksim::model::{Measure, Model};
 use serde_json::{Value, json};
 
@@ -40,7 +42,7 @@ pub fn run(
     for path in args.motion.iter().filter_map(|(_, motion)| motion.strip_prefix('@')) {
         refuse_input(&args.table, Path::new(path))?;
     }
-    let (source, mut model, warnings, file) =
+    let (source, mut model, mut warnings, file) =
         asked_drawn(&args.model, &args.table, draw.is_some(), || load(&args.model, nesting))?
             .parts();
     let name = model.name.clone();
@@ -55,11 +57,12 @@ pub fn run(
         .map(|motion| read_motion((&source, &written), &model, motion, args.smoothing))
         .collect::<Result<_, _>>()?;
     let mut times = times(&model, args.times.as_deref()).map_err(&failed)?;
-    // A log has times of its own.
+    // A log or a table has times of its own.
     for logged in motions.iter().filter_map(|given| given.times.filter(|_| args.times.is_none())) {
         keep_within(&mut times, &logged);
     }
     let motions: Vec<Motion> = motions.into_iter().map(|given| given.motion).collect();
+    warnings.extend(motions.iter().filter_map(like_degrees));
     let actuators = Actuators {
         named: args.actuator.clone(),
         limits: limits(&args.limit).map_err(&failed)?,
@@ -70,6 +73,19 @@ pub fn run(
     let what = "efforts over speeds".to_owned();
     let picture = draw.map(|draw| Ok::<_, Failure>((draw(&name, &found)?, what))).transpose()?;
     Asked::drawn(&source, &warnings, (file, picture), told(&name, &found), as_json)
+}
+
+/// The warning of a motion whose amplitude looks like degrees.
+fn like_degrees(motion: &Motion) -> Option<Diagnostic> {
+    let value = motion.amplitude?;
+    let turns = value / std::f64::consts::TAU;
+    let name = &motion.name;
+    let message = format!("{value} in the motion of `{name}` is {value} rad = {turns:.1} turns");
+    let fault = Diagnostic::warning(bksim::model::file::code::LOOKS_LIKE_DEGREES, message);
+    Some(fault.help(format!(
+        "write `{}*…` in place of `{value}*…`, or `{value} rad` and a unit of each rate if it is right",
+        short(value.to_radians())
+    )))
 }
 
 /// Limits of efforts, each by name and size.
@@ -253,7 +269,7 @@ fn duty_json(duty: &Duty) -> Value {
     })
 }
 
-/// A motion, and where it is known in a log alone its first and last time.
+/// A motion, and of a log or a table its first and last time.
 struct Given {
     motion: Motion,
     times: Option<[f64; 2]>,
@@ -296,7 +312,9 @@ fn read_motion(
     let columns = motion_columns(path, &text, &names)?;
     let (times, values) =
         read_pairs((path, &text), columns, ["time", "value"], ["s", measure.unit(model)])?;
-    Motion::spline(model, name, &times, &values, smoothing).map(given).map_err(failed(source))
+    let ends = times.first().zip(times.last()).map(|(first, last)| [*first, *last]);
+    let motion = Motion::spline(model, name, &times, &values, smoothing);
+    motion.map(|motion| Given { motion, times: ends }).map_err(failed(source))
 }
 
 /// The content of a table.
@@ -406,7 +424,8 @@ fn read_pairs(
             _ if line.trim().is_empty() => {}
             _ => {
                 let [a, b] = what;
-                let what = format!("line {} holds no {a} and {b}", number + 1);
+                let read = line.trim();
+                let what = format!("line {} holds no {a} and {b}: `{read}`", number + 1);
                 return Err(bad(what, "write lines such as `0.1,0.25`"));
             }
         }

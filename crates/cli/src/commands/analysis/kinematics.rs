@@ -183,7 +183,9 @@ pub fn told_range(name: &str, found: Kinematics, as_json: bool) -> Answer {
 /// The answer about a model of this name: the values with which its start closes.
 pub fn told_closing(name: &str, found: &Closing) -> Answer {
     let rows = found.values.iter().map(|(column, value, own)| {
-        vec![column.name.clone(), shown(*value, &column.unit), shown(*own, &column.unit)]
+        // All digits: with fewer the start would not close.
+        let closes = format!("{value} {}", column.unit).trim_end().to_owned();
+        vec![column.name.clone(), closes, shown(*own, &column.unit)]
     });
     let text = format!(
         "{name}: closes at the values that it states\n\n{}",

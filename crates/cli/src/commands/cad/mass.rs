@@ -1,5 +1,6 @@
 //! `bksim cad mass`: areas, centres of mass and moments of inertia.
 
+use bksim::analysis::quantity;
 use bksim::cad::compose::{BodyReport, MassSource};
 use bksim::model::file::{Source, read};
 use bksim::model::{Inertia, Model};
@@ -33,6 +34,12 @@ pub(super) fn run(args: &Mass, as_json: bool) -> Result<Status, Failure> {
     let model = read(&Source::new(&composition.text, "drawing")).model;
     // So do the bodies by themselves, where joints are missing.
     let model = model.or_else(|| read(&Source::new(&composition.weighed, "drawing")).model);
+    let is_unweighed = |body: &&&BodyReport| {
+        body.source == MassSource::Computed && weight(&body.name, model.as_ref()).is_none()
+    };
+    if bodies.iter().any(|body| is_unweighed(&body)) {
+        plate_in_units(plate)?;
+    }
     if as_json {
         let rows: Vec<Value> =
             bodies.iter().map(|body| describe(body, &parts, model.as_ref())).collect();
@@ -49,6 +56,21 @@ pub(super) fn run(args: &Mass, as_json: bool) -> Result<Status, Failure> {
         output::text(&reports.join("\n"))?;
     }
     Ok(Status::Done)
+}
+
+/// Refuses a density or a thickness of another dimension, or without unit.
+fn plate_in_units(plate: [Option<&str>; 2]) -> Result<(), Failure> {
+    let meant = [("--density", "kg/m^3", "7850 kg/m^3"), ("--thickness", "m", "5 mm")];
+    for (text, (option, unit, example)) in plate.into_iter().zip(meant) {
+        let Some(text) = text else { continue };
+        let is_bare = text.trim().parse::<f64>().is_ok();
+        if is_bare || quantity(text, unit).is_err() {
+            let message = format!("`{option}` takes a value in {unit}, found `{text}`");
+            let help = Some(format!("write for example `{option} \"{example}\"`"));
+            return Err(Failure::Usage { message, help });
+        }
+    }
+    Ok(())
 }
 
 /// Mass, kg, and moment of inertia about the centre of mass, kg m², of a body of the model.

@@ -91,6 +91,14 @@ impl Report<'_> {
             let both = [kept("position", position), kept("velocity", velocity)];
             rows.push(("constraints", both.join(", ")));
         }
+        let relations = describe::without_bearing(model);
+        if !relations.is_empty() {
+            let names = some_of(&relations);
+            rows.push((
+                "relations",
+                format!("{names} load no bearing, as a `rope` or `rack` does"),
+            ));
+        }
         rows.extend(self.singular_poses().map(|told| ("singular", told)));
         let changes = describe::uniqueness(self.mechanism, &self.summary.uniqueness);
         rows.extend(not_unique(&changes).into_iter().map(|told| ("not unique", told)));
