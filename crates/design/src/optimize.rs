@@ -3,6 +3,7 @@
 mod case;
 mod choices;
 mod front;
+mod peaks;
 mod search;
 
 use std::collections::BTreeMap;
@@ -16,6 +17,7 @@ use crate::error::DesignError;
 use crate::poses::Poses;
 use crate::spec::{Written, located, ranges_of, section, stated_ranges};
 use case::driven;
+use peaks::{parts_of, peaks, sides, windowed, windows};
 use search::Search;
 
 /// Load case by its name: values of parameters, each by its name, as written.
@@ -346,7 +348,8 @@ fn continuous(
     let ranges = ranges(source, wish, is_geometry)?;
 
     // Functions: parts of the objective, equations, other conditions.
-    let (parts, is_squared) = parts_of(goal, objective);
+    let windows = windows(source, over)?;
+    let (parts, is_squared) = parts_of(goal, objective, &windows);
     let mut rows: Vec<Row> = parts
         .iter()
         .map(|(sign, text)| Row { text: text.clone(), sign: *sign, condition: None })
@@ -369,9 +372,12 @@ fn continuous(
         }
         // The side that is to be the smaller one, in smooth parts.
         let (small, large) = if relation == "<=" { (left, right) } else { (right, left) };
-        for (sign, small) in peaks(small) {
+        for (sign, small) in peaks(small, &windows) {
             let sign = if sign < 0.0 { "-" } else { "" };
-            others.push(Row { text: format!("({large}) - {sign}({small})"), sign: 1.0, condition });
+            for large in windowed(-1.0, large, &windows) {
+                let text = format!("({large}) - {sign}({small})");
+                others.push(Row { text, sign: 1.0, condition });
+            }
         }
     }
     let n_equal = rows.len() - n_parts;
@@ -433,53 +439,4 @@ fn ranges(
         Ok(Range { stated, from: from.value, to: to.value, unit })
     };
     stated.into_iter().zip(&wish.vary).map(range).collect()
-}
-
-/// The two sides of a condition and its sign.
-fn sides(text: &str) -> Option<(&str, &str, &str)> {
-    let found = ["<=", ">=", "=="].into_iter().find_map(|sign| {
-        let (left, right) = text.split_once(sign)?;
-        Some((left.trim(), sign, right.trim()))
-    })?;
-    (!found.0.is_empty() && !found.2.is_empty()).then_some(found)
-}
-
-/// Text in the parentheses of a call of `name` that is all of the text.
-fn inside<'t>(text: &'t str, name: &str) -> Option<&'t str> {
-    let rest = text.trim().strip_prefix(name)?.trim_start().strip_prefix('(')?;
-    let mut depth = 1;
-    for (at, c) in rest.char_indices() {
-        match c {
-            '(' => depth += 1,
-            ')' => depth -= 1,
-            _ => (),
-        }
-        if depth == 0 {
-            return (at + 1 == rest.len()).then(|| rest[..at].trim());
-        }
-    }
-    None
-}
-
-/// Texts whose largest value, each times its sign, is that of the text: the peak of a magnitude is that of either side.
-fn peaks(text: &str) -> Vec<(f64, String)> {
-    if let Some(of) = inside(text, "max").and_then(|of| inside(of, "abs")) {
-        return vec![(1.0, format!("max({of})")), (-1.0, format!("min({of})"))];
-    }
-    if let Some(of) = inside(text, "abs") {
-        return vec![(1.0, of.to_owned()), (-1.0, of.to_owned())];
-    }
-    vec![(1.0, text.to_owned())]
-}
-
-/// The smooth parts of an objective, the largest of which is least; true where these are of its square.
-fn parts_of(goal: &str, objective: &str) -> (Vec<(f64, String)>, bool) {
-    if goal == "maximize" {
-        return (vec![(-1.0, objective.to_owned())], false);
-    }
-    // The square of a root of squares is smooth where it vanishes.
-    if inside(objective, "rms").is_some() {
-        return (vec![(1.0, format!("({objective})^2"))], true);
-    }
-    (peaks(objective), false)
 }

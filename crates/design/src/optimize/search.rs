@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use super::peaks::ABSENT;
 use super::{
     Case, Condition, ConditionAt, EndOfStart, NamedCase, OptimizeWish, Optimized, Optimum, Range,
     Row,
@@ -53,8 +54,9 @@ impl Search<'_> {
             values.iter().flat_map(of_case).collect()
         };
         let at = |k: usize| {
-            let values: Vec<&Vec<f64>> =
-                by_case.iter().map(|case| case[k].as_ref()).collect::<Option<_>>()?;
+            let values = by_case.iter().map(|case| Some(self.filled(case[k].as_ref()?)));
+            let values = values.collect::<Option<Vec<Vec<f64>>>>()?;
+            let values: Vec<&Vec<f64>> = values.iter().collect();
             let mut all = of_kind(&values, 0..self.n_parts);
             all.extend(of_kind(&values, self.n_parts..self.n_parts + self.n_equal));
             all.extend(of_kind(&values, self.n_parts + self.n_equal..n));
@@ -62,6 +64,30 @@ impl Search<'_> {
             Some(all)
         };
         (0..points.len()).map(at).collect()
+    }
+
+    /// Values with those of the least tight window in place of windows without samples.
+    fn filled(&self, values: &[f64]) -> Vec<f64> {
+        let is_absent = |k: &usize| values[*k].abs() > 0.5 * ABSENT;
+        let looseness = |k: &usize| {
+            // Goals are to be small, conditions large.
+            let sign = if self.rows[*k].condition.is_none() { -1.0 } else { 1.0 };
+            sign * self.rows[*k].sign * values[*k]
+        };
+        let value = |k: usize| {
+            if k >= self.rows.len() || !is_absent(&k) {
+                return values[k];
+            }
+            let is_alike = |other: &usize| {
+                let [own, other] = [k, *other].map(|row| &self.rows[row]);
+                own.condition == other.condition && own.sign == other.sign
+            };
+            let others = (0..self.rows.len()).filter(|k| !is_absent(k)).filter(is_alike);
+            others
+                .max_by(|a, b| looseness(a).total_cmp(&looseness(b)))
+                .map_or(values[k], |k| values[k])
+        };
+        (0..values.len()).map(value).collect()
     }
 
     /// The row and the case of every function.

@@ -380,3 +380,73 @@ fn ranges_of_the_model_are_what_varies() {
     let fault = of(&format!("{goal}vary = [\"L0\"]\n{ranges}")).expect_err("no range");
     assert!(fault.to_string().contains("no range of"), "{fault}");
 }
+
+#[test]
+fn the_best_transmission_of_a_wiper_is_where_two_poses_are_alike() {
+    let text = r#"
+[parameters]
+a = "60 mm"
+b = "300 mm"
+c = "100 mm"
+[ground]
+points = { A = [0, 0], D = ["300 mm", 0] }
+[bodies.crank]
+points = { A = [0, 0], B = ["a", 0] }
+[bodies.coupler]
+points = { B = [0, 0], C = ["b", 0] }
+[bodies.rocker]
+points = { D = [0, 0], C = ["c", 0] }
+[joints]
+A = { type = "revolute", between = ["ground.A", "crank.A"] }
+B = { type = "revolute", between = ["crank.B", "coupler.B"] }
+C = { type = "revolute", between = ["coupler.C", "rocker.C"] }
+D = { type = "revolute", between = ["ground.D", "rocker.D"] }
+[initial]
+A = { angle = "40 deg" }
+D = { guess = { angle = "85 deg" } }
+[optimize]
+maximize = "min(abs(sin(rocker.angle - coupler.angle)))"
+over = "A.angle=0:360 deg:361"
+vary = { a = ["20 mm", "100 mm"], b = ["150 mm", "400 mm"], c = ["60 mm", "200 mm"] }
+subject_to = ["max(state.D_angle) - min(state.D_angle) == 90 deg"]
+"#;
+    let found = solved(text);
+    assert!(found.converged, "{found:?}");
+    // Crank over rocker is sin 45°, d² + a² = b² + c²: the transmission is alike in both poses with the crank along the ground.
+    let (c, d) = (0.06_f64, 0.3_f64);
+    let a = c * 0.5_f64.sqrt();
+    let b = (d * d + a * a - c * c).sqrt();
+    let cosine = (b * b + c * c - (d - a).powi(2)) / (2.0 * b * c);
+    for (name, expected) in [("a", a), ("b", b), ("c", c)] {
+        is_close(value(&found, name), expected, 1e-4);
+    }
+    is_close(found.after, (1.0 - cosine * cosine).sqrt(), 1e-5);
+}
+
+#[test]
+fn peaks_at_different_times_are_alike_where_the_largest_is_least() {
+    // Of x = p sin t + q sin 3t over half a turn, with p = 1 and q free, the peak is least at q = 1/6: √3/2.
+    let text = r#"
+[parameters]
+q = "0.05 m"
+[bodies.block]
+mass = "1 kg"
+[joints.guide]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+[drives.motor]
+joint = "guide"
+motion = "1 m*sin(t*(1 rad/s)) + q*sin(3*t*(1 rad/s))"
+[solve]
+t_end = "3.141592653589793 s"
+every = "1 ms"
+[optimize]
+minimize = "max(block.x)"
+vary = { q = ["0 m", "0.5 m"] }
+"#;
+    let found = solved(text);
+    is_close(value(&found, "q"), 1.0 / 6.0, 2e-4);
+    is_close(found.after, 0.75_f64.sqrt(), 1e-6);
+    assert!(found.converged, "{found:?}");
+}
