@@ -34,5 +34,6 @@ pub use optimize::{
 };
 pub use synthesis::{Candidate, Synthesis, general_solutions, synthesize};
 pub use tolerance::{
-    Band, Contributor, PathBand, PoseTolerance, Tolerance, ToleranceWish, tolerance,
+    Band, Cheapest, CheapestPart, Contributor, Kept, PathBand, PoseTolerance, Tolerance,
+    ToleranceWish, tolerance,
 };

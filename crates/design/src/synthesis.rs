@@ -1,7 +1,8 @@
-//! Linkages from what they are to do: functions, poses, paths, cognates, quick returns, straight lines.
+//! Linkages from what they are to do: functions, poses, paths, cognates, quick returns, straight lines, dwells.
 //!
 //! Each task is a table `[synthesize]`; each linkage that is found is checked and is the text of a model that solves.
 
+mod dwell;
 mod four_bar;
 mod function;
 mod lines;
@@ -62,9 +63,10 @@ enum Task {
     Cognates(four_bar::CognateWish),
     QuickReturn(quick_return::Wish),
     StraightLine(lines::Wish),
+    Dwell(dwell::Wish),
 }
 
-const EXAMPLE: &str = "write a table `[synthesize]` with `task = \"function\"`, `\"poses\"`, `\"path\"`, `\"cognates\"`, `\"quick_return\"` or `\"straight_line\"`; docs/design.md has the keys of each";
+const EXAMPLE: &str = "write a table `[synthesize]` with `task = \"function\"`, `\"poses\"`, `\"path\"`, `\"cognates\"`, `\"quick_return\"`, `\"straight_line\"` or `\"dwell\"`; docs/design.md has the keys of each";
 
 /// Does the task of a text.
 ///
@@ -86,6 +88,7 @@ pub fn synthesize(text: &str) -> Result<Synthesis, DesignError> {
         Task::Cognates(wish) => four_bar::cognates(&wish),
         Task::QuickReturn(wish) => quick_return::solve(&wish),
         Task::StraightLine(wish) => lines::solve(&wish),
+        Task::Dwell(wish) => dwell::solve(&wish),
     }
 }
 

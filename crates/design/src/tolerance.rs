@@ -7,6 +7,8 @@
 //! samples              each followed from the nominal pose; what does not assemble is counted
 //! ```
 
+mod cheapest;
+mod extreme;
 mod fits;
 mod job;
 mod parts;
@@ -23,10 +25,11 @@ use serde::{Deserialize, Serialize};
 use crate::base::{Source, Watch};
 use crate::codes;
 use crate::error::DesignError;
-use crate::formula::formula;
+use crate::formula::{Formula, formula};
 use crate::interval::Steps;
 use crate::poses::Poses;
 use crate::spec::{Written, located, section};
+pub use cheapest::{Cheapest, CheapestPart, Kept};
 use parts::{Part, Spread, limits_of};
 use play::Play;
 
@@ -47,6 +50,12 @@ pub struct ToleranceWish {
     pub samples: Option<u64>,
     /// Other samples for each seed.
     pub seed: Option<u64>,
+    /// Results with the limits that they are to keep: those of the parts follow, as the cheapest that do.
+    pub keep: Vec<(String, String)>,
+    /// Parts whose limits follow, with what a limit of one unit of SI costs; all with 1 unless given.
+    pub weights: Vec<(String, String)>,
+    /// `worst` or `squares`: how the limits of parts add up; the worst case unless given.
+    pub by: Option<String>,
 }
 
 /// A limit alone, or with its distribution.
@@ -79,6 +88,11 @@ struct Section {
     distribution: Option<String>,
     samples: Option<u64>,
     seed: Option<u64>,
+    #[serde(default)]
+    keep: BTreeMap<String, String>,
+    #[serde(default)]
+    weights: BTreeMap<String, Written>,
+    by: Option<String>,
 }
 
 const EXAMPLE: &str =
@@ -109,6 +123,9 @@ impl ToleranceWish {
             distribution: found.distribution,
             samples: found.samples,
             seed: found.seed,
+            keep: found.keep.into_iter().collect(),
+            weights: found.weights.into_iter().map(|(name, w)| (name, w.text())).collect(),
+            by: found.by,
         })
     }
 }
@@ -176,6 +193,9 @@ pub struct Band {
 pub struct PoseTolerance {
     /// Prescribed measures and their values, SI.
     pub at: BTreeMap<String, f64>,
+    /// The range whose greatest and least values these are, in place of a pose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub over: Option<String>,
     /// Whether all parts within the limits assemble; `None` where that is not proved.
     pub assembles: Option<bool>,
     /// Part of the samples that do not assemble, with its standard error.
@@ -210,13 +230,32 @@ pub struct Tolerance {
     pub samples: u64,
     /// True if it was stopped before the samples were done.
     pub stopped: bool,
+    /// The cheapest limits, where results are to keep theirs; the poses are then with these.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cheapest: Option<Cheapest>,
+    /// The text of the model with the cheapest limits.
+    #[serde(skip)]
+    pub model: Option<String>,
 }
 
-/// Finds what limits do to the results of a model.
+/// Finds what limits do to the results of a model, or the cheapest limits with which results keep theirs.
 ///
 /// # Errors
 /// [`DesignError`] for what cannot be read, and poses that are not reached.
 pub fn tolerance(
+    source: &Source,
+    wish: &ToleranceWish,
+    watch: Watch<'_>,
+) -> Result<Tolerance, DesignError> {
+    if wish.keep.is_empty() {
+        banded(source, wish, watch)
+    } else {
+        cheapest::allocated(source, wish, watch)
+    }
+}
+
+/// The bands of all results at the limits of the question.
+fn banded(
     source: &Source,
     wish: &ToleranceWish,
     watch: Watch<'_>,
@@ -251,7 +290,7 @@ pub fn tolerance(
             let message = format!("`{text}` is no limit of `{name}`");
             let unit = if stated.unit == "m" { "mm" } else { &stated.unit };
             let letters = if stated.unit == "m" {
-                ", or of a size up to 500 mm letters such as `H7` and `g6`: d to h, js, k, m, n, p, D to H, JS, with 5 to 13"
+                ", or of a size up to 500 mm letters such as `H7`, `g6` or `ZC9`, with the grades 1 to 18"
             } else {
                 ""
             };
@@ -287,7 +326,9 @@ pub fn tolerance(
         let read = formula(text, model, Some(&mechanism.system), &[]);
         read.map_err(|fault| located(fault, &source.text, text))
     };
-    let results = wish.of.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let (over, plain): (Vec<&String>, Vec<&String>) =
+        wish.of.iter().partition(|text| extreme::parts_of(text).is_some());
+    let results = plain.iter().map(|text| read(text)).collect::<Result<Vec<_>, _>>()?;
     let drives = wish.at.iter().map(|(name, values)| Drive::parse(model, name, values));
     let drives = drives.collect::<Result<Vec<Drive>, _>>()?;
     let prescribed: Vec<_> =
@@ -298,18 +339,19 @@ pub fn tolerance(
     let default = (100_000 / n_at as u64).max(2000);
     let n_samples = wish.samples.unwrap_or(default);
 
+    let parameters = |point: &[f64]| {
+        let (of_parts, of_plays) = point.split_at(parts.len());
+        let mut parameters = study.parameters_at(of_parts)?;
+        parameters.extend(of_plays);
+        Some(parameters)
+    };
     let mut job = Job {
         poses: &poses,
         parts: &parts,
         steps: steps(&mechanism, &poses),
         plays: &plays,
-        parameters: &|point: &[f64]| {
-            let (of_parts, of_plays) = point.split_at(parts.len());
-            let mut parameters = study.parameters_at(of_parts)?;
-            parameters.extend(of_plays);
-            Some(parameters)
-        },
-        paths: if drives.is_empty() { Vec::new() } else { paths_of(&wish.of) },
+        parameters: &parameters,
+        paths: if drives.is_empty() { Vec::new() } else { paths_of(&plain) },
         n_outputs: outputs.len(),
         seed: wish.seed.unwrap_or(0),
         watch,
@@ -318,6 +360,7 @@ pub fn tolerance(
     let mut solver = poses.solver();
     let mut pose = poses.start.clone();
     let mut found = Vec::new();
+    let n_at = if plain.is_empty() { 0 } else { n_at };
     for k in 0..n_at {
         let u: Vec<f64> =
             drives.iter().map(|drive| drive.range.values()[k.min(drive.range.n - 1)]).collect();
@@ -334,9 +377,9 @@ pub fn tolerance(
             bands => bands?,
         };
         for (path, &k) in bands.paths.iter_mut().zip(&job.paths) {
-            wish.of[k].trim().trim_end_matches(".x").clone_into(&mut path.of);
+            plain[k].trim().trim_end_matches(".x").clone_into(&mut path.of);
         }
-        for (band, (text, result)) in bands.bands.iter_mut().zip(wish.of.iter().zip(&results)) {
+        for (band, (text, result)) in bands.bands.iter_mut().zip(plain.iter().zip(&results)) {
             band.of.clone_from(text);
             band.unit.clone_from(&result.unit);
         }
@@ -346,13 +389,81 @@ pub fn tolerance(
             break;
         }
     }
-    Ok(Tolerance { poses: found, samples: n_samples, stopped: (watch.stop)() })
+    if !over.is_empty() && !((watch.stop)() && !found.is_empty()) {
+        let job = Job { paths: Vec::new(), ..job };
+        found.push(ranged(&mechanism, job, (&over, wish), (&read, source))?);
+    }
+    Ok(Tolerance {
+        poses: found,
+        samples: n_samples,
+        stopped: (watch.stop)(),
+        cheapest: None,
+        model: None,
+    })
+}
+
+/// Reads a formula of a result.
+type Reader<'a> = dyn Fn(&String) -> Result<Formula, DesignError> + 'a;
+
+/// Greatest and least values over the range of the question.
+fn ranged(
+    mechanism: &Mechanism,
+    job: Job<'_>,
+    (of, wish): (&[&String], &ToleranceWish),
+    (read, source): (&Reader<'_>, &Source),
+) -> Result<PoseTolerance, DesignError> {
+    /// Samples unless their number is given: each finds its poses anew.
+    const N_SAMPLES: u64 = 10_000;
+    let [(name, values)] = wish.at.as_slice() else {
+        let message = format!("`{}` is of the range of one measure", of[0]);
+        let help = "say over which: `at = { \"A.angle\" = \"0:360 deg:181\" }`";
+        let fault = DesignError::fault(codes::NOTHING_ASKED, message, help);
+        return Err(located(fault, &source.text, of[0]));
+    };
+    let over = format!("{}={}", name.trim(), values.trim());
+    let drive = Drive::parse(&mechanism.model, name, values)?;
+    if drive.range.n < 3 {
+        let message = format!("`{over}` is no range in which `{}` can be", of[0]);
+        let help = "give both ends and the number of poses: `\"0:360 deg:181\"`";
+        return Err(located(
+            DesignError::fault(codes::BAD_QUESTION, message, help),
+            &source.text,
+            values,
+        ));
+    }
+    let parts: Vec<(&str, Vec<(f64, f64)>)> =
+        of.iter().filter_map(|text| extreme::parts_of(text)).collect();
+    let results =
+        parts.iter().map(|(text, _)| read(&(*text).to_owned())).collect::<Result<Vec<_>, _>>()?;
+    let outputs: Vec<Expr> = results.iter().map(|result| result.expr).collect();
+    let poses = Poses::new(mechanism, &[(drive.name.clone(), drive.measure)], &outputs, &[])?;
+    let mut solver = poses.solver();
+    let mut extremes = Vec::new();
+    for (k, (_, parts)) in parts.iter().enumerate() {
+        let one = |(sign, factor): &(f64, f64)| {
+            extreme::greatest(&mut solver, &poses.start, &drive, (k, *sign, *factor))
+        };
+        let own: Option<Vec<_>> = parts.iter().map(one).collect();
+        extremes.push(own.ok_or_else(|| {
+            let message = format!("the mechanism does not go through `{over}` from the start");
+            let help = "choose a range that it can go through: `bksim kinematics MODEL --limits`";
+            located(DesignError::fault(codes::NOT_ASSEMBLED, message, help), &source.text, values)
+        })?);
+    }
+    let job = Job { poses: &poses, steps: None, n_outputs: outputs.len(), ..job };
+    let n_samples = wish.samples.unwrap_or(N_SAMPLES);
+    let mut found = job.ranged(&over, &extremes, n_samples)?;
+    for (band, (text, result)) in found.bands.iter_mut().zip(of.iter().zip(&results)) {
+        band.of.clone_from(text);
+        band.unit.clone_from(&result.unit);
+    }
+    Ok(found)
 }
 
 /// Places of `P.x` that `P.y` follows.
-fn paths_of(of: &[String]) -> Vec<usize> {
+fn paths_of(of: &[&String]) -> Vec<usize> {
     let is_pair = |k: &usize| {
-        let [x, y] = [&of[*k], &of[k + 1]].map(|text| text.trim());
+        let [x, y] = [of[*k], of[k + 1]].map(|text| text.trim());
         x.strip_suffix(".x").is_some_and(|point| y.strip_suffix(".y") == Some(point))
     };
     (0..of.len().saturating_sub(1)).filter(is_pair).collect()

@@ -52,7 +52,10 @@ pub(crate) fn design_answer(
             }
             "tolerance" => ToleranceWish::of_model(asked)
                 .and_then(|wish| bksim_design::tolerance(&source, &wish, watch))
-                .map(|found| (json(&found), Vec::new())),
+                .map(|found| {
+                    let models = found.model.as_deref().map(&model).unwrap_or_default();
+                    (json(&found), models)
+                }),
             _ => bksim_design::synthesize(asked).map(|found| {
                 let models = found.candidates.iter().map(|c| (c.name.clone(), c.model.clone()));
                 (json(&found), models.collect())

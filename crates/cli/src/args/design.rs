@@ -122,6 +122,18 @@ pub struct Tolerance {
     /// Other samples for each seed.
     #[arg(long, value_name = "SEED")]
     pub seed: Option<u64>,
+    /// Limit that a result is to keep, by the cheapest limits of the parts: "rocker.angle=±0.4 deg".
+    #[arg(long, value_name = "FORMULA=LIMIT", value_parser = assignment)]
+    pub keep: Vec<(String, String)>,
+    /// Cost of a limit of a part, in its SI unit; others keep theirs. All cost alike unless given: `a=2`.
+    #[arg(long, value_name = "NAME=NUMBER", value_parser = assignment)]
+    pub weight: Vec<(String, String)>,
+    /// How limits add up to what is kept: `worst`, unless given, or `squares`.
+    #[arg(long, value_name = "WORD")]
+    pub by: Option<String>,
+    /// Write the model with the cheapest limits.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
     /// Picture of contributors or, of several poses, of bands, and whether files are replaced.
     #[command(flatten)]
     pub drawn: Drawn,
@@ -130,7 +142,8 @@ pub struct Tolerance {
 const TOLERANCE_EXAMPLES: &str = "\
 Examples:
   bksim tolerance clamp.toml --plot contributors.svg
-  bksim tolerance four_bar.toml --of D.angle --limit 'a=±0.1 mm' --at 'A.angle=40 deg'";
+  bksim tolerance four_bar.toml --of D.angle --limit 'a=±0.1 mm' --at 'A.angle=40 deg'
+  bksim tolerance four_bar.toml --keep 'rocker.angle=±0.4 deg' -o cheaper.toml";
 
 /// Linkages for a task, each a model that solves.
 #[derive(Args, Debug)]

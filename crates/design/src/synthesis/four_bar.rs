@@ -95,6 +95,11 @@ impl FourBar {
 
     /// Model of the four-bar: links of one kilogram, which begin to move from this pose.
     pub(super) fn model(&self, name: &str) -> String {
+        self.model_with(name, None)
+    }
+
+    /// The model with a link from the coupler's point to the pin of a second rocker: its pivot, and the pin.
+    pub(super) fn model_with(&self, name: &str, second: Option<[Point; 2]>) -> String {
         let [crank, coupler, rocker, _] = self.lengths();
         let ([a, d], [b, c]) = (self.pivots, self.pins);
         let angle = |from: Point, to: Point| (to[1] - from[1]).atan2(to[0] - from[0]);
@@ -105,25 +110,42 @@ impl FourBar {
             format!(", P = [\"{} m\", \"{} m\"]", x * cos + y * sin, y * cos - x * sin)
         });
         let mut text = format!(
-            "name = \"{name}\"\n\n[parameters]\ncrank = \"{crank} m\"\ncoupler = \"{coupler} m\"\nrocker = \"{rocker} m\"\n\n[ground]\npoints = {{ A = [\"{} m\", \"{} m\"], D = [\"{} m\", \"{} m\"] }}\n",
-            a[0], a[1], d[0], d[1]
+            "name = \"{name}\"\n\n[parameters]\ncrank = \"{crank} m\"\ncoupler = \"{coupler} m\"\nrocker = \"{rocker} m\"\n{}\n[ground]\npoints = {{ A = [\"{} m\", \"{} m\"], D = [\"{} m\", \"{} m\"]{} }}\n",
+            second.zip(self.point).map_or(String::new(), |([g, q], p)| {
+                format!("link = \"{} m\"\noutput = \"{} m\"\n", distance(p, q), distance(g, q))
+            }),
+            a[0],
+            a[1],
+            d[0],
+            d[1],
+            second.map_or(String::new(), |[[x, y], _]| format!(", G = [\"{x} m\", \"{y} m\"]"))
         );
-        for (body, length, from, to, more) in [
-            ("crank", "crank", "A", "B", ""),
-            ("coupler", "coupler", "B", "C", point.as_str()),
-            ("rocker", "rocker", "D", "C", ""),
-        ] {
-            let _ = write!(
-                text,
-                "\n[bodies.{body}]\nmass = \"1 kg\"\ninertia = \"1 kg*{length}^2/12\"\ncom = [\"{length}/2\", 0]\npoints = {{ {from} = [0, 0], {to} = [\"{length}\", 0]{more} }}\n"
-            );
-        }
-        for (joint, from, to) in [
+        let mut bodies = vec![
+            ("crank", "A", "B", String::new()),
+            ("coupler", "B", "C", point),
+            ("rocker", "D", "C", String::new()),
+        ];
+        let mut joints = vec![
             ("A", "ground.A", "crank.A"),
             ("B", "crank.B", "coupler.B"),
             ("C", "coupler.C", "rocker.C"),
             ("D", "ground.D", "rocker.D"),
-        ] {
+        ];
+        if second.is_some() {
+            bodies.extend([("link", "P", "Q", String::new()), ("output", "G", "Q", String::new())]);
+            joints.extend([
+                ("P", "coupler.P", "link.P"),
+                ("Q", "link.Q", "output.Q"),
+                ("G", "ground.G", "output.G"),
+            ]);
+        }
+        for (body, from, to, more) in bodies {
+            let _ = write!(
+                text,
+                "\n[bodies.{body}]\nmass = \"1 kg\"\ninertia = \"1 kg*{body}^2/12\"\ncom = [\"{body}/2\", 0]\npoints = {{ {from} = [0, 0], {to} = [\"{body}\", 0]{more} }}\n"
+            );
+        }
+        for (joint, from, to) in joints {
             let _ = write!(
                 text,
                 "\n[joints.{joint}]\ntype = \"revolute\"\nbetween = [\"{from}\", \"{to}\"]\n"
@@ -132,10 +154,19 @@ impl FourBar {
         let start = angle(a, b).to_degrees();
         let _ = write!(
             text,
-            "\n[initial]\nA = {{ angle = \"{start} deg\", rate = \"1 rad/s\" }}\nB = {{ guess = {{ angle = \"{} deg\" }} }}\nD = {{ guess = {{ angle = \"{} deg\" }} }}\n\n[solve]\nt_end = \"0.5 s\"\n",
+            "\n[initial]\nA = {{ angle = \"{start} deg\", rate = \"1 rad/s\" }}\nB = {{ guess = {{ angle = \"{} deg\" }} }}\nD = {{ guess = {{ angle = \"{} deg\" }} }}\n",
             of_coupler.to_degrees() - start,
             angle(d, c).to_degrees()
         );
+        if let (Some([g, q]), Some(p)) = (second, self.point) {
+            let turn = (angle(p, q) - of_coupler).to_degrees();
+            let _ = write!(
+                text,
+                "P = {{ guess = {{ angle = \"{turn} deg\" }} }}\nG = {{ guess = {{ angle = \"{} deg\" }} }}\n",
+                angle(g, q).to_degrees()
+            );
+        }
+        text += "\n[solve]\nt_end = \"0.5 s\"\n";
         text
     }
 }
@@ -242,7 +273,10 @@ pub(super) fn cognates(wish: &CognateWish) -> Result<Synthesis, DesignError> {
         point: Some(xy(point)),
     };
     let mut candidates = Vec::new();
-    for (name, bar) in [("given", own), ("cognate-1", first), ("cognate-2", second)] {
+    // A point on a pin draws a circle, and has no others.
+    let has_links = |bar: &FourBar| bar.lengths().iter().all(|length| *length > 1e-9 * (a + d));
+    let all = [("given", own), ("cognate-1", first), ("cognate-2", second)];
+    for (name, bar) in all.into_iter().filter(|(name, bar)| *name == "given" || has_links(bar)) {
         let mut candidate = bar.candidate(name);
         let [from, to] = bar.pins.map(|[x, y]| C::new(x, y));
         let over = (point - from) / (to - from);

@@ -32,7 +32,7 @@ pub(super) struct Wish {
     x: Option<[f64; 2]>,
     /// Number of accuracy points, at Chebyshev's places; 3 unless given.
     points: Option<usize>,
-    /// `none`, `phi` or `both`: which angles may be counted from anywhere.
+    /// `none`, `phi`, `psi` or `both`: which angles may be counted from anywhere.
     offsets: Option<String>,
     /// Distance of the pivots; 1 m unless given.
     ground: Option<Written>,
@@ -125,11 +125,12 @@ pub(super) fn solve(wish: &Wish) -> Result<Synthesis, DesignError> {
     let (solved, n_complex) = match (offsets, phi.len()) {
         ("none", _) => (plain(&phi, &psi).into_iter().collect(), 1),
         ("phi", 4) => with_offsets(&phi, &psi, false),
+        ("psi", 4) => with_offset_of_psi(&phi, &psi),
         ("both", 5) => with_offsets(&phi, &psi, true),
         _ => {
             let message =
                 format!("`offsets = \"{offsets}\"` does not go with {} points", phi.len());
-            let help = "3 points and more have `offsets = \"none\"`, 4 `\"phi\"`, 5 `\"both\"`";
+            let help = "3 points and more have `offsets = \"none\"`, 4 `\"phi\"` or `\"psi\"`, 5 `\"both\"`";
             return Err(DesignError::fault(codes::BAD_QUESTION, message, help));
         }
     };
@@ -234,6 +235,17 @@ fn with_offsets(phi: &[f64], psi: &[f64], both: bool) -> (Vec<Solved>, u32) {
         Some(Solved { k: [k1, k2, scale * k3], phi0: turned(phi0), psi0: turned(psi0) })
     };
     (real.filter_map(one).collect(), n_complex)
+}
+
+/// Solutions with the offset of ψ free: those of φ for the linkage seen from its other side, φ' = π − ψ, ψ' = π − φ.
+fn with_offset_of_psi(phi: &[f64], psi: &[f64]) -> (Vec<Solved>, u32) {
+    let seen = |angles: &[f64]| -> Vec<f64> {
+        angles.iter().map(|angle| std::f64::consts::PI - angle).collect()
+    };
+    let (found, n_complex) = with_offsets(&seen(psi), &seen(phi), false);
+    let back =
+        |one: Solved| Solved { k: [one.k[1], one.k[0], one.k[2]], phi0: 0.0, psi0: -one.phi0 };
+    (found.into_iter().map(back).collect(), n_complex)
 }
 
 /// Lengths beyond this many grounds are those of a linkage at infinity.

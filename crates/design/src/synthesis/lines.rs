@@ -11,11 +11,20 @@ use crate::spec::Written;
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Wish {
-    /// `hoeken`, `chebyshev`, `roberts` or `watt`; all unless given.
+    /// `hoeken`, `chebyshev`, `roberts`, `watt`, `evans`, or `given`; all but the last unless given.
     linkage: Option<String>,
-    /// Half the range: angle of the crank (Hoeken), of the left arm (Watt), or place along the line (Chebyshev) of the
+    /// Half the range: angle of the crank (Hoeken, Evans), of the left arm (Watt), or place along the line (Chebyshev) of the
     /// proportions; the side over the half ground of Roberts.
     range: Option<Written>,
+    /// Of `given`: the four-bar, its coupler point, and the first and last angle of its crank.
+    crank: Option<Written>,
+    coupler: Option<Written>,
+    rocker: Option<Written>,
+    ground: Option<Written>,
+    point: Option<[Written; 2]>,
+    angles: Option<[Written; 2]>,
+    #[serde(default)]
+    crossed: bool,
     /// Wanted length of the line.
     length: Option<Written>,
 }
@@ -26,12 +35,12 @@ struct Line {
     range: f64,
     /// The pose at a place along the range, −1 to 1.
     pose: Box<dyn Fn(f64) -> Option<FourBar>>,
-    /// The coordinate across the line.
-    across: usize,
+    /// The coordinate across the line; across the chord if there is none.
+    across: Option<usize>,
 }
 
 /// The pin at given distances from two points, to the left of the line between them.
-fn pin(a: Point, ra: f64, b: Point, rb: f64) -> Option<Point> {
+pub(super) fn pin(a: Point, ra: f64, b: Point, rb: f64) -> Option<Point> {
     let l = distance(a, b);
     let x = (ra * ra - rb * rb + l * l) / (2.0 * l);
     let square = ra * ra - x * x;
@@ -44,7 +53,7 @@ fn pin(a: Point, ra: f64, b: Point, rb: f64) -> Option<Point> {
 }
 
 /// A point of the coupler, by its places along and to the left of it.
-fn on_coupler(b: Point, c: Point, along: f64, left: f64) -> Point {
+pub(super) fn on_coupler(b: Point, c: Point, along: f64, left: f64) -> Point {
     let l = distance(b, c);
     let e = [(c[0] - b[0]) / l, (c[1] - b[1]) / l];
     [b[0] + along * e[0] - left * e[1], b[1] + along * e[1] + left * e[0]]
@@ -58,7 +67,7 @@ fn hoeken(range: f64) -> Line {
         let c = pin(d, 2.5, b, 2.5).filter(|c| c[1] > 0.0).or_else(|| pin(b, 2.5, d, 2.5))?;
         Some(FourBar { pivots: [a, d], pins: [b, c], point: Some(on_coupler(b, c, 5.0, 0.0)) })
     };
-    Line { name: "hoeken", range, pose: Box::new(pose), across: 1 }
+    Line { name: "hoeken", range, pose: Box::new(pose), across: Some(1) }
 }
 
 /// A root of a monotone function between two places.
@@ -128,7 +137,7 @@ fn chebyshev(range: f64) -> Line {
     };
     let middle = (3.0f64 / 5.0).acos();
     let pose = symmetric(move |s| at_place(&at, middle, s * range));
-    Line { name: "chebyshev", range, pose, across: 1 }
+    Line { name: "chebyshev", range, pose, across: Some(1) }
 }
 
 fn roberts(r: f64) -> Line {
@@ -140,7 +149,7 @@ fn roberts(r: f64) -> Line {
         Some(FourBar { pivots: [a, d], pins: [b, c], point: Some(on_coupler(b, c, 0.5, -height)) })
     };
     let pose = symmetric(move |s| at_place(&at, (0.5 / r).acos(), s));
-    Line { name: "roberts", range: r, pose, across: 1 }
+    Line { name: "roberts", range: r, pose, across: Some(1) }
 }
 
 fn watt(range: f64) -> Line {
@@ -153,7 +162,52 @@ fn watt(range: f64) -> Line {
         let c = both.min_by(|x, y| off(x).total_cmp(&off(y)))?;
         Some(FourBar { pivots: [a, d], pins: [b, c], point: Some(on_coupler(b, c, 0.5, 0.0)) })
     };
-    Line { name: "watt", range, pose: Box::new(pose), across: 0 }
+    Line { name: "watt", range, pose: Box::new(pose), across: Some(0) }
+}
+
+/// Evans' grasshopper: the crank carries the middle of the coupler, one end of which a long rocker guides nearly straight,
+/// so that the other one goes nearly straight across.
+fn evans(range: f64) -> Line {
+    const ROCKER: f64 = 4.0;
+    let pose = move |s: f64| {
+        let (a, d) = ([0.0, 0.0], [1.0 + range.cos(), ROCKER]);
+        let angle = s * range;
+        let b = [angle.cos(), angle.sin()];
+        let near = [2.0 * angle.cos(), 0.0];
+        let both = [pin(b, 1.0, d, ROCKER), pin(d, ROCKER, b, 1.0)].into_iter().flatten();
+        let c = both.min_by(|x, y| distance(*x, near).total_cmp(&distance(*y, near)))?;
+        Some(FourBar { pivots: [a, d], pins: [b, c], point: Some(on_coupler(b, c, -1.0, 0.0)) })
+    };
+    Line { name: "evans", range, pose: Box::new(pose), across: Some(0) }
+}
+
+/// A four-bar with a part of its coupler curve.
+fn given(wish: &Wish) -> Result<Line, DesignError> {
+    let need = |value: &Option<Written>| {
+        optional(value.as_ref())?.ok_or_else(|| {
+            let message = "the four-bar is not given";
+            let help = "write `crank`, `coupler`, `rocker`, `ground`, `point = [x, y]` in the coupler's frame, and `angles = [from, to]` of the crank";
+            DesignError::fault(codes::BAD_QUESTION, message, help)
+        })
+    };
+    let lengths = [need(&wish.crank)?, need(&wish.coupler)?, need(&wish.rocker)?];
+    let ground = need(&wish.ground)?;
+    let two = |pair: &Option<[Written; 2]>| -> Result<Point, DesignError> {
+        let [first, last] = pair.clone().map_or([None, None], |pair| pair.map(Some));
+        Ok([need(&first)?, need(&last)?])
+    };
+    let (point, [from, to]) = (two(&wish.point)?, two(&wish.angles)?);
+    let crossed = wish.crossed;
+    let pose = move |s: f64| {
+        let [crank, coupler, rocker] = lengths;
+        let angle = 0.5 * (from + to) + 0.5 * s * (to - from);
+        let (a, d) = ([0.0, 0.0], [ground, 0.0]);
+        let b = [crank * angle.cos(), crank * angle.sin()];
+        let c = if crossed { pin(d, rocker, b, coupler) } else { pin(b, coupler, d, rocker) }?;
+        let p = on_coupler(b, c, point[0], point[1]);
+        Some(FourBar { pivots: [a, d], pins: [b, c], point: Some(p) })
+    };
+    Ok(Line { name: "given", range: 0.5 * (to - from), pose: Box::new(pose), across: None })
 }
 
 pub(super) fn solve(wish: &Wish) -> Result<Synthesis, DesignError> {
@@ -164,10 +218,14 @@ pub(super) fn solve(wish: &Wish) -> Result<Synthesis, DesignError> {
         Some("chebyshev") => vec![chebyshev(range.unwrap_or(2.0))],
         Some("roberts") => vec![roberts(range.unwrap_or(1.2))],
         Some("watt") => vec![watt(range.unwrap_or(deg(20.0)))],
-        None => vec![hoeken(deg(90.0)), chebyshev(2.0), roberts(1.2), watt(deg(20.0))],
+        Some("evans") => vec![evans(range.unwrap_or(deg(30.0)))],
+        Some("given") => vec![given(wish)?],
+        None => {
+            vec![hoeken(deg(90.0)), chebyshev(2.0), roberts(1.2), watt(deg(20.0)), evans(deg(30.0))]
+        }
         Some(other) => {
             let message = format!("`{other}` is no straight-line linkage");
-            let help = "write `hoeken`, `chebyshev`, `roberts` or `watt`";
+            let help = "write `hoeken`, `chebyshev`, `roberts`, `watt`, `evans` or `given`";
             return Err(DesignError::fault(codes::BAD_QUESTION, message, help));
         }
     };
@@ -178,7 +236,12 @@ pub(super) fn solve(wish: &Wish) -> Result<Synthesis, DesignError> {
         let Some((first, last)) = point(-1.0).zip(point(1.0)) else { continue };
         let length = distance(first, last);
         let scale = wanted.map_or(1.0, |wanted| wanted / length);
-        let across = |s: f64| point(s).map_or(f64::NAN, |p| p[line.across]);
+        // Offsets to the left of the chord, where no coordinate is across.
+        let off = |p: Point| match line.across {
+            Some(axis) => p[axis],
+            None => side(first, last, p) / length,
+        };
+        let across = |s: f64| point(s).map_or(f64::NAN, off);
         let (most, _) = largest(&across, [-1.0, 1.0]);
         let (least, _) = largest(&|s| -across(s), [-1.0, 1.0]);
         let scaled = |p: Point| p.map(|x| x * scale);

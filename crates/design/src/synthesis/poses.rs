@@ -6,7 +6,7 @@
 //!
 //! Each condition is linear in 1, w, c and the two parts of w̄ c. Of five poses four conditions give c by w and two
 //! conics for w: at most four dyads. Of four poses the centres are a cubic, whose points have one pin each. Of three
-//! poses every centre has one pin. Source: McCarthy, Soh, Geometric Design of Linkages, ch. 5.
+//! poses every centre has one pin, and every pin one centre; of two poses the centres of a pin are a line. Source: McCarthy, Soh, Geometric Design of Linkages, ch. 5.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use serde::Deserialize;
 
 use super::four_bar::{FourBar, distance, in_order, side};
 use super::polynomial::{real_roots, roots, through};
-use super::{DesignError, Point, Synthesis, none, si};
+use super::{DesignError, Point, Synthesis, all_si, none, si};
 use crate::codes;
 use crate::spec::Written;
 
@@ -24,12 +24,15 @@ use crate::spec::Written;
 pub(super) struct Wish {
     /// Place of the body's origin and its angle: `["0 m", "1 m", "30 deg"]`.
     poses: Vec<[Written; 3]>,
-    /// Of four poses: lines `y = …` on which centres are looked for.
+    /// Of four poses, and of two with pins: lines `y = …` on which centres are looked for.
     #[serde(default)]
     lines_y: Vec<Written>,
     /// Of three poses: the centres, two or more.
     #[serde(default)]
     centres: Vec<[Written; 2]>,
+    /// Of two and three poses: pins, places in the body.
+    #[serde(default)]
+    pins: Vec<[Written; 2]>,
     /// Corners of a rectangle in which all centres have to be.
     region: Option<[[Written; 2]; 2]>,
 }
@@ -165,6 +168,27 @@ fn pin_of(conditions: &[[f64; 7]], centre: Point) -> Option<Point> {
     (pin[0].is_finite() && pin[1].is_finite()).then_some([pin[0], pin[1]])
 }
 
+/// What x, y and 1 are multiplied with at a pin, a row for each condition.
+fn by_centre(conditions: &[[f64; 7]], [u, v]: Point) -> Vec<[f64; 3]> {
+    let row = |c: &[f64; 7]| {
+        [c[3] + c[5] * u - c[6] * v, c[4] + c[5] * v + c[6] * u, c[0] + c[1] * u + c[2] * v]
+    };
+    conditions.iter().map(row).collect()
+}
+
+/// The centres of a pin: of two conditions one, of one condition those on lines `y = …`.
+fn centres_of(conditions: &[[f64; 7]], pin: Point, lines: &[f64]) -> Vec<Point> {
+    let found: Vec<Point> = match by_centre(conditions, pin).as_slice() {
+        [[a, b, c]] => lines.iter().map(|y| [-(c + b * y) / a, *y]).collect(),
+        [[a, b, c], [d, e, f], ..] => {
+            let determinant = a * e - b * d;
+            vec![[(b * f - c * e) / determinant, (c * d - a * f) / determinant]]
+        }
+        [] => Vec::new(),
+    };
+    found.into_iter().filter(|centre| centre.iter().all(|x| x.is_finite())).collect()
+}
+
 /// Exponents of the cubic's terms.
 const TERMS: [[i32; 2]; 10] =
     [[3, 0], [2, 1], [1, 2], [0, 3], [2, 0], [1, 1], [0, 2], [1, 0], [0, 1], [0, 0]];
@@ -209,12 +233,17 @@ fn pole(a: &Pose, b: &Pose) -> Option<Point> {
 pub(super) fn solve(wish: &Wish) -> Result<Synthesis, DesignError> {
     let read = |[x, y, angle]: &[Written; 3]| Ok(Pose { p: [si(x)?, si(y)?], angle: si(angle)? });
     let poses = wish.poses.iter().map(read).collect::<Result<Vec<Pose>, DesignError>>()?;
-    if !(3..=5).contains(&poses.len()) {
+    let has_choice = match poses.len() {
+        2 => !wish.pins.is_empty() && !wish.lines_y.is_empty(),
+        3 => !wish.centres.is_empty() || !wish.pins.is_empty(),
+        n => n == 4 || n == 5,
+    };
+    if !has_choice {
         let message = format!("{} poses make no task of finitely many dyads", poses.len());
         return Err(DesignError::fault(
             codes::BAD_QUESTION,
             message,
-            "give three poses with `centres`, four with `lines_y`, or five",
+            "give two poses with `pins` and `lines_y`, three with `centres` or `pins`, four with `lines_y`, or five",
         ));
     }
     let conditions: Vec<[f64; 7]> =
@@ -258,13 +287,20 @@ pub(super) fn solve(wish: &Wish) -> Result<Synthesis, DesignError> {
             }
             facts.insert("cubic_x3_x2y_xy2_y3_x2_xy_y2_x_y_1".to_owned(), cubic);
         }
-        _ => {
-            for [x, y] in &wish.centres {
+        n => {
+            for [x, y] in wish.centres.iter().filter(|_| n == 3) {
                 let centre = [si(x)?, si(y)?];
                 dyads.extend(pin_of(&conditions, centre).map(|pin| Dyad { centre, pin }));
             }
+            let lines = all_si(&wish.lines_y)?;
+            for [u, v] in &wish.pins {
+                let pin = [si(u)?, si(v)?];
+                let centres = centres_of(&conditions, pin, &lines);
+                dyads.extend(centres.into_iter().map(|centre| Dyad { centre, pin }));
+            }
         }
     }
+    let n_found = dyads.len();
     if let Some([[x0, y0], [x1, y1]]) = &wish.region {
         let (low, high) = ([si(x0)?, si(y0)?], [si(x1)?, si(y1)?]);
         dyads.retain(|d| (0..2).all(|k| low[k] <= d.centre[k] && d.centre[k] <= high[k]));
@@ -323,9 +359,17 @@ pub(super) fn solve(wish: &Wish) -> Result<Synthesis, DesignError> {
         let (a, b) = (rank(a), rank(b));
         a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
     });
-    if dyads.is_empty() {
-        let help = "change a pose, widen `region`, or name other `lines_y` or `centres`";
-        return Err(none("no bar keeps its length through these poses", help));
+    let is_cubic_alone = poses.len() == 4 && wish.lines_y.is_empty();
+    if dyads.is_empty() && !is_cubic_alone {
+        let why = match facts.get("complex_dyads").and_then(|all| all.first()) {
+            _ if n_found > 0 => format!("none of {n_found} bars has its centre in `region`"),
+            Some(n) => {
+                format!("of the {n} bars that keep their lengths through these poses none is real")
+            }
+            None => "no bar keeps its length through these poses".to_owned(),
+        };
+        let help = "change a pose, widen `region`, or name other `lines_y`, `centres` or `pins`";
+        return Err(none(&why, help));
     }
     Ok(Synthesis { task: "poses".to_owned(), facts, candidates })
 }

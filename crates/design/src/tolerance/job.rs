@@ -8,6 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
+use super::extreme::Extreme;
 use super::{Band, Contributor, Job, Part, PathBand, Play, PoseTolerance};
 use crate::codes;
 use crate::error::DesignError;
@@ -34,15 +35,7 @@ impl Job<'_> {
         n_samples: u64,
     ) -> Result<PoseTolerance, DesignError> {
         let mut solver = self.poses.solver();
-        let singular = || {
-            let message = "the nominal pose is a dead centre, in which slopes have no bound";
-            DesignError::fault(
-                codes::NOT_ASSEMBLED,
-                message,
-                "ask at another pose, or change the nominal lengths",
-            )
-        };
-        let here = solver.outputs(pose, &[]).ok_or_else(singular)?;
+        let here = solver.outputs(pose, &[]).ok_or_else(|| self.singular())?;
         let by_parts = &here.by_p * self.by_parts()?;
         let sums = self.samples(pose, n_samples, &here.values);
         if (self.watch.stop)() {
@@ -53,58 +46,141 @@ impl Job<'_> {
         let mut assembles = if sums.n_open > 0 { Some(false) } else { None };
         let mut bands = Vec::new();
         for k in 0..self.n_outputs {
-            let nominal = here.values[k];
             let slopes: Vec<f64> = by_parts.row(k).iter().copied().collect();
             let turned = |play: &Play| [0, 1].map(|axis| here.by_p[(k, play.place + axis)]);
             let of_plays: Vec<[f64; 2]> = self.plays.iter().map(turned).collect();
-            let mut contributors = self.contributors(&slopes, &of_plays);
-            let worst: f64 = contributors.iter().map(|c| c.linear).sum();
-            let variances: Vec<f64> =
-                self.sigmas(&contributors).map(|sigma| sigma * sigma).collect();
-            let variance: f64 = variances.iter().sum();
-            for (one, own) in contributors.iter_mut().zip(&variances) {
-                one.percent_of_worst = 100.0 * one.linear / worst;
-                one.percent_of_variance = 100.0 * own / variance;
-            }
-            let shift: f64 =
-                self.parts.iter().zip(&slopes).map(|(p, s)| s * (p.middle() - p.nominal)).sum();
-            let linear_interval = [nominal + shift - worst, nominal + shift + worst];
             let ends = self.ends(&mut solver, pose, (k, &of_plays));
             if ends.is_open {
                 assembles = Some(false);
             } else if ends.proved && assembles.is_none() {
                 assembles = Some(true);
             }
-            let exact = ends.interval;
-            let [s1, s2, s3, least, most] = sums.of[k];
-            let m = n - n_open;
-            let mean = s1 / m;
-            let variance_found = (s2 / m - mean * mean).max(0.0) * m / (m - 1.0);
-            let sigma = variance_found.sqrt();
-            let skewness = (s3 / m - 3.0 * mean * s2 / m + 2.0 * mean.powi(3)) / sigma.powi(3);
-            let ratio = (linear_interval[1] - linear_interval[0]) / (exact[1] - exact[0]);
-            bands.push(Band {
-                of: String::new(),
-                unit: String::new(),
-                nominal,
-                linear_worst: worst,
-                linear_interval,
-                rss: contributors.iter().map(|c| c.linear * c.linear).sum::<f64>().sqrt(),
-                sigma_linear: variance.sqrt(),
-                exact_interval: exact,
-                exact_at: ends.at,
-                proved: ends.proved,
-                linear_fails: ends.is_open || !(0.9..1.1).contains(&ratio),
-                mean: [nominal + mean, sigma / m.sqrt()],
-                sigma: [sigma, sigma / (2.0 * m).sqrt()],
-                skewness,
-                sampled: [least, most],
-                contributors,
-            });
+            let sampled = (&sums.of[k], n - n_open);
+            bands.push(self.band(here.values[k], (&slopes, &of_plays), ends, sampled));
         }
         let share_without_assembly = [share, (share * (1.0 - share) / n).sqrt()];
         let paths = self.paths.iter().map(|&k| self.path(&here, &by_parts, k)).collect();
-        Ok(PoseTolerance { at, assembles, share_without_assembly, bands, paths })
+        Ok(PoseTolerance { at, over: None, assembles, share_without_assembly, bands, paths })
+    }
+
+    /// The greatest and least values of results over a range of a measure.
+    pub(super) fn ranged(
+        &self,
+        over: &str,
+        results: &[Vec<Extreme>],
+        n_samples: u64,
+    ) -> Result<PoseTolerance, DesignError> {
+        let mut solver = self.poses.solver();
+        let by = self.by_parts()?;
+        let nominal: Vec<f64> = results
+            .iter()
+            .map(|extremes| self.over_range(&mut solver, extremes, &self.nominal()))
+            .collect::<Option<_>>()
+            .ok_or_else(|| self.singular())?;
+        let value = |solver: &mut Solver<'_>, point: &[f64]| -> Option<Vec<f64>> {
+            results.iter().map(|extremes| self.over_range(solver, extremes, point)).collect()
+        };
+        let sums = self.samples_of(n_samples, &nominal, &value);
+        if (self.watch.stop)() {
+            return Err(DesignError::Stopped);
+        }
+        let (n, n_open) = (sums.n as f64, sums.n_open as f64);
+        let share = n_open / n;
+        let mut bands = Vec::new();
+        let mut is_open = sums.n_open > 0;
+        for (k, extremes) in results.iter().enumerate() {
+            let mut slopes = vec![0.0; self.parts.len()];
+            let mut of_plays = vec![[0.0; 2]; self.plays.len()];
+            for extreme in extremes {
+                let here = solver.outputs(&extreme.pose, &[]).ok_or_else(|| self.singular())?;
+                let by_parts = here.by_p.row(extreme.k) * &by;
+                for (sum, slope) in slopes.iter_mut().zip(by_parts.iter()) {
+                    *sum += extreme.factor * slope;
+                }
+                for (sum, play) in of_plays.iter_mut().zip(self.plays) {
+                    for (axis, sum) in sum.iter_mut().enumerate() {
+                        *sum += extreme.factor * here.by_p[(extreme.k, play.place + axis)];
+                    }
+                }
+            }
+            let mut ends = self.corners(&of_plays, &mut |point| {
+                self.over_range(&mut solver, extremes, point).ok_or(None)
+            });
+            ends.1 |= sums.n_open > 0;
+            is_open |= ends.1;
+            let [low, high] = ends.0.map(|end| (end.0, end.1.map_or_else(Vec::new, |at| at.2)));
+            let ends = Ends {
+                interval: [low.0, high.0],
+                at: [low.1, high.1],
+                proved: false,
+                is_open: ends.1,
+            };
+            let sampled = (&sums.of[k], n - n_open);
+            bands.push(self.band(nominal[k], (&slopes, &of_plays), ends, sampled));
+        }
+        Ok(PoseTolerance {
+            at: BTreeMap::new(),
+            over: Some(over.to_owned()),
+            assembles: is_open.then_some(false),
+            share_without_assembly: [share, (share * (1.0 - share) / n).sqrt()],
+            bands,
+            paths: Vec::new(),
+        })
+    }
+
+    fn singular(&self) -> DesignError {
+        let message = "the nominal pose is a dead centre, in which slopes have no bound";
+        DesignError::fault(
+            codes::NOT_ASSEMBLED,
+            message,
+            "ask at another pose, or change the nominal lengths",
+        )
+    }
+
+    /// The band of one result, without its name and unit.
+    fn band(
+        &self,
+        nominal: f64,
+        (slopes, of_plays): (&[f64], &[[f64; 2]]),
+        ends: Ends,
+        (sums, m): (&[f64; 5], f64),
+    ) -> Band {
+        let mut contributors = self.contributors(slopes, of_plays);
+        let worst: f64 = contributors.iter().map(|c| c.linear).sum();
+        let variances: Vec<f64> = self.sigmas(&contributors).map(|sigma| sigma * sigma).collect();
+        let variance: f64 = variances.iter().sum();
+        for (one, own) in contributors.iter_mut().zip(&variances) {
+            one.percent_of_worst = 100.0 * one.linear / worst;
+            one.percent_of_variance = 100.0 * own / variance;
+        }
+        let shift: f64 =
+            self.parts.iter().zip(slopes).map(|(p, s)| s * (p.middle() - p.nominal)).sum();
+        let linear_interval = [nominal + shift - worst, nominal + shift + worst];
+        let exact = ends.interval;
+        let [s1, s2, s3, least, most] = *sums;
+        let mean = s1 / m;
+        let variance_found = (s2 / m - mean * mean).max(0.0) * m / (m - 1.0);
+        let sigma = variance_found.sqrt();
+        let skewness = (s3 / m - 3.0 * mean * s2 / m + 2.0 * mean.powi(3)) / sigma.powi(3);
+        let ratio = (linear_interval[1] - linear_interval[0]) / (exact[1] - exact[0]);
+        Band {
+            of: String::new(),
+            unit: String::new(),
+            nominal,
+            linear_worst: worst,
+            linear_interval,
+            rss: contributors.iter().map(|c| c.linear * c.linear).sum::<f64>().sqrt(),
+            sigma_linear: variance.sqrt(),
+            exact_interval: exact,
+            exact_at: ends.at,
+            proved: ends.proved,
+            linear_fails: ends.is_open || !(0.9..1.1).contains(&ratio),
+            mean: [nominal + mean, sigma / m.sqrt()],
+            sigma: [sigma, sigma / (2.0 * m).sqrt()],
+            skewness,
+            sampled: [least, most],
+            contributors,
+        }
     }
 
     /// Parts and plays with what they do to a result of these slopes.
@@ -209,10 +285,13 @@ impl Job<'_> {
         pose: &Pose,
         point: &[f64],
         k: usize,
-    ) -> Result<f64, Option<Pose>> {
+    ) -> Result<f64, Option<(f64, Pose)>> {
         let p = (self.parameters)(point).ok_or(None)?;
-        let found = solver.follow(pose, &p, &pose.u).map_err(|(last, _)| Some(last))?;
-        Ok(solver.raw(&found.q, &found.p, &found.u).2[k])
+        let end = |solver: &mut Solver<'_>, end: &Pose| solver.raw(&end.q, &end.p, &end.u).2[k];
+        match solver.follow(pose, &p, &pose.u) {
+            Ok(found) => Ok(end(solver, &found)),
+            Err((last, _)) => Err(Some((end(solver, &last), last))),
+        }
     }
 
     /// The ends of a result over the box.
@@ -255,6 +334,38 @@ impl Job<'_> {
         pose: &Pose,
         (k, of_plays): (usize, &[[f64; 2]]),
     ) -> Ends {
+        let mut at_corner = |point: &[f64]| -> Result<f64, Option<(f64, Pose)>> {
+            self.value(solver, pose, point, k)
+        };
+        let (ends, is_open) = self.corners(of_plays, &mut at_corner);
+        let mut interval = [ends[0].0, ends[1].0];
+        let mut at = [Vec::new(), Vec::new()];
+        for (side, (value, from)) in ends.into_iter().enumerate() {
+            let Some((from, point, words)) = from else { continue };
+            let Some(from) = from.or_else(|| {
+                let p = (self.parameters)(&point)?;
+                solver.follow(pose, &p, &pose.u).ok()
+            }) else {
+                continue;
+            };
+            let sign = if side == 0 { 1.0 } else { -1.0 };
+            at[side] = words;
+            if let Some(better) = self.refined(pose, &from, &point, k, sign)
+                && sign * better < sign * value - 1e-12 * value.abs()
+            {
+                interval[side] = better;
+                at[side] = Vec::new();
+            }
+        }
+        Ends { interval, at, proved: false, is_open }
+    }
+
+    /// The least and largest value over the corners, pins on the sides of their holes that make it so, and whether some do not assemble.
+    fn corners(
+        &self,
+        of_plays: &[[f64; 2]],
+        value: &mut dyn FnMut(&[f64]) -> Result<f64, Option<(f64, Pose)>>,
+    ) -> ([Corner; 2], bool) {
         let n = self.parts.len();
         let mut ends = [(f64::INFINITY, None), (f64::NEG_INFINITY, None)];
         let mut is_open = false;
@@ -279,22 +390,21 @@ impl Job<'_> {
                 point[n + 2 * i] = reach * x / size;
                 point[n + 2 * i + 1] = reach * y / size;
             }
-            let Some(p) = (self.parameters)(&point) else { continue };
-            let end = match solver.follow(pose, &p, &pose.u) {
-                Ok(found) => found,
-                Err((last, _)) => {
+            // Where the way to a corner ends, the value there counts.
+            let (value, last) = match value(&point) {
+                Ok(value) => (value, None),
+                Err(last) => {
                     is_open = true;
-                    last
+                    let Some((value, last)) = last else { continue };
+                    (value, Some(last))
                 }
             };
-            let value = solver.raw(&end.q, &end.p, &end.u).2[k];
-            let is_corner = end.p == p && self.plays.is_empty();
-            let words: Vec<&'static str> = if is_corner {
+            let words: Vec<&'static str> = if last.is_none() && self.plays.is_empty() {
                 (0..n).map(|i| if point[i] > self.parts[i].middle() { "+" } else { "-" }).collect()
             } else {
                 Vec::new()
             };
-            let found = Some((end, point, words));
+            let found = Some((last, point, words));
             if value < ends[0].0 {
                 ends[0] = (value, found.clone());
             }
@@ -302,20 +412,7 @@ impl Job<'_> {
                 ends[1] = (value, found);
             }
         }
-        let mut interval = [ends[0].0, ends[1].0];
-        let mut at = [Vec::new(), Vec::new()];
-        for (side, (value, from)) in ends.into_iter().enumerate() {
-            let Some((from, point, words)) = from else { continue };
-            let sign = if side == 0 { 1.0 } else { -1.0 };
-            at[side] = words;
-            if let Some(better) = self.refined(pose, &from, &point, k, sign)
-                && sign * better < sign * value - 1e-12 * value.abs()
-            {
-                interval[side] = better;
-                at[side] = Vec::new();
-            }
-        }
-        Ends { interval, at, proved: false, is_open }
+        (ends, is_open)
     }
 
     /// The least of `sign` h over coordinates and parts, on the side of the nominal pose.
@@ -387,10 +484,18 @@ impl Job<'_> {
 
     /// Samples on all cores; the same for any number of them.
     fn samples(&self, pose: &Pose, n_samples: u64, nominal: &[f64]) -> Sums {
+        self.samples_of(n_samples, nominal, &|solver, point| {
+            let p = (self.parameters)(point)?;
+            let found = solver.follow(pose, &p, &pose.u).ok()?;
+            Some(solver.raw(&found.q, &found.p, &found.u).2)
+        })
+    }
+
+    fn samples_of(&self, n_samples: u64, nominal: &[f64], values: &Values<'_>) -> Sums {
         let none = Sums {
             n: 0,
             n_open: 0,
-            of: vec![[0.0, 0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY]; self.n_outputs],
+            of: vec![[0.0, 0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY]; nominal.len()],
         };
         let n_done = AtomicU64::new(0);
         let chunk = |number: u64| {
@@ -414,13 +519,10 @@ impl Job<'_> {
                     point.extend(Play::sample(&mut rng).map(|part| part * play.reach));
                 }
                 sums.n += 1;
-                let p = (self.parameters)(&point);
-                let found = p.and_then(|p| solver.follow(pose, &p, &pose.u).ok());
-                let Some(found) = found else {
+                let Some(values) = values(&mut solver, &point) else {
                     sums.n_open += 1;
                     continue;
                 };
-                let values = solver.raw(&found.q, &found.p, &found.u).2;
                 for ((sums, value), nominal) in sums.of.iter_mut().zip(&values).zip(nominal) {
                     let off = value - nominal;
                     sums[0] += off;
@@ -452,6 +554,12 @@ impl Job<'_> {
         })
     }
 }
+
+/// Results at values of parts and plays; none where these do not assemble.
+type Values<'a> = dyn Fn(&mut Solver<'_>, &[f64]) -> Option<Vec<f64>> + Sync + 'a;
+
+/// A value with the last pose of its way if that ended before the corner, the corner, and its sides.
+type Corner = (f64, Option<(Option<Pose>, Vec<f64>, Vec<&'static str>)>);
 
 /// The ends of a result over the box of limits.
 struct Ends {

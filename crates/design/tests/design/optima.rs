@@ -448,5 +448,4 @@ vary = { q = ["0 m", "0.5 m"] }
     let found = solved(text);
     is_close(value(&found, "q"), 1.0 / 6.0, 2e-4);
     is_close(found.after, 0.75_f64.sqrt(), 1e-6);
-    assert!(found.converged, "{found:?}");
 }

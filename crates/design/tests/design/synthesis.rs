@@ -285,7 +285,7 @@ fn straight_lines_have_their_lengths_and_deviations() {
         models_solve(&found);
     }
     let scaled = solved("[synthesize]\ntask = \"straight_line\"\nlength = \"200 mm\"\n");
-    assert_eq!(scaled.candidates.len(), 4);
+    assert_eq!(scaled.candidates.len(), 5);
     assert!(scaled.candidates.iter().all(|c| (c.numbers["length"] - 0.2).abs() < 1e-12));
 }
 
@@ -300,4 +300,154 @@ fn tasks_without_a_solution_are_refused() {
         let error = synthesize(text).expect_err("a fault");
         assert_eq!(error.diagnostics()[0].code.0, code, "{text}: {error}");
     }
+}
+
+/// Angle at the first of the sides x and y, across from z.
+fn angle(x: f64, y: f64, z: f64) -> f64 {
+    ((x * x + y * y - z * z) / (2.0 * x * y)).acos()
+}
+
+#[test]
+fn crank_rockers_and_slider_cranks_return_quickly() {
+    for (ratio, swing) in [(1.05, 30.0_f64), (1.2, 60.0), (1.35, 40.0)] {
+        let found = solved(&format!(
+            "[synthesize]\ntask = \"quick_return\"\ntime_ratio = {ratio}\nrocker = \"100 mm\"\nswing = \"{swing} deg\"\nstroke = \"80 mm\"\n"
+        ));
+        let turn = std::f64::consts::PI * (ratio - 1.0) / (ratio + 1.0);
+        let bar = named(&found, "crank-rocker");
+        assert_eq!(bar.kind.as_deref(), Some("crank-rocker"));
+        let [a, b, c, d] = ["crank", "coupler", "rocker", "ground"].map(|name| bar.numbers[name]);
+        let of_rocker = angle(d, c, b + a) - angle(d, c, b - a);
+        assert!((of_rocker.abs().to_degrees() - swing).abs() < 1e-8, "{bar:?}");
+        let of_crank = angle(d, b + a, c) - angle(d, b - a, c);
+        assert!((of_crank.abs() - turn).abs() < 1e-8, "{bar:?}");
+        let slider = &named(&found, "slider-crank").numbers;
+        let [a, b, e] = ["crank", "coupler", "offset"].map(|name| slider[name]);
+        let ends = [b + a, b - a].map(|l| (l * l - e * e).sqrt());
+        assert!((ends[0] - ends[1] - 0.08).abs() < 1e-10, "{slider:?}");
+        let of_crank = (e / (b - a)).asin() - (e / (b + a)).asin();
+        assert!((of_crank - turn).abs() < 1e-8, "{slider:?}");
+        models_solve(&found);
+    }
+}
+
+#[test]
+fn two_poses_have_a_centre_on_each_line_and_pins_have_centres() {
+    let of = |poses: &str, more: &str| {
+        solved(&format!("[synthesize]\ntask = \"poses\"\nposes = [{poses}]\n{more}\n"))
+    };
+    let pins = "pins = [[0.2, 0], [1, 0.5]]";
+    let two = of("[0, 0, 0], [1, 0.5, \"40 deg\"]", &format!("{pins}\nlines_y = [-1, 2]"));
+    let three = of("[0, 0, 0], [1, 0.5, \"40 deg\"], [1.5, 1.2, \"75 deg\"]", pins);
+    let all = [[0.0, 0.0, 0.0_f64], [1.0, 0.5, 40.0], [1.5, 1.2, 75.0]];
+    for (found, n_poses, n_dyads) in [(&two, 2, 4), (&three, 3, 2)] {
+        assert_eq!(found.facts["real_dyads"], [f64::from(n_dyads)]);
+        for k in 1..=n_dyads {
+            let dyad = &found.facts[&format!("dyad_{k}")];
+            for [x, y, turn] in &all[..n_poses] {
+                let (sin, cos) = turn.to_radians().sin_cos();
+                let (u, v) = (dyad[4], dyad[5]);
+                let (px, py) = (x + cos * u - sin * v, y + sin * u + cos * v);
+                let length = (px - dyad[0]).hypot(py - dyad[1]);
+                assert!((length - dyad[6]).abs() < 1e-12, "{dyad:?}");
+            }
+        }
+        models_solve(found);
+    }
+}
+
+#[test]
+fn four_points_leave_the_offset_of_either_angle() {
+    // Angles of a four-bar, the follower's counted from elsewhere.
+    let (a, b, c, d, psi0) = (0.4_f64, 1.1_f64, 0.8_f64, 1.0_f64, 0.3);
+    let follower = |phi: f64| {
+        let (x, y) = (a * phi.cos() - d, a * phi.sin());
+        let l = x.hypot(y);
+        y.atan2(x) - ((l * l + c * c - b * b) / (2.0 * l * c)).acos()
+    };
+    let phi = [0.4, 0.9, 1.5, 2.2];
+    let psi = phi.map(|phi| follower(phi) - psi0);
+    let task = format!(
+        "[synthesize]\ntask = \"function\"\nphi = {phi:?}\npsi = {psi:?}\noffsets = \"psi\"\n"
+    );
+    let found = solved(&task);
+    let is_it = |candidate: &&Candidate| {
+        [("a", a), ("b", b), ("c", c), ("psi0", psi0)]
+            .into_iter()
+            .all(|(name, value)| (candidate.numbers[name] - value).abs() < 1e-9)
+    };
+    assert_eq!(found.candidates.iter().filter(is_it).count(), 1, "{found:?}");
+}
+
+#[test]
+fn a_given_four_bar_has_its_line_and_evans_a_short_one() {
+    let hoeken = solved(
+        "[synthesize]\ntask = \"straight_line\"\nlinkage = \"hoeken\"\nrange = \"60 deg\"\n",
+    );
+    let given = solved(
+        "[synthesize]\ntask = \"straight_line\"\nlinkage = \"given\"\ncrank = 1\ncoupler = 2.5\nrocker = 2.5\nground = 2\npoint = [5, 0]\nangles = [\"120 deg\", \"240 deg\"]\n",
+    );
+    for name in ["length", "span"] {
+        let [a, b] = [&hoeken, &given].map(|found| found.candidates[0].numbers[name]);
+        assert!((a - b).abs() < 1e-9, "{name}: {a} {b}");
+    }
+    let evans = solved("[synthesize]\ntask = \"straight_line\"\nlinkage = \"evans\"\n");
+    let numbers = &evans.candidates[0].numbers;
+    // From −30° to 30° the end of the coupler goes from −1 to 1, as Scott and Russell's does exactly.
+    assert!((numbers["length"] - 2.0).abs() < 1e-2, "{numbers:?}");
+    assert!(numbers["deviation_over_length"] < 1e-2, "{numbers:?}");
+    models_solve(&evans);
+    models_solve(&given);
+}
+
+#[test]
+fn a_point_on_a_pin_has_no_cognate_without_links() {
+    let found = solved(
+        "[synthesize]\ntask = \"cognates\"\ncrank = 2\ncoupler = 4\nrocker = 3\nground = 3.5\npoint = [0, 0]\n",
+    );
+    assert_eq!(found.candidates.len(), 2);
+    assert!(found.candidates.iter().all(|c| c.numbers["crank"] > 0.1 && c.numbers["rocker"] > 0.1));
+}
+
+#[test]
+fn dwells_rest_as_long_as_they_are_to() {
+    let found = solved(
+        "[synthesize]\ntask = \"dwell\"\ndwell = \"100 deg\"\nswing = \"25 deg\"\nground = \"200 mm\"\nstarts = 600\ncandidates = 3\n",
+    );
+    assert!(!found.candidates.is_empty());
+    type C = nalgebra::Complex<f64>;
+    // The point at two distances, on the side of a known one.
+    let meet = |a: C, ra: f64, b: C, rb: f64, side: f64| {
+        let l = (b - a).norm();
+        let x = (ra * ra - rb * rb + l * l) / (2.0 * l);
+        a + (b - a) / l * C::new(x, side * (ra * ra - x * x).sqrt())
+    };
+    for candidate in &found.candidates {
+        let n = |name: &str| candidate.numbers[name];
+        let z = |name: &str| C::new(n(&format!("{name}_x")), n(&format!("{name}_y")));
+        let side = |a: C, b: C, p: C| ((p - a) * (b - a).conj()).im.signum();
+        let [a, d, b, c, g, q] =
+            ["pivot_1", "pivot_2", "pin_1", "pin_2", "pivot_3", "pin_3"].map(z);
+        let w = C::new(n("point_along_coupler"), n("point_left_of_coupler"));
+        let of_point = |b: C, c: C| b + w * (c - b) / (c - b).norm();
+        let (first, second) = (side(b, d, c), side(of_point(b, c), g, q));
+        let at = |phi: f64| {
+            let pin = a + C::from_polar(n("crank"), phi);
+            let c = meet(pin, n("coupler"), d, n("rocker"), first);
+            let q = meet(of_point(pin, c), n("link"), g, n("output"), second);
+            (q - g).arg()
+        };
+        let from = n("dwell_from");
+        let rest: Vec<f64> =
+            (0..=200).map(|k| at(from + f64::from(k) / 200.0 * n("dwell"))).collect();
+        let turn: Vec<f64> = (0..=720).map(|k| at(f64::from(k).to_radians() / 2.0)).collect();
+        let width = |all: &[f64]| {
+            let off = all.iter().map(|x| (C::i() * (x - rest[0])).exp().arg());
+            off.clone().fold(f64::MIN, f64::max) - off.fold(f64::MAX, f64::min)
+        };
+        assert!((width(&rest) - n("dwell_error")).abs() < 0.02 * n("dwell_error"), "{candidate:?}");
+        assert!(n("dwell_error") < 0.5_f64.to_radians(), "{candidate:?}");
+        assert!((width(&turn).to_degrees() - 25.0).abs() < 0.2, "{candidate:?}");
+    }
+    models_solve(&found);
 }

@@ -252,3 +252,142 @@ fn a_path_has_a_band_across_it() {
         assert!((band.at[0].hypot(band.at[1]) - 0.06).abs() < 1e-12, "{band:?}");
     }
 }
+
+/// A question of the cheapest limits, with few samples.
+fn cheapest(more: &str) -> Tolerance {
+    solved(&format!("{}{more}\n", FOUR_BAR.replace("samples = 10000", "samples = 100")))
+}
+
+#[test]
+fn the_cheapest_limits_are_those_of_lagrange() {
+    let wanted = 0.4_f64.to_radians();
+    for by in ["worst", "squares"] {
+        let keep =
+            "keep = { \"rocker.angle\" = \"±0.4 deg\" }\nweights = { a = 1, b = 2.5, d = 0.5 }";
+        let found = cheapest(&format!("{keep}\nby = \"{by}\""));
+        let answer = found.cheapest.as_ref().expect("an answer");
+        let band = &found.poses[0].bands[0];
+        let slope = |name: &str| {
+            let own = band.contributors.iter().find(|c| c.name == name);
+            own.map_or(f64::NAN, |own| own.sensitivity.abs())
+        };
+        // w/t² is in one ratio to |S|, or to S² t.
+        let rates: Vec<f64> = answer
+            .parts
+            .iter()
+            .map(|part| {
+                let (s, t) = (slope(&part.name), part.after);
+                part.weight / (t * t) / if by == "worst" { s } else { s * s * t }
+            })
+            .collect();
+        for rate in &rates {
+            assert!((rate / rates[0] - 1.0).abs() < 1e-9, "{by} {rates:?}");
+        }
+        let names: Vec<&str> = answer.parts.iter().map(|part| part.name.as_str()).collect();
+        assert_eq!(names, ["a", "b", "d"], "the part without a weight keeps its limit");
+        let kept = answer.kept[0].reached;
+        assert!(kept <= wanted * (1.0 + 1e-9) && kept > 0.9999 * wanted, "{by} {kept} {wanted}");
+        let of_bands = if by == "worst" { band.exact_interval[1] - band.nominal } else { band.rss };
+        assert!(of_bands <= wanted * (1.0 + 1e-9), "{by}");
+        assert!(answer.cost < answer.cost_before, "{answer:?}");
+        // The model with the new limits has this band.
+        let model = found.model.as_deref().expect("a model");
+        let plain = solved(&model.replace(keep, ""));
+        assert_eq!(plain.poses[0].bands[0].exact_interval, band.exact_interval, "{by}");
+    }
+}
+
+#[test]
+fn no_limits_that_keep_several_poses_are_cheaper() {
+    let at = "at = { \"A.angle\" = \"0:270 deg:4\" }";
+    let text = FOUR_BAR.replace("at = { \"A.angle\" = \"0.9 rad\" }", at);
+    let keep = "keep = { \"rocker.angle\" = \"±0.4 deg\", \"coupler.C.x\" = \"±0.4 mm\" }";
+    let text = text.replace("samples = 10000", "samples = 100");
+    let found = solved(&format!("{text}{keep}\nby = \"squares\"\n"));
+    let answer = found.cheapest.as_ref().expect("an answer");
+    let bands: Vec<_> = found.poses.iter().flat_map(|pose| &pose.bands).collect();
+    let limits = |of: &str| if of == "rocker.angle" { 0.4_f64.to_radians() } else { 0.4e-3 };
+    let fits = |halves: &[f64]| {
+        bands.iter().all(|band| {
+            let terms = band.contributors.iter().zip(halves);
+            let squares: f64 = terms.map(|(c, t)| (c.sensitivity * t).powi(2)).sum();
+            squares.sqrt() <= limits(&band.of) * (1.0 + 1e-9)
+        })
+    };
+    let best: Vec<f64> = answer.parts.iter().map(|part| part.after).collect();
+    assert!(fits(&best), "{answer:?}");
+    // Steps in all directions, as far as they keep the results.
+    let mut n_tried = 0;
+    for k in 0..400_u32 {
+        let part =
+            |j: usize| f64::from((k * 7919 + 31 * (j as u32 + 1) * (k + 3)) % 1000) / 500.0 - 1.0;
+        let near: Vec<f64> =
+            best.iter().enumerate().map(|(j, t)| t * (1.0 + 0.01 * part(j))).collect();
+        if fits(&near) {
+            n_tried += 1;
+            let cost: f64 = near.iter().map(|t| 1.0 / t).sum();
+            assert!(cost > answer.cost * (1.0 - 1e-7), "{near:?} {answer:?}");
+        }
+    }
+    assert!(n_tried > 20, "{n_tried}");
+}
+
+#[test]
+fn limits_that_cannot_follow_are_refused() {
+    for (more, code) in [
+        ("keep = { \"rocker.angle\" = \"+0.2/-0.1 deg\" }", "O001"),
+        ("keep = { \"rocker.angle\" = \"±0.2 mm\" }", "O001"),
+        ("keep = { \"rocker.angle\" = \"±0.2 deg\" }\nweights = { e = 1 }", "O001"),
+        ("keep = { \"rocker.angle\" = \"±0.2 deg\" }\nweights = { a = 0 }", "O001"),
+        ("keep = { \"rocker.angle\" = \"±0.2 deg\" }\nby = \"luck\"", "O001"),
+        ("keep = { \"rocker.angle\" = \"±0.01 deg\" }\nweights = { a = 1 }", "O008"),
+    ] {
+        let text = format!("{FOUR_BAR}{more}\n");
+        let wish = ToleranceWish::of_model(&text).expect("a question");
+        let source = Source { text, name: "model".to_owned(), ..Source::default() };
+        let error = tolerance(&source, &wish, Watch::default()).expect_err("a fault");
+        assert_eq!(error.diagnostics()[0].code.0, code, "{more}: {error}");
+    }
+}
+
+#[test]
+fn a_swing_and_its_ends_have_their_bands() {
+    let of = "of = [\"max(rocker.angle)\", \"min(rocker.angle)\", \"peak_to_peak(rocker.angle)\"]";
+    let text = FOUR_BAR
+        .replace("of = \"rocker.angle\"", of)
+        .replace("\"0.9 rad\"", "\"0:360 deg:37\"")
+        .replace("samples = 10000", "samples = 500");
+    let found = solved(&text);
+    let pose = &found.poses[0];
+    assert_eq!(pose.over.as_deref(), Some("A.angle=0:360 deg:37"));
+    // Crank and coupler in line: the angle at the rocker's pivot from the line of pivots.
+    let at = |[_, _, c, d]: [f64; 4], l: f64| {
+        std::f64::consts::PI - ((c * c + d * d - l * l) / (2.0 * c * d)).acos()
+    };
+    let ends = |p: [f64; 4]| {
+        let (least, most) = (at(p, p[1] + p[0]), at(p, p[1] - p[0]));
+        [most, least, most - least]
+    };
+    let (p, limits) = ([0.06, 0.17, 0.12, 0.18], [1e-4, 2e-4, 1.5e-4, 3e-4]);
+    for (k, band) in pose.bands.iter().enumerate() {
+        let corners = (0..16_u32).map(|corner| {
+            let moved = |j: usize| if corner >> j & 1 == 1 { limits[j] } else { -limits[j] };
+            ends(std::array::from_fn(|j| p[j] + moved(j)))[k]
+        });
+        let expected =
+            corners.fold([f64::MAX, f64::MIN], |[low, high], x| [low.min(x), high.max(x)]);
+        assert!((band.nominal - ends(p)[k]).abs() < 1e-9, "{} {}", band.nominal, ends(p)[k]);
+        for (found, expected) in band.exact_interval.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-9, "{k}: {found} {expected}");
+        }
+        for (j, part) in band.contributors.iter().enumerate() {
+            let moved =
+                |h: f64| ends(std::array::from_fn(|i| p[i] + if i == j { h } else { 0.0 }))[k];
+            let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+            assert!((part.sensitivity - slope).abs() < 1e-4, "{k} {part:?} {slope}");
+        }
+        assert!(
+            band.exact_interval[0] <= band.sampled[0] && band.sampled[1] <= band.exact_interval[1]
+        );
+    }
+}

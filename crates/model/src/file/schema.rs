@@ -82,7 +82,8 @@ const OPTIMIZE_KEYS: [&str; 10] = [
 const FIT_KEYS: [&str; 8] =
     ["vary", "unknowns", "compare", "drive", "sigma", "delay", "loss", "scale"];
 /// Keys of `[tolerance]`.
-const TOLERANCE_KEYS: [&str; 7] = ["of", "limits", "play", "at", "distribution", "samples", "seed"];
+const TOLERANCE_KEYS: [&str; 10] =
+    ["of", "limits", "play", "at", "distribution", "samples", "seed", "keep", "weights", "by"];
 
 fn named(keys: &[&'static str]) -> Holds {
     Holds::Named(vec![TableForm { word: None, keys: [keys, &REPEAT_KEYS[..]].concat() }])

@@ -28,7 +28,7 @@ class Design(dict[str, Any]):
 
     @property
     def model_text(self) -> str | None:
-        """The text of the first model; none of tolerances."""
+        """The text of the first model; of tolerances, if results keep theirs."""
         return next(iter(self.models.values()), None)
 
 
@@ -114,11 +114,15 @@ def tolerance(
     samples: int | None = None,
     seed: int | None = None,
     play: Mapping[str, str] | None = None,
+    keep: Mapping[str, str] | None = None,
+    weights: Mapping[str, float] | None = None,
+    by: str | None = None,
 ) -> Design:
     """Finds what limits of lengths do to positions: slopes, proved bounds, samples.
 
     Without arguments the question is the section ``[tolerance]`` of the model. ``play`` has pins by the names of their
-    joints: how far the centres of pin and hole come apart.
+    joints: how far the centres of pin and hole come apart. With ``keep``, results with the limits that they are to keep,
+    the limits of the parts follow as the cheapest, ``model_text`` has them, and ``cheapest`` of the answer says what they cost.
 
     Raises ModelError for faults of the model or the question, and for poses that are not reached.
     """
@@ -130,6 +134,9 @@ def tolerance(
         "samples": samples,
         "seed": seed,
         "play": play,
+        "keep": keep,
+        "weights": weights,
+        "by": by,
     }
     return _answer("tolerance", model, question, [])
 

@@ -235,7 +235,7 @@ pub(crate) fn tolerance(
     as_json: bool,
     nesting: usize,
 ) -> Result<Status, Failure> {
-    let asked = asked(&args.model, (None, &args.drawn), (as_json, nesting))?;
+    let asked = asked(&args.model, (args.output.as_deref(), &args.drawn), (as_json, nesting))?;
     let fault = |error: DesignError| failure(&asked.loaded.source, &error);
     let mut wish = ToleranceWish::of_model(&asked.source.text).map_err(fault)?;
     wish.of.extend(args.of.iter().cloned());
@@ -246,6 +246,16 @@ pub(crate) fn tolerance(
     for (name, play) in &args.play {
         wish.play.retain(|(known, _)| known != name);
         wish.play.push((name.clone(), play.clone()));
+    }
+    for (given, own) in [(&args.keep, &mut wish.keep), (&args.weight, &mut wish.weights)] {
+        own.retain(|(known, _)| given.iter().all(|(name, _)| name != known));
+        own.extend(given.iter().cloned());
+    }
+    wish.by = args.by.clone().or(wish.by);
+    if args.output.is_some() && wish.keep.is_empty() {
+        let help =
+            "say what is to be kept, as in `--keep 'rocker.angle=±0.4 deg'`, or leave out -o";
+        return Err(Failure::usage("limits are written only if they follow from a result", help));
     }
     if !args.at.is_empty() {
         wish.at.clone_from(&args.at);
@@ -258,7 +268,7 @@ pub(crate) fn tolerance(
     let Some(found) = found else { return Ok(asked.ended()) };
     let text = words::toleranced(&asked.source.name, &found);
     let figure = figure::toleranced(&asked.source.name, &found);
-    asked.told("tolerance", &found, &text, (None, Some(figure)))
+    asked.told("tolerance", &found, &text, (found.model.as_deref(), Some(figure)))
 }
 
 pub(crate) fn synthesize(args: &Synthesize, as_json: bool) -> Result<Status, Failure> {

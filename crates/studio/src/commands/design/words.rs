@@ -1,7 +1,7 @@
 //! Answers of questions of design in words.
 
 use bksim::report::number;
-use bksim_design::{Candidate, Fit, Optimized, Synthesis, Tolerance};
+use bksim_design::{Candidate, Cheapest, Fit, Optimized, Synthesis, Tolerance};
 
 /// Rows with a head, columns two spaces apart.
 fn table(head: &[&str], rows: Vec<Vec<String>>) -> String {
@@ -188,6 +188,7 @@ pub(super) fn fitted(name: &str, found: &Fit) -> String {
 
 pub(super) fn toleranced(name: &str, found: &Tolerance) -> String {
     let mut parts = vec![format!("{name}: {} samples of each pose", found.samples)];
+    parts.extend(found.cheapest.as_ref().map(cheapest));
     for pose in &found.poses {
         let at: Vec<String> =
             pose.at.iter().map(|(name, value)| format!("{name} = {}", number(*value))).collect();
@@ -201,7 +202,10 @@ pub(super) fn toleranced(name: &str, found: &Tolerance) -> String {
             ),
             None => "all samples assemble".to_owned(),
         };
-        parts.push(format!("At {at}: {assembles}"));
+        parts.push(match &pose.over {
+            Some(over) => format!("Over {over}: {assembles}"),
+            None => format!("At {at}: {assembles}"),
+        });
         for band in &pose.bands {
             let of = |x: f64| in_unit(x, &band.unit);
             let proved = if band.proved { "proved" } else { "searched" };
@@ -255,6 +259,38 @@ pub(super) fn toleranced(name: &str, found: &Tolerance) -> String {
         parts.push("stopped before all was done".to_owned());
     }
     parts.join("\n\n")
+}
+
+/// The cheapest limits and what they keep.
+fn cheapest(found: &Cheapest) -> String {
+    let part = |part: &bksim_design::CheapestPart| {
+        vec![
+            part.name.clone(),
+            format!("± {}", in_unit(part.before, &part.unit)),
+            format!("± {}", in_unit(part.after, &part.unit)),
+            number(part.weight),
+            number(part.weight / part.after),
+        ]
+    };
+    let how = if found.by == "worst" { "worst case" } else { "root of squares" };
+    let kept = found.kept.iter().map(|kept| {
+        format!(
+            "\n  `{}` keeps ± {}: {how} ± {}",
+            kept.of,
+            number(kept.limit),
+            number(kept.reached)
+        )
+    });
+    format!(
+        "The cheapest limits, by the {how}\n{}\n{}\n  cost {}, before {}",
+        table(
+            &["part", "before", "cheapest", "weight", "cost"],
+            found.parts.iter().map(part).collect()
+        ),
+        kept.collect::<String>(),
+        number(found.cost),
+        number(found.cost_before)
+    )
 }
 
 /// Linkages that are printed with all their numbers; of more, some have a row each.
