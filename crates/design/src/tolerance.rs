@@ -14,6 +14,7 @@ mod job;
 mod parts;
 mod play;
 mod proof;
+mod samples;
 
 use std::collections::BTreeMap;
 
@@ -25,7 +26,7 @@ use serde::{Deserialize, Serialize};
 use crate::base::{Source, Watch};
 use crate::codes;
 use crate::error::DesignError;
-use crate::formula::{Formula, formula};
+use crate::formula::formula;
 use crate::interval::Steps;
 use crate::poses::Poses;
 use crate::spec::{Written, located, section};
@@ -389,9 +390,9 @@ fn banded(
             break;
         }
     }
-    if !over.is_empty() && !((watch.stop)() && !found.is_empty()) {
+    if !over.is_empty() && (found.is_empty() || !(watch.stop)()) {
         let job = Job { paths: Vec::new(), ..job };
-        found.push(ranged(&mechanism, job, (&over, wish), (&read, source))?);
+        found.push(extreme::ranged(&mechanism, job, (&over, wish), (&read, source))?);
     }
     Ok(Tolerance {
         poses: found,
@@ -400,64 +401,6 @@ fn banded(
         cheapest: None,
         model: None,
     })
-}
-
-/// Reads a formula of a result.
-type Reader<'a> = dyn Fn(&String) -> Result<Formula, DesignError> + 'a;
-
-/// Greatest and least values over the range of the question.
-fn ranged(
-    mechanism: &Mechanism,
-    job: Job<'_>,
-    (of, wish): (&[&String], &ToleranceWish),
-    (read, source): (&Reader<'_>, &Source),
-) -> Result<PoseTolerance, DesignError> {
-    /// Samples unless their number is given: each finds its poses anew.
-    const N_SAMPLES: u64 = 10_000;
-    let [(name, values)] = wish.at.as_slice() else {
-        let message = format!("`{}` is of the range of one measure", of[0]);
-        let help = "say over which: `at = { \"A.angle\" = \"0:360 deg:181\" }`";
-        let fault = DesignError::fault(codes::NOTHING_ASKED, message, help);
-        return Err(located(fault, &source.text, of[0]));
-    };
-    let over = format!("{}={}", name.trim(), values.trim());
-    let drive = Drive::parse(&mechanism.model, name, values)?;
-    if drive.range.n < 3 {
-        let message = format!("`{over}` is no range in which `{}` can be", of[0]);
-        let help = "give both ends and the number of poses: `\"0:360 deg:181\"`";
-        return Err(located(
-            DesignError::fault(codes::BAD_QUESTION, message, help),
-            &source.text,
-            values,
-        ));
-    }
-    let parts: Vec<(&str, Vec<(f64, f64)>)> =
-        of.iter().filter_map(|text| extreme::parts_of(text)).collect();
-    let results =
-        parts.iter().map(|(text, _)| read(&(*text).to_owned())).collect::<Result<Vec<_>, _>>()?;
-    let outputs: Vec<Expr> = results.iter().map(|result| result.expr).collect();
-    let poses = Poses::new(mechanism, &[(drive.name.clone(), drive.measure)], &outputs, &[])?;
-    let mut solver = poses.solver();
-    let mut extremes = Vec::new();
-    for (k, (_, parts)) in parts.iter().enumerate() {
-        let one = |(sign, factor): &(f64, f64)| {
-            extreme::greatest(&mut solver, &poses.start, &drive, (k, *sign, *factor))
-        };
-        let own: Option<Vec<_>> = parts.iter().map(one).collect();
-        extremes.push(own.ok_or_else(|| {
-            let message = format!("the mechanism does not go through `{over}` from the start");
-            let help = "choose a range that it can go through: `bksim kinematics MODEL --limits`";
-            located(DesignError::fault(codes::NOT_ASSEMBLED, message, help), &source.text, values)
-        })?);
-    }
-    let job = Job { poses: &poses, steps: None, n_outputs: outputs.len(), ..job };
-    let n_samples = wish.samples.unwrap_or(N_SAMPLES);
-    let mut found = job.ranged(&over, &extremes, n_samples)?;
-    for (band, (text, result)) in found.bands.iter_mut().zip(of.iter().zip(&results)) {
-        band.of.clone_from(text);
-        band.unit.clone_from(&result.unit);
-    }
-    Ok(found)
 }
 
 /// Places of `P.x` that `P.y` follows.

@@ -95,6 +95,11 @@ fn circle(points: &[Point]) -> Option<(Point, f64, f64)> {
     (radius.is_finite() && off.is_finite()).then_some((centre, radius, off))
 }
 
+/// Places of a turn that a dwell passes, to the nearest.
+fn places(dwell: f64, of_turn: usize) -> usize {
+    (1..=of_turn).filter(|&k| TAU * (k as f64 - 0.5) / of_turn as f64 <= dwell).count()
+}
+
 /// The best part of a coupler curve for a dwell.
 fn arc(shape: &Shape, dwell: f64) -> Option<Arc> {
     if !turns(shape) {
@@ -107,7 +112,7 @@ fn arc(shape: &Shape, dwell: f64) -> Option<Arc> {
         all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)
     };
     let extent = extent(0).hypot(extent(1));
-    let n = ((dwell / TAU * TURN as f64).round() as usize).clamp(3, TURN - 6);
+    let n = places(dwell, TURN).clamp(3, TURN - 6);
     let part = |k: usize| {
         let points: Vec<Point> = (k..=k + n).map(|k| curve[k % TURN]).collect();
         let (centre, radius, off) = circle(&points)?;
@@ -128,7 +133,9 @@ fn improved(shape: Shape, dwell: f64, seed: u64) -> Option<(Shape, Arc)> {
     let mut size = 0.1;
     for _ in 0..STEPS {
         let mut next = best.0;
-        next.iter_mut().for_each(|x| *x += size * random.random_range(-1.0..1.0));
+        for x in &mut next {
+            *x += size * random.random_range(-1.0..1.0);
+        }
         match arc(&next, dwell) {
             Some(arc) if arc.off < best.1.off => best = (next, arc),
             _ => size = (0.985 * size).max(1e-3),
@@ -177,7 +184,7 @@ fn output(shape: &Shape, arc: &Arc, swing: f64) -> Option<Output> {
     let points = (0..TURN).map(at).collect::<Option<Vec<Point>>>()?;
     // Rockers of one direction swing less the longer they are: bisected to the wanted swing.
     let in_direction = |k: usize| {
-        let (angle, side) = (PI * (k / 2) as f64 / 36.0, k % 2 == 0);
+        let (angle, side) = (PI * (k / 2) as f64 / 36.0, k.is_multiple_of(2));
         let of = |length: f64| {
             let pivot =
                 [arc.centre[0] + length * angle.cos(), arc.centre[1] + length * angle.sin()];
@@ -260,7 +267,7 @@ fn candidate(
     let bars = bars.collect::<Option<Vec<FourBar>>>()?;
     let points = bars.iter().map(|bar| bar.point).collect::<Option<Vec<Point>>>()?;
     let (all, sine) = angles(&points, arc, out)?;
-    let n = (dwell / TAU * FINE as f64).round() as usize;
+    let n = places(dwell, FINE);
     let scaled = |p: Point| p.map(|x| x * ground);
     let first = &bars[0];
     let bar = FourBar {

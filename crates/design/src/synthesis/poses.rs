@@ -168,7 +168,7 @@ fn pin_of(conditions: &[[f64; 7]], centre: Point) -> Option<Point> {
     (pin[0].is_finite() && pin[1].is_finite()).then_some([pin[0], pin[1]])
 }
 
-/// What x, y and 1 are multiplied with at a pin, a row for each condition.
+/// Factors of x, y and 1 at a pin, a row for each condition.
 fn by_centre(conditions: &[[f64; 7]], [u, v]: Point) -> Vec<[f64; 3]> {
     let row = |c: &[f64; 7]| {
         [c[3] + c[5] * u - c[6] * v, c[4] + c[5] * v + c[6] * u, c[0] + c[1] * u + c[2] * v]

@@ -259,6 +259,7 @@ fn used(row: &Row, halves: &[f64], is_worst: bool) -> f64 {
 
 /// Halves of the cheapest limits; none if a part matters nowhere.
 fn cheapest(rows: &[Row], weights: &[f64], is_worst: bool, watch: Watch<'_>) -> Option<Vec<f64>> {
+    const ROUNDING: f64 = 1e-12;
     let n = weights.len();
     // By Lagrange, as if a result were alone.
     let alone = |row: &Row| -> Option<Vec<f64>> {
@@ -274,7 +275,6 @@ fn cheapest(rows: &[Row], weights: &[f64], is_worst: bool, watch: Watch<'_>) -> 
             pairs().map(|(w, s)| (row.left / sum).sqrt() * (w / (s * s)).cbrt()).collect()
         })
     };
-    const ROUNDING: f64 = 1e-12;
     let keeps =
         |halves: &Vec<f64>| rows.iter().all(|row| used(row, halves, is_worst) < 1.0 + ROUNDING);
     let closed: Vec<Vec<f64>> = rows.iter().filter_map(alone).collect();

@@ -7,10 +7,20 @@
 //! The last one is the envelope theorem: as the pose of the greatest value moves with a part, that does not count to first
 //! order. In every sample, and at every corner of the limits, the pose is found anew, by Newton's iteration on ∂h/∂u.
 
-use bksim::analysis::Drive;
+use std::collections::BTreeMap;
 
-use super::Job;
-use crate::poses::{Pose, Solver};
+use bksim::Mechanism;
+use bksim::analysis::Drive;
+use bksim::expr::Expr;
+
+use super::job::Ends;
+use super::{Job, PoseTolerance, ToleranceWish};
+use crate::base::Source;
+use crate::codes;
+use crate::error::DesignError;
+use crate::formula::Formula;
+use crate::poses::{Pose, Poses, Solver};
+use crate::spec::located;
 
 /// A pose in which a result is greatest or least.
 #[derive(Clone, Debug)]
@@ -24,7 +34,7 @@ pub(super) struct Extreme {
     ends: [f64; 2],
 }
 
-/// What a result over a range is made of: the text of the quantity, and 1 for its greatest, −1 for its least value with
+/// Parts of a result over a range: the text of the quantity, and 1 for its greatest, −1 for its least value with
 /// their factors; none of other texts.
 pub(super) fn parts_of(text: &str) -> Option<(&str, Vec<(f64, f64)>)> {
     let inside = |name: &str| {
@@ -111,8 +121,73 @@ impl Extreme {
 }
 
 impl Job<'_> {
+    /// The greatest and least values of results over a range of a measure.
+    fn ranged(
+        &self,
+        over: &str,
+        results: &[Vec<Extreme>],
+        n_samples: u64,
+    ) -> Result<PoseTolerance, DesignError> {
+        let mut solver = self.poses.solver();
+        let by = self.by_parts()?;
+        let nominal: Vec<f64> = results
+            .iter()
+            .map(|extremes| self.over_range(&mut solver, extremes, &self.nominal()))
+            .collect::<Option<_>>()
+            .ok_or_else(Self::singular)?;
+        let value = |solver: &mut Solver<'_>, point: &[f64]| -> Option<Vec<f64>> {
+            results.iter().map(|extremes| self.over_range(solver, extremes, point)).collect()
+        };
+        let sums = self.samples_of(n_samples, &nominal, &value);
+        if (self.watch.stop)() {
+            return Err(DesignError::Stopped);
+        }
+        let (n, n_open) = (sums.n as f64, sums.n_open as f64);
+        let share = n_open / n;
+        let mut bands = Vec::new();
+        let mut is_open = sums.n_open > 0;
+        for (k, extremes) in results.iter().enumerate() {
+            let mut slopes = vec![0.0; self.parts.len()];
+            let mut of_plays = vec![[0.0; 2]; self.plays.len()];
+            for extreme in extremes {
+                let here = solver.outputs(&extreme.pose, &[]).ok_or_else(Self::singular)?;
+                let by_parts = here.by_p.row(extreme.k) * &by;
+                for (sum, slope) in slopes.iter_mut().zip(by_parts.iter()) {
+                    *sum += extreme.factor * slope;
+                }
+                for (sum, play) in of_plays.iter_mut().zip(self.plays) {
+                    for (axis, sum) in sum.iter_mut().enumerate() {
+                        *sum += extreme.factor * here.by_p[(extreme.k, play.place + axis)];
+                    }
+                }
+            }
+            let mut ends = self.corners(&of_plays, &mut |point| {
+                self.over_range(&mut solver, extremes, point).ok_or(None)
+            });
+            ends.1 |= sums.n_open > 0;
+            is_open |= ends.1;
+            let [low, high] = ends.0.map(|end| (end.0, end.1.map_or_else(Vec::new, |at| at.2)));
+            let ends = Ends {
+                interval: [low.0, high.0],
+                at: [low.1, high.1],
+                proved: false,
+                is_open: ends.1,
+            };
+            let sampled = (&sums.of[k], n - n_open);
+            bands.push(self.band(nominal[k], (&slopes, &of_plays), ends, sampled));
+        }
+        Ok(PoseTolerance {
+            at: BTreeMap::new(),
+            over: Some(over.to_owned()),
+            assembles: is_open.then_some(false),
+            share_without_assembly: [share, (share * (1.0 - share) / n).sqrt()],
+            bands,
+            paths: Vec::new(),
+        })
+    }
+
     /// A result over a range at values of parts and plays.
-    pub(super) fn over_range(
+    fn over_range(
         &self,
         solver: &mut Solver<'_>,
         extremes: &[Extreme],
@@ -121,4 +196,61 @@ impl Job<'_> {
         let p = (self.parameters)(point)?;
         extremes.iter().map(|extreme| extreme.value(solver, &p)).sum()
     }
+}
+
+/// Reads a formula of a result.
+type Reader<'a> = dyn Fn(&String) -> Result<Formula, DesignError> + 'a;
+
+/// Greatest and least values over the range of the question.
+pub(super) fn ranged(
+    mechanism: &Mechanism,
+    job: Job<'_>,
+    (of, wish): (&[&String], &ToleranceWish),
+    (read, source): (&Reader<'_>, &Source),
+) -> Result<PoseTolerance, DesignError> {
+    /// Samples unless their number is given: each finds its poses anew.
+    const N_SAMPLES: u64 = 10_000;
+    let [(name, values)] = wish.at.as_slice() else {
+        let message = format!("`{}` is of the range of one measure", of[0]);
+        let help = "say over which: `at = { \"A.angle\" = \"0:360 deg:181\" }`";
+        let fault = DesignError::fault(codes::NOTHING_ASKED, message, help);
+        return Err(located(fault, &source.text, of[0]));
+    };
+    let over = format!("{}={}", name.trim(), values.trim());
+    let drive = Drive::parse(&mechanism.model, name, values)?;
+    if drive.range.n < 3 {
+        let message = format!("`{over}` is no range in which `{}` can be", of[0]);
+        let help = "give both ends and the number of poses: `\"0:360 deg:181\"`";
+        return Err(located(
+            DesignError::fault(codes::BAD_QUESTION, message, help),
+            &source.text,
+            values,
+        ));
+    }
+    let parts: Vec<(&str, Vec<(f64, f64)>)> = of.iter().filter_map(|text| parts_of(text)).collect();
+    let results =
+        parts.iter().map(|(text, _)| read(&(*text).to_owned())).collect::<Result<Vec<_>, _>>()?;
+    let outputs: Vec<Expr> = results.iter().map(|result| result.expr).collect();
+    let poses = Poses::new(mechanism, &[(drive.name.clone(), drive.measure)], &outputs, &[])?;
+    let mut solver = poses.solver();
+    let mut extremes = Vec::new();
+    for (k, (_, parts)) in parts.iter().enumerate() {
+        let one = |(sign, factor): &(f64, f64)| {
+            greatest(&mut solver, &poses.start, &drive, (k, *sign, *factor))
+        };
+        let own: Option<Vec<_>> = parts.iter().map(one).collect();
+        extremes.push(own.ok_or_else(|| {
+            let message = format!("the mechanism does not go through `{over}` from the start");
+            let help = "choose a range that it can go through: `bksim kinematics MODEL --limits`";
+            located(DesignError::fault(codes::NOT_ASSEMBLED, message, help), &source.text, values)
+        })?);
+    }
+    let job = Job { poses: &poses, steps: None, n_outputs: outputs.len(), ..job };
+    let n_samples = wish.samples.unwrap_or(N_SAMPLES);
+    let mut found = job.ranged(&over, &extremes, n_samples)?;
+    for (band, (text, result)) in found.bands.iter_mut().zip(of.iter().zip(&results)) {
+        band.of.clone_from(text);
+        band.unit.clone_from(&result.unit);
+    }
+    Ok(found)
 }

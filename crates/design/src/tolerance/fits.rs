@@ -18,7 +18,7 @@ const TABLE: &str = include_str!("fits.txt");
 /// Letters of shafts above the nominal size, in their order.
 const ABOVE: [&str; 14] = ["m", "n", "p", "r", "s", "t", "u", "v", "x", "y", "z", "za", "zb", "zc"];
 
-/// What the table has in the step of a size, µm; none of sizes above 500 mm.
+/// Value of the table in the step of a size, µm; none of sizes above 500 mm.
 fn of_step(size: f64, name: &str) -> Option<f64> {
     /// Sizes that the author writes in inches meet no step to the last bit.
     const ROUNDING: f64 = 1e-9;

@@ -1,31 +1,16 @@
 //! One pose: slopes, ends and samples.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use super::extreme::Extreme;
 use super::{Band, Contributor, Job, Part, PathBand, Play, PoseTolerance};
 use crate::codes;
 use crate::error::DesignError;
 use crate::poses::{Outputs, Pose, Solver};
 use crate::sqp::Problem;
-
-/// Samples with generators of their own.
-const CHUNK: u64 = 1000;
-
-/// Sums over samples.
-#[derive(Clone)]
-struct Sums {
-    n: u64,
-    n_open: u64,
-    /// By output: offsets from the nominal value to the powers 1, 2, 3; least and largest value.
-    of: Vec<[f64; 5]>,
-}
 
 impl Job<'_> {
     pub(super) fn pose(
@@ -35,7 +20,7 @@ impl Job<'_> {
         n_samples: u64,
     ) -> Result<PoseTolerance, DesignError> {
         let mut solver = self.poses.solver();
-        let here = solver.outputs(pose, &[]).ok_or_else(|| self.singular())?;
+        let here = solver.outputs(pose, &[]).ok_or_else(Self::singular)?;
         let by_parts = &here.by_p * self.by_parts()?;
         let sums = self.samples(pose, n_samples, &here.values);
         if (self.watch.stop)() {
@@ -63,72 +48,7 @@ impl Job<'_> {
         Ok(PoseTolerance { at, over: None, assembles, share_without_assembly, bands, paths })
     }
 
-    /// The greatest and least values of results over a range of a measure.
-    pub(super) fn ranged(
-        &self,
-        over: &str,
-        results: &[Vec<Extreme>],
-        n_samples: u64,
-    ) -> Result<PoseTolerance, DesignError> {
-        let mut solver = self.poses.solver();
-        let by = self.by_parts()?;
-        let nominal: Vec<f64> = results
-            .iter()
-            .map(|extremes| self.over_range(&mut solver, extremes, &self.nominal()))
-            .collect::<Option<_>>()
-            .ok_or_else(|| self.singular())?;
-        let value = |solver: &mut Solver<'_>, point: &[f64]| -> Option<Vec<f64>> {
-            results.iter().map(|extremes| self.over_range(solver, extremes, point)).collect()
-        };
-        let sums = self.samples_of(n_samples, &nominal, &value);
-        if (self.watch.stop)() {
-            return Err(DesignError::Stopped);
-        }
-        let (n, n_open) = (sums.n as f64, sums.n_open as f64);
-        let share = n_open / n;
-        let mut bands = Vec::new();
-        let mut is_open = sums.n_open > 0;
-        for (k, extremes) in results.iter().enumerate() {
-            let mut slopes = vec![0.0; self.parts.len()];
-            let mut of_plays = vec![[0.0; 2]; self.plays.len()];
-            for extreme in extremes {
-                let here = solver.outputs(&extreme.pose, &[]).ok_or_else(|| self.singular())?;
-                let by_parts = here.by_p.row(extreme.k) * &by;
-                for (sum, slope) in slopes.iter_mut().zip(by_parts.iter()) {
-                    *sum += extreme.factor * slope;
-                }
-                for (sum, play) in of_plays.iter_mut().zip(self.plays) {
-                    for (axis, sum) in sum.iter_mut().enumerate() {
-                        *sum += extreme.factor * here.by_p[(extreme.k, play.place + axis)];
-                    }
-                }
-            }
-            let mut ends = self.corners(&of_plays, &mut |point| {
-                self.over_range(&mut solver, extremes, point).ok_or(None)
-            });
-            ends.1 |= sums.n_open > 0;
-            is_open |= ends.1;
-            let [low, high] = ends.0.map(|end| (end.0, end.1.map_or_else(Vec::new, |at| at.2)));
-            let ends = Ends {
-                interval: [low.0, high.0],
-                at: [low.1, high.1],
-                proved: false,
-                is_open: ends.1,
-            };
-            let sampled = (&sums.of[k], n - n_open);
-            bands.push(self.band(nominal[k], (&slopes, &of_plays), ends, sampled));
-        }
-        Ok(PoseTolerance {
-            at: BTreeMap::new(),
-            over: Some(over.to_owned()),
-            assembles: is_open.then_some(false),
-            share_without_assembly: [share, (share * (1.0 - share) / n).sqrt()],
-            bands,
-            paths: Vec::new(),
-        })
-    }
-
-    fn singular(&self) -> DesignError {
+    pub(super) fn singular() -> DesignError {
         let message = "the nominal pose is a dead centre, in which slopes have no bound";
         DesignError::fault(
             codes::NOT_ASSEMBLED,
@@ -138,7 +58,7 @@ impl Job<'_> {
     }
 
     /// The band of one result, without its name and unit.
-    fn band(
+    pub(super) fn band(
         &self,
         nominal: f64,
         (slopes, of_plays): (&[f64], &[[f64; 2]]),
@@ -244,7 +164,7 @@ impl Job<'_> {
     }
 
     /// Derivatives of all parameters by the parts.
-    fn by_parts(&self) -> Result<DMatrix<f64>, DesignError> {
+    pub(super) fn by_parts(&self) -> Result<DMatrix<f64>, DesignError> {
         let nominal = self.nominal();
         let refused = || {
             let message = "the model refuses values next to the nominal ones";
@@ -361,10 +281,10 @@ impl Job<'_> {
     }
 
     /// The least and largest value over the corners, pins on the sides of their holes that make it so, and whether some do not assemble.
-    fn corners(
+    pub(super) fn corners(
         &self,
         of_plays: &[[f64; 2]],
-        value: &mut dyn FnMut(&[f64]) -> Result<f64, Option<(f64, Pose)>>,
+        value: &mut AtCorner<'_>,
     ) -> ([Corner; 2], bool) {
         let n = self.parts.len();
         let mut ends = [(f64::INFINITY, None), (f64::NEG_INFINITY, None)];
@@ -481,91 +401,19 @@ impl Job<'_> {
         let found = problem.minimize(start)?;
         (found.violation < 1e-9).then(|| sign * found.values[0])
     }
-
-    /// Samples on all cores; the same for any number of them.
-    fn samples(&self, pose: &Pose, n_samples: u64, nominal: &[f64]) -> Sums {
-        self.samples_of(n_samples, nominal, &|solver, point| {
-            let p = (self.parameters)(point)?;
-            let found = solver.follow(pose, &p, &pose.u).ok()?;
-            Some(solver.raw(&found.q, &found.p, &found.u).2)
-        })
-    }
-
-    fn samples_of(&self, n_samples: u64, nominal: &[f64], values: &Values<'_>) -> Sums {
-        let none = Sums {
-            n: 0,
-            n_open: 0,
-            of: vec![[0.0, 0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY]; nominal.len()],
-        };
-        let n_done = AtomicU64::new(0);
-        let chunk = |number: u64| {
-            let mut sums = none.clone();
-            if (self.watch.stop)() {
-                return sums;
-            }
-            let mut rng =
-                Pcg64Mcg::seed_from_u64(self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ number);
-            let mut solver = self.poses.solver();
-            for _ in 0..CHUNK.min(n_samples - number * CHUNK) {
-                if (self.watch.stop)() {
-                    return sums;
-                }
-                let mut point: Vec<f64> = self
-                    .parts
-                    .iter()
-                    .map(|part| part.middle() + part.half() * part.spread.sample(&mut rng))
-                    .collect();
-                for play in self.plays {
-                    point.extend(Play::sample(&mut rng).map(|part| part * play.reach));
-                }
-                sums.n += 1;
-                let Some(values) = values(&mut solver, &point) else {
-                    sums.n_open += 1;
-                    continue;
-                };
-                for ((sums, value), nominal) in sums.of.iter_mut().zip(&values).zip(nominal) {
-                    let off = value - nominal;
-                    sums[0] += off;
-                    sums[1] += off * off;
-                    sums[2] += off * off * off;
-                    sums[3] = sums[3].min(*value);
-                    sums[4] = sums[4].max(*value);
-                }
-            }
-            let done = n_done.fetch_add(sums.n, Ordering::Relaxed) + sums.n;
-            let [first, poses] = self.progress;
-            let share = (first + done as f64 / n_samples as f64) / poses;
-            let words = format!("pose {} of {poses}", first + 1.0);
-            (self.watch.reached)(&words, share);
-            sums
-        };
-        let chunks: Vec<Sums> = (0..n_samples.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
-        chunks.into_iter().fold(none.clone(), |mut all, chunk| {
-            all.n += chunk.n;
-            all.n_open += chunk.n_open;
-            for (all, own) in all.of.iter_mut().zip(&chunk.of) {
-                for power in 0..3 {
-                    all[power] += own[power];
-                }
-                all[3] = all[3].min(own[3]);
-                all[4] = all[4].max(own[4]);
-            }
-            all
-        })
-    }
 }
 
-/// Results at values of parts and plays; none where these do not assemble.
-type Values<'a> = dyn Fn(&mut Solver<'_>, &[f64]) -> Option<Vec<f64>> + Sync + 'a;
+/// A value at a corner; where the way there ends before, the last value and pose of it, if there is one.
+pub(super) type AtCorner<'a> = dyn FnMut(&[f64]) -> Result<f64, Option<(f64, Pose)>> + 'a;
 
 /// A value with the last pose of its way if that ended before the corner, the corner, and its sides.
-type Corner = (f64, Option<(Option<Pose>, Vec<f64>, Vec<&'static str>)>);
+pub(super) type Corner = (f64, Option<(Option<Pose>, Vec<f64>, Vec<&'static str>)>);
 
 /// The ends of a result over the box of limits.
-struct Ends {
-    interval: [f64; 2],
-    at: [Vec<&'static str>; 2],
-    proved: bool,
+pub(super) struct Ends {
+    pub(super) interval: [f64; 2],
+    pub(super) at: [Vec<&'static str>; 2],
+    pub(super) proved: bool,
     /// True if some parts do not assemble.
-    is_open: bool,
+    pub(super) is_open: bool,
 }
