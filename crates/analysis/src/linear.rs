@@ -74,21 +74,55 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         About::Start => (),
         _ => loaded.leave_out_sliding(),
     }
+    let mut found = equations(&loaded, about, channels)?;
+    if let About::Start | About::Instant(_) = about {
+        found.state.is_passing = is_passing(loaded, about, channels, &found);
+    }
+    Ok(found)
+}
+
+/// True if the motion changes the matrix A of a state that it passes: a little later an entry differs.
+fn is_passing(mut loaded: Loaded, about: About, channels: &Channels, found: &Linear) -> bool {
+    // Part of the fastest period after which A is compared, and change of a row that no tolerance explains.
+    const LATER: f64 = 0.01;
+    const CHANGED: f64 = 1e-3;
+    let poles = found.poles.iter().map(|[re, im]| re.hypot(*im));
+    let fastest = poles.chain(loaded.v.iter().map(|rate| rate.abs())).fold(0.0, f64::max);
+    let held = loaded.held_contacts();
+    if loaded.v.iter().all(|rate| *rate == 0.0) || loaded.run_to(loaded.t + LATER / fastest).is_err() {
+        return false;
+    }
+    let inputs = Channels { outputs: Vec::new(), ..channels.clone() };
+    let Ok(later) = equations(&loaded, about, &inputs) else { return false };
+    if later.states != found.states || loaded.held_contacts() != held {
+        return true;
+    }
+    // Rows of rounding alone say nothing.
+    let least = 1e-9 * found.a.amax();
+    let differs = |row: usize| {
+        let off = (later.a.row(row) - found.a.row(row)).amax();
+        off > least && off > CHANGED * found.a.row(row).amax()
+    };
+    (0..found.a.nrows()).any(differs)
+}
+
+/// The equations about the state that is loaded, or an equilibrium.
+fn equations(loaded: &Loaded, about: About, channels: &Channels) -> Result<Linear, AnalysisError> {
     let model = loaded.model();
-    let (free, inputs) = inputs_of(&loaded, &channels.inputs)?;
+    let (free, inputs) = inputs_of(loaded, &channels.inputs)?;
 
     // The state.
-    let balance = Balance::of(&loaded, &channels.states, &[])?;
-    let ((q, v, a, lambda), state) = state_of(&loaded, balance, about)?;
+    let balance = Balance::of(loaded, &channels.states, &[])?;
+    let ((q, v, a, lambda), state) = state_of(loaded, balance, about)?;
     let mut forces =
         Forces::compile(model, loaded.system(), &loaded.kept, &free, &loaded.parameters)?;
     let p: Vec<f64> = free.iter().map(|id| loaded.mechanism.parameters[id.0]).collect();
     let at = forces.at(At { t: loaded.t, q: &q, v: &v, a: &a, lambda: &lambda, p: &p });
-    let positions = Balance::of(&loaded, &channels.states, &[])?.reduced(&q, &at.jacobian)?;
+    let positions = Balance::of(loaded, &channels.states, &[])?.reduced(&q, &at.jacobian)?;
     // Rows between rates leave positions free.
-    let jacobian = with_rows_of_rates(&loaded, &at);
+    let jacobian = with_rows_of_rates(loaded, &at);
     let reduced = match jacobian.as_ref() {
-        Some(jacobian) => Balance::of(&loaded, &[], &[])?.reduced(&q, jacobian)?,
+        Some(jacobian) => Balance::of(loaded, &[], &[])?.reduced(&q, jacobian)?,
         None => positions.clone(),
     };
     let jacobian = jacobian.unwrap_or_else(|| at.jacobian.clone());
@@ -163,9 +197,9 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         lambda: beside([&multipliers[0], &multipliers[1], &multipliers[2]]),
     };
     let moving = At { t: loaded.t, q: &q, v: &v, a: &a, lambda: &lambda, p: &p };
-    let outputs = Outputs::of(&loaded, channels, &inputs, &free)?;
+    let outputs = Outputs::of(loaded, channels, &inputs, &free)?;
     let numbers = (loaded.parameters.as_slice(), loaded.kept.as_slice());
-    let slopes = outputs.slopes(&loaded)?;
+    let slopes = outputs.slopes(loaded)?;
     let (matrix_c, matrix_d) = slopes.matrices(numbers, moving, &changes, size, &inputs);
     let pole = slopes.pole(numbers, moving, &changes, [&matrix_c, &matrix_d], &inputs);
     let names = outputs.columns.iter().map(|output| output.name.clone());
@@ -198,7 +232,7 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         (Some(format!("d/dt {rate}")), column, -value)
     });
     let outputs = outputs.columns;
-    let (kept, states) = kept_states(&loaded, &positions, &reduced);
+    let (kept, states) = kept_states(loaded, &positions, &reduced);
     if let Some((name, column, value)) = pole.or(of_forces) {
         let state = kept.iter().position(|&k| k == column).map(|k| &states[k].name);
         let by = state.or_else(|| channels.inputs.get(column.checked_sub(size)?));
@@ -219,7 +253,7 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         c: matrix_c.select_columns(&kept),
         poles,
         state,
-        pose: pose_of(&loaded, &q)?,
+        pose: pose_of(loaded, &q)?,
         held: loaded.held_contacts(),
     };
     linear.check_numbers()?;

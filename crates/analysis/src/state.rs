@@ -34,6 +34,8 @@ pub struct State {
     pub is_complete: bool,
     /// Rates of the start that the answer leaves out: it is as if at rest.
     pub left_out: Vec<(String, f64, String)>,
+    /// True if the motion goes on to other linear equations: these are of this instant alone.
+    pub is_passing: bool,
 }
 
 /// Another equilibrium that an answer could be about.
@@ -62,6 +64,7 @@ impl State {
             others: Vec::new(),
             is_complete: true,
             left_out: Vec::new(),
+            is_passing: false,
         }
     }
 }

@@ -62,6 +62,11 @@ pub(super) fn besides(state: &State, units: &ShownUnits) -> String {
             rates.join(", ")
         )]);
     }
+    if state.is_passing {
+        text.push_str(
+            "\n  of this instant alone: the motion changes these equations, so that poles do not say how deviations grow",
+        );
+    }
     text
 }
 
@@ -123,6 +128,7 @@ pub fn json(state: &State, units: &ShownUnits) -> Value {
         "number": state.number,
         "others": state.others.iter().map(other).collect::<Vec<_>>(),
         "complete": state.is_complete,
+        "passing": state.is_passing,
         "left_out": state.left_out.iter().map(left_out).collect::<Vec<_>>(),
     })
 }
