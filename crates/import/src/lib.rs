@@ -181,6 +181,7 @@ fn finish(
 ) -> Imported {
     let mut draft = draft.unwrap_or_default();
     draft.limit_frictions(&mut job);
+    draft.write_starts();
     if !job.has_errors() && draft.bodies.is_empty() {
         let start = Place { file: 0, span: 0..0 };
         let help = "import the file that has the links or bodies of the mechanism";

@@ -9,6 +9,8 @@ const NO_LIMIT: f64 = 1e15;
 
 /// Joints that may rub: each sticks or slides either way, and a start tries 4096 cases.
 const MAX_FRICTIONS: usize = 7;
+/// Part of a range by which a joint of a loop starts within its nearest limit.
+const INWARDS: f64 = 0.05;
 
 /// One motion of a joint in which loads act.
 #[derive(Clone, Copy, Debug)]
@@ -62,8 +64,23 @@ impl Draft {
             _ => return,
         };
         let word = motion.of.unwrap_or(if motion.turns { "angle" } else { "position" });
-        let value = format!("{{ guess = {{ {word} = {} }} }}", number(nearest));
-        self.initial.push((motion.joint.to_owned(), value));
+        let range = lower.zip(upper).map_or(0.0, |(lower, upper)| upper - lower);
+        let inwards = INWARDS * range * nearest.signum();
+        self.starts.push((motion.joint.to_owned(), word.to_owned(), [nearest, nearest + inwards]));
+    }
+
+    /// Writes where joints start that cannot start at zero: at their limits, but in loops, which move on as they close, a
+    /// little within them.
+    pub(crate) fn write_starts(&mut self) {
+        // A tree has as many joints as bodies.
+        let has_loops = self.joints.len() > self.bodies.len();
+        for starts in self.starts.chunk_by(|a, b| a.0 == b.0) {
+            let key = |(_, word, at): &(String, String, [f64; 2])| {
+                format!("{word} = {}", number(at[usize::from(has_loops)]))
+            };
+            let keys: Vec<String> = starts.iter().map(key).collect();
+            self.initial.push((starts[0].0.clone(), format!("{{ guess = {{ {} }} }}", keys.join(", "))));
+        }
     }
 
     /// A spring and a damper in a joint: stiffness, where it is at rest, damping.

@@ -47,20 +47,8 @@ impl Tree {
         let document = match Document::parse_with_options(&text, options) {
             Ok(document) => document,
             Err(error) => {
-                let position = error.pos();
-                let line: usize = text
-                    .split_inclusive('\n')
-                    .take(position.row.saturating_sub(1) as usize)
-                    .map(str::len)
-                    .sum();
-                let column = text[line.min(text.len())..]
-                    .char_indices()
-                    .nth(position.col.saturating_sub(1) as usize)
-                    .map_or(0, |(at, _)| at);
-                let at = (line + column).min(text.len());
+                let (at, message) = fault_of(&text, &error);
                 let place = Place { file, span: at..at };
-                let message =
-                    format!("the file is not XML: {}", without_position(&error.to_string()));
                 let help = "mend the file here: each element is closed, each value is in quotes";
                 job.error(codes::NOT_XML, message, (&place, ""), help);
                 return None;
@@ -148,4 +136,15 @@ impl Tree {
 /// The message of an error of the library without the position at its end.
 fn without_position(message: &str) -> &str {
     message.rsplit_once(" at ").map_or(message, |(head, _)| head)
+}
+
+/// Where a text is no XML, a byte, and why.
+pub(crate) fn fault_of(text: &str, error: &roxmltree::Error) -> (usize, String) {
+    let position = error.pos();
+    let lines = text.split_inclusive('\n').take(position.row.saturating_sub(1) as usize);
+    let line: usize = lines.map(str::len).sum();
+    let mut columns = text[line.min(text.len())..].char_indices();
+    let column = columns.nth(position.col.saturating_sub(1) as usize).map_or(0, |(at, _)| at);
+    let message = format!("the file is not XML: {}", without_position(&error.to_string()));
+    ((line + column).min(text.len()), message)
 }

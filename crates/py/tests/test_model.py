@@ -30,6 +30,17 @@ A = { angle = "30 deg" }
 t_end = "1 s"
 """
 
+LIFT = """
+space = "spatial"
+[bodies.car]
+mass = "40 kg"
+inertia = ["2 kg m^2", "2 kg m^2", "1 kg m^2"]
+[joints.mast]
+type = "cylindrical"
+between = ["ground", "car"]
+axis = [0, 0, 1]
+"""
+
 
 def pendulum_in_code() -> bksim.Model:
     m = bksim.Model("model", parameters={"l": "0.5 m"})
@@ -415,6 +426,12 @@ def test_a_robot_of_another_program_is_a_model(tmp_path: Path) -> None:
     assert m.coordinates == ("pin_angle",)
     # About the pin: 0.1 + 2 · 0.5².
     np.testing.assert_allclose(m.compile().mass_matrix(np.zeros(1)), [[0.6]])
+    # And back, with the values of now.
+    again = tmp_path / "arm.xml"
+    again.write_text(m.robot("mjcf"))
+    np.testing.assert_allclose(bksim.import_model(again).compile().mass_matrix(np.zeros(1)), [[0.6]])
+    with pytest.raises(bksim.ModelError, match="I024"):
+        bksim.loads(LIFT).robot("sdf")
     robot.write_text(text.replace('child link="rod"', 'child link="rot"'))
     with pytest.raises(bksim.ModelError) as raised:
         bksim.import_model(robot)

@@ -19,7 +19,7 @@ use crate::kind::{APPLICATION, DOCTOR_LAYER};
 use crate::tags::Tags;
 use plane::planar;
 
-pub use sheet::{Dash, Drawn, Filled, Length, Sheet, Words, number_in, sheet};
+pub use sheet::{Dash, Drawn, Filled, Length, Sheet, Words, number_in, pattern, sheet};
 
 /// Most curves that are read out of nested inserts: a drawing of a mechanism has thousands.
 const MAX_INSERTED: usize = 200_000;

@@ -311,7 +311,7 @@ impl LineTypes {
 }
 
 /// Look of a pattern of dashes (above zero), gaps (below) and dots (zero).
-fn pattern(elements: &[f64]) -> Dash {
+pub fn pattern(elements: &[f64]) -> Dash {
     let drawn: Vec<f64> = elements.iter().copied().filter(|length| *length >= 0.0).collect();
     let longest = drawn.iter().copied().fold(0.0, f64::max);
     let is_short = |length: &&f64| **length < 0.7 * longest;

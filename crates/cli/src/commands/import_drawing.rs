@@ -3,8 +3,8 @@
 use std::io::{self, BufRead as _, IsTerminal as _, Write as _};
 use std::path::Path;
 
-use bksim::cad::{container, patch::apply, tags::excerpt_text, units};
-use bksim::import::plain::{Material, Options, Question, Understanding, understand};
+use bksim::cad::{container, patch::apply, units};
+use bksim::import::plain::{Material, Options, Question, Understanding, excerpt, is_svg, understand};
 use serde_json::{Value, json};
 
 use crate::args::import::Import;
@@ -14,10 +14,12 @@ use crate::output_file::{check_ending, put};
 use crate::render;
 use crate::source::Text;
 
-/// Whether a file is a drawing, by its bytes, or by its name where those are damaged.
+/// Whether a file is a drawing or a picture, by its bytes, or by its name where those are damaged.
 pub(super) fn is_drawing(path: &Path, bytes: &[u8]) -> bool {
     let ending = path.extension().map(|it| it.to_string_lossy().to_ascii_lowercase());
-    container::recognise(bytes).is_ok() || matches!(ending.as_deref(), Some("dxf" | "dwg"))
+    container::recognise(bytes).is_ok()
+        || is_svg(bytes)
+        || matches!(ending.as_deref(), Some("dxf" | "dwg"))
 }
 
 pub(super) fn run(
@@ -30,7 +32,7 @@ pub(super) fn run(
     args.picture.iter().try_for_each(|path| check_ending(path, &["svg"]))?;
     let mut options = options(args)?;
     let rejected = |diagnostics| Failure::Model {
-        source: Box::new(Text::new(args.file.clone(), excerpt_text(bytes))),
+        source: Box::new(Text::new(args.file.clone(), excerpt(bytes))),
         diagnostics,
     };
     let mut understood = understand(name, bytes, &options).map_err(rejected)?;
@@ -61,7 +63,7 @@ pub(super) fn run(
         output::json("import", as_object(args, name, &understood))?;
         return Ok(Status::Done);
     }
-    let source = Text::new(args.file.clone(), excerpt_text(bytes));
+    let source = Text::new(args.file.clone(), excerpt(bytes));
     render::print_all(&source, &understood.warnings);
     match &args.output {
         None => output::text(understood.model.trim_end())?,

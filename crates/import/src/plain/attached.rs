@@ -42,7 +42,7 @@ pub(super) fn records(
     Ok(records.edits)
 }
 
-fn refused(message: String) -> Diagnostic {
+pub(super) fn refused(message: String) -> Diagnostic {
     Diagnostic::error(codes::NOT_ATTACHED, message).help("write a model file: `-o model.toml`")
 }
 

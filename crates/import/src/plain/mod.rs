@@ -1,7 +1,7 @@
 //! A drawing without attributes as a mechanism.
 //!
 //! ```text
-//! drawing → Sheet → lines, bows, circles, rings → frame, dimensions, ground, springs taken away
+//! DXF, DWG, SVG → Sheet → lines, bows, circles, rings → frame, dimensions, ground, springs taken away
 //!                   pieces                        notes, hatching, springs
 //!         → bodies → joints → freedoms, questions → Understanding → text of a model, picture
 //!           bodies   joints   mobility  questions                    model           picture
@@ -22,12 +22,14 @@ mod mobility;
 mod model;
 mod naming;
 mod notes;
+mod outlines;
 mod picture;
 mod pieces;
 mod questions;
 mod report;
 mod springs;
 mod straighten;
+mod svg;
 mod wheels;
 
 use bksim_cad::drawing::{LengthUnit, Location};
@@ -56,6 +58,9 @@ use crate::names::Names;
 
 /// Most lines, arcs and curves that are read: a mechanism has hundreds.
 const MAX_STROKES: usize = 2000;
+
+/// Comments and declarations before the first element of a picture, bytes.
+const MAX_HEADING: usize = 16 << 10;
 
 /// Most texts, and most bodies.
 const MAX_WORDS: usize = 2000;
@@ -176,8 +181,7 @@ pub fn understand(
     bytes: &[u8],
     options: &Options,
 ) -> Result<Understanding, Vec<Diagnostic>> {
-    let (opened, has_unit) = opened(bytes, options)?;
-    let sheet = sheet(&opened);
+    let Paper { sheet, unit, has_unit, own_unit, warnings } = paper(bytes, options)?;
     let n_strokes = sheet.strokes.iter().map(|stroke| stroke.path.curves.len()).sum();
     for (count, limit, what) in
         [(n_strokes, MAX_STROKES, "strokes"), (sheet.words.len(), MAX_WORDS, "texts")]
@@ -198,15 +202,8 @@ pub fn understand(
     }
     let mut names = Names::default();
     let named = naming::name(&mut found, &mut names);
-    let asked = questions::ask(&found, &named, first, (opened.unit, has_unit), options)?;
-    // A drawing with attributes is read in the unit that its file states.
-    let stated = options.unit.and_then(|_| open(bytes.to_vec(), &OpenOptions::default()).ok());
-    let own_unit = match (stated, options.unit) {
-        (Some(stated), _) => (stated.unit.metres, true),
-        (None, Some(unit)) => (unit.metres, false),
-        (None, None) => (opened.unit.metres, has_unit),
-    };
-    Ok(finish(name, found, &named, asked, own_unit, options, opened.warnings))
+    let asked = questions::ask(&found, &named, first, (unit, has_unit), options)?;
+    Ok(finish(name, found, &named, asked, own_unit, options, warnings))
 }
 
 /// Puts everything together.
@@ -215,7 +212,7 @@ fn finish(
     mut found: Found,
     named: &Named,
     asked: Asked,
-    own_unit: (f64, bool),
+    own_unit: Option<(f64, bool)>,
     options: &Options,
     warnings: Vec<Diagnostic>,
 ) -> Understanding {
@@ -237,7 +234,10 @@ fn finish(
     found.joints.extend(answered);
     let writing = Writing { found: &found, asked: &asked, elements: &elements, options };
     let model = writing.draft(name, mobility, &left_out);
-    let records = attached::records(&writing, own_unit);
+    let records = match own_unit {
+        Some(unit) => attached::records(&writing, unit),
+        None => Err(attached::refused("a picture in SVG has no place for attributes".to_owned())),
+    };
     Understanding {
         bodies,
         joints,
@@ -252,6 +252,51 @@ fn finish(
         picture,
         warnings,
     }
+}
+
+/// What is drawn, and in which unit.
+struct Paper {
+    sheet: Sheet,
+    unit: LengthUnit,
+    has_unit: bool,
+    /// The unit that the file itself states, in metres, and true if it does; `None` of a picture, which holds no model.
+    own_unit: Option<(f64, bool)>,
+    warnings: Vec<Diagnostic>,
+}
+
+/// True of a picture in SVG.
+pub fn is_svg(bytes: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(MAX_HEADING)]);
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    text.starts_with('<') && crate::first_element(text) == Some("svg")
+}
+
+/// The text of a drawing or a picture that faults are about.
+pub fn excerpt(bytes: &[u8]) -> String {
+    if is_svg(bytes) {
+        String::from_utf8_lossy(bytes).into_owned()
+    } else {
+        bksim_cad::tags::excerpt_text(bytes)
+    }
+}
+
+fn paper(bytes: &[u8], options: &Options) -> Result<Paper, Vec<Diagnostic>> {
+    if is_svg(bytes) {
+        let (sheet, has_size) = svg::read(&excerpt(bytes), options.unit.is_some())?;
+        let unit = options.unit.or_else(|| units::by_name("mm")).expect("millimetres are a unit");
+        let has_unit = has_size || options.unit.is_some();
+        return Ok(Paper { sheet, unit, has_unit, own_unit: None, warnings: Vec::new() });
+    }
+    let (opened, has_unit) = opened(bytes, options)?;
+    // A drawing with attributes is read in the unit that its file states.
+    let stated = options.unit.and_then(|_| open(bytes.to_vec(), &OpenOptions::default()).ok());
+    let own_unit = match (stated, options.unit) {
+        (Some(stated), _) => (stated.unit.metres, true),
+        (None, Some(unit)) => (unit.metres, false),
+        (None, None) => (opened.unit.metres, has_unit),
+    };
+    let (sheet, unit, own_unit) = (sheet(&opened), opened.unit, Some(own_unit));
+    Ok(Paper { sheet, unit, has_unit, own_unit, warnings: opened.warnings })
 }
 
 /// Opens the drawing; whether it states its unit.

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
-import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from . import _bksim
 from ._assigned import Value
-from ._errors import ModelError, diagnostics_of
+from ._imported import imported
 from ._model import Model
 from ._named import unknown
 from ._reading import read, text_of
@@ -80,7 +77,7 @@ def import_model(
 ) -> Model:
     """The model of a file of another program, as ``bksim import`` writes it; its text is ``Model.text``.
 
-    ``source`` is a file in URDF, MJCF, SDF or of Adams, a drawing without attributes, or a link of PMKS+. ``paths`` are folders in
+    ``source`` is a file in URDF, MJCF, SDF or of Adams, a drawing without attributes (DXF, DWG, SVG), or a link of PMKS+. ``paths`` are folders in
     which ``package://`` and ``model://`` are looked for. ``free`` lets the first link of a robot in URDF move. ``answers`` are those
     to the questions of a drawing, by their keys, ``units`` is what one unit of it is.
 
@@ -90,20 +87,9 @@ def import_model(
     arguments += [f"--answer={key}={value}" for key, value in (answers or {}).items()]
     arguments += ["--free"] if free else []
     arguments += [f"--units={units}"] if units is not None else []
-    command = [sys.executable, "-m", "bksim", "import", os.fspath(source), "--json", *arguments]
-    # The same package again, from wherever this one was taken.
-    around = os.pathsep.join([str(Path(__file__).parents[1]), *filter(None, [os.environ.get("PYTHONPATH")])])
-    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": around})
-    answer = json.loads(done.stdout)
-    if done.returncode == 0:
-        name = Path(source).stem if "?" not in os.fspath(source) else "linkage"
-        return loads(answer["model"], name=name, jit=jit)
-    if "diagnostics" in answer:
-        faults = diagnostics_of(json.dumps(answer["diagnostics"]))
-        raise ModelError("\n".join(str(fault) for fault in faults), faults)
-    if done.returncode == 4:
-        raise OSError(answer["message"])
-    raise ValueError(answer["message"])
+    answer = imported(os.fspath(source), arguments)
+    name = Path(source).stem if "?" not in os.fspath(source) else "linkage"
+    return loads(answer["model"], name=name, jit=jit)
 
 
 def example(name: str) -> Model:

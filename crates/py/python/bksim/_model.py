@@ -5,10 +5,11 @@ from __future__ import annotations
 import copy
 import json
 import os
+import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from . import _bksim
 from ._checked import names, pairs, real, whole
@@ -18,6 +19,7 @@ from ._events import Event, found
 from ._ended import LimitError, SolverError
 from ._errors import Diagnostic, ModelError, WorthWarning, diagnostics_of
 from ._functions import Functions
+from ._imported import imported
 from ._assigned import Value
 from ._joints import Joint
 from ._parts import Body, Drive, Ground, Load
@@ -149,6 +151,18 @@ class Model(Questions):
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the text of the model to a file."""
         Path(path).expanduser().write_text(self.text, encoding="utf-8")
+
+    def robot(self, to: Literal["urdf", "mjcf", "sdf"]) -> str:
+        """The model as the text of a robot file, as ``bksim import --to`` writes it.
+
+        What the format cannot hold is listed at the head of the text.
+        Raises ModelError where the format cannot hold the model at all.
+        """
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, f"{self.name}.toml")
+            self.save(file)
+            text: str = imported(str(file), [f"--to={to}"])["model"]
+        return text
 
     def copy(self) -> Model:
         """A model of its own, with the same values and inputs."""

@@ -331,7 +331,7 @@ impl<'a> ModeSearch<'a> {
         let values = self.indicators(&self.modes);
         let weak = self.weak_contact(&values);
         if weak.is_none()
-            && let Some(modes) = self.modes_of_outlines(undecided, &values)
+            && let Some(modes) = self.modes_of_many(undecided, &values)
         {
             return Ok(self.start_in(modes));
         }

@@ -20,6 +20,12 @@ impl ModeSets {
         let next = has_choices.then(|| vec![0; n_choices.len()]);
         Self { n_choices, next, n_left: MAX_SETS }
     }
+
+    /// True if there are more combinations than are tried.
+    pub(super) fn are_too_many(n_choices: &[usize]) -> bool {
+        let n_sets = n_choices.iter().try_fold(1_usize, |sets, &n| sets.checked_mul(n));
+        n_sets.is_none_or(|n_sets| n_sets > MAX_SETS)
+    }
 }
 
 impl Iterator for ModeSets {

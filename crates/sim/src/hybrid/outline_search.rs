@@ -5,6 +5,7 @@ use nalgebra::DVector;
 
 use super::impact::{ImpactEquations, Rubbing, independent_without};
 use super::mode_search::{ModeSearch, ROUNDING};
+use super::mode_sets::ModeSets;
 use super::rubbing_impact::Response;
 use super::undecided::Undecided;
 use crate::linear::rows::SparseRows;
@@ -107,15 +108,17 @@ impl ModeSearch<'_> {
         stops.is_empty() || stops.iter().any(|&stop| self.is_closed(stop, values.contacts[stop]))
     }
 
-    /// Consistent modes of contacts of outlines and all else, where there are such contacts: by changing what does not fit,
-    /// or else by a complementarity problem.
-    pub(super) fn modes_of_outlines(
+    /// Consistent modes where there are contacts of outlines, or more combinations than are tried: by changing what does not
+    /// fit, or else, with outlines, by a complementarity problem.
+    pub(super) fn modes_of_many(
         &self,
         undecided: &[Undecided],
         values: &IndicatorValues,
     ) -> Option<Modes> {
         if !self.contacts().iter().any(|contact| contact.is_outline) {
-            return None;
+            let n_choices: Vec<usize> = undecided.iter().map(Undecided::n_choices).collect();
+            let are_many = ModeSets::are_too_many(&n_choices);
+            return are_many.then(|| self.pivoted(undecided, values)).flatten();
         }
         let pivoted = (undecided.len() <= MOST_PIVOTED).then(|| self.pivoted(undecided, values));
         pivoted.flatten().or_else(|| self.complementary(undecided, values))
