@@ -45,7 +45,7 @@ fn apply(draft: &mut Draft, edit: &Edit) -> Result<(), EditError> {
         Edit::Ground { at } => draw::ground(draft, at)?,
         Edit::Length { from, to, value } => set_length(draft, from, to, value)?,
         Edit::Slide { at, angle, guide } => draw::slide(draft, at, *angle, guide.as_ref())?,
-        Edit::Gear { between, distance } => draw::gear(draft, between, *distance)?,
+        Edit::Gear { between, distance, phase } => draw::gear(draft, between, *distance, *phase)?,
         Edit::Copy { name, at, mirrored } => copy(draft, name, *at, *mirrored)?,
         Edit::Spring { from, to } => draw::spring(draft, from, to)?,
         Edit::Damper { from, to } => draw::damper(draft, from, to)?,

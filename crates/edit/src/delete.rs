@@ -17,6 +17,7 @@ pub(crate) fn delete(draft: &mut Draft, name: &str) -> Result<(), EditError> {
     if section == "parameters" {
         return delete_parameter(draft, name);
     }
+    let (kept, joined) = (used(&places), bodies_in_joints(&places));
     let mut left = vec![name.to_owned()];
     let mut gone: Vec<String> = Vec::new();
     while let Some(name) = left.pop() {
@@ -39,7 +40,69 @@ pub(crate) fn delete(draft: &mut Draft, name: &str) -> Result<(), EditError> {
             }
         }
     }
-    Ok(())
+    // A body that lost its last joint floats, as one that is drawn by itself does.
+    let places = draft.places()?;
+    let still = bodies_in_joints(&places);
+    let is_loose = |body: &String| {
+        joined.contains(body)
+            && !still.contains(body)
+            && places.find(&["bodies", body, "free"]).is_none()
+    };
+    let loose: Vec<String> = places.elements("bodies").into_iter().filter(is_loose).collect();
+    for body in &loose {
+        draft.set(&["bodies", body, "free"], "true")?;
+    }
+    remove_idle(draft, &kept)
+}
+
+/// Bodies that are in a joint.
+fn bodies_in_joints(places: &Places<'_>) -> Vec<String> {
+    let ends = places
+        .below(&["joints"])
+        .filter(|place| place.path.get(2).is_some_and(|key| key == "between"));
+    let names = ends.filter_map(|place| places.quoted(place)?.split('.').next());
+    names.map(str::to_owned).collect()
+}
+
+/// Paths of parameters and points of the ground that something uses.
+fn used(places: &Places<'_>) -> Vec<[String; 2]> {
+    let parameters = places.elements("parameters").into_iter();
+    let parameters = parameters.filter(|name| !uses(places, name).is_empty());
+    let points = places.below(&["ground", "points"]).filter_map(|place| place.path.get(2));
+    let points = points.filter(|name| {
+        let point = format!("ground.{name}");
+        places.all.iter().filter_map(|place| places.quoted(place)).any(|text| {
+            let rests = text.match_indices(&point).map(|(at, _)| &text[at + point.len()..]);
+            rests
+                .into_iter()
+                .any(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
+        })
+    });
+    let of = |section: &str, name: &String| [section.to_owned(), name.clone()];
+    let mut found: Vec<_> = points.map(|name| of("ground", name)).collect();
+    found.extend(parameters.map(|name| of("parameters", &name)));
+    found.dedup();
+    found
+}
+
+/// Takes out parameters and points of the ground that were used once and no longer are.
+fn remove_idle(draft: &mut Draft, before: &[[String; 2]]) -> Result<(), EditError> {
+    let mut known = before.to_vec();
+    loop {
+        let places = draft.places()?;
+        let now = used(&places);
+        let is_idle = |[section, name]: &&[String; 2]| {
+            !now.iter().any(|own| own[0] == *section && own[1] == *name)
+                && keyed(&places, name).next().is_none()
+        };
+        let Some([section, name]) = known.iter().find(is_idle).cloned() else { return Ok(()) };
+        known.retain(|own| own[0] != section || own[1] != name);
+        if section == "ground" {
+            draft.remove(&["ground", "points", &name])?;
+        } else if draft.places()?.below(&["parameters", &name]).next().is_some() {
+            draft.remove(&["parameters", &name])?;
+        }
+    }
 }
 
 /// Names of coordinates that go with a joint or body.

@@ -130,6 +130,7 @@ pub(crate) fn gear(
     draft: &mut Draft,
     between: &[String; 2],
     distance: f64,
+    phase: f64,
 ) -> Result<(), EditError> {
     let places = draft.places()?;
     let joints = places.elements("joints");
@@ -158,11 +159,14 @@ pub(crate) fn gear(
     let (name, radius) = (fresh(&places, "gear"), fresh(&places, "r"));
     draft.set(&["parameters", &radius], &quoted(&length(0.5 * distance)))?;
     let other = format!("{} - {radius}", length(distance));
-    let of = [
+    let mut of = vec![
         ("type", quoted("gear")),
         ("between", two(&between[0], &between[1])),
         ("radii", two(&radius, &other)),
     ];
+    if phase.abs() > 1e-6 {
+        of.push(("phase", quoted(&angle(phase))));
+    }
     draft.add_table(&["couplings", &name], &pairs(&of))
 }
 

@@ -95,6 +95,9 @@ pub enum Edit {
         between: [String; 2],
         /// Distance of these joints.
         distance: f64,
+        /// Angle of the second where that of the first is zero, rad.
+        #[serde(default)]
+        phase: f64,
     },
     /// A body like another one, joined with nothing.
     Copy {

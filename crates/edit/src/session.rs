@@ -28,7 +28,7 @@ use crate::reading::{Readings, own_place_of, readings, rejected};
 use crate::solver::Solver;
 use crate::start::start_here;
 use crate::view::View;
-use crate::written::{faults, joints, points, written_fault};
+use crate::written::{faults, forces, joints, points, written_fault};
 use crate::{answers, codes};
 
 /// Most of a driven motion that is run again when its text changes, s.
@@ -262,6 +262,7 @@ impl Session {
             json["scene"] = posed.scene();
             json["joints"] = joints(posed);
             json["points"] = points(posed);
+            json["forces"] = forces(posed);
             numbers = posed.numbers();
         }
         Answer { json, numbers }

@@ -1,7 +1,7 @@
 //! Joints, points and faults as JSON for a page.
 
 use bksim_model::diagnostic::{Diagnostic, Severity};
-use bksim_model::{JointId, Measure};
+use bksim_model::{JointId, LoadKind, Measure};
 use serde_json::{Value, json};
 
 use crate::pose::Posed;
@@ -44,6 +44,24 @@ pub(crate) fn points(posed: &mut Posed) -> Value {
         })
     });
     Value::Array(written.collect())
+}
+
+/// Forces that stay as they are, with their bodies, points and vectors, in the axes of the world or of the body.
+pub(crate) fn forces(posed: &Posed) -> Value {
+    let model = posed.model();
+    let known = |symbol| model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
+    let three = |of: &[bksim_expr::Expr; 3]| {
+        let numbers = of.iter().map(|e| model.pool.evaluate(*e, &known).ok());
+        numbers.collect::<Option<Vec<f64>>>()
+    };
+    let all = model.loads.iter().filter_map(|load| {
+        let LoadKind::Force { on, vector, follows_body } = &load.kind else { return None };
+        let point = on.point.map(|point| three(&model.bodies[on.body.0].points[point.0].position));
+        let at = point.unwrap_or_else(|| Some(vec![0.0; 3]))?;
+        let vector = three(vector)?;
+        Some(json!({ "body": on.body.0, "at": at, "vector": vector, "follows": follows_body }))
+    });
+    Value::Array(all.collect())
 }
 
 /// Faults as a page shows them; places count UTF-16 units, as its script does.

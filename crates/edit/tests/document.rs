@@ -101,6 +101,16 @@ fn what_hangs_on_an_element_goes_with_it() {
     for kept in ["[bodies.coupler]", "[joints.C]", "[joints.D]", "[loads.gravity]"] {
         assert!(text.contains(kept), "{kept} not in {text}");
     }
+    // Lengths and places that nothing else uses go, too.
+    let gone: Vec<&str> = difference(FOUR_BAR, &text).1;
+    for line in ["a = ", "speed = "] {
+        assert!(gone.iter().any(|own| own.starts_with(line)), "{line} in {text}");
+    }
+    assert!(text.contains("\nb = ") && text.contains("D = "), "{text}");
+    // A body without a joint floats.
+    let tree =
+        edited(&edited(&text, &delete("D")).expect("an edit"), &delete("rocker")).expect("an edit");
+    assert!(tree.contains("free = true") && is_model(&tree), "{tree}");
     let with_output = format!("{FOUR_BAR}\n[outputs]\nswing = \"rocker.angle\"\n");
     let text = edited(&with_output, &delete("rocker")).expect("an edit");
     assert!(!text.contains("swing"), "{text}");
@@ -217,7 +227,7 @@ fn wheels_guides_and_copies_are_models() {
     for edit in [link(&a, &b), link(&b, &a), ground("link1.A", 0.0), ground("link2.A", 0.1)] {
         document.apply(&edit).expect("an edit");
     }
-    let gear = Edit::Gear { between: ["A".to_owned(), "B".to_owned()], distance: 0.1 };
+    let gear = Edit::Gear { between: ["A".to_owned(), "B".to_owned()], distance: 0.1, phase: 0.5 };
     let meshed = edited(document.text(), &gear).expect("an edit");
     assert!(meshed.contains("radii = [\"r1\", \"100 mm - r1\"]"), "{meshed}");
     assert!(is_model(&meshed), "{meshed}");
