@@ -21,9 +21,10 @@ use crate::load::LoadKind;
 use crate::message::short;
 use crate::model::{Model, Space};
 
-/// The largest radius of gyration over the reach of a body: that of a disc all of whose points are within a tenth of its
-/// radius, √½/0.1. No ratio is impossible, for matter may be beyond the points.
-const LARGEST_RADIUS: f64 = 7.1;
+/// The largest radius of gyration over the reach of a body whose centre of mass is apart from its points: that of a disc all of
+/// whose points are within a tenth of its radius, √½/0.1; and of one at whose centre of mass there is a point: a flywheel, of which
+/// those of presses have 9. No ratio is impossible, for matter may be beyond the points.
+const LARGEST_RADIUS: [f64; 2] = [7.1, 10.0];
 /// The least one of a body whose mass is between its points, and of one whose mass is at one of them: a bob.
 const LEAST_RADIUS: [f64; 2] = [1.0 / 50.0, 1.0 / 300.0];
 /// A centre of mass is at a point if it is within this part of the reach.
@@ -188,7 +189,7 @@ fn implausible_radius(values: &Values<'_>, body: &Body, numbers: &Numbers) -> Op
     }
     let radius = (inertia / numbers.mass).sqrt();
     let is_bob = nearest <= AT_POINT * reach;
-    let is_large = radius > LARGEST_RADIUS * reach;
+    let is_large = radius > LARGEST_RADIUS[usize::from(is_bob)] * reach;
     if !is_large && radius >= LEAST_RADIUS[usize::from(is_bob)] * reach {
         return None;
     }
