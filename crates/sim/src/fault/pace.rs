@@ -103,11 +103,11 @@ pub(super) fn with_reasons(
     let options = &model.solve;
     let is_small = |&i: &usize| options.rtol * q[i].abs().max(v[i].abs()) < 100.0 * options.atol;
     let tolerance = if worst.iter().any(is_small) {
-        format!("`atol = {:e}`", 1e2 * options.atol)
+        format!("write `atol = {:.0e}` in `[solve]`", 1e2 * options.atol)
     } else {
-        format!("`rtol = {:e}`", 1e2 * options.rtol)
+        "loosen `rtol`".to_owned()
     };
     fault.help(format!(
-        "soften very stiff springs or take them as rigid, write {tolerance} in `[solve]`, or let a fixed `step` pass over the oscillation"
+        "soften very stiff springs or take them as rigid, {tolerance}, or let a fixed `step` pass over the oscillation"
     ))
 }
