@@ -71,6 +71,49 @@ fn a_loop_of_sdf_closes_and_accelerates_with_its_springs() {
     );
 }
 
+/// Loops of SDF are closed where the file has its links: a limit that excludes this is left out, and named.
+#[test]
+fn limits_that_exclude_the_poses_of_a_loop_are_left_out() {
+    let file = include_str!("../fixtures/import/four_bar.sdf");
+    let limit = "<limit><lower>0.2</lower><upper>1</upper></limit>";
+    let limited = file.replacen("</axis>", &format!("{limit}</axis>"), 1);
+    let imported = imported("four_bar.sdf", &limited);
+    let text = imported.model.expect("a model");
+    assert!(!text.contains("type = \"stop\""), "{text}");
+    let named = imported.left_out.iter().filter(|it| it.what.contains("excludes the poses")).count();
+    assert_eq!(named, 1, "{:?}", imported.left_out);
+    let kept = file.replacen("</axis>", &format!("{}</axis>", limit.replace("0.2", "-0.2")), 1);
+    assert!(text_of("four_bar.sdf", &kept).contains("min = -0.2\nmax = 1"));
+}
+
+/// Fourteen rods on stops, which have 2¹⁴ cases: those with their weight on one side rest on their stops, the others fall off
+/// with m g x/(I + m x²).
+#[test]
+fn many_joints_start_at_their_limits() {
+    let rod = |k: usize| {
+        let x = if k % 3 == 0 { -0.2 } else { 0.1 * (1 + k) as f64 };
+        let body = format!(
+            "<link name=\"rod{k}\"><inertial><origin xyz=\"{x} 0 0\"/><mass value=\"2\"/>\
+             <inertia ixx=\"0.1\" iyy=\"0.1\" izz=\"0.1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
+        );
+        let joint = format!(
+            "<joint name=\"j{k}\" type=\"revolute\"><parent link=\"base\"/><child link=\"rod{k}\"/>\
+             <axis xyz=\"0 1 0\"/><limit lower=\"0\" upper=\"1\" effort=\"0\" velocity=\"0\"/></joint>"
+        );
+        (x, body + &joint)
+    };
+    let rods: Vec<(f64, String)> = (0..14).map(rod).collect();
+    let all: String = rods.iter().map(|(_, text)| text.as_str()).collect();
+    let text =
+        text_of("star.urdf", &format!("<robot name=\"star\"><link name=\"base\"/>{all}</robot>"));
+    let (mechanism, _, a) = at_start(&text, "");
+    for (k, (x, _)) in rods.iter().enumerate() {
+        let falls = 2.0 * 9.81 * x / (0.1 + 2.0 * x * x);
+        let within = Within { relative: 0.0, absolute: 1e-9 };
+        close(&format!("j{k}"), a[coordinate(&mechanism, &format!("j{k}_angle"))], falls.max(0.0), within);
+    }
+}
+
 /// Two axes of a universal joint at 45°. By hand: about the joint the body has (1, 2 + 2·0.09, 3 + 2·0.09) kg m², so that
 /// M = [1, 1/√2; 1/√2, 1.59], and its weight turns it by 0.3·2·9.81/√2 about the second axis.
 #[test]

@@ -8,7 +8,10 @@ use crate::support::{derive, model, solve};
 
 macro_rules! drawing {
     ($name:literal) => {
-        ($name, include_bytes!(concat!("../fixtures/import/plain/", $name, ".dxf")).as_slice())
+        drawing!($name, ".dxf")
+    };
+    ($name:literal, $ending:literal) => {
+        ($name, include_bytes!(concat!("../fixtures/import/plain/", $name, $ending)).as_slice())
     };
 }
 
@@ -27,7 +30,7 @@ const PIN: &str = "pin";
 const SLIDE: &str = "slide";
 
 #[rustfmt::skip]
-const ALL: [Meant; 15] = [
+const ALL: [Meant; 18] = [
     // Single lines, split, in inches, pins as blocks, a side view next to it.
     Meant { drawing: drawing!("slider_crank_b"), mobility: 1, mm_per_unit: 25.4, n_bodies: 3, joints: &[
         (SLIDE, [8.325, 3.150], 2), (PIN, [3.937, 3.150], 2), (PIN, [4.696, 4.054], 2), (PIN, [8.325, 3.150], 2)] },
@@ -68,6 +71,15 @@ const ALL: [Meant; 15] = [
     Meant { drawing: drawing!("sector"), mobility: 1, mm_per_unit: 1.0, n_bodies: 4, joints: &[
         (PIN, [0.0, 0.0], 2), (PIN, [12.0, 32.5], 2), (PIN, [120.0, 0.0], 2), (PIN, [115.464, 69.853], 2),
         ("rack", [120.0, -40.0], 2), (SLIDE, [125.0, -52.0], 2)] },
+    // Pictures: rules of styles, shifts, a pin of curves of Bézier.
+    Meant { drawing: drawing!("slider_crank_c", ".svg"), mobility: 1, mm_per_unit: 1.0, n_bodies: 3, joints: &[
+        (SLIDE, [140.0, 50.0], 2), (PIN, [40.0, 50.0], 2), (PIN, [60.0, 80.0], 2), (PIN, [140.0, 50.0], 2)] },
+    // A symbol that is used twice, chain lines, no unit.
+    Meant { drawing: drawing!("gears_c", ".svg"), mobility: 1, mm_per_unit: 1.0, n_bodies: 2, joints: &[
+        (PIN, [60.0, 80.0], 2), (PIN, [110.0, 80.0], 2), ("gear", [80.0, 80.0], 2)] },
+    // Turned by a matrix of six digits, half a millimetre each unit, ground by a pattern, arcs around pins.
+    Meant { drawing: drawing!("four_bar_c", ".svg"), mobility: 1, mm_per_unit: 1.0, n_bodies: 3, joints: &[
+        (PIN, [51.876, 56.337], 2), (PIN, [66.876, 82.318], 2), (PIN, [140.512, 96.555], 2), (PIN, [130.660, 42.445], 2)] },
 ];
 
 fn understood((name, bytes): (&str, &[u8]), answers: &[(&str, &str)]) -> Understanding {
@@ -162,6 +174,27 @@ fn a_drawing_is_understood_alike_every_time_and_any_bytes_are_faults() {
     let faults = understand(name, bytes, &options).expect_err("answers to nothing");
     let codes: Vec<&str> = faults.iter().map(|fault| fault.code.0).collect();
     assert_eq!(codes, ["I018", "I019"]);
+}
+
+/// A picture whose size is in its own units is in those that are stated; it holds no attributes, and what is no XML is a fault
+/// at its place.
+#[test]
+fn a_picture_has_the_unit_that_is_stated_and_holds_no_model() {
+    let (name, bytes) = drawing!("four_bar_c", ".svg");
+    let options = Options { unit: bksim::cad::units::by_name("cm"), ..Options::default() };
+    let stated = understand(name, bytes, &options).expect("a mechanism");
+    let own = understood((name, bytes), &[]);
+    // The page is 210 mm of 420 units, 297 of them high.
+    let at = |found: &Understanding| found.joints.iter().find(|it| it.name == "A").expect("A").at;
+    let ([x, y], [own_x, own_y]) = (at(&stated), at(&own));
+    assert!((x - 2.0 * own_x).abs() < 1e-9 && (y - 2.0 * own_y).abs() < 1e-9, "{x} {y}");
+    assert!((stated.mm_per_unit - 10.0).abs() < 1e-12, "{}", stated.mm_per_unit);
+    assert_eq!(own.records.expect_err("no attributes").code.0, "I020");
+    let gears = understood(drawing!("gears_c", ".svg"), &[]);
+    assert!(gears.questions.iter().any(|question| question.key == "unit"));
+    let broken = b"<svg>\n<circle r='1'>\n</svg>";
+    let faults = understand("broken", broken, &Options::default()).expect_err("no XML");
+    assert_eq!((faults[0].code.0, faults[0].labels[0].span.start), ("I002", 21));
 }
 
 /// A drawing with what was understood attached to it moves as the text of the model does, and differs from the drawing by

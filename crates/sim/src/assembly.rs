@@ -5,7 +5,6 @@ mod equations;
 mod normal;
 mod parts;
 mod positions;
-mod rounded;
 mod scale;
 mod search;
 mod sequence;
@@ -77,8 +76,6 @@ pub(crate) struct Closing<'a> {
     written: Vec<f64>,
     /// True while shapes of beams are held.
     is_unbent: bool,
-    /// Positions count as closed below this, relative to the size of the mechanism.
-    tolerance: f64,
 }
 
 impl Closure {
@@ -150,16 +147,7 @@ impl Closure {
         }
         let [measures, senses] = [&self.measures, &self.senses].map(|f| f.buffers(parameters));
         let written = stated.clone();
-        Closing {
-            of: self,
-            parameters,
-            measures,
-            senses,
-            stated,
-            written,
-            is_unbent: false,
-            tolerance: CLOSURE_TOLERANCE,
-        }
+        Closing { of: self, parameters, measures, senses, stated, written, is_unbent: false }
     }
 }
 

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 
 #[derive(Args, Debug)]
 pub(crate) struct Import {
-    /// The file (URDF, MJCF, SDF, Adams `.adm`), a drawing without attributes (DXF, DWG), or a link of PMKS+ in quotes; with
+    /// The file (URDF, MJCF, SDF, Adams `.adm`), a drawing without attributes (DXF, DWG, SVG), or a link of PMKS+ in quotes; with
     /// `--to` also a model file or a drawing with attributes.
     pub(crate) file: PathBuf,
     /// The model file; standard output unless given. Of a drawing also a drawing of its kind: the same one with what was

@@ -30,6 +30,7 @@ impl Reader<'_, '_> {
     pub(super) fn all_joints(&mut self) {
         let mut group: Vec<usize> = (0..=self.draft.bodies.len()).collect();
         let mut is_child = vec![false; self.draft.bodies.len()];
+        self.has_loops = self.has_loops();
         for idx in 0..self.frames.len() {
             if self.frames[idx].of == Of::Joint {
                 let Some(ends) = self.joint(FrameId(idx)) else { continue };
@@ -41,6 +42,33 @@ impl Reader<'_, '_> {
             }
         }
         self.roots(&mut group, &is_child);
+    }
+
+    /// True if joints close a loop: more of them than a tree has.
+    fn has_loops(&self) -> bool {
+        let mut ends: Vec<Vec<String>> = Vec::new();
+        for frame in self.frames.iter().filter(|frame| frame.of == Of::Joint) {
+            let Some(joint) = frame.node else { continue };
+            if self.tree.value(joint, "type") == Some("gearbox") {
+                continue;
+            }
+            let prefix = &self.scopes[frame.scope].prefix;
+            let names = ["parent", "child"]
+                .map(|tag| self.tree.text_of(joint, tag).map(|(name, _)| format!("{prefix}{name}")));
+            let [Some(parent), Some(child)] = names else { continue };
+            let place = |name: &String| ends.iter().position(|group| group.contains(name));
+            match (place(&parent), place(&child)) {
+                (Some(a), Some(b)) if a == b => return true,
+                (Some(a), Some(b)) => {
+                    let other = ends.remove(a.max(b));
+                    ends[a.min(b)].extend(other);
+                }
+                (Some(a), None) => ends[a].push(child),
+                (None, Some(b)) => ends[b].push(parent),
+                (None, None) => ends.push(vec![parent, child]),
+            }
+        }
+        false
     }
 
     /// Holds one link of each group that nothing joins to the world.
@@ -303,6 +331,14 @@ impl Reader<'_, '_> {
             [None, None] => (),
             [Some(lower), Some(upper)] if lower >= upper => {
                 self.leave_out(limit, &format!("joint {} that leaves no room", motion.joint));
+            }
+            // Loops are closed where the file has the links, whatever their limits.
+            [lower, upper]
+                if self.has_loops
+                    && (lower.is_some_and(|it| it > 0.0) || upper.is_some_and(|it| it < 0.0)) =>
+            {
+                let of = format!("joint {} that excludes the poses of the file", motion.joint);
+                self.leave_out(limit, &of);
             }
             limits => self.draft.add_stop(self.names, motion, limits),
         }

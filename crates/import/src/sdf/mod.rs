@@ -61,6 +61,7 @@ struct Reader<'r, 'a> {
     /// Motions of joints by their axes: frame of the joint, tag of the axis.
     motions: BTreeMap<(FrameId, String), Moving>,
     gravity: Vector,
+    has_loops: bool,
 }
 
 /// The motion of one axis, and what it follows.
@@ -92,6 +93,7 @@ pub(crate) fn draft(job: &mut Job<'_>, names: &mut Names, tree: Tree, root: Node
         links: Vec::new(),
         motions: BTreeMap::new(),
         gravity: GRAVITY,
+        has_loops: false,
     };
     reader.all_models(root);
     reader.resolve();

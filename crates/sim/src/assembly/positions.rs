@@ -9,7 +9,7 @@ use super::parts::Part;
 use super::scale::{whole_turns, wrapped};
 use super::search::{Candidate, GUESS_HOLDS, Ground, HOLDS, search};
 use super::turns::{AngleRow, turn, turns};
-use super::{Closing, Closure, size};
+use super::{CLOSURE_TOLERANCE, Closing, Closure, size};
 use crate::evaluator::Evaluator;
 use crate::linear::rows::{length, shortest_solution};
 use crate::multiplier::largest;
@@ -56,14 +56,11 @@ impl Closing<'_> {
         let mut q = self.first_guess(t);
         self.descend(evaluator, &all, false, t, &mut q);
         let guess = q.clone();
-        let mut left = self.descend(evaluator, &stated, true, t, &mut q);
-        if let Some(rounded) = self.rounded_start(evaluator, (&stated, left), t, (&guess, &q)) {
-            (q, left) = rounded;
-        }
+        let left = self.descend(evaluator, &stated, true, t, &mut q);
         if q.iter().any(|value| !value.is_finite()) || !left.is_finite() {
             return Err(StartError::NotFinite { q, v: Vec::new() });
         }
-        let is_closed = left <= self.tolerance * size(&q) && self.is_aligned(t, &q);
+        let is_closed = left <= CLOSURE_TOLERANCE * size(&q) && self.is_aligned(t, &q);
         // Guesses are wishes: without them, if they lead nowhere.
         let wishes: &[&[usize]] = if guesses.is_empty() { &[&[]] } else { &[&guesses, &[]] };
         let found = wishes
@@ -87,7 +84,7 @@ impl Closing<'_> {
     ) -> StartError {
         let mut free = guess.to_vec();
         let open = self.descend(evaluator, &[], true, t, &mut free);
-        let is_closed = open <= self.tolerance * size(&free) && self.is_aligned(t, &free);
+        let is_closed = open <= CLOSURE_TOLERANCE * size(&free) && self.is_aligned(t, &free);
         let can_close = is_closed || self.nearest(evaluator, t, (&[], &[]), &free, false).is_some();
         if !can_close {
             return match self.reach_of_drives(evaluator, t) {
@@ -101,7 +98,7 @@ impl Closing<'_> {
                 let others: Vec<usize> = stated.iter().copied().filter(|&o| o != k).collect();
                 let mut q = guess.to_vec();
                 let open = self.descend(evaluator, &others, true, t, &mut q);
-                let is_closed = open <= self.tolerance * size(&q) && self.is_aligned(t, &q);
+                let is_closed = open <= CLOSURE_TOLERANCE * size(&q) && self.is_aligned(t, &q);
                 let nearest = self.nearest(evaluator, t, (&others, &[k]), &q, is_closed);
                 let found = |(q, _): (Vec<f64>, _)| {
                     let zero = vec![0.0; q.len()];
@@ -123,7 +120,7 @@ impl Closing<'_> {
     }
 
     /// True if the axes of cut joints point the same way, and not opposite ways.
-    pub(super) fn is_aligned(&mut self, t: f64, q: &[f64]) -> bool {
+    fn is_aligned(&mut self, t: f64, q: &[f64]) -> bool {
         self.of.joint_of_sense.is_empty()
             || self.sense_rows(t, q).values.iter().all(|missing| *missing < 1.0)
     }
@@ -357,11 +354,11 @@ impl Closing<'_> {
         let held: Vec<usize> = ground.stated.iter().copied().chain(held.map(|(&k, _)| k)).collect();
         let mut with_guesses = q.clone();
         let open = self.descend(evaluator, &held, true, ground.t, &mut with_guesses);
-        if open <= self.tolerance * size(&with_guesses) {
+        if open <= CLOSURE_TOLERANCE * size(&with_guesses) {
             q = with_guesses;
         } else {
             let open = self.descend(evaluator, ground.stated, true, ground.t, &mut q);
-            if open.is_nan() || open > self.tolerance * size(&q) {
+            if open.is_nan() || open > CLOSURE_TOLERANCE * size(&q) {
                 return None;
             }
         }
@@ -470,7 +467,7 @@ impl Closing<'_> {
                 None => gaps.push(Gap { joint: *joint, distance: 0.0, angle }),
             }
         }
-        gaps.retain(|gap| open(gap) > self.tolerance * size(&q));
+        gaps.retain(|gap| open(gap) > CLOSURE_TOLERANCE * size(&q));
         gaps.sort_by(|a, b| open(b).total_cmp(&open(a)));
         StartError::CannotClose { gaps, q }
     }

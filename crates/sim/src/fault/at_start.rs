@@ -10,9 +10,6 @@ use bksim_model::Model;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::file::code;
 
-/// What is left of conditions that close, m or rad.
-const MISS: f64 = 1e-10;
-
 /// The warnings about a start, after those that the reading of the model gave.
 pub fn diagnose_at_start(
     (model, system): (&Model, &SymbolicSystem),
@@ -28,21 +25,9 @@ pub fn diagnose_at_start(
         |of: &Diagnostic| is_left && [codes::REDUNDANT, codes::NO_MOBILITY].contains(&of.code);
     let mut warnings = read;
     warnings.extend(diagnose_guesses(model, system, start));
-    let of_mobility = diagnose_mobility(model, found).into_iter().filter(|of| !follows(of));
-    warnings.extend(of_mobility.map(|of| with_miss(of, start)));
+    warnings.extend(diagnose_mobility(model, found).into_iter().filter(|of| !follows(of)));
     warnings.extend(diagnose_turns(model, system));
     warnings.extend(corner::rate_jumps(model));
     warnings.extend(dead_centre::at_rest((model, system), (compiled, parameters), start));
     warnings
-}
-
-/// Adds by how much conditions that repeat others miss at the start, where that is more than rounding of a computation.
-fn with_miss(warning: Diagnostic, start: &Start) -> Diagnostic {
-    if warning.code != codes::REDUNDANT || start.position_residual <= MISS {
-        return warning;
-    }
-    let miss = start.position_residual;
-    warning.note(format!(
-        "they miss each other by {miss:.1e} m or rad at the start, as lengths or axes with rounded numbers do"
-    ))
 }
