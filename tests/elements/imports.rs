@@ -80,10 +80,33 @@ fn limits_that_exclude_the_poses_of_a_loop_are_left_out() {
     let imported = imported("four_bar.sdf", &limited);
     let text = imported.model.expect("a model");
     assert!(!text.contains("type = \"stop\""), "{text}");
-    let named = imported.left_out.iter().filter(|it| it.what.contains("excludes the poses")).count();
+    let named =
+        imported.left_out.iter().filter(|it| it.what.contains("excludes the poses")).count();
     assert_eq!(named, 1, "{:?}", imported.left_out);
     let kept = file.replacen("</axis>", &format!("{}</axis>", limit.replace("0.2", "-0.2")), 1);
     assert!(text_of("four_bar.sdf", &kept).contains("min = -0.2\nmax = 1"));
+}
+
+/// Bounds hold for principal moments, whichever axes these have, and a box from point to point has a square section. About the axis
+/// u the body has I + m (r² − (r·u)²), with I = 0.01 by the bound or (m/12) (4 a² + …) of the box, and the weight m (r × g)·u.
+#[test]
+fn moments_are_bounded_about_their_own_axes_and_boxes_between_points_are_square() {
+    let robot = |bound: &str, part: &str| {
+        format!(
+            "<mujoco><compiler {bound}/><worldbody><body name=\"a\"><joint name=\"j\" axis=\"0 1 0\"/>{part}</body></worldbody></mujoco>"
+        )
+    };
+    let turned = "<inertial pos=\"0.2 0.5 0.1\" mass=\"2\" euler=\"20 30 40\" diaginertia=\"0.001 0.0012 0.0015\"/>";
+    let text = text_of("a.xml", &robot("boundinertia=\"0.01\"", turned));
+    check(
+        &text,
+        "",
+        &[("j_angle", 0.0, 2.0 * 9.81 * 0.2 / (0.01 + 2.0 * (0.2 * 0.2 + 0.1 * 0.1)))],
+    );
+    let rod = "<geom type=\"box\" fromto=\"0 0 0 0.4 0 0\" size=\"0.05 0.02\" mass=\"3\"/>";
+    let text = text_of("a.xml", &robot("", rod));
+    let inertia = 3.0 / 12.0 * (0.1 * 0.1 + 0.4 * 0.4) + 3.0 * 0.2 * 0.2;
+    check(&text, "", &[("j_angle", 0.0, 3.0 * 9.81 * 0.2 / inertia)]);
 }
 
 /// Fourteen rods on stops, which have 2¹⁴ cases: those with their weight on one side rest on their stops, the others fall off
@@ -110,7 +133,12 @@ fn many_joints_start_at_their_limits() {
     for (k, (x, _)) in rods.iter().enumerate() {
         let falls = 2.0 * 9.81 * x / (0.1 + 2.0 * x * x);
         let within = Within { relative: 0.0, absolute: 1e-9 };
-        close(&format!("j{k}"), a[coordinate(&mechanism, &format!("j{k}_angle"))], falls.max(0.0), within);
+        close(
+            &format!("j{k}"),
+            a[coordinate(&mechanism, &format!("j{k}_angle"))],
+            falls.max(0.0),
+            within,
+        );
     }
 }
 

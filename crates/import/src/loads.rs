@@ -79,7 +79,8 @@ impl Draft {
                 format!("{word} = {}", number(at[usize::from(has_loops)]))
             };
             let keys: Vec<String> = starts.iter().map(key).collect();
-            self.initial.push((starts[0].0.clone(), format!("{{ guess = {{ {} }} }}", keys.join(", "))));
+            self.initial
+                .push((starts[0].0.clone(), format!("{{ guess = {{ {} }} }}", keys.join(", "))));
         }
     }
 

@@ -2,6 +2,8 @@
 //!
 //! Poses read from right to left: `x_a_from_b` takes coordinates in b to those in a. Quaternions are w, x, y, z.
 
+use nalgebra::Matrix3;
+
 /// Three components.
 pub(crate) type Vector = [f64; 3];
 
@@ -233,6 +235,14 @@ impl Inertia {
             None
         }
     }
+}
+
+/// A tensor whose principal moments are at least `least`, about the same axes.
+pub(crate) fn with_least_moment([xx, yy, zz, xy, yz, zx]: Tensor, least: f64) -> Tensor {
+    let mut found = Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz).symmetric_eigen();
+    found.eigenvalues.apply(|moment| *moment = moment.max(least));
+    let m = found.recompose();
+    [m[(0, 0)], m[(1, 1)], m[(2, 2)], m[(0, 1)], m[(1, 2)], m[(0, 2)]]
 }
 
 /// Principal moments in ascending order, by Jacobi's rotations.

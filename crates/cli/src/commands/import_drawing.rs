@@ -4,7 +4,9 @@ use std::io::{self, BufRead as _, IsTerminal as _, Write as _};
 use std::path::Path;
 
 use bksim::cad::{container, patch::apply, units};
-use bksim::import::plain::{Material, Options, Question, Understanding, excerpt, is_svg, understand};
+use bksim::import::plain::{
+    Material, Options, Question, Understanding, excerpt, is_svg, understand,
+};
 use serde_json::{Value, json};
 
 use crate::args::import::Import;

@@ -4,6 +4,7 @@ use crate::codes;
 use crate::shapes::Solid;
 use crate::spatial::{
     Inertia, Pose, Rotation, Tensor, Vector, add, norm, principal_moments, scale, sub, turned,
+    with_least_moment,
 };
 
 use super::Reader;
@@ -46,10 +47,7 @@ impl Reader<'_, '_> {
             inertia.tensor = [mean, mean, mean, 0.0, 0.0, 0.0];
         }
         if least < compiler.bound_inertia {
-            // Along the axes of the frame, where the principal ones are those.
-            for moment in &mut inertia.tensor[..3] {
-                *moment = moment.max(compiler.bound_inertia);
-            }
+            inertia.tensor = with_least_moment(inertia.tensor, compiler.bound_inertia);
         }
         inertia
     }
@@ -93,8 +91,7 @@ impl Reader<'_, '_> {
             pose = item.frame.then(Pose { at: middle, turn: Rotation::z_to(along) });
             is_between = true;
         }
-        let second = if size(1) == 0.0 { size(0) } else { size(1) };
-        let halves = if is_between { [size(0), second, half] } else { [size(0), size(1), size(2)] };
+        let halves = if is_between { [size(0), size(0), half] } else { [0, 1, 2].map(size) };
         let solid = match kind.as_str() {
             "sphere" => Solid::Sphere { radius: size(0) },
             "capsule" => Solid::Capsule { radius: size(0), half },

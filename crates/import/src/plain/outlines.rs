@@ -12,10 +12,7 @@ use svgtypes::{PathParser, PathSegment, PointsParser};
 const ROUND: f64 = 6e-4;
 
 /// Outlines of an element, whose lengths `length` reads; `None` of what is no shape.
-pub(super) fn paths(
-    node: Node<'_, '_>,
-    length: &dyn Fn(&str) -> Option<f64>,
-) -> Option<Vec<Path>> {
+pub(super) fn paths(node: Node<'_, '_>, length: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<Path>> {
     let number = |name: &str| length(name).unwrap_or_default();
     Some(match node.tag_name().name() {
         "line" => {
@@ -143,7 +140,8 @@ impl Pen {
     fn curve_to(&mut self, [a, b, to]: [Point; 3]) {
         let control = vec![self.at, a, b, to];
         let length = distance(self.at, to);
-        let is_between = |p: &Point| cross(sub(to, self.at), sub(*p, self.at)).abs() <= 1e-6 * length * length;
+        let is_between =
+            |p: &Point| cross(sub(to, self.at), sub(*p, self.at)).abs() <= 1e-6 * length * length;
         if length > 0.0 && [a, b].iter().all(is_between) {
             return self.line_to(to);
         }
@@ -167,7 +165,8 @@ impl Pen {
         let meets = |curves: &[Curve]| {
             let ends = curves.first().zip(curves.last());
             ends.is_some_and(|(first, last)| {
-                distance(first.start_point(), last.end_point()) <= 1e-9 * (1.0 + norm(first.start_point()))
+                distance(first.start_point(), last.end_point())
+                    <= 1e-9 * (1.0 + norm(first.start_point()))
             })
         };
         let is_closed = is_closed || curves.len() > 1 && meets(&curves) || is_whole(&curves);
@@ -223,7 +222,8 @@ fn merged(curves: Vec<Curve>) -> Vec<Curve> {
                 && *so_far * sweep > 0.0
                 && total.abs() <= TAU + 0.01
             {
-                *so_far = if (total.abs() - TAU).abs() < 0.01 { TAU * total.signum() } else { total };
+                *so_far =
+                    if (total.abs() - TAU).abs() < 0.01 { TAU * total.signum() } else { total };
                 continue;
             }
         }

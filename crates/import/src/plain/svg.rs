@@ -201,8 +201,8 @@ impl<'d> Reader<'d> {
                     let href = node.attributes().find(|attribute| attribute.name() == "href");
                     let of = href.and_then(|href| href.value().strip_prefix('#'));
                     let shift = [self.length(node, "x", &scope), self.length(node, "y", &scope)];
-                    scope.map = Affine::translation(shift.map(Option::unwrap_or_default))
-                        .then(&scope.map);
+                    scope.map =
+                        Affine::translation(shift.map(Option::unwrap_or_default)).then(&scope.map);
                     open.extend(of.and_then(|id| self.ids.get(id)).map(|&of| (of, scope)));
                     continue;
                 }
@@ -275,9 +275,7 @@ impl<'d> Reader<'d> {
         match paint {
             Paint::None => Fill::None,
             Paint::Color(color) if [color.red, color.green, color.blue] == [255; 3] => Fill::None,
-            Paint::FuncIRI(id, _)
-                if self.ids.get(id).is_some_and(|of| is(*of, "pattern")) =>
-            {
+            Paint::FuncIRI(id, _) if self.ids.get(id).is_some_and(|of| is(*of, "pattern")) => {
                 Fill::Pattern
             }
             _ => Fill::Solid,

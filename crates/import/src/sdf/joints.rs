@@ -53,8 +53,9 @@ impl Reader<'_, '_> {
                 continue;
             }
             let prefix = &self.scopes[frame.scope].prefix;
-            let names = ["parent", "child"]
-                .map(|tag| self.tree.text_of(joint, tag).map(|(name, _)| format!("{prefix}{name}")));
+            let names = ["parent", "child"].map(|tag| {
+                self.tree.text_of(joint, tag).map(|(name, _)| format!("{prefix}{name}"))
+            });
             let [Some(parent), Some(child)] = names else { continue };
             let place = |name: &String| ends.iter().position(|group| group.contains(name));
             match (place(&parent), place(&child)) {
