@@ -254,7 +254,7 @@ fn finish(
     }
 }
 
-/// What is drawn, and in which unit.
+/// Sheet of a drawing with its unit.
 struct Paper {
     sheet: Sheet,
     unit: LengthUnit,

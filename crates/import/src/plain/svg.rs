@@ -232,7 +232,7 @@ impl<'d> Reader<'d> {
         inline.or_else(of_rules).or_else(|| node.attribute(name)).map(str::trim)
     }
 
-    /// What holds in an element, and true if it is shown.
+    /// Scope of an element within another one, and true if it is shown.
     fn scope(&self, node: Node<'d, 'd>, around: Scope) -> (bool, Scope) {
         let property = |name: &str| self.property(node, name).filter(|value| *value != "inherit");
         let mut scope = Scope { depth: around.depth + 1, ..around };
