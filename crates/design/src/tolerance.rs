@@ -337,7 +337,8 @@ fn banded(
     let outputs: Vec<Expr> = results.iter().map(|result| result.expr).collect();
     let poses = Poses::new(&mechanism, &prescribed, &outputs, &[])?;
     let n_at = drives.iter().map(|drive| drive.range.n).max().unwrap_or(1);
-    let default = (100_000 / n_at as u64).max(2000);
+    // Of a range each sample finds its poses anew.
+    let default = if plain.is_empty() { 10_000 } else { (100_000 / n_at as u64).max(2000) };
     let n_samples = wish.samples.unwrap_or(default);
 
     let parameters = |point: &[f64]| {
@@ -392,7 +393,7 @@ fn banded(
     }
     if !over.is_empty() && (found.is_empty() || !(watch.stop)()) {
         let job = Job { paths: Vec::new(), ..job };
-        found.push(extreme::ranged(&mechanism, job, (&over, wish), (&read, source))?);
+        found.push(extreme::ranged(&mechanism, job, (&over, wish, n_samples), (&read, source))?);
     }
     Ok(Tolerance {
         poses: found,

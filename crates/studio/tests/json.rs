@@ -254,6 +254,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "tolerance bar.toml --plot parts.svg",
         "tolerance bar.toml --of crank.B.x --of crank.B.y --play B=0.02mm",
         "tolerance bar.toml --at 'A.angle=250deg'",
+        "tolerance bar.toml --keep rocker.angle=±0.5deg --of max(rocker.angle) --at A.angle=40:60deg:3 -o cheaper.toml --plot mixed.svg",
         "synthesize lever.toml -o candidates",
         "synthesize three.toml",
         "cam cam.toml flat -o flat.csv",

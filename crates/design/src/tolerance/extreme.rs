@@ -205,11 +205,9 @@ type Reader<'a> = dyn Fn(&String) -> Result<Formula, DesignError> + 'a;
 pub(super) fn ranged(
     mechanism: &Mechanism,
     job: Job<'_>,
-    (of, wish): (&[&String], &ToleranceWish),
+    (of, wish, n_samples): (&[&String], &ToleranceWish, u64),
     (read, source): (&Reader<'_>, &Source),
 ) -> Result<PoseTolerance, DesignError> {
-    /// Samples unless their number is given: each finds its poses anew.
-    const N_SAMPLES: u64 = 10_000;
     let [(name, values)] = wish.at.as_slice() else {
         let message = format!("`{}` is of the range of one measure", of[0]);
         let help = "say over which: `at = { \"A.angle\" = \"0:360 deg:181\" }`";
@@ -246,7 +244,6 @@ pub(super) fn ranged(
         })?);
     }
     let job = Job { poses: &poses, steps: None, n_outputs: outputs.len(), ..job };
-    let n_samples = wish.samples.unwrap_or(N_SAMPLES);
     let mut found = job.ranged(&over, &extremes, n_samples)?;
     for (band, (text, result)) in found.bands.iter_mut().zip(of.iter().zip(&results)) {
         band.of.clone_from(text);

@@ -74,13 +74,17 @@ pub(super) fn front(name: &str, found: &Optimized) -> Option<Figure> {
 
 /// Contributors of one pose, or bands over several.
 pub(super) fn toleranced(name: &str, found: &Tolerance) -> Figure {
-    let panels = if let [one] = found.poses.as_slice() {
+    let (ranged, poses): (Vec<_>, Vec<_>) =
+        found.poses.iter().cloned().partition(|pose| pose.over.is_some());
+    let found = Tolerance { poses, ..found.clone() };
+    let mut panels: Vec<Panel> = if let [one] = found.poses.as_slice() {
         one.bands.iter().map(contributors).collect()
     } else {
         let n = found.poses.first().map_or(0, |pose| pose.bands.len());
-        let bands = (0..n).flat_map(|k| over_range(found, k));
-        bands.chain(paths(found)).collect()
+        let bands = (0..n).flat_map(|k| over_range(&found, k));
+        bands.chain(paths(&found)).collect()
     };
+    panels.extend(ranged.iter().flat_map(|one| &one.bands).map(contributors));
     Figure::new(name, panels)
 }
 
