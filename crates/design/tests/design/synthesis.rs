@@ -409,13 +409,14 @@ fn a_point_on_a_pin_has_no_cognate_without_links() {
     assert!(found.candidates.iter().all(|c| c.numbers["crank"] > 0.1 && c.numbers["rocker"] > 0.1));
 }
 
+type C = nalgebra::Complex<f64>;
+
 #[test]
 fn dwells_rest_as_long_as_they_are_to() {
     let found = solved(
         "[synthesize]\ntask = \"dwell\"\ndwell = \"100 deg\"\nswing = \"25 deg\"\nground = \"200 mm\"\nstarts = 600\ncandidates = 3\n",
     );
     assert!(!found.candidates.is_empty());
-    type C = nalgebra::Complex<f64>;
     // The point at two distances, on the side of a known one.
     let meet = |a: C, ra: f64, b: C, rb: f64, side: f64| {
         let l = (b - a).norm();

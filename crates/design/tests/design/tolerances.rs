@@ -319,10 +319,8 @@ fn no_limits_that_keep_several_poses_are_cheaper() {
     // Steps in all directions, as far as they keep the results.
     let mut n_tried = 0;
     for k in 0..400_u32 {
-        let part =
-            |j: usize| f64::from((k * 7919 + 31 * (j as u32 + 1) * (k + 3)) % 1000) / 500.0 - 1.0;
-        let near: Vec<f64> =
-            best.iter().enumerate().map(|(j, t)| t * (1.0 + 0.01 * part(j))).collect();
+        let part = |j: u32| f64::from((k * 7919 + 31 * (j + 1) * (k + 3)) % 1000) / 500.0 - 1.0;
+        let near: Vec<f64> = (0..).zip(&best).map(|(j, t)| t * (1.0 + 0.01 * part(j))).collect();
         if fits(&near) {
             n_tried += 1;
             let cost: f64 = near.iter().map(|t| 1.0 / t).sum();
