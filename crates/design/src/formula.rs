@@ -90,3 +90,18 @@ fn names(model: &Model, system: Option<&SymbolicSystem>, own: &[(String, Expr)])
     }
     all
 }
+
+/// The one argument of a call of `name` that is all of the text.
+pub(crate) fn argument<'t>(text: &'t str, name: &str) -> Option<&'t str> {
+    let rest = text.trim().strip_prefix(name)?.trim_start().strip_prefix('(')?;
+    let mut depth = 1;
+    for (at, c) in rest.char_indices() {
+        depth += i32::from(c == '(') - i32::from(c == ')');
+        match (depth, c) {
+            (0, _) => return (at + 1 == rest.len()).then(|| rest[..at].trim()),
+            (1, ',') => return None,
+            _ => (),
+        }
+    }
+    None
+}

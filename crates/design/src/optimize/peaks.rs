@@ -10,6 +10,7 @@ use bksim::analysis::Drive;
 
 use crate::base::Source;
 use crate::error::DesignError;
+use crate::formula::argument;
 
 /// The two sides of a condition and its sign.
 pub(super) fn sides(text: &str) -> Option<(&str, &str, &str)> {
@@ -20,29 +21,12 @@ pub(super) fn sides(text: &str) -> Option<(&str, &str, &str)> {
     (!found.0.is_empty() && !found.2.is_empty()).then_some(found)
 }
 
-/// Text in the parentheses of a call of `name` that is all of the text.
-fn inside<'t>(text: &'t str, name: &str) -> Option<&'t str> {
-    let rest = text.trim().strip_prefix(name)?.trim_start().strip_prefix('(')?;
-    let mut depth = 1;
-    for (at, c) in rest.char_indices() {
-        match c {
-            '(' => depth += 1,
-            ')' => depth -= 1,
-            _ => (),
-        }
-        if depth == 0 {
-            return (at + 1 == rest.len()).then(|| rest[..at].trim());
-        }
-    }
-    None
-}
-
 /// Texts whose largest value, each times its sign, is that of the text: the peak of a magnitude is that of either side, and
 /// a peak is the largest of those of all windows.
 pub(super) fn peaks(text: &str, windows: &[[f64; 2]]) -> Vec<(f64, String)> {
-    let sides = if let Some(of) = inside(text, "max").and_then(|of| inside(of, "abs")) {
+    let sides = if let Some(of) = argument(text, "max").and_then(|of| argument(of, "abs")) {
         vec![(1.0, format!("max({of})")), (-1.0, format!("min({of})"))]
-    } else if let Some(of) = inside(text, "abs") {
+    } else if let Some(of) = argument(text, "abs") {
         vec![(1.0, of.to_owned()), (-1.0, of.to_owned())]
     } else {
         vec![(1.0, text.to_owned())]
@@ -61,8 +45,8 @@ pub(super) const ABSENT: f64 = 1e30;
 pub(super) fn windowed(sign: f64, text: &str, windows: &[[f64; 2]]) -> Vec<String> {
     let take = if sign > 0.0 { "max" } else { "min" };
     let outside = -sign * ABSENT;
-    match inside(text, take) {
-        Some(of) if !has_comma(of) && !windows.is_empty() => {
+    match argument(text, take) {
+        Some(of) if !windows.is_empty() => {
             let within = |[from, to]: &[f64; 2]| {
                 format!("{take}(if(t >= {from:e} and t < {to:e}, {of}, {outside:e}))")
             };
@@ -70,15 +54,6 @@ pub(super) fn windowed(sign: f64, text: &str, windows: &[[f64; 2]]) -> Vec<Strin
         }
         _ => vec![text.to_owned()],
     }
-}
-
-/// True if a text has a comma outside of parentheses.
-fn has_comma(text: &str) -> bool {
-    let mut depth = 0;
-    text.chars().any(|c| {
-        depth += i32::from(c == '(') - i32::from(c == ')');
-        c == ',' && depth == 0
-    })
 }
 
 /// The parts of the time, or of the range of positions, in which peaks are looked for one by one; none of a pose.
@@ -119,7 +94,7 @@ pub(super) fn parts_of(
         return (parts.into_iter().map(|text| (-1.0, text)).collect(), false);
     }
     // The square of a root of squares is smooth where it vanishes.
-    if inside(objective, "rms").is_some() {
+    if argument(objective, "rms").is_some() {
         return (vec![(1.0, format!("({objective})^2"))], true);
     }
     (peaks(objective, windows), false)

@@ -18,7 +18,7 @@ use super::{Job, PoseTolerance, ToleranceWish};
 use crate::base::Source;
 use crate::codes;
 use crate::error::DesignError;
-use crate::formula::Formula;
+use crate::formula::{Formula, argument};
 use crate::poses::{Pose, Poses, Solver};
 use crate::spec::located;
 
@@ -37,25 +37,12 @@ pub(super) struct Extreme {
 /// Parts of a result over a range: the text of the quantity, and 1 for its greatest, −1 for its least value with
 /// their factors; none of other texts.
 pub(super) fn parts_of(text: &str) -> Option<(&str, Vec<(f64, f64)>)> {
-    let inside = |name: &str| {
-        let rest = text.trim().strip_prefix(name)?.trim_start().strip_prefix('(')?;
-        rest.strip_suffix(')').filter(|of| is_one(of))
-    };
     let kinds = [
         ("max", vec![(1.0, 1.0)]),
         ("min", vec![(-1.0, 1.0)]),
         ("peak_to_peak", vec![(1.0, 1.0), (-1.0, -1.0)]),
     ];
-    kinds.into_iter().find_map(|(name, parts)| Some((inside(name)?, parts)))
-}
-
-/// True of one argument: no comma and no closing parenthesis outside of parentheses.
-fn is_one(text: &str) -> bool {
-    let mut depth = 0;
-    text.chars().all(|c| {
-        depth += i32::from(c == '(') - i32::from(c == ')');
-        depth >= 0 && (c != ',' || depth > 0)
-    })
+    kinds.into_iter().find_map(|(name, parts)| Some((argument(text, name)?, parts)))
 }
 
 /// Poses at all values of a range in which a result is greatest (1) or least (−1).
