@@ -13,6 +13,7 @@
 
 pub mod attach;
 pub mod attachment;
+pub mod backdrop;
 pub mod codes;
 pub mod compose;
 pub mod container;

@@ -12,6 +12,7 @@ use std::io::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use bksim::cad::backdrop::Backdrop;
 use bksim::translation::{Language, Translation, translations};
 use bksim_scene::Theme;
 use flate2::Compression;
@@ -38,12 +39,14 @@ const STYLE: &str = "";
 const WORKER: &str = "";
 
 /// Options of a live page.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct LiveOptions {
     /// The heading; the name of the model unless given.
     pub title: Option<String>,
     /// True if the page comes from a server that keeps the text in its file.
     pub is_served: bool,
+    /// The lines of a drawing that are seen under the mechanism.
+    pub under: Option<Backdrop>,
 }
 
 /// The live page of a model's text; `module` is the WebAssembly of `crates/live`.
@@ -69,6 +72,7 @@ pub fn live(
         "text": text,
         "colors": { "light": Theme::LIGHT, "dark": Theme::DARK },
         "served": options.is_served,
+        "under": options.under.as_ref().map(under),
     });
     let title = escape::html(options.title.as_deref().unwrap_or(name));
     let policy = policy(options.is_served);
@@ -90,6 +94,15 @@ pub fn live(
          <script>{SCRIPT}</script>\n</body>\n</html>\n",
         header(&title, options.is_served),
     ))
+}
+
+/// Lines and places of a drawing, to a micrometre.
+fn under(Backdrop { lines, places }: &Backdrop) -> Value {
+    let flat = |points: &[[f64; 2]]| -> Vec<f64> {
+        points.iter().flatten().map(|x| (x * 1e6).round() / 1e6).collect()
+    };
+    let lines: Vec<Vec<f64>> = lines.iter().map(|line| flat(line)).collect();
+    json!({ "lines": lines, "places": flat(places) })
 }
 
 /// Bytes as a page has them: compressed, in base64.

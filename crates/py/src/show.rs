@@ -42,7 +42,7 @@ pub(crate) fn page(py: Python<'_>, run: Py<Run>, title: Option<String>) -> PyRes
 /// The live page of a model as HTML; `module` is the WebAssembly of live pages.
 #[pyfunction]
 pub(crate) fn live_page(text: &str, name: &str, title: &str, module: &[u8]) -> PyResult<String> {
-    let options = bksim_page::LiveOptions { title: Some(title.to_owned()), is_served: false };
+    let options = bksim_page::LiveOptions { title: Some(title.to_owned()), ..Default::default() };
     bksim_page::live(text, name, module, &options)
         .map_err(|e| PyRuntimeError::new_err(e.to_string()))
 }

@@ -32,6 +32,9 @@ pub struct Page {
     /// Write a live page: the mechanism can be dragged, drawn, changed and solved in it, and its text downloaded.
     #[arg(long, conflicts_with_all = ["curve", "path", "assemblies"])]
     pub live: bool,
+    /// Show the lines of this drawing (DXF, DWG) under the mechanism of a live page, to draw over; `--units` states its unit.
+    #[arg(long, value_name = "DRAWING", requires = "live")]
+    pub under: Option<PathBuf>,
     /// A mode in place of the run.
     #[command(flatten)]
     pub mode: ModeArgs,

@@ -51,13 +51,15 @@ export function transport(clock) {
   });
   const scrub = element('scrub');
   scrub.addEventListener('input', () => {
+    // A pause shows the time, and moves the slider to it.
+    const part = Number(scrub.value);
     clock.pause();
-    clock.seek(clock.start + Number(scrub.value) * (clock.end - clock.start));
+    clock.seek(clock.start + part * (clock.end - clock.start));
   });
-  const length = Math.abs(clock.end - clock.start);
-  const digits = Math.min(9, Math.max(0, 3 - Math.floor(Math.log10(length || 1))));
   let wasPlaying = null;
   return () => {
+    const length = Math.abs(clock.end - clock.start);
+    const digits = Math.min(9, Math.max(0, 3 - Math.floor(Math.log10(length || 1))));
     const time = `${clock.t.toFixed(digits)} s`.replace('-', '−');
     element('time').textContent = `t = ${time}`;
     scrub.value = clock.part;

@@ -2,13 +2,13 @@
 
 import { quantityText } from './arrows.js';
 import { sortSolids } from './depth.js';
+import { drawNames } from './names.js';
 import { positionOf, velocityOf } from './poses.js';
 import { cutShapes, half, height, pieces } from './section.js';
 import { edgesOf, normalOf } from './solids.js';
 
 // The direction to the light in the view: right, up, towards the eye.
 const LIGHT = [-0.35, 0.55, 0.758];
-const FONT = '13px system-ui, sans-serif';
 
 /** A colour `[r, g, b, opacity]`, each 0 to 255, in CSS. */
 export function css([r, g, b, opacity], part = 1) {
@@ -36,6 +36,10 @@ export class Drawing {
     // Joints come before points, which are often at the same position.
     const ofKind = (name) => scene.markers.filter(({ kind }) => kind === name);
     this.named = [...ofKind('joint'), ...ofKind('point')];
+    /** Outlines of bodies and springs in the plane, as they were last drawn. */
+    this.areas = [];
+    /** The places of names around their points that were taken last. */
+    this.corners = new Map();
   }
 
   /** Fits the canvas to its size on the page, in the pixels of the screen. */
@@ -56,11 +60,12 @@ export class Drawing {
     context.fillRect(0, 0, width, height);
     context.lineJoin = 'round';
     context.lineCap = 'round';
+    this.areas = [];
     this.half = this.section && half(this.section, camera.rows[2], this.scene.pin);
     for (const trail of extras.trails) this.drawTrail(trail);
     for (const draw of this.ordered(numbers, theme)) draw();
     for (const arrow of extras.arrows) if (this.isKept(arrow.from)) this.drawArrow(arrow);
-    if (extras.hasNames) this.drawNames(numbers, theme);
+    if (extras.hasNames) drawNames(this, numbers, theme);
     this.drawScale(theme);
     this.drawLegend(extras.legend ?? []);
   }
@@ -159,17 +164,27 @@ export class Drawing {
       return;
     }
     const { frame = shape.body } = shape;
-    context.beginPath();
+    const path = new Path2D();
     for (const line of shape.lines) {
       for (let i = 0; i + 2 < line.length; i += 3) {
         const at = positionOf(numbers, frame, line[i], line[i + 1], line[i + 2]);
         const [x, y] = camera.project(at);
-        if (i === 0) context.moveTo(x, y);
-        else context.lineTo(x, y);
+        if (i === 0) path.moveTo(x, y);
+        else path.lineTo(x, y);
       }
-      if (shape.kind !== 'line') context.closePath();
+      if (shape.kind !== 'line') path.closePath();
     }
-    this.paint(theme.paints[shape.role], shape.kind === 'region');
+    const { fill, stroke } = theme.paints[shape.role];
+    if (fill && shape.kind === 'region') {
+      context.fillStyle = css(fill);
+      context.fill(path, 'evenodd');
+      if (this.scene.planar) this.areas.push(path);
+    }
+    if (stroke) {
+      context.strokeStyle = css(stroke.color);
+      context.lineWidth = stroke.width;
+      context.stroke(path);
+    }
   }
 
   /** Draws the face of a solid at the section plane, hatched. */
@@ -293,6 +308,11 @@ export class Drawing {
     const [ux, uy] = length > 0 ? [axis[0] / length, axis[1] / length] : [camera.scale, 0];
     const pixels = Math.hypot(ux, uy) || 1;
     const [nx, ny] = [(uy / pixels) * camera.scale, (-ux / pixels) * camera.scale];
+    if (this.scene.planar) {
+      const [wide, high] = [nx, ny].map((x) => 2 * this.scene.pin * x);
+      const [ex, ey] = [px + length * ux, py + length * uy];
+      this.areas.push(new Path2D(`M${px + wide},${py + high}L${ex + wide},${ey + high}L${ex - wide},${ey - high}L${px - wide},${py - high}Z`));
+    }
     // Height above the section plane of a point of the span, which lies in the plane of the view across its line.
     const [from, to] = ends.map((end) => (this.half ? height(this.half, end) : -1));
     const [right, up] = camera.rows.map((row) => (this.half ? row.reduce((sum, x, i) => sum + x * this.half.normal[i], 0) : 0));
@@ -362,34 +382,6 @@ export class Drawing {
     context.closePath();
     if (isHollow) context.stroke();
     else context.fill();
-  }
-
-  /** Draws names next to their points, where they do not overlap; of coinciding points, one gets its name. */
-  drawNames(numbers, theme) {
-    const { context, camera } = this;
-    context.font = FONT;
-    context.lineWidth = 4;
-    context.strokeStyle = css(theme.colors.background, 0.85);
-    context.fillStyle = css(theme.colors.text);
-    const [taken, named] = [[], []];
-    for (const { name, at } of this.named) {
-      const point = positionOf(numbers, at.body, ...at.position);
-      if (!this.isKept(point)) continue;
-      const [px, py] = camera.project(point);
-      if (named.some(([x, y]) => Math.hypot(x - px, y - py) < 8)) continue;
-      named.push([px, py]);
-      const width = context.measureText(name).width;
-      const isFree = ([x, y]) =>
-        x > 4 &&
-        x + width < camera.size[0] - 4 &&
-        taken.every(([a, b, w]) => x > a + w + 3 || a > x + width + 3 || Math.abs(y - b) > 15);
-      const corners = [[10, -9], [10, 19], [-10 - width, -9], [-10 - width, 19]];
-      const corner = corners.map(([dx, dy]) => [px + dx, py + dy]).find(isFree);
-      if (!corner) continue;
-      taken.push([...corner, width]);
-      context.strokeText(name, ...corner);
-      context.fillText(name, ...corner);
-    }
   }
 
   /** Draws a scale bar of a round length. */

@@ -1,7 +1,7 @@
 // Live pages in a real browser, driven by mouse, touch and keys. What is tested comes in the environment:
 //
 //   BKSIM_LIVE_PAGES   a JSON file: {"browser", "screenshots", "pages": {"four-bar": file, "slider-crank": file,
-//                      "spatial-four-bar": file, "empty": file}}
+//                      "spatial-four-bar": file, "empty": file, "under": file}}
 
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
@@ -311,6 +311,8 @@ test('the motion before a change is shown faintly', { skip }, () =>
     await page.locator('#scrub').fill('0.3');
     await idle(page);
     assert.ok(await page.evaluate(() => globalThis.bksim.ghost !== null));
+    const [time, end] = await page.evaluate(() => [globalThis.bksim.time, globalThis.bksim.motion.times.at(-1)]);
+    assert.ok(Math.abs(time - 0.3 * end) < 1e-9, `${time} of ${end} s`);
     await shot(page, 'ghost');
   }));
 
@@ -357,6 +359,66 @@ test('wheels, slots and copies are drawn, at round places', { skip }, () =>
     assert.match(await text(page), /type = "slot"\nbetween = \["link2\.[A-Z]", "link3\.A"\]/);
     assert.deepEqual(await page.evaluate(() => globalThis.bksim.state.scene.bodies), ['ground', 'link1', 'link2', 'link3']);
     await shot(page, 'slot');
+  }));
+
+test('an empty plane has no faults, and wrong clicks make nothing', { skip }, () =>
+  opened('empty', {}, async (page) => {
+    const isClean = async () => (await page.locator('#faults li').count()) === 0;
+    assert.ok(await isClean());
+    await clicks(page, [[0, 0], [0, 0]]);
+    assert.equal(await text(page), '');
+    await clicks(page, [[0.1, 0]]);
+    // A chain of two, whose first link goes: the second floats.
+    await clicks(page, [[0.1, 0], [0.18, 0.06]]);
+    await page.click('[data-tool=ground]');
+    await clicks(page, [[0, 0]]);
+    await page.click('[data-tool=motor]');
+    await clicks(page, [[0, 0], [0, 0]]);
+    assert.equal((await text(page)).match(/\[drives\./g).length, 1);
+    await page.click('[data-tool=delete]');
+    await clicks(page, [[0.05, 0]]);
+    assert.deepEqual(await page.evaluate(() => globalThis.bksim.state.scene.bodies), ['ground', 'link2']);
+    assert.doesNotMatch(await text(page), /l1 =|ground\./);
+    assert.ok(await isClean());
+  }));
+
+test('wheels mesh as they stand, and a force is seen with its size', { skip }, () =>
+  opened('empty', {}, async (page) => {
+    await clicks(page, [[-0.1, 0], [-0.06, 0], [0.02, 0], [0.06, 0.05]]);
+    await page.click('[data-tool=ground]');
+    await clicks(page, [[-0.1, 0], [0.02, 0]]);
+    const before = await numbers(page);
+    await page.click('[data-tool=gear]');
+    await clicks(page, [[-0.1, 0], [0.02, 0]]);
+    const after = await numbers(page);
+    assert.ok(after.every((x, i) => Math.abs(x - before[i]) < 1e-5), 'the wheels jump');
+    await page.click('[data-tool=force]');
+    await clicks(page, [[-0.06, 0], [-0.06, 0.05]]);
+    assert.match(await text(page), /vector = \["0 N", "5 N"\]/);
+    assert.deepEqual(await page.evaluate(() => globalThis.bksim.state.forces.map(({ vector }) => vector)), [[0, 5, 0]]);
+    await shot(page, 'force');
+  }));
+
+test('a drawing underneath has places to meet', { skip }, () =>
+  opened('under', {}, async (page) => {
+    const { lines, places } = await page.evaluate(() => JSON.parse(document.getElementById('live').textContent).under);
+    assert.ok(lines.length > 3 && places.length > 6);
+    const pairs = places.flatMap((x, i) => (i % 2 ? [] : [[x, places[i + 1]]]));
+    const [first, second] = [pairs[0], pairs[pairs.length - 1]];
+    const aside = async ([x, y]) => {
+      const [px, py] = await pixel(page, x, y);
+      await page.mouse.move(px + 3, py - 2);
+      await page.mouse.down();
+      await page.mouse.up();
+      await idle(page);
+    };
+    await aside(first);
+    await aside(second);
+    for (const [name, at] of [['link1.A', first], ['link1.B', second]]) {
+      const [x, y] = await place(page, name);
+      assert.ok(Math.hypot(x - at[0], y - at[1]) < 2e-6, `${name}: ${x}, ${y} by ${at}`);
+    }
+    await shot(page, 'under');
   }));
 
 test('a dimension is typed in place, and is the parameter', { skip }, () =>

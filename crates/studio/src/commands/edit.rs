@@ -14,7 +14,7 @@ use serde_json::json;
 
 use self::file::ModelFile;
 use self::server::Server;
-use super::module::module;
+use super::module::{backdrop, module};
 use super::page::NO_PAGE;
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Status, Failure> {
@@ -39,7 +39,9 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Status, Failure> {
     } else {
         output::report(&format!("open {url} in a browser of this computer; Ctrl+C ends it"))?;
     }
-    let options = LiveOptions { title: None, is_served: true };
+    let units = args.units.as_ref();
+    let under = args.under.as_deref().map(|path| backdrop(path, units)).transpose()?;
+    let options = LiveOptions { title: None, is_served: true, under };
     let page = |text: &str| live(text, file.name(), &module, &options).map_err(|e| e.to_string());
     server.serve(&file, &page);
     Ok(Status::Done)

@@ -1,9 +1,13 @@
-//! The module of live pages: a file next to the program, or where the build leaves it.
+//! Parts of live pages: their module, a file next to the program or where the build leaves it, and a drawing underneath.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use bksim::cad::backdrop::Backdrop;
+use bksim::cad::units;
 use bksim_cli::exit::Failure;
+use bksim_cli::source::{Text, read_bytes};
+use bksim_load::InputError;
 
 /// Name of the file.
 const NAME: &str = "bksim_live.wasm";
@@ -31,4 +35,19 @@ pub(crate) fn module() -> Result<Vec<u8>, Failure> {
     });
     let found = places.into_iter().find_map(|path| fs::read(path).ok());
     found.ok_or_else(|| Failure::usage("the module of live pages is not here".to_owned(), HELP))
+}
+
+/// The lines of a drawing for a live page; `unit` is the name of its unit.
+///
+/// # Errors
+/// [`Failure`] where it cannot be read.
+pub(crate) fn backdrop(path: &Path, unit: Option<&String>) -> Result<Backdrop, Failure> {
+    let known =
+        |name: &String| units::by_name(name).ok_or_else(|| InputError::Unit { name: name.clone() });
+    let unit = unit.map(known).transpose()?;
+    let read = Backdrop::read(read_bytes(path)?, unit);
+    read.map_err(|refused| Failure::Model {
+        source: Box::new(Text::new(path, refused.text)),
+        diagnostics: refused.diagnostics,
+    })
 }

@@ -58,6 +58,14 @@ fn live_pages_follow_hands_in_a_browser() {
     let file = place.path().join("empty.html");
     std::fs::write(&file, nothing.expect("a page")).expect("a file");
     pages.insert("empty".to_owned(), Value::from(file.display().to_string()));
+    // An empty plane over a drawing.
+    let drawing = Path::new(CRATE).join("../../examples/press/outlines.dxf");
+    let file = place.path().join("under.html");
+    let mut page = place.bksim();
+    page.args(["page", "empty.toml", "--live", "--under"]).arg(drawing).arg("-o").arg(&file);
+    let output = page.env("BKSIM_LIVE", &module).output().expect("bksim starts");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    pages.insert("under".to_owned(), Value::from(file.display().to_string()));
     let firefox = FIREFOX.iter().map(PathBuf::from).find(|path| path.exists());
     let plan = json!({
         "browser": browser(), "firefox": firefox, "screenshots": screenshots(), "pages": pages

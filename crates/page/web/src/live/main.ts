@@ -2,6 +2,7 @@
 
 import './live.css';
 import { element, themes } from '../controls.js';
+import { css } from '../scene.js';
 import { Charts } from './charts';
 import { Dimensions } from './dimensions';
 import { Frame, embed } from './embed';
@@ -14,7 +15,7 @@ import { Running, type Recorded } from './running';
 import { fragmentOf, partOf, textOf } from './share';
 import { Stage } from './stage';
 import { tools } from './tools';
-import { Underlay, metresOf } from './underlay';
+import { Underlay, metresOf, type Outlines } from './underlay';
 import { faultWords, takeCodes, translate, word } from './words';
 import type { Answer, Dragged, Edit, Equations, Freedoms, Moved, Scene, State, Theme, Ways, World } from './types';
 
@@ -24,6 +25,7 @@ interface Embedded {
   colors: Record<'light' | 'dark', Theme['colors']>;
   /** Whether the page is served, and the file is written by it. */
   served: boolean;
+  under: Outlines | null;
 }
 
 const data = JSON.parse(element('live').textContent ?? '') as Embedded;
@@ -47,7 +49,7 @@ const dimensions = new Dimensions(stage, element('dimensions'), (made) => { play
 const values = new Values(element('values'), (path, value, moving) => edit({ edit: 'set', path, value }, moving), settle);
 const elements = new Elements(element('elements'), (path, value) => edit({ edit: 'set', path, value }, false), (made) => edit(made, false));
 const text = new Text(element('text') as HTMLTextAreaElement, element('lines'), (value) => edit({ edit: 'text', text: value }, false));
-const underlay = new Underlay();
+const underlay = new Underlay(data.under);
 const keeper = new Keeper(data.served, data.name, () => state?.text ?? '', (newer) => edit({ edit: 'text', text: newer }, false), say);
 
 let selected = '';
@@ -90,7 +92,8 @@ async function changed(request: object): Promise<void> {
     const { json, numbers } = await engine.ask<State>(request);
     figures.edit = performance.now() - began;
     if (json.fault) say(faultWords(json.fault));
-    else take(json, numbers);
+    else take(json, numbers, 'moving' in request && request.moving === true);
+    if ('do' in request && request.do === 'settle') stage.bringIn();
   } finally {
     isEditing = false;
     const next = queue.shift() ?? waitingEdit?.request;
@@ -104,18 +107,19 @@ function settle(): void {
 }
 
 /** Shows a state; the last good picture stays under a fault. */
-function take(next: State, numbers: Float64Array): void {
+function take(next: State, numbers: Float64Array, isMoving = false): void {
   if (!('text' in next)) return;
   const isNew = next.text !== state?.text;
-  state = { ...next, scene: next.scene ?? state?.scene, points: next.points ?? state?.points, joints: next.joints ?? state?.joints };
+  state = { ...next, scene: next.scene ?? state?.scene, points: next.points ?? state?.points, joints: next.joints ?? state?.joints, forces: next.forces ?? state?.forces };
   if (next.scene) {
     const { bodies } = next.scene;
     const known = stage.scene?.bodies ?? [];
     stage.selected = isCopying ? bodies.filter((name) => !known.includes(name)) : stage.selected.filter((name) => bodies.includes(name));
     isCopying = false;
     if (running.isOn) stage.setScene(next.scene);
-    if (running.isOn || (player.isMoving && player.motion)) Object.assign(stage, { points: next.points, joints: next.joints });
+    if (running.isOn || (player.isMoving && player.motion)) Object.assign(stage, { points: next.points, joints: next.joints, forces: next.forces ?? [] });
     else stage.take(next, numbers);
+    if (!isMoving) stage.bringIn();
     say('');
   }
   const isEmpty = next.text.trim() === '';
@@ -139,8 +143,10 @@ function take(next: State, numbers: Float64Array): void {
 /** The empty plane of an empty text. */
 function clear(): void {
   player.stop();
-  Object.assign(stage, { points: [], joints: [] });
-  if (state) state = { ...state, scene: blank, points: [], joints: [] };
+  player.take({ faults: [] }, new Float64Array(0));
+  showFreedoms(element('freedoms'), {});
+  Object.assign(stage, { points: [], joints: [], forces: [] });
+  if (state) state = { ...state, scene: blank, points: [], joints: [], forces: [] };
   stage.setScene(blank);
   stage.pose(ORIGIN);
 }
@@ -156,7 +162,7 @@ let isSolving = false;
 
 /** Solves the newest text, one after the other. */
 async function solve(): Promise<void> {
-  if (isSolving || !state) return;
+  if (isSolving || !state || state.text.trim() === '') return;
   isSolving = true;
   const own = version;
   const began = performance.now();
@@ -185,7 +191,9 @@ function takeMotion(moved: Moved, numbers: Float64Array): void {
   const known = state?.faults ?? [];
   const more = moved.faults.filter(({ code, message }) => !known.some((fault) => fault.code === code && fault.message === message));
   showFaults(element('faults'), [...known, ...more], goTo);
+  const isFirst = !player.motion;
   player.take(moved, numbers);
+  if (isFirst && !player.isMoving) stage.refit();
 }
 
 // ——— Motion under the hand ———
@@ -429,9 +437,12 @@ async function begin(): Promise<void> {
   if (isOther) takeCodes(await (await unpacked(element('codes').textContent ?? '')).json());
   wire();
   stage.over = (context) => {
-    underlay.paint(context, stage.camera);
+    underlay.paint(context, stage.camera, css(data.colors[stage.theme].text));
     dimensions.paint(context);
   };
+  stage.near = (world, reach) => underlay.near(world, reach);
+  stage.backdrop = () => underlay.corners();
+  stage.motion = () => player.corners();
   stage.setScene(blank);
   stage.numbers = ORIGIN;
   themes((name: 'light' | 'dark') => {

@@ -30,7 +30,7 @@ export class Values {
   constructor(private readonly box: HTMLElement, private readonly change: Change, private readonly settle: () => void) {}
 
   show(controls: Control[]): void {
-    const isSame = controls.length === this.rows.size && controls.every(({ path, number }) => {
+    const isSame = controls.length > 0 && controls.length === this.rows.size && controls.every(({ path, number }) => {
       const row = this.rows.get(path);
       return row && (row.slider !== null) === (number !== undefined);
     });
@@ -41,11 +41,14 @@ export class Values {
     this.rows.clear();
     this.box.replaceChildren();
     for (const [kind, title] of Object.entries(KINDS)) {
-      const some = controls.filter((control) => control.kind === kind);
+      const some = controls.filter((control) => control.kind === kind && !control.is_guess);
       if (some.length === 0) continue;
       const rows = some.map((control) => this.row(control));
       this.box.append(make('fieldset', {}, make('legend', {}, word(title)), ...rows));
     }
+    // Where the search of the pose begins matters seldom.
+    const guesses = controls.filter((control) => control.is_guess).map((control) => this.row(control));
+    if (guesses.length > 0) this.box.append(make('details', {}, make('summary', {}, word('Guesses of the start')), ...guesses));
     if (controls.length === 0) this.box.append(word('No values yet: draw a link.'));
   }
 

@@ -2,10 +2,14 @@
 
 import { Clock } from '../clock.js';
 import { element, transport } from '../controls.js';
+import { outline } from '../scene.js';
 import type { Charts } from './charts';
 import { poseAt, type Recorded } from './running';
 import type { Stage } from './stage';
 import type { Moved, Scene } from './types';
+
+/** Frames of a motion that the picture is fitted to. */
+const FRAMES = 24;
 
 export interface Motion extends Recorded { scene: Scene; isFresh: boolean }
 
@@ -82,6 +86,17 @@ export class Player {
     this.charts().seek(clock.t);
     if (!clock.isPlaying) this.rested();
     this.showTime?.();
+  }
+
+  /** Outermost points of the motion, of some of its frames. */
+  corners(): number[][] {
+    const { motion } = this;
+    if (!motion?.isFresh) return [];
+    const { frames, nNumbers, scene } = motion;
+    const n = frames.length / nNumbers;
+    const every = Math.ceil(n / FRAMES);
+    const some = Array.from({ length: Math.floor((n - 1) / every) + 1 }, (_, k) => frames.subarray(k * every * nNumbers, (k * every + 1) * nNumbers));
+    return some.flatMap((frame) => [...outline(scene, frame)]);
   }
 
   start(): void {

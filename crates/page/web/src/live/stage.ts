@@ -4,13 +4,18 @@ import { Camera } from '../camera.js';
 import { Drawing, css, lengthText, outline } from '../scene.js';
 import { positionOf } from '../poses.js';
 import { hit, worldAt, type Hit } from './picking';
-import type { Joint, Pixel, Point, Scene, State, Theme, World } from './types';
+import type { Force, Joint, Pixel, Point, Scene, State, Theme, World } from './types';
 
 const MARGIN = 48;
+/** A motion is in the picture unless it is this many times as large as the mechanism. */
+const FARTHEST = 3;
 /** Pixels that an arrow key moves the cursor by, and with Shift. */
 const KEY_STEPS = [4, 24];
 /** A finger or button that moved less has clicked. */
 const STILL = 4;
+
+/** Force of an arrow, N for each metre that it is long. */
+export const NEWTONS = 100;
 
 /** What a tool does with the hand; places are in the world, m. */
 export interface Tool {
@@ -35,11 +40,12 @@ export class Stage {
   scene: Scene | null = null;
   points: Point[] = [];
   joints: Joint[] = [];
+  forces: Force[] = [];
   numbers: Float64Array = new Float64Array(0);
   theme: 'light' | 'dark' = 'light';
   hasNames = true;
   /** Whether places that are drawn lie on a round grid; not while Alt is held. */
-  private isSnapping = true;
+  isSnapping = true;
   /** Paths that were drawn by points: places of the world. */
   trails: { points: number[][]; nPast: number; color: number[] }[] = [];
   /** Poses of another motion, shown faintly. */
@@ -51,8 +57,15 @@ export class Stage {
   isAdding = false;
   /** Is drawn over the picture. */
   over: ((context: CanvasRenderingContext2D) => void) | null = null;
+  /** A place underneath near to another one, within a distance, m. */
+  near: (world: World, reach: number) => World | null = () => null;
+  /** Corners of what is underneath. */
+  backdrop: () => number[][] = () => [];
+  /** Points that the mechanism reaches while it moves. */
+  motion: () => number[][] = () => [];
   private drawing: Drawing | null = null;
   private isFitted = true;
+  private isInView = true;
   private isWaiting = false;
   private held: Hit | null = null;
   private hand: World | null = null;
@@ -87,6 +100,7 @@ export class Stage {
     const isFirst = !this.scene;
     this.joints = state.joints ?? [];
     this.points = state.points ?? [];
+    this.forces = state.forces ?? [];
     this.setScene(state.scene);
     this.numbers = numbers;
     if (isFirst) this.fit();
@@ -108,11 +122,29 @@ export class Stage {
     this.redraw();
   }
 
+  /** Fits the picture again, unless a hand has moved it. */
+  refit(): void {
+    if (this.isFitted) this.fit();
+  }
+
   resize(): void {
     if (this.drawing) this.drawing.resize();
     else this.camera.size = [this.canvas.clientWidth, this.canvas.clientHeight];
-    if (this.isFitted) this.fit();
+    this.refit();
     this.redraw();
+  }
+
+  /** Fits the picture where the mechanism was all in view, and no longer is. */
+  bringIn(): void {
+    const wasIn = this.isInView;
+    this.isInView = this.isIn();
+    if (wasIn && !this.isInView) this.fit();
+  }
+
+  private isIn(): boolean {
+    const { scene, numbers, camera } = this;
+    if (!scene || numbers.length < 18 * scene.bodies.length) return true;
+    return [...outline(scene, numbers)].every((point) => camera.project(point).slice(0, 2).every((x, i) => x >= 0 && x <= camera.size[i]));
   }
 
   fit(): void {
@@ -120,6 +152,10 @@ export class Stage {
     const { scene, numbers, camera } = this;
     const points: number[][] = scene && numbers.length >= 18 ? [...outline(scene, numbers)] : [];
     for (const { points: trail } of this.trails) points.push(...trail);
+    points.push(...this.backdrop());
+    // What flies away is not followed.
+    const moved = this.motion();
+    if (extent([...points, ...moved]) < FARTHEST * extent(points)) points.push(...moved);
     if (points.length > 1) {
       camera.fit(points, MARGIN);
     } else {
@@ -127,6 +163,7 @@ export class Stage {
       camera.scale = camera.size[0] / 0.5;
       camera.centre = [0, 0, 0];
     }
+    this.isInView = true;
     this.redraw();
     this.onView();
   }
@@ -134,6 +171,7 @@ export class Stage {
   zoom(factor: number, at?: Pixel): void {
     this.isFitted = false;
     this.camera.zoom(factor, at);
+    this.isInView = this.isIn();
     this.redraw();
   }
 
@@ -157,7 +195,8 @@ export class Stage {
     if (!drawing || !scene || numbers.length < 18 * scene.bodies.length) return;
     const theme: Theme = scene.themes[this.theme];
     const context = this.canvas.getContext('2d') as CanvasRenderingContext2D;
-    drawing.draw(numbers, theme, { trails: this.trails, arrows: [], hasNames: this.hasNames });
+    drawing.draw(numbers, theme, { trails: this.trails, arrows: this.arrows(theme), hasNames: this.hasNames });
+    this.paintSizes(context, theme);
     this.over?.(context);
     if (this.ghost && this.ghost.length === numbers.length) this.paintGhost(context, theme);
     const accent = css(theme.colors.palette[0]);
@@ -176,7 +215,7 @@ export class Stage {
       const length = Math.hypot(this.hand[0] - from[0], this.hand[1] - from[1]);
       context.fillStyle = css(theme.colors.text);
       context.font = '13px system-ui, sans-serif';
-      context.fillText(lengthText(length), (a[0] + b[0]) / 2 + 8, (a[1] + b[1]) / 2 - 8);
+      if (length > 0) context.fillText(lengthText(length), (a[0] + b[0]) / 2 + 8, (a[1] + b[1]) / 2 - 8);
     }
     if (this.held && this.hand) {
       const at = positionOf(numbers, this.held.body, ...this.held.local);
@@ -192,6 +231,28 @@ export class Stage {
       context.stroke();
     }
     if (this.cursor && document.activeElement === this.canvas) this.paintCursor(context, accent);
+  }
+
+  /** Arrows of forces that stay as they are, as long as they are drawn unless that is out of all measure. */
+  private arrows({ colors }: Theme): { from: number[]; vector: number[]; color: number[]; size: number }[] {
+    const { numbers, camera } = this;
+    return this.forces.flatMap(({ body, at, vector, follows }) => {
+      const turned = follows ? [0, 1, 2].map((i) => [0, 1, 2].reduce((sum, j) => sum + numbers[18 * body + 3 + 3 * i + j] * vector[j], 0)) : vector;
+      const size = Math.hypot(...turned);
+      if (!(size > 0)) return [];
+      const pixels = Math.min(120, Math.max(24, (size / NEWTONS) * camera.scale));
+      return [{ from: positionOf(numbers, body, ...at), vector: turned.map((x) => (x * pixels) / (size * camera.scale)), color: colors.force, size }];
+    });
+  }
+
+  /** Sizes of forces at the tips of their arrows. */
+  private paintSizes(context: CanvasRenderingContext2D, theme: Theme): void {
+    context.fillStyle = css(theme.colors.force);
+    context.font = '13px system-ui, sans-serif';
+    for (const { from, vector, size } of this.arrows(theme)) {
+      const [x, y] = this.camera.project(from.map((p, i) => p + vector[i]) as World);
+      context.fillText(`${Number(size.toPrecision(4))} N`, x + 6, y - 4);
+    }
   }
 
   private paintGhost(context: CanvasRenderingContext2D, theme: Theme): void {
@@ -231,7 +292,8 @@ export class Stage {
     const { scene, points, numbers, camera } = this;
     const found = scene && numbers.length > 0 ? hit(scene, points, numbers, camera, pixel, isTouch) : null;
     const world = worldAt(camera, pixel, this.depth);
-    return { found, world: this.isDrawing && this.isSnapping ? snapped(world, this.grid) : world };
+    const isSnapped = this.isDrawing && this.isSnapping;
+    return { found, world: isSnapped ? this.near(world, 10 / camera.scale) ?? snapped(world, this.grid) : world };
   }
 
   private get isDrawing(): boolean {
@@ -239,7 +301,7 @@ export class Stage {
   }
 
   /** A round distance of eight pixels or more, m. */
-  private get grid(): number {
+  get grid(): number {
     const least = 8 / this.camera.scale;
     const decade = 10 ** Math.floor(Math.log10(least));
     return [1, 2, 5, 10].map((k) => k * decade).find((step) => step >= least * (1 - 1e-9)) ?? least;
@@ -353,7 +415,8 @@ export class Stage {
     const pixel = this.pointers.get(event.pointerId);
     this.pointers.delete(event.pointerId);
     if (!pixel || this.pointers.size > 0) return;
-    if (!this.isPanning) this.lift(pixel, event.pointerType === 'touch');
+    if (this.isPanning) this.isInView = this.isIn();
+    else this.lift(pixel, event.pointerType === 'touch');
     this.isPanning = false;
   }
 
@@ -417,6 +480,12 @@ export class Stage {
     this.nth = (this.nth + 1) % Math.max(1, places.length);
     return places[this.nth] ?? cursor;
   }
+}
+
+/** Diagonal of the box around points. */
+function extent(points: number[][]): number {
+  const size = (i: number) => points.reduce((most, p) => Math.max(most, p[i]), -Infinity) - points.reduce((least, p) => Math.min(least, p[i]), Infinity);
+  return points.length > 0 ? Math.hypot(size(0), size(1), size(2)) : 0;
 }
 
 /** The next place of a grid with this step. */

@@ -2,7 +2,7 @@
 
 import { positionOf } from '../poses.js';
 import { localOf, type Hit } from './picking';
-import type { Stage, Tool } from './stage';
+import { NEWTONS, type Stage, type Tool } from './stage';
 import type { Edit, World } from './types';
 
 /** What tools need of the page. */
@@ -97,6 +97,8 @@ function between(name: string, hint: string, deeds: Deeds, make: (from: End, to:
       if (!from) return;
       const distance = Math.hypot(world[0] - from.world[0], world[1] - from.world[1]);
       if (!isOpen && (isClick || distance * deeds.stage.camera.scale < 8)) return;
+      // A double click is one click.
+      if (distance * deeds.stage.camera.scale < 2) return;
       const { stage } = deeds;
       const [x, y] = stage.camera.project(world);
       const hit = isClick ? second : stage.found([x, y]);
@@ -109,6 +111,17 @@ function between(name: string, hint: string, deeds: Deeds, make: (from: End, to:
   });
   Object.defineProperty(made, 'from', { get: () => (from ? [...from.world, 0] : null) });
   return made;
+}
+
+/** Whether a polygon has no area, against the square of its longest side. */
+function isFlat(corners: End[]): boolean {
+  let [area, longest] = [0, 0];
+  corners.forEach(({ world: [ax, ay] }, i) => {
+    const [bx, by] = corners[(i + 1) % corners.length].world;
+    area += 0.5 * (ax * by - bx * ay);
+    longest = Math.max(longest, Math.hypot(bx - ax, by - ay));
+  });
+  return !(Math.abs(area) > 1e-6 * longest * longest);
 }
 
 /** Corners of a plate by clicks; a click on the first corner, or Enter on it, ends it. */
@@ -129,8 +142,8 @@ function plate(deeds: Deeds): Tool {
       }
       const all = corners;
       corners = [];
-      if (all.length > 2) deeds.edit({ edit: 'plate', corners: all }, false);
-      else deeds.say('A plate has three corners or more.');
+      if (isFlat(all)) deeds.say('A plate has three corners or more, not in one line.');
+      else deeds.edit({ edit: 'plate', corners: all }, false);
     },
     cancel: () => { corners = []; },
   });
@@ -147,6 +160,12 @@ function measure(deeds: Deeds): Tool {
   }, (_, __, world) => ({ world: flat(world) }));
 }
 
+/** Says what a click should meet. */
+function no(deeds: Deeds, hint: string): null {
+  deeds.say(hint);
+  return null;
+}
+
 /** One click on a point or body. */
 function click(name: string, hint: string, deeds: Deeds, make: (hit: Hit | null, world: World) => Edit | null): Tool {
   let pressed: { hit: Hit | null; world: World } | null = null;
@@ -157,22 +176,26 @@ function click(name: string, hint: string, deeds: Deeds, make: (hit: Hit | null,
       const edit = make(pressed.hit, pressed.world);
       pressed = null;
       if (edit) deeds.edit(edit, false);
-      else deeds.say(hint);
     },
     cancel: () => { pressed = null; },
   });
 }
 
+/** From one place to another, in steps of the grid unless Alt is held: a solved pose has other places than round ones. */
+function difference({ stage }: Deeds, from: Flat, to: Flat): Flat {
+  const round = (x: number) => (stage.isSnapping ? Number((Math.round(x / stage.grid) * stage.grid).toPrecision(9)) : x);
+  return [round(to[0] - from[0]), round(to[1] - from[1])];
+}
+
 /** A press on a point, and a lift that gives a direction. */
 function directed(name: string, hint: string, deeds: Deeds, make: (at: End, by: Flat) => Edit): Tool {
   return between(name, hint, deeds, (from, to) => {
-    const by: Flat = [to.world[0] - from.world[0], to.world[1] - from.world[1]];
-    return make(from, by);
+    return make(from, difference(deeds, from.world, to.world));
   }, endOn);
 }
 
 /** A joint at a place: where two bodies have a point in common. */
-function jointAt(deeds: Deeds, hit: Hit | null): { name: string; value: number } | null {
+function jointAt(deeds: Deeds, hit: Hit | null): { name: string; value: number; isDriven: boolean } | null {
   if (!hit || hit.names.length === 0) return null;
   const bodies = deeds.stage.scene?.bodies ?? [];
   const there = new Set(hit.names.map((name) => bodies.indexOf(name.split('.')[0])));
@@ -184,15 +207,23 @@ function jointAt(deeds: Deeds, hit: Hit | null): { name: string; value: number }
   });
   const all = deeds.stage.joints.filter(({ name, bodies: [a, b] }) => isHere(name) && (there.has(a) || there.has(b)));
   const found = all.find(({ bodies: [a] }) => a === 0) ?? all[0];
-  return found ? { name: found.name, value: found.value ?? 0 } : null;
+  return found ? { name: found.name, value: found.value ?? 0, isDriven: found.is_driven } : null;
+}
+
+/** Angle of the second of two equal wheels where that of the first is zero, as they stand: angles count against their carrier. */
+function phaseOf({ stage }: Deeds, first: string, second: string): number {
+  const [a, b] = [first, second].map((name) => stage.joints.find((joint) => joint.name === name));
+  if (!a || !b) return 0;
+  const angle = (joint: typeof a, other: typeof a) => (other.bodies.includes(joint.bodies[0]) ? 1 : -1) * (joint.value ?? 0);
+  return angle(a, b) + angle(b, a);
 }
 
 /** Two clicks on joints. */
-function betweenJoints(name: string, hint: string, deeds: Deeds, make: (joints: [string, string], distance: number) => Edit): Tool {
+function betweenJoints(name: string, hint: string, deeds: Deeds, make: (joints: [string, string], distance: number, phase: number) => Edit): Tool {
   const isJoint = ({ on }: End) => on !== undefined;
   return between(name, hint, deeds, (from, to) => {
     const [dx, dy] = [0, 1].map((i) => to.world[i] - from.world[i]);
-    if (isJoint(from) && isJoint(to)) return make([from.on ?? '', to.on ?? ''], Math.hypot(dx, dy));
+    if (isJoint(from) && isJoint(to)) return make([from.on ?? '', to.on ?? ''], Math.hypot(dx, dy), phaseOf(deeds, from.on ?? '', to.on ?? ''));
     deeds.say(hint);
     return null;
   }, (_, hit, world) => ({ world: hit ? flat(hit.world) : flat(world), on: jointAt(deeds, hit)?.name }));
@@ -245,9 +276,6 @@ function copied(name: string, hint: string, deeds: Deeds, mirrored: boolean): To
   }, endOn);
 }
 
-/** Force of an arrow, N for each metre that it is long. */
-const NEWTONS = 100;
-
 export function tools(deeds: Deeds): Tool[] {
   const bodyOf = (hit: Hit | null) => (hit && hit.body !== 0 ? deeds.stage.scene?.bodies[hit.body] : undefined);
   return [
@@ -257,26 +285,28 @@ export function tools(deeds: Deeds): Tool[] {
     between('link', 'Click both ends of a link; an end on a point gets a pin.', deeds, (from, to) => ({ edit: 'link', from, to }), (d, hit, world) => (hit && hit.names.length === 0 ? endOn(d, hit, world) : endAt(hit, world))),
     plate(deeds),
     measure(deeds),
-    click('ground', 'Click a point to pin it to the ground.', deeds, (hit, world) => (hit && hit.body !== 0 ? { edit: 'ground', at: endOn(deeds, hit, world) } : null)),
+    click('ground', 'Click a point to pin it to the ground.', deeds, (hit, world) => (hit && hit.body !== 0 ? { edit: 'ground', at: endOn(deeds, hit, world) } : no(deeds, 'Click a point to pin it to the ground.'))),
     between('pin', 'Click two points to join them with a pin.', deeds, (from, to) => ({ edit: 'pin', from, to }), endOn),
     directed('slide', 'Click a point, then a place in the direction in which it slides.', deeds, (at, by) => ({ edit: 'slide', at, angle: Math.atan2(by[1], by[0]) })),
     between('slot', 'Click the body with the slot, then the point that slides along it.', deeds, (guide, at) => {
       const along = guide.local ? { ...guide, local: [guide.local[0], 0] } : guide;
       return { edit: 'slide', at, angle: 0, guide: along };
     }, endOn),
-    betweenJoints('gear', 'Click the joints of two wheels that mesh.', deeds, (joints, distance) => ({ edit: 'gear', between: joints, distance })),
+    betweenJoints('gear', 'Click the joints of two wheels that mesh.', deeds, (joints, distance, phase) => ({ edit: 'gear', between: joints, distance, phase })),
     between('spring', 'Click both ends of a spring.', deeds, (from, to) => ({ edit: 'spring', from, to }), endOn),
     between('damper', 'Click both ends of a damper.', deeds, (from, to) => ({ edit: 'damper', from, to }), endOn),
-    directed('force', 'Click a point, then the tip of the force.', deeds, (at, by) => ({ edit: 'force', at, vector: by.map((x) => NEWTONS * x) })),
+    directed('force', 'Click a point, then the tip of the force.', deeds, (at, by) => ({ edit: 'force', at, vector: by.map((x) => Number((NEWTONS * x).toPrecision(6))) })),
     click('motor', 'Click a joint to drive it.', deeds, (hit) => {
       const joint = jointAt(deeds, hit);
-      return joint && { edit: 'motor', joint: joint.name, angle: joint.value };
+      if (joint?.isDriven) deeds.say('This joint is driven already.');
+      else if (joint) return { edit: 'motor', joint: joint.name, angle: joint.value };
+      return joint ? null : no(deeds, 'Click a joint to drive it.');
     }),
     copied('copy', 'Click a body, then the place of its copy.', deeds, false),
     copied('mirror', 'Click a body, then the place of its mirror image.', deeds, true),
     click('delete', 'Click a body to delete it with all that hangs on it.', deeds, (hit) => {
       const name = bodyOf(hit);
-      return name ? { edit: 'delete', name } : null;
+      return name ? { edit: 'delete', name } : no(deeds, 'Click a body to delete it with all that hangs on it.');
     }),
   ];
 }

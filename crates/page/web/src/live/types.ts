@@ -23,6 +23,8 @@ export interface Control {
 }
 export interface Element { section: string; name: string; keys: { path: string; key: string; text: string }[] }
 export interface Joint { name: string; kind: string; bodies: [number, number]; value: number | null; is_driven: boolean }
+/** A force that stays as it is: its point in the frame of its body, and its vector in the world's axes or the body's, N. */
+export interface Force { body: number; at: [number, number, number]; vector: [number, number, number]; follows: boolean }
 export interface Point { name: string; body: number; at: [number, number, number] }
 export interface State {
   text: string;
@@ -36,6 +38,7 @@ export interface State {
   scene?: Scene;
   joints?: Joint[];
   points?: Point[];
+  forces?: Force[];
   fault?: Fault;
 }
 export interface Attached { body: number; position: [number, number, number] }

@@ -1,8 +1,11 @@
-// A picture under the mechanism, to draw over: two clicks and a length scale it.
+// A picture or drawing under the mechanism, to draw over: two clicks and a length scale it.
 
 import type { Camera } from '../camera.js';
 import { element } from '../controls.js';
 import type { World } from './types';
+
+/** Lines of a drawing and places worth meeting on it, m: x and y in turn. */
+export interface Outlines { lines: number[][]; places: number[] }
 
 export class Underlay {
   private image: ImageBitmap | null = null;
@@ -10,15 +13,38 @@ export class Underlay {
   private scale = 1;
   private corner: [number, number] = [0, 0];
 
+  constructor(private outlines: Outlines | null) {}
+
+  private at(points: number[], i: number): [number, number] {
+    return [this.corner[0] + this.scale * points[i], this.corner[1] + this.scale * points[i + 1]];
+  }
+
+  /** The nearest end or centre of the drawing within a distance. */
+  near([x, y]: World, reach: number): World | null {
+    const { places = [] } = this.outlines ?? {};
+    let [best, least]: [World | null, number] = [null, reach];
+    for (let i = 0; i < places.length; i += 2) {
+      const [px, py] = this.at(places, i);
+      const distance = Math.hypot(px - x, py - y);
+      if (distance < least) [best, least] = [[px, py, 0], distance];
+    }
+    return best;
+  }
+
+  /** All corners of the drawing. */
+  corners(): number[][] {
+    return (this.outlines?.lines ?? []).flatMap((line) => line.flatMap((_, i) => (i % 2 ? [] : [[...this.at(line, i), 0]])));
+  }
+
   /** Wires the button that takes a picture or removes it, with its field for files. */
   wire(camera: Camera, redraw: () => void, taken: (isThere: boolean) => void): void {
     const field = element('underlay') as HTMLInputElement;
     element('under').addEventListener('click', () => {
-      if (!this.image) {
+      if (!this.image && !this.outlines) {
         field.click();
         return;
       }
-      this.image = null;
+      [this.image, this.outlines] = [null, null];
       redraw();
     });
     field.addEventListener('change', () => {
@@ -49,8 +75,22 @@ export class Underlay {
     this.corner = [0, 1].map((i) => from[i] + factor * (this.corner[i] - from[i])) as [number, number];
   }
 
-  paint(context: CanvasRenderingContext2D, camera: Camera): void {
+  paint(context: CanvasRenderingContext2D, camera: Camera, colour: string): void {
     const { image, scale, corner } = this;
+    context.save();
+    context.globalAlpha = 0.45;
+    context.strokeStyle = colour;
+    context.lineWidth = 1;
+    context.beginPath();
+    for (const line of this.outlines?.lines ?? []) {
+      for (let i = 0; i < line.length; i += 2) {
+        const [x, y] = camera.project([...this.at(line, i), 0]);
+        if (i === 0) context.moveTo(x, y);
+        else context.lineTo(x, y);
+      }
+    }
+    context.stroke();
+    context.restore();
     if (!image) return;
     const [x, y] = camera.project([corner[0], corner[1], 0]);
     const [width, height] = [image.width, image.height].map((n) => n * scale * camera.scale);

@@ -13,7 +13,7 @@ use bksim_page::{LiveOptions, live};
 use serde_json::json;
 
 use super::no_page;
-use crate::commands::module::module;
+use crate::commands::module::{backdrop, module};
 
 pub(crate) fn run(
     args: &Page,
@@ -21,15 +21,24 @@ pub(crate) fn run(
     as_json: bool,
     nesting: usize,
 ) -> Result<Status, Failure> {
-    let loaded = load(&args.run.model(), nesting)?;
-    let module = module()?;
     let input = args.run.input.as_path();
+    // An empty file is an empty plane to draw on.
+    let is_empty = std::fs::read(input).is_ok_and(|bytes| bytes.trim_ascii().is_empty());
+    let (text, name) = if is_empty {
+        let stem = input.file_stem().unwrap_or_default();
+        (String::new(), stem.to_string_lossy().into_owned())
+    } else {
+        let loaded = load(&args.run.model(), nesting)?;
+        (loaded.source.text, loaded.model.name)
+    };
+    let module = module()?;
     let label = label_of(input);
     let may_replace = args.force || is_of_model(path, &label);
     let output = OutputFile::plan(path, ("model", &[input]), may_replace, "nothing was written")?;
-    let options = LiveOptions { title: args.title.clone(), is_served: false };
-    let html = live(&loaded.source.text, &loaded.model.name, &module, &options)
-        .map_err(|e| no_page(input, &e, None))?;
+    let units = args.run.reading.drawing.units.as_ref();
+    let under = args.under.as_deref().map(|path| backdrop(path, units)).transpose()?;
+    let options = LiveOptions { title: args.title.clone(), is_served: false, under };
+    let html = live(&text, &name, &module, &options).map_err(|e| no_page(input, &e, None))?;
     let html = stamped(path, html.into_bytes(), &label);
     let mut out = output.create()?;
     out.write_all(&html).map_err(|e| Failure::writing(path, &e))?;
