@@ -8,6 +8,7 @@ mod search;
 
 use std::collections::BTreeMap;
 
+use bksim::model::file::stated_ranges;
 use bksim_sweep::Study;
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +16,7 @@ use crate::base::{Quantity, Source, Stated, Watch};
 use crate::codes;
 use crate::error::DesignError;
 use crate::poses::Poses;
-use crate::spec::{Written, located, ranges_of, section, stated_ranges};
+use crate::spec::{Written, located, ranges_of, section};
 use case::driven;
 use peaks::{parts_of, peaks, sides, windowed, windows};
 use search::Search;

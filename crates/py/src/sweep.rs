@@ -11,7 +11,7 @@ use bksim::options::{FORMULATIONS, JITS, METHODS, SolveChanges};
 use bksim_load::{Text, label_of, whole};
 use bksim_sweep::{
     Axis, Column, Design, Existing, Monitor, Parts, Plan, Request, Row, Spacing, SweepError,
-    Values, codes, is_whole, write,
+    Values, codes, is_whole, stated_axes, write,
 };
 use numpy::PyArray2;
 use pyo3::exceptions::{PyFileExistsError, PyKeyError, PyValueError};
@@ -311,6 +311,9 @@ fn prepared(wanted: SweepRequest) -> Result<Study, Fault> {
             Ok(None) => fixed.push((name, text)),
             Err(error) => return Err(fault(&source, error)),
         }
+    }
+    if axes.is_empty() && design.is_sampled() {
+        axes = stated_axes(&source.text, &fixed).map_err(|error| fault(&source, error.into()))?;
     }
     let plan = Plan::new(axes, design).map_err(|error| fault(&source, error.into()))?;
     let mut request = Request::new(&source.text, &wanted.name, plan);

@@ -53,6 +53,7 @@ mod resume;
 mod row;
 mod run;
 mod sampling;
+mod stated;
 mod study;
 mod table;
 
@@ -70,5 +71,6 @@ pub use request::Request;
 pub use resume::{Existing, FaultCount, Parts, Report, is_whole, parts_of, write};
 pub use row::{Ending, Fault, Row};
 pub use run::Monitor;
+pub use stated::stated_axes;
 pub use study::Study;
 pub use table::{Table, column_named};

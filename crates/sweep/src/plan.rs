@@ -38,6 +38,13 @@ pub enum Design {
     },
 }
 
+impl Design {
+    /// True if it takes samples.
+    pub fn is_sampled(&self) -> bool {
+        !matches!(self, Self::Grid | Self::Pairs)
+    }
+}
+
 /// The cases of a sweep.
 #[derive(Clone, Debug)]
 pub struct Plan {

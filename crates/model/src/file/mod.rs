@@ -117,6 +117,7 @@ pub use degrees::amplitude_like_degrees;
 pub use expand::{Expansion, LOOP_OF_LINKS, Open, SourceFile, expand, triangles};
 pub use naming::{NAMED, is_name, is_word};
 pub use quantity::names_in;
+pub use ranges::stated_ranges;
 pub use replay::Recording;
 pub use schema::{Holds, SectionForm, TableForm, sections};
 pub use sections::SECTIONS;

@@ -142,3 +142,31 @@ fn no_value(root: &Table, stated: &Change, why: &str) -> Diagnostic {
         ),
     }
 }
+
+/// Ranges that a text states, as they are written, by the names that searches and sweeps vary; none of a text with faults.
+pub fn stated_ranges(text: &str) -> Vec<(String, [String; 2])> {
+    let root = text.parse::<toml::Table>().unwrap_or_default();
+    let mut found = Vec::new();
+    let mut left: Vec<(String, &toml::Value)> =
+        root.get("ranges").map(|value| (String::new(), value)).into_iter().collect();
+    while let Some((path, value)) = left.pop() {
+        match value {
+            toml::Value::Table(table) => {
+                let below = table.iter().rev().map(|(key, value)| {
+                    (if path.is_empty() { key.clone() } else { format!("{path}.{key}") }, value)
+                });
+                left.extend(below);
+            }
+            toml::Value::Array(ends) => {
+                let written =
+                    |end: &toml::Value| end.as_str().map_or(end.to_string(), str::to_owned);
+                let ends: Vec<String> = ends.iter().map(written).collect();
+                let own = ["parameters.", "initial."].iter().find_map(|at| path.strip_prefix(at));
+                let name = own.unwrap_or(&path).to_owned();
+                found.extend(<[String; 2]>::try_from(ends).ok().map(|ends| (name, ends)));
+            }
+            _ => (),
+        }
+    }
+    found
+}

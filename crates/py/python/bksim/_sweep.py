@@ -29,7 +29,7 @@ Notify: TypeAlias = Callable[[int], None]
 
 def sweep(
     model: Model,
-    axes: Mapping[str, Axis],
+    axes: Mapping[str, Axis] | None = None,
     *,
     outputs: str | Sequence[str] | None = None,
     design: Design = "grid",
@@ -56,7 +56,7 @@ def sweep(
     takes it, ``"80 mm:120 mm:41"``. They make a grid, the last one turning fastest; with the design
     ``"pairs"`` a case takes one value of each, so that a table of trials is swept row by row. The designs
     ``"random"``, ``"latin-hypercube"`` and ``"sobol"`` take ``n`` samples: of a tuple ``(low, high)``
-    anything between, of a list its values. ``outputs`` are numbers of each run, ``final(state.x)``,
+    anything between, of a list its values, and without ``axes`` the ranges below ``[ranges]`` of the model. ``outputs`` are numbers of each run, ``final(state.x)``,
     ``min``, ``max``, ``mean``, ``rms``, ``peak_to_peak`` of any column of a solution, ``"state.x@0.5"`` its
     value at 0.5 s, ``quantile(x, 0.95)``, ``first(x > 1 m)``, of expressions and in expressions, as
     ``max(hypot(reactions.B.fx, reactions.B.fy))/m``; unless given, the final, smallest and largest value of every coordinate. ``t_end`` to
@@ -94,7 +94,7 @@ def sweep(
     if model.inputs:
         words = "functions of Python, and cases run without it"
         raise ValueError(f"the inputs {', '.join(model.inputs)} are {words}: take them off for a sweep")
-    asked = _asked(model, axes, design)
+    asked = _asked(model, axes or {}, design)
     asked.update(
         n=None if n is None else whole("n", n),
         seed=whole("seed", seed),

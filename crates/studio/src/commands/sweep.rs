@@ -8,7 +8,8 @@ use std::time::Instant;
 use bksim::model::diagnostic::Diagnostic;
 use bksim::model::message::counted;
 use bksim_sweep::{
-    Axis, Design, Existing, Monitor, Plan, Report, Request, Study, SweepError, axes_of_table, write,
+    Axis, Design, Existing, Monitor, Plan, Report, Request, Study, SweepError, axes_of_table,
+    stated_axes, write,
 };
 use serde_json::{Value, json};
 
@@ -45,10 +46,16 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
         }
         None => Vec::new(),
     };
-    let axes = fault.map_or(Ok([axes, of_table].concat()), Err);
-    let plan = axes.and_then(|axes| Plan::new(axes, design(args))).map_err(rejected)?;
+    let design = design(args);
+    let axes = match fault {
+        Some(fault) => Err(fault),
+        // Samples of a model that states ranges need no axes.
+        None if axes.is_empty() && design.is_sampled() => stated_axes(&source.text, &model.set.0),
+        None => Ok([axes, of_table].concat()),
+    };
+    let plan = axes.and_then(|axes| Plan::new(axes, design)).map_err(rejected)?;
     if plan.axes().is_empty() {
-        let help = "add `--set NAME=FROM:TO:COUNT`; without any, `bksim solve` is the command";
+        let help = "add `--set NAME=FROM:TO:COUNT`, or `--sobol 64` for samples between the `[ranges]` of the model; without any, `bksim solve` is the command";
         return Err(Failure::usage("a sweep needs something that varies", help));
     }
     let path = output_path(args);
