@@ -25,7 +25,11 @@ wheel() {
     local bin=target/release-venv/bin
     [ -d "$bin" ] || bin=target/release-venv/Scripts
     "$bin/pip" install -q 'maturin>=1.9,<2'
+    # The package takes the module of live pages along, where it can be built.
+    local module=crates/py/python/bksim/bksim_live.wasm
+    live_module "$module"
     "$bin/maturin" build --profile "$profile" --manifest-path crates/py/Cargo.toml --out "$out"
+    rm -f "$module"
 }
 
 # The module of live pages, where this compiler has the standard library of its target.

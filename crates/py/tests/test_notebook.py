@@ -57,6 +57,13 @@ def test_a_live_page_without_widgets_is_a_frame(module: Path, monkeypatch: pytes
     assert module.with_name("page.html").read_text("utf-8") == page.html
 
 
+def test_the_module_of_the_package_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    from bksim import _live
+
+    monkeypatch.delenv("BKSIM_LIVE", raising=False)
+    assert _live.module_path() == Path(bksim.__file__).with_name("bksim_live.wasm")
+
+
 def test_a_missing_module_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BKSIM_LIVE", "/nowhere/module.wasm")
     with pytest.raises(FileNotFoundError, match="BKSIM_LIVE"):

@@ -81,11 +81,20 @@ def live(model: Model, *, height: int = 640, title: str | None = None) -> Any:
     return _widget()(page=html, height=height, text=text)
 
 
-def _module() -> bytes:
+def module_path() -> Path:
+    """The module of live pages, whether it is there or not."""
     named = os.environ.get("BKSIM_LIVE")
-    path = Path(named) if named else Path(__file__).with_name(MODULE)
+    return Path(named) if named else Path(__file__).with_name(MODULE)
+
+
+def _module() -> bytes:
+    path = module_path()
     if not path.is_file():
-        raise FileNotFoundError(f"the module of live pages, {MODULE}, is not here: name it in BKSIM_LIVE")
+        raise FileNotFoundError(
+            f"the module of live pages, {MODULE}, is not here: the wheel of a release has it; with a clone, build it by "
+            "`rustup target add wasm32-unknown-unknown` and `cargo build -p bksim-live --profile live --target "
+            "wasm32-unknown-unknown`, and name it in BKSIM_LIVE"
+        )
     return path.read_bytes()
 
 
