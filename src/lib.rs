@@ -49,6 +49,7 @@ pub use bksim_mbs as mbs;
 pub use bksim_model as model;
 pub use bksim_sim as sim;
 
+pub mod answered;
 pub mod design_codes;
 mod drawing;
 mod explain;

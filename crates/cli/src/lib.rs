@@ -21,6 +21,7 @@ pub mod progress;
 mod quiet;
 pub mod render;
 pub mod source;
+mod spoken;
 mod typed;
 #[cfg(unix)]
 mod unfinished;
@@ -147,7 +148,7 @@ pub fn run_with(arguments: &[OsString], studio: Studio<'_>) -> u8 {
     let parsed = with_groups(with_language(Cli::command()), Language::English)
         .try_get_matches_from(arguments)
         .and_then(|matches| {
-            render::speak(language(&matches));
+            spoken::speak(language(&matches));
             Cli::from_arg_matches(&matches)
         });
     let cli = match parsed {

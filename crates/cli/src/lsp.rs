@@ -28,6 +28,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+use bksim::translation::Language;
 use crossbeam_channel::select;
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
 use serde_json::{Value, json};
@@ -36,6 +37,7 @@ use self::document::Document;
 use self::faults::{Shown, judge};
 use self::starts::{Number, Started, Starts};
 use crate::exit::{Failure, Status};
+use crate::spoken::speak;
 
 /// Serves one client until it says goodbye.
 ///
@@ -77,6 +79,10 @@ fn serve(connection: &Connection, nesting: usize) -> Result<(), Failure> {
     });
     let options = connection.initialize(abilities).map_err(|e| broken(&e))?;
     let pages = options["initializationOptions"]["pages"].as_str().map(str::to_owned);
+    // An editor that states its language has the last word on it.
+    if let Some(locale) = options["locale"].as_str() {
+        speak(Language::of_locale(locale));
+    }
     let mut server = Server { texts: BTreeMap::new(), starts: Starts::new(), nesting, pages };
     let send = |message: Message| connection.sender.send(message).map_err(|e| broken(&e));
     loop {

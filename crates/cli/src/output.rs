@@ -1,15 +1,19 @@
 //! The output of commands: text to stdout, or one JSON object.
 
+use std::borrow::Cow;
 use std::io::Write;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use anstream::adapter::strip_str;
+use bksim::answered::{Role, answered};
 pub use bksim::model::message::counted;
 pub use bksim::report::number;
+use bksim::translation::Language;
 use serde_json::{Map, Value};
 
 use crate::exit::Failure;
 use crate::quiet::is_quiet;
+use crate::spoken::language;
 use crate::visible::{Styles, visible, visible_json};
 
 /// Prints text and a line end; what a terminal would obey in it is written out.
@@ -17,7 +21,25 @@ use crate::visible::{Styles, visible, visible_json};
 /// # Errors
 /// Standard output that cannot be written, or is closed.
 pub fn text(text: &str) -> Result<(), Failure> {
-    put(&visible(text, Styles::None))
+    put(&visible(&translated(text), Styles::None))
+}
+
+/// An answer in the language of the command, but for its tables, which have it already.
+fn translated(text: &str) -> Cow<'_, str> {
+    let language = language();
+    if language == Language::English {
+        return text.into();
+    }
+    let is_list = text.contains('\n');
+    let line = |line: &str| {
+        let words = line.trim_start();
+        let indent = &line[..line.len() - words.len()];
+        let role = if is_list && indent.is_empty() { Role::Heading } else { Role::Cell };
+        let is_row = words.contains("  ");
+        let words = if is_row { words.to_owned() } else { answered(words, role, language) };
+        format!("{indent}{words}")
+    };
+    text.split('\n').map(line).collect::<Vec<_>>().join("\n").into()
 }
 
 /// Prints a word on what was written, unless `--quiet`.
@@ -116,8 +138,32 @@ pub(crate) fn column(values: &[f64]) -> Vec<String> {
     texts.iter().map(|text| format!("{}{text}", " ".repeat(widest - before_point(text)))).collect()
 }
 
-/// Rows with left-aligned columns, two spaces apart, each line indented by two.
+/// Rows below a row of headings, in the language of the command: left-aligned columns, two spaces apart, each line
+/// indented by two.
 pub fn table(rows: &[Vec<String>]) -> String {
+    in_columns(rows, |row, _| row == 0)
+}
+
+/// Rows that begin with a label, as [`table()`].
+pub fn facts(rows: &[Vec<String>]) -> String {
+    in_columns(rows, |_, column| column == 0)
+}
+
+/// Rows of names of a model with what is said of them, as [`table()`].
+pub fn listed(rows: &[Vec<String>]) -> String {
+    in_columns(rows, |_, _| false)
+}
+
+fn in_columns(rows: &[Vec<String>], is_heading: impl Fn(usize, usize) -> bool) -> String {
+    let language = language();
+    let cell = |row: usize, column: usize, cell: &String| {
+        let role = if is_heading(row, column) { Role::Heading } else { Role::Cell };
+        answered(cell, role, language)
+    };
+    let rows = rows.iter().enumerate().map(|(row, cells)| {
+        cells.iter().enumerate().map(|(column, text)| cell(row, column, text)).collect()
+    });
+    let rows: Vec<Vec<String>> = rows.collect();
     let n_columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
         rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max()

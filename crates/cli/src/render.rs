@@ -1,12 +1,11 @@
 //! Diagnostics for people (an excerpt with carets) and for programs (JSON).
 
 use std::io::Write;
-use std::sync::{PoisonError, RwLock};
 
 use annotate_snippets::{Group, Level, Renderer};
 use anstream::adapter::strip_str;
 use bksim::model::diagnostic::Diagnostic;
-use bksim::translation::{Language, Translation, translation};
+use bksim::translation::{Translation, translation};
 use bksim_load::{Text, WIDTH, styled, titled};
 pub use bksim_load::{json_all, plain as plain_text};
 use serde_json::{Value, json};
@@ -14,20 +13,8 @@ use serde_json::{Value, json};
 use crate::exit::Failure;
 use crate::output;
 use crate::quiet::is_quiet;
+use crate::spoken::language;
 use crate::visible::{Styles, visible};
-
-/// The language of what is printed for people.
-static LANGUAGE: RwLock<Language> = RwLock::new(Language::English);
-
-/// Sets the language in which diagnostics are printed from now on.
-pub(crate) fn speak(language: Language) {
-    *LANGUAGE.write().unwrap_or_else(PoisonError::into_inner) = language;
-}
-
-/// The language in which diagnostics are printed.
-pub(crate) fn language() -> Language {
-    *LANGUAGE.read().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// Prints diagnostics to stderr.
 pub fn print_all(source: &Text, faults: &[Diagnostic]) {

@@ -207,3 +207,65 @@ fn no_line_of_the_vietnamese_help_is_english() {
     }
     assert!(n_lines > 400, "{n_lines} lines");
 }
+
+/// The model of an example.
+fn example_text(name: &str) -> String {
+    let examples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
+    std::fs::read_to_string(examples.join(name).join("model.toml")).expect("an example")
+}
+
+/// Words of an answer that are no names of the model: lower-case words of three letters or more.
+fn words_of(cell: &str, model: &str) -> usize {
+    let is_word = |word: &&str| word.len() > 2 && word.chars().all(|c| c.is_ascii_lowercase());
+    // Units, options, and names of ways in which joints close.
+    let known = "deg rad mcap auto radau toml atol rtol open crossed left right ahead behind turns transmission";
+    let is_known = |word: &&str| known.split(' ').any(|own| own == *word);
+    let words = cell.split(|c: char| !c.is_alphanumeric() && !"_.`".contains(c));
+    words.filter(is_word).filter(|word| !is_known(word) && !model.contains(*word)).count()
+}
+
+#[test]
+fn no_heading_of_a_vietnamese_answer_is_english() {
+    let place = Scratch::new();
+    for example in ["four-bar", "slider-crank", "five-link"] {
+        let model = example_text(example);
+        place.write("m.toml", &model);
+        let (mut n_cells, mut missing) = (0, Vec::new());
+        for command in [
+            "check m.toml",
+            "solve m.toml -o m.mcap --force",
+            "doctor m.toml",
+            "static m.toml",
+            "modes m.toml",
+            "kinematics m.toml --limits",
+            "kinematics m.toml --assemblies",
+            "report m.mcap",
+            "verify m.toml",
+        ] {
+            let output = place.run(&format!("{command} --lang en"));
+            if !output.status.success() {
+                continue;
+            }
+            let vietnamese = text(&place.run(&format!("{command} --lang vi")).stdout);
+            let english = text(&output.stdout);
+            assert_eq!(english.lines().count(), vietnamese.lines().count(), "{vietnamese}");
+            let cells = |answer: &str| -> Vec<Vec<String>> {
+                let of_line = |line: &str| {
+                    let cells = line.split("  ").map(str::trim).filter(|cell| !cell.is_empty());
+                    cells.map(str::to_owned).collect()
+                };
+                answer.lines().map(of_line).collect()
+            };
+            for (own, other) in cells(&english).iter().zip(cells(&vietnamese)) {
+                for cell in own.iter().filter(|cell| words_of(cell, &model) > 0) {
+                    n_cells += 1;
+                    if other.contains(cell) {
+                        missing.push(format!("`{cell}` of {command}"));
+                    }
+                }
+            }
+        }
+        assert!(missing.is_empty(), "docs/vi/answers.toml lacks {missing:#?}");
+        assert!(n_cells > 60, "{n_cells} texts of {example}");
+    }
+}

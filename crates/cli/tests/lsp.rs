@@ -54,6 +54,21 @@ fn faults_stand_in_their_places_while_a_text_is_written() {
 }
 
 #[test]
+fn faults_have_words_in_the_language_of_the_editor() {
+    let place = Scratch::new();
+    let mut client = Client::start_in(&place, "vi-VN");
+    client.open(ARM);
+    let faults = client.change(&ARM.replace("type = \"revolute\"", "type = \"revolut\""));
+    let message = faults[0]["message"].as_str().expect("a message");
+    assert!(
+        message.contains("did you mean `revolute`?")
+            && message.contains("không thuộc các lựa chọn"),
+        "{message}"
+    );
+    client.end();
+}
+
+#[test]
 fn names_have_values_meanings_and_equations() {
     let place = Scratch::new();
     let mut client = Client::start(&place);

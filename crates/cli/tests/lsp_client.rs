@@ -18,6 +18,11 @@ pub(crate) struct Client {
 
 impl Client {
     pub(crate) fn start(place: &Scratch) -> Self {
+        Self::start_in(place, "en")
+    }
+
+    /// A client of an editor in a language.
+    pub(crate) fn start_in(place: &Scratch, locale: &str) -> Self {
         let mut command = place.bksim();
         let mut server = command
             .arg("lsp")
@@ -31,7 +36,7 @@ impl Client {
         let mut client = Self { server, input, output, uri, last_id: 0, version: 0 };
         let abilities = client.ask(
             "initialize",
-            json!({ "capabilities": {}, "initializationOptions": { "pages": "page:/{code}" } }),
+            json!({ "capabilities": {}, "locale": locale, "initializationOptions": { "pages": "page:/{code}" } }),
         );
         let abilities = abilities["capabilities"].clone();
         for ability in

@@ -12,7 +12,7 @@ use bksim::{Mechanism, Rejected};
 
 use crate::args::ModelArgs;
 use crate::exit::{Failure, Status};
-use crate::output::{self, table};
+use crate::output::{self, facts};
 use crate::render;
 use crate::source::{derive, load, load_geometry};
 use crate::waiting::waiting;
@@ -115,7 +115,7 @@ fn of_positions(
     let text = format!(
         "{}: no errors\n{}",
         model.name,
-        table(&[row("bodies", &names), row("joints", &joints)])
+        facts(&[row("bodies", &names), row("joints", &joints)])
     );
     if !is_of_laws {
         Positions::of(loaded.model).map_err(|error| loaded.source.rejected(error.diagnostics()))?;
@@ -168,7 +168,7 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
             || !["couplings", "contacts", "loads", "drives", "states", "redundant conditions"]
                 .contains(&row[0].as_str())
     });
-    format!("{}: no errors\n{}", model.name, table(&rows))
+    format!("{}: no errors\n{}", model.name, facts(&rows))
 }
 
 /// How many positions are free where more are than velocities.

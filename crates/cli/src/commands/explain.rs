@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::args::text::Explain;
 use crate::exit::{Failure, Status};
 use crate::output::{self, table};
-use crate::render;
+use crate::spoken::language;
 
 pub(crate) fn run(args: &Explain, as_json: bool) -> Result<Status, Failure> {
     let Some(code) = &args.code else {
@@ -22,7 +22,7 @@ pub(crate) fn run(args: &Explain, as_json: bool) -> Result<Status, Failure> {
             output::json("explain", json!({ "codes": codes }))?;
         } else {
             let title = |page: &Page| {
-                let words = translation(page.code.0, render::language());
+                let words = translation(page.code.0, language());
                 words.map_or(page.title.to_owned(), |words| words.title.clone())
             };
             let rows = pages.iter().map(|page| vec![page.code.0.to_owned(), title(page)]);
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &Explain, as_json: bool) -> Result<Status, Failure> {
         Failure::usage(message, "`bksim explain` lists all codes")
     };
     let code = explain(code).ok_or_else(unknown)?.code.0;
-    let text = page(code, render::language()).ok_or_else(unknown)?;
+    let text = page(code, language()).ok_or_else(unknown)?;
     if as_json {
         output::json("explain", json!({ "code": code, "page": text }))?;
     } else {

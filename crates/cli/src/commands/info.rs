@@ -12,7 +12,7 @@ use crate::args::info::Info;
 use crate::commands::solve::RunFile;
 use crate::exit::{Failure, Status};
 use crate::origin::MODEL_FILE;
-use crate::output::{self, number, table};
+use crate::output::{self, facts, listed, number, table};
 
 /// Notes that are printed; JSON has all that were read.
 const MAX_NOTES: usize = 40;
@@ -64,10 +64,11 @@ fn text_of(path: &Path, n_bytes: u64, survey: &Survey) -> String {
     if let Some(n) = survey.checkpoint_bytes {
         rows.push(row("resumable", &format!("yes, from a state of {}", bytes(n as u64))));
     }
-    let mut sections = vec![table(&rows)];
+    let mut sections = vec![facts(&rows)];
     let mut section = |title: &str, rows: Vec<Vec<String>>| {
+        let written = if title == "channels" { table(&rows) } else { listed(&rows) };
         if !rows.is_empty() {
-            sections.push(format!("{title}\n{}", table(&rows)));
+            sections.push(format!("{title}\n{written}"));
         }
     };
     let end = survey.end.iter().flat_map(|end| &end.summary);
@@ -217,7 +218,7 @@ fn json_of(path: &Path, n_bytes: u64, survey: &Survey) -> Value {
 
 fn foreign_text(path: &Path, n_bytes: u64, contents: &Contents) -> String {
     let of = |text: &str| if text.is_empty() { "not known".to_owned() } else { text.to_owned() };
-    let head = table(&[
+    let head = facts(&[
         row("log", &format!("{}, {}", path.display(), bytes(n_bytes))),
         row("kind", "an MCAP file that holds no run of bksim"),
         row("profile", &of(&contents.profile)),

@@ -7,12 +7,14 @@ use bksim::model::Model;
 use bksim::model::cure::{Cure, cures};
 use bksim::model::diagnostic::{Diagnostic, Severity};
 use bksim::model::file::Limits;
+use bksim::translation::translation;
 use bksim::{Mechanism, Rejected};
 use bksim_load::{InputError, Request, Text, load_text};
 use serde_json::{Value, json};
 
 use super::document::Document;
 use crate::commands::check::{at_start, lacks_masses_alone, of_positions_alone};
+use crate::spoken::language;
 
 /// Starts of models with more bodies are left to commands: an editor does not wait for them.
 const MOST_BODIES: usize = 300;
@@ -128,6 +130,10 @@ fn one(source: &Text, fault: &Diagnostic, document: &Document, pages: Option<&st
     }
     let notes = located.fault.notes.iter().map(|note| format!("\nnote: {note}"));
     message.extend(notes.chain(located.fault.help.iter().map(|help| format!("\nhelp: {help}"))));
+    if let Some(words) = translation(fault.code.0, language()) {
+        let notes = [&words.title, &words.meaning, &words.cure];
+        message.extend(notes.map(|note| format!("\n{note}")));
+    }
     let mut json = json!({
         "range": document.range(&span),
         "severity": if fault.severity == Severity::Error { 1 } else { 2 },

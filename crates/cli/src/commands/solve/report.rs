@@ -14,7 +14,7 @@ use bksim::sim::sensitivity::Sensitive;
 use serde_json::{Map, Value, json};
 
 use crate::exit::Status;
-use crate::output::{number, size, table};
+use crate::output::{facts, number, size};
 use crate::source::Text;
 
 /// Time spent in each phase.
@@ -121,7 +121,7 @@ impl Report<'_> {
         ]);
         let rows: Vec<_> =
             rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect();
-        format!("{}: {}\n{}", model.name, self.ending(), table(&rows))
+        format!("{}: {}\n{}", model.name, self.ending(), facts(&rows))
     }
 
     /// The method of the start and what it changed to, with the reasons.

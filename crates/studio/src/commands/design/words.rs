@@ -1,23 +1,13 @@
 //! Answers of questions of design in words.
 
 use bksim::report::number;
+use bksim_cli::output;
 use bksim_design::{Candidate, Cheapest, Fit, Optimized, Synthesis, Tolerance};
 
 /// Rows with a head, columns two spaces apart.
 fn table(head: &[&str], rows: Vec<Vec<String>>) -> String {
     let head = head.iter().map(|&cell| cell.to_owned()).collect();
-    let all: Vec<Vec<String>> = std::iter::once(head).chain(rows).collect();
-    let n = all.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |k: usize| all.iter().filter_map(|row| row.get(k)).map(|c| c.chars().count()).max();
-    let widths: Vec<usize> = (0..n).map(|k| width(k).unwrap_or(0)).collect();
-    let line = |row: &Vec<String>| {
-        let padded = |(cell, width): (&String, &usize)| {
-            format!("{cell}{}", " ".repeat(width - cell.chars().count()))
-        };
-        let cells: Vec<String> = row.iter().zip(&widths).map(padded).collect();
-        format!("  {}", cells.join("  ")).trim_end().to_owned()
-    };
-    all.iter().map(line).collect::<Vec<_>>().join("\n")
+    output::table(&std::iter::once(head).chain(rows).collect::<Vec<_>>())
 }
 
 fn in_unit(value: f64, unit: &str) -> String {
