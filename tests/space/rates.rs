@@ -157,3 +157,34 @@ fn conditions_that_are_none_are_refused_with_what_to_write() {
         assert!(found.contains(code), "{rate}: {found}");
     }
 }
+
+/// Upright at speed v, poles ±√(4 g/5 r − 12 v²/5 r²): stable above v² = g r/3.
+#[test]
+fn a_disc_that_rolls_upright_has_poles_where_its_angles_have_names() {
+    let text = |named: &str, v: f64| {
+        format!(
+            "space = \"spatial\"\n[bodies.disc]\nmass = 2\ninertia = [0.045, 0.045, 0.09]\nfree = true\n{named}\n\
+             [joints.floor]\ntype = \"rolling\"\nbetween = [\"ground\", \"disc\"]\naxis = [0, 0, 1]\nshape = \"disc\"\nradius = 0.3\n\
+             [loads.gravity]\ntype = \"gravity\"\nacceleration = [0, 0, -9.81]\n\
+             [initial]\ndisc = {{ x = 0, y = 0, z = 0.3, rpy = [\"90 deg\", 0, 0], w = [0, {}, 0] }}\n",
+            v / 0.3
+        )
+    };
+    let linear = |text: &str| {
+        linearize(model(text), About::Start, &Channels::default()).expect("linear equations")
+    };
+    let named = "coordinates = [\"x\", \"y\", \"z\", \"lean\", \"yaw\", \"spin\"]";
+    for v in [0.6_f64, 1.4] {
+        let found = linear(&text(named, v));
+        assert!(!found.state.is_passing, "the equations do not change");
+        let square = 0.8 * 9.81 / 0.3 - 2.4 * (v / 0.3).powi(2);
+        let [re, im] = if square > 0.0 { [square.sqrt(), 0.0] } else { [0.0, (-square).sqrt()] };
+        for sign in [-1.0, 1.0] {
+            let off = found.poles.iter().map(|p| (p[0] - sign * re).hypot(p[1] - sign * im));
+            let off = off.fold(f64::INFINITY, f64::min);
+            assert!(off < 1e-6, "{re} + {im} i: {:?}", found.poles);
+        }
+        // A quaternion that turns changes them all the time.
+        assert!(linear(&text("", v)).state.is_passing);
+    }
+}

@@ -89,7 +89,9 @@ fn is_passing(mut loaded: Loaded, about: About, channels: &Channels, found: &Lin
     let poles = found.poles.iter().map(|[re, im]| re.hypot(*im));
     let fastest = poles.chain(loaded.v.iter().map(|rate| rate.abs())).fold(0.0, f64::max);
     let held = loaded.held_contacts();
-    if loaded.v.iter().all(|rate| *rate == 0.0) || loaded.run_to(loaded.t + LATER / fastest).is_err() {
+    if loaded.v.iter().all(|rate| *rate == 0.0)
+        || loaded.run_to(loaded.t + LATER / fastest).is_err()
+    {
         return false;
     }
     let inputs = Channels { outputs: Vec::new(), ..channels.clone() };
