@@ -10,6 +10,8 @@ use nalgebra::DVector;
 use crate::around::yielding_below;
 use crate::curve::{Curve, Equations};
 use crate::path::Path;
+use crate::pose_values::PoseValues;
+use crate::rows::wrapped;
 use crate::scalar::Rates;
 
 /// Part of the largest singular value of the slopes below which rates are found from both sides.
@@ -20,17 +22,17 @@ const STEP: f64 = 0.02;
 /// All quantities with their rates at one position; NaN where rates are not determined.
 pub(crate) fn row(
     curve: &mut Curve<Path<'_>>,
-    rates: &mut Rates,
+    (rates, values): (&mut Rates, &mut PoseValues),
     (z, tangent): (&DVector<f64>, &DVector<f64>),
     given: (&[f64], &[f64]),
 ) -> Vec<f64> {
     let (_, slopes) = curve.equations.at(z);
     if yielding_below(&slopes, SINGULAR).len() > 1
-        && let Some(found) = from_both_sides(curve, rates, (z, tangent), given)
+        && let Some(found) = from_both_sides(curve, (rates, values), (z, tangent), given)
     {
         return found;
     }
-    own_row(curve, rates, z, given).unwrap_or_else(|unknown| unknown)
+    own_row(curve, (rates, values), z, given).unwrap_or_else(|unknown| unknown)
 }
 
 /// The row by the rows at one position.
@@ -39,7 +41,7 @@ pub(crate) fn row(
 /// The row without rates, where the rows do not determine them.
 fn own_row(
     curve: &mut Curve<Path<'_>>,
-    rates: &mut Rates,
+    (rates, values): (&mut Rates, &mut PoseValues),
     z: &DVector<f64>,
     (u_dot, u_ddot): (&[f64], &[f64]),
 ) -> Result<Vec<f64>, Vec<f64>> {
@@ -49,7 +51,8 @@ fn own_row(
     let found = curve.equations.rows.rates(t, x, (u_dot, u_ddot));
     let q = curve.equations.rows.unscaled(x);
     let mut of = |[v, a]: [Vec<f64>; 2]| -> Vec<f64> {
-        rates.at(t, [&q, &v, &a]).into_iter().flatten().collect()
+        let row = rates.at(t, [&q, &v, &a]).into_iter().flatten();
+        row.chain(values.at(t, [&q, &v, &a])).collect()
     };
     match found {
         Some(found) => Ok(of(found)),
@@ -60,7 +63,7 @@ fn own_row(
 /// The row by those of poses on both sides.
 fn from_both_sides(
     curve: &mut Curve<Path<'_>>,
-    rates: &mut Rates,
+    (rates, values): (&mut Rates, &mut PoseValues),
     (z, tangent): (&DVector<f64>, &DVector<f64>),
     given: (&[f64], &[f64]),
 ) -> Option<Vec<f64>> {
@@ -69,7 +72,7 @@ fn from_both_sides(
     for k in [-3.0, -2.0, -1.0, 1.0, 2.0, 3.0] {
         let mut there = z + tangent * (k * STEP);
         curve.correct(&mut there, tangent)?;
-        rows.push((there[n], own_row(curve, rates, &there, given).ok()?));
+        rows.push((there[n], own_row(curve, (&mut *rates, &mut *values), &there, given).ok()?));
     }
     let ascends = rows.windows(2).all(|pair| pair[0].0 < pair[1].0);
     if !(ascends || rows.windows(2).all(|pair| pair[0].0 > pair[1].0)) {
@@ -80,7 +83,15 @@ fn from_both_sides(
         others.map(|j| (z[n] - rows[j].0) / (rows[i].0 - rows[j].0)).product()
     };
     let weights: Vec<f64> = (0..rows.len()).map(weight).collect();
-    let column = |c: usize| rows.iter().zip(&weights).map(|((_, row), w)| w * row[c]).sum();
+    // Angles about fixed axes jump by whole turns.
+    let n_own = rows[0].1.len() - values.columns.len();
+    let turns = |c: usize| c >= n_own && values.columns[c - n_own].unit == "rad";
+    let from_first = |c: usize, x: f64| {
+        let first = rows[0].1[c];
+        if turns(c) { first + wrapped(x - first) } else { x }
+    };
+    let column =
+        |c: usize| rows.iter().zip(&weights).map(|((_, row), w)| w * from_first(c, row[c])).sum();
     let found: Vec<f64> = (0..rows[0].1.len()).map(column).collect();
     found.iter().all(|x| x.is_finite()).then_some(found)
 }

@@ -1,6 +1,6 @@
 //! Positions, velocities and accelerations over a range of prescribed motions.
 
-use bksim_model::{Measure, Model};
+use bksim_model::{Measure, Model, NamedSignal};
 use bksim_sim::held_assembly::AssemblyChange;
 
 use crate::assembly_watch::AssemblyWatch;
@@ -13,6 +13,7 @@ use crate::follow::follow;
 use crate::kinematic_row::row;
 use crate::loaded::without_rates;
 use crate::path::{Law, Path};
+use crate::pose_values::PoseValues;
 use crate::positions::Positions;
 use crate::quantity::PoseQuantity;
 use crate::rows::{Clock, Rows, wrapped};
@@ -69,15 +70,21 @@ pub fn kinematics_along(
     branch: Option<usize>,
 ) -> Result<Kinematics, AnalysisError> {
     without_rates(&model)?;
+    // Positions alone have no signals.
+    let signals = model.named_signals.clone();
     let positions = Positions::of(model)?;
     let found = match prescribed {
         Prescribed::Drives { drives, through } => {
-            over_drives(&positions, drives, *through, branch)?
+            over_drives((&positions, &signals), drives, *through, branch)?
         }
-        Prescribed::Times(times) => over_times(&positions, *times, branch)?,
+        Prescribed::Times(times) => over_times((&positions, &signals), *times, branch)?,
     };
     if !found.table.rows.is_empty() {
-        return found.table.check_numbers(|_| false).map(|()| found);
+        // An output may have no value in a pose.
+        let is_named = |column: &Column| {
+            ["outputs.", "signals."].iter().any(|topic| column.name.starts_with(topic))
+        };
+        return found.table.check_numbers(is_named).map(|()| found);
     }
     Err(match prescribed {
         Prescribed::Drives { drives, .. } => AnalysisError::Singular {
@@ -94,7 +101,7 @@ pub(crate) fn at_first(positions: &Positions, drives: &[Drive]) -> Result<Vec<f6
         Drive { range, ..drive.clone() }
     };
     let drives: Vec<Drive> = drives.iter().map(first).collect();
-    let found = over_drives(positions, &drives, false, None)?;
+    let found = over_drives((positions, &[]), &drives, false, None)?;
     let n_prescribed = 3 * drives.len();
     let row = found.table.rows.first().map(|row| row[n_prescribed..].to_vec());
     row.filter(|row| row.iter().all(|x| x.is_finite())).ok_or_else(|| AnalysisError::Singular {
@@ -103,7 +110,7 @@ pub(crate) fn at_first(positions: &Positions, drives: &[Drive]) -> Result<Vec<f6
 }
 
 fn over_drives(
-    positions: &Positions,
+    (positions, signals): (&Positions, &[NamedSignal]),
     drives: &[Drive],
     through: bool,
     branch: Option<usize>,
@@ -142,7 +149,7 @@ fn over_drives(
     let n = drives.first().map_or(1, |drive| drive.range.n);
     let shares = Range { from: 0.0, to: 1.0, n }.values();
     let targets: Vec<f64> = shares.iter().map(|share| share * longest).collect();
-    let request = Request { positions, law, targets, through, branch };
+    let request = Request { positions, signals, law, targets, through, branch };
     let mut found = request.follow(&mut rows, &x, &rate, &acceleration, drives.len())?;
 
     // What is prescribed comes first, with the numbers that were asked for.
@@ -243,7 +250,7 @@ fn free_curve<'r>(
 }
 
 fn over_times(
-    positions: &Positions,
+    (positions, signals): (&Positions, &[NamedSignal]),
     times: Range,
     branch: Option<usize>,
 ) -> Result<Kinematics, AnalysisError> {
@@ -268,7 +275,7 @@ fn over_times(
     let law = Law { t: times.from, t_slope: if span < 0.0 { -1.0 } else { 1.0 }, ..Law::default() };
     let shares = Range { from: 0.0, to: 1.0, n: times.n }.values();
     let targets: Vec<f64> = shares.iter().map(|share| share * span.abs()).collect();
-    let request = Request { positions, law, targets, through: false, branch };
+    let request = Request { positions, signals, law, targets, through: false, branch };
     let mut found = request.follow(&mut rows, &x, &[], &[], positions.model().drives.len())?;
     for (row, s) in found.table.rows.iter_mut().zip(&found.parameters) {
         row.insert(0, request.law.t + request.law.t_slope * s);
@@ -285,6 +292,7 @@ fn heads(quantity: &PoseQuantity) -> Vec<Column> {
 /// A range to follow.
 struct Request<'a> {
     positions: &'a Positions,
+    signals: &'a [NamedSignal],
     law: Law,
     /// Values of the parameter with a row each, ascending from zero.
     targets: Vec<f64>,
@@ -324,8 +332,9 @@ impl Request<'_> {
         let positions = self.positions;
         let quantities = positions.quantities();
         let mut rates = positions.rates(quantities)?;
+        let mut values = PoseValues::of(positions, self.signals)?;
         let mut extremes = Extremes::of(positions, &[])?;
-        let columns = quantities.iter().flat_map(heads).collect();
+        let columns = quantities.iter().flat_map(heads).chain(values.columns.clone()).collect();
         let mut table = Table { columns, rows: Vec::new() };
         let mut parameters = Vec::new();
         let mut limits = Vec::new();
@@ -348,7 +357,7 @@ impl Request<'_> {
             &mut |curve, at, s| {
                 let q = curve.equations.rows.unscaled(&at.0.as_slice()[..x.len()]);
                 beyond.look(curve.equations.time(s), &q);
-                table.rows.push(row(curve, &mut rates, at, (u_dot, u_ddot)));
+                table.rows.push(row(curve, (&mut rates, &mut values), at, (u_dot, u_ddot)));
                 parameters.push(s);
             },
         );

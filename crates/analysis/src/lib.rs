@@ -71,6 +71,7 @@ mod panels;
 mod path;
 mod pencil;
 mod polygons;
+mod pose_values;
 mod poses;
 mod positions;
 mod quantity;

@@ -106,3 +106,42 @@ fn a_length_is_found_with_which_the_start_closes() {
         "the start closes with many values of `L`: 1 motion or parameter is left free"
     );
 }
+
+/// An arm about y swings through the pitch of 90°: its orientation is among the columns, with rates that stay finite, and
+/// so is an output, one without a value in a pose.
+#[test]
+fn orientations_signals_and_outputs_are_columns() {
+    let text = "space = \"spatial\"\n[bodies.arm]\npoints = { tip = [0.5, 0, 0] }\n\
+        [joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"arm\"]\naxis = [0, 1, 0]\n\
+        [signals.u]\nvalue = \"2*A.angle\"\n\
+        [outputs]\nheight = \"arm.tip.z\"\nspeed = \"sqrt(arm.tip.vx^2 + arm.tip.vz^2)\"\npole = \"1 m/arm.tip.z\"\n\
+        force = \"reactions.A.fx\"\n[initial]\nA = { angle = 0 }\n";
+    let model = geometry(text);
+    let mut drive = Drive::parse(&model, "A.angle", "0:120 deg:5").expect("a drive");
+    (drive.rate, drive.acceleration) = (3.0, -2.0);
+    let prescribed = Prescribed::Drives { drives: vec![drive], through: false };
+    let table = kinematics(model, &prescribed).expect("the range is followed").table;
+    let column = |name: &str| table.columns.iter().position(|column| column.name == name);
+    for (row, degrees) in table.rows.iter().zip([0.0_f64, 30.0, 60.0, 90.0, 120.0]) {
+        let angle = degrees.to_radians();
+        let value = |name: &str| row[column(name).unwrap_or_else(|| panic!("no column {name}"))];
+        let pitch = if degrees > 90.0 { std::f64::consts::PI - angle } else { angle };
+        for (name, expected) in [
+            ("arm.pitch", pitch),
+            ("arm.wy", 3.0),
+            ("arm.aly", -2.0),
+            ("arm.wx", 0.0),
+            ("signals.u", 2.0 * angle),
+            ("outputs.height", -0.5 * angle.sin()),
+            ("outputs.speed", 1.5),
+        ] {
+            let found = value(name);
+            assert!(
+                (found - expected).abs() < 1e-12,
+                "{name} at {degrees}: {found} for {expected}"
+            );
+        }
+        assert_eq!(value("outputs.pole").is_finite(), degrees > 0.0);
+    }
+    assert_eq!(column("outputs.force"), None, "a force follows from no position");
+}
