@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use bksim::sim::hybrid::ChangeKind;
+use bksim::sim::observable::Observables;
 use serde_json::Value;
 
 use crate::support::elements::{check_outputs, reference, touch_text};
@@ -265,5 +266,66 @@ fn what_two_corners_share_with_a_guide_is_not_unique() {
         let start = derive(model(&text)).start().expect("a start");
         let joints = &start.uniqueness.reactions;
         assert_eq!(joints[1][5], is_unique, "moment of the guide at {degrees}°");
+    }
+}
+
+/// A disc that slides to the right on a floor, pulled by a spring: names of contacts and of loads between points.
+#[test]
+fn what_outputs_may_use_has_its_name_in_results_too() {
+    let text = r#"
+[ground]
+points = { A = [-1, 0], B = [1, 0] }
+[bodies.ball]
+mass = 2
+inertia = 0.01
+free = true
+points = { C = [0, 0] }
+[contacts.floor]
+between = [{ line = ["ground.A", "ground.B"] }, { disc = "ball.C", radius = 0.1 }]
+mu = 0.3
+[loads.spring]
+type = "spring"
+between = ["ground.B", "ball.C"]
+stiffness = 5
+length = 0.2
+damping = 0.1
+[loads.gravity]
+type = "gravity"
+acceleration = [0, -9.81]
+[initial]
+ball = { x = 0, y = 0.1, vx = 1, vy = 0, angle = 0, rate = 0 }
+[solve]
+t_end = 0.05
+every = 0.01
+"#;
+    let mechanism = derive(model(text));
+    let motion = solve(&mechanism);
+    let names = [
+        "contacts.floor.force",
+        "contacts.floor.friction",
+        "contacts.floor.slip",
+        "contacts.floor.gap",
+    ];
+    let names =
+        names.into_iter().chain(["loads.spring.force", "loads.spring.length", "loads.spring.rate"]);
+    let measures: Vec<_> =
+        names.map(|name| Observables::named(&mechanism.model, name).expect("a name")).collect();
+    let mut observables =
+        Observables::compile(&mechanism.model, &mechanism.system, &measures, &mechanism.parameters)
+            .expect("functions");
+    for sample in &motion.samples {
+        let mut values = [0.0; 7];
+        let state = [&sample.q[..], &sample.v, &sample.a, &sample.lambda];
+        observables.at(state, &|joint| sample.reactions[joint.0], &mut values);
+        let [x, vx, vy] = [sample.q[0], sample.v[0], sample.v[1]];
+        let length = (1.0 - x).hypot(0.1);
+        let rate = (-(1.0 - x) * vx + 0.1 * vy) / length;
+        let spring = 5.0 * (length - 0.2) + 0.1 * rate;
+        // The spring pulls it down to the floor, too.
+        let force = 2.0 * 9.81 + spring * 0.1 / length;
+        let expected = [force, -0.3 * force, vx + 0.1 * sample.v[2], 0.0, spring, length, rate];
+        for (k, (found, expected)) in values.iter().zip(expected).enumerate() {
+            assert!((found - expected).abs() < 1e-9, "{k}: {found} for {expected}");
+        }
     }
 }

@@ -200,8 +200,8 @@ impl Goal {
             Reading::Signal(k) => sample.signals[*k],
             Reading::Observed(observables) => {
                 let mut value = [0.0];
-                let qva = [&sample.q[..], &sample.v, &sample.a];
-                observables.at(qva, &|joint| sample.reactions[joint.0], &mut value);
+                let state = [&sample.q[..], &sample.v, &sample.a, &sample.lambda];
+                observables.at(state, &|joint| sample.reactions[joint.0], &mut value);
                 value[0]
             }
         }

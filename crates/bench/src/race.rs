@@ -212,7 +212,7 @@ fn ours(case: &Case, policy: CoordinatePolicy, tolerance: f64) -> Result<Ours, B
             .map_err(|e| refused(e.to_string()))?;
     let sample = last.ok_or_else(|| refused("no sample".to_owned()))?;
     let mut measured = vec![0.0; measures.len()];
-    observables.at([&sample.q, &sample.v, &sample.a], &|_| [0.0; 6], &mut measured);
+    observables.at([&sample.q, &sample.v, &sample.a, &sample.lambda], &|_| [0.0; 6], &mut measured);
     Ok(Ours {
         ready_s,
         run: Run { size: tolerance, seconds, error: f64::NAN },

@@ -165,12 +165,22 @@ pub fn reported(
     system: &SymbolicSystem,
     reactions: &[Reaction],
 ) -> Vec<(SymbolId, Expr)> {
-    let pool = &model.pool;
     let value = |signal: &Signal| match signal.measure {
         Measure::Reaction(joint, frame, k) => {
             let component = reactions[joint.0].component(model, &system.kinematics, frame, k);
-            Some(short(pool, component))
+            Some(short(&model.pool, component))
         }
+        measure => reported_force(model, system, measure),
+    };
+    let values = model.signals.iter().filter_map(|signal| Some((signal.symbol, value(signal)?)));
+    values.collect()
+}
+
+/// An effort, a force of a coupling, or a quantity of a contact or of a load between two points as an expression of
+/// t, q, v, λ; `None` of other measures.
+pub fn reported_force(model: &Model, system: &SymbolicSystem, measure: Measure) -> Option<Expr> {
+    let pool = &model.pool;
+    match measure {
         Measure::Effort(drive) => {
             let row = system.constraints.iter().find(|row| row.source == Source::Drive(drive));
             Some(row.map_or(pool.zero(), |row| pool.symbol_expr(row.lambda)))
@@ -193,9 +203,7 @@ pub fn reported(
             force::part_of_line(model, &system.kinematics, &signals, &load.kind, of)
         }
         _ => None,
-    };
-    let values = model.signals.iter().filter_map(|signal| Some((signal.symbol, value(signal)?)));
-    values.collect()
+    }
 }
 
 /// The force of a coupling, a slack rope or teeth with play by its name, as multipliers; of both flanks together that

@@ -1,7 +1,7 @@
 //! Measures by the names that expressions of a model file use, and their units.
 
 use crate::body::Body;
-use crate::ids::{BodyId, DriveId, JointId, PointId, StateId};
+use crate::ids::{BodyId, ContactId, DriveId, JointId, PointId, StateId};
 use crate::joint::{MotionKind, motion_words};
 use crate::measure::{Axis, ContactPart, Frame, Initial, LinePart, Measure, Resultant};
 use crate::model::{Model, Space};
@@ -153,7 +153,7 @@ const ALL: &str = "mechanism";
 impl Measure {
     /// The measure of a name, by which files, commands and Python call it: `A.angle`, `rod.vx`, `rod.B.y`, `rod.ax`,
     /// `mechanism.px`, a coordinate or its rate (`theta`, `state.theta_dot`), a state, `reactions.A.fx`,
-    /// `reactions.A.fx_joint`, `reactions.A.force`, `drives.crank`. `None` when the model has nothing of this name.
+    /// `reactions.A.fx_joint`, `reactions.A.force`, `drives.crank`, `contacts.floor.gap`, `loads.spring.force`. `None` when the model has nothing of this name.
     pub fn named(model: &Model, name: &str) -> Option<Self> {
         let parts: Vec<&str> = name.split('.').collect();
         let (&word, owner) = parts.split_last()?;
@@ -169,13 +169,22 @@ impl Measure {
                         let drive = model.drives.iter().position(|drive| drive.name == word)?;
                         Some(Self::Effort(DriveId(drive)))
                     }
+                    // The pull of a rope that stretches; other forces of couplings are channels by themselves.
+                    COUPLINGS => {
+                        let mut sections = model.ropes.iter().flat_map(|rope| &rope.sections);
+                        sections.find(|own| own.pull.is_some() && own.name == word)?;
+                        model.force_names.iter().position(|own| own == word).map(Self::Force)
+                    }
                     "state" | "acceleration" | "states" => Self::named(model, word),
                     _ => None,
                 }),
             [owner, point] => of_body(model, owner, Some(point), word).or_else(|| {
                 let is_it = |joint: &crate::Joint| owner == REACTIONS && joint.name == point;
-                let joint = model.joints.iter().position(is_it)?;
-                Self::of_reaction(JointId(joint), word)
+                match model.joints.iter().position(is_it) {
+                    Some(joint) => Self::of_reaction(JointId(joint), word),
+                    None => of_contact(model, owner, point, word)
+                        .or_else(|| of_line(model, owner, point, word)),
+                }
             }),
             _ => None,
         }
@@ -214,6 +223,10 @@ impl Measure {
         for drive in &model.drives {
             add(DRIVES, &[&drive.name]);
         }
+        let words = CONTACT_WORDS.map(|(word, _)| word);
+        model.contacts.iter().for_each(|own| add(&format!("{CONTACTS}.{}", own.name), &words));
+        let words = LINE_WORDS.map(|(word, _)| word);
+        model.line_names.iter().for_each(|own| add(&format!("{LOADS}.{own}"), &words));
         let of_joints = model.joints.iter().flat_map(|joint| &joint.coordinate_names);
         let of_bodies = model.bodies.iter().flat_map(|body| &body.coordinate_names);
         let rates = of_joints
@@ -403,6 +416,20 @@ fn free_measures(space: Space, body: BodyId, idx: usize) -> [Option<Measure>; 3]
             [Some(Measure::CardanAngle(body, turn)), Some(Measure::CardanRate(body, turn)), None]
         }
     }
+}
+
+/// The quantity of a contact: `contacts.floor.force`.
+fn of_contact(model: &Model, owner: &str, name: &str, word: &str) -> Option<Measure> {
+    let idx = model.contacts.iter().position(|own| own.name == name)?;
+    let (_, part) = CONTACT_WORDS.iter().find(|(known, _)| owner == CONTACTS && *known == word)?;
+    Some(Measure::Contact(ContactId(idx), *part))
+}
+
+/// The quantity of a load between two points: `loads.spring.length`.
+fn of_line(model: &Model, owner: &str, name: &str, word: &str) -> Option<Measure> {
+    let idx = model.line_names.iter().position(|own| own == name)?;
+    let (_, part) = LINE_WORDS.iter().find(|(known, _)| owner == LOADS && *known == word)?;
+    Some(Measure::Line(idx, *part))
 }
 
 fn of_state(model: &Model, name: &str) -> Option<Measure> {

@@ -439,8 +439,9 @@ impl Engine {
         Measure::names(&self.mechanism().model)
     }
 
-    /// Quantities along states: `q`, `v` and `a` have a row per coordinate, `reactions` six per joint, the result one
-    /// per name.
+    /// Quantities along states: `q`, `v` and `a` have a row per coordinate, `lam` one per multiplier, `reactions` six
+    /// per joint, the result one per name.
+    #[expect(clippy::too_many_arguments, reason = "the parts of a state, as Python has them")]
     fn measured<'py>(
         &self,
         py: Python<'py>,
@@ -448,9 +449,10 @@ impl Engine {
         q: PyReadonlyArray2<'py, f64>,
         v: PyReadonlyArray2<'py, f64>,
         a: PyReadonlyArray2<'py, f64>,
+        lam: PyReadonlyArray2<'py, f64>,
         reactions: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let states = [q.as_array(), v.as_array(), a.as_array()];
+        let states = [q.as_array(), v.as_array(), a.as_array(), lam.as_array()];
         let reactions = reactions.as_array();
         let values = guard(py, || {
             let mechanism = self.mechanism();

@@ -18,6 +18,8 @@ pub struct Measured {
     /// The joint of each topic of reactions.
     joints: Vec<JointId>,
     n_coordinates: usize,
+    /// True if the multipliers are among those topics.
+    has_multipliers: bool,
 }
 
 /// Why quantities cannot be computed from a log.
@@ -81,6 +83,11 @@ impl Measured {
             let topic = format!("/reactions/{}", model.joints[joint.0].name);
             from.push(id(&topic).ok_or(Unmeasured::Missing("/reactions"))?);
         }
+        let all = of_topic.concat();
+        let has_multipliers = Observables::need_multipliers(&all);
+        if has_multipliers {
+            from.insert(2, id("/multipliers").ok_or(Unmeasured::Missing("/multipliers"))?);
+        }
         let n_coordinates = mechanism.system.coordinates().len();
         for (topic, n_fields) in from.iter().zip([2 * n_coordinates, n_coordinates]) {
             let topic = &header.topics[topic.index()];
@@ -88,10 +95,9 @@ impl Measured {
                 return Err(Unmeasured::Missing("/state"));
             }
         }
-        let all = of_topic.concat();
         let observables =
             Observables::compile(model, &mechanism.system, &all, &mechanism.parameters)?;
-        Ok(Self { topics, observables, from, joints, n_coordinates })
+        Ok(Self { topics, observables, from, joints, n_coordinates, has_multipliers })
     }
 
     /// The place of a quantity among the values of [`Measured::at`].
@@ -107,22 +113,28 @@ impl Measured {
         let n_values = self.topics.iter().map(|topic| topic.fields.len()).sum();
         let mut values = vec![0.0; n_values];
         let reaction = |joint: JointId| sample.reactions[joint.0];
-        self.observables.at([&sample.q, &sample.v, &sample.a], &reaction, &mut values);
+        self.observables.at(
+            [&sample.q, &sample.v, &sample.a, &sample.lambda],
+            &reaction,
+            &mut values,
+        );
         values
     }
 
     /// The topics, to be made by a [reader](bksim_log::LogReader::making) of the log.
     pub fn making(&self) -> Making {
-        let Self { mut observables, joints, n_coordinates, .. } = self.clone();
+        let Self { mut observables, joints, n_coordinates, has_multipliers, .. } = self.clone();
         let make = move |samples: &[Vec<f64>], values: &mut [f64]| {
-            let [state, accelerations, reactions @ ..] = samples else { return };
+            let [state, accelerations, rest @ ..] = samples else { return };
+            let (multipliers, reactions) = rest.split_at(usize::from(has_multipliers));
+            let multipliers = multipliers.first().map_or(&[][..], Vec::as_slice);
             let (q, v) = state.split_at(n_coordinates);
             let reaction = |joint: JointId| {
                 let place = joints.iter().position(|known| *known == joint);
                 let six = place.and_then(|place| reactions.get(place)?.first_chunk::<6>());
                 six.copied().unwrap_or([f64::NAN; 6])
             };
-            observables.at([q, v, accelerations], &reaction, values);
+            observables.at([q, v, accelerations, multipliers], &reaction, values);
         };
         Making { topics: self.topics.clone(), from: self.from.clone(), make: Box::new(make) }
     }

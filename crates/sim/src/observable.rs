@@ -1,6 +1,7 @@
 //! Measures of the motion as functions of a sample.
 
 use bksim_expr::{Expr, SymbolId, TapeError};
+use bksim_mbs::reaction::reported_force;
 use bksim_mbs::spatial;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Frame, JointId, Measure, Model};
@@ -16,7 +17,10 @@ fn outputs(measure: Measure, model: &Model, system: &SymbolicSystem) -> Vec<Expr
             let sides = system.kinematics.sides(model, &model.joints[joint.0]);
             sides.predecessor.rotation.apply(&model.pool, &axis).to_vec()
         }
-        _ => vec![system.kinematics.measure(model, measure)],
+        _ => {
+            let of_motion = || system.kinematics.measure(model, measure);
+            vec![reported_force(model, system, measure).unwrap_or_else(of_motion)]
+        }
     }
 }
 
@@ -28,6 +32,8 @@ pub struct Observables {
     n_outputs: Vec<usize>,
     function: Function,
     buffers: Buffers,
+    /// Multipliers where none are given.
+    unknown: Vec<f64>,
 }
 
 impl Observables {
@@ -36,7 +42,7 @@ impl Observables {
         Measure::named(model, name).filter(|measure| !matches!(measure, Measure::Effort(_)))
     }
 
-    /// Compiles measures as functions of coordinates, velocities, accelerations and reactions.
+    /// Compiles measures as functions of coordinates, velocities, accelerations, multipliers and reactions.
     ///
     /// # Errors
     /// [`TapeError`] names a symbol that is neither a parameter nor part of the state.
@@ -56,10 +62,13 @@ impl Observables {
         let q: Vec<SymbolId> = coordinates.iter().map(|c| c.q).collect();
         let v: Vec<SymbolId> = coordinates.iter().map(|c| c.v).collect();
         let a: Vec<SymbolId> = coordinates.iter().map(|c| c.a).collect();
+        let lambda: Vec<SymbolId> = system.constraints.iter().map(|row| row.lambda).collect();
         let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
-        let function = Function::compile(model, &outputs.concat(), &[&q, &v, &a], &symbols)?;
+        let function =
+            Function::compile(model, &outputs.concat(), &[&q, &v, &a, &lambda], &symbols)?;
         let buffers = function.buffers(parameters);
-        Ok(Self { buffers, all: measures.to_vec(), n_outputs, function })
+        let unknown = vec![f64::NAN; lambda.len()];
+        Ok(Self { buffers, all: measures.to_vec(), n_outputs, function, unknown })
     }
 
     /// Sets the values of the parameters.
@@ -70,18 +79,24 @@ impl Observables {
         self.buffers = self.function.buffers(parameters);
     }
 
-    /// Writes the measures at coordinates, velocities and accelerations, in the order they were given in;
-    /// `reaction` has that of a joint in world axes.
+    /// True if one of these needs the multipliers.
+    pub fn need_multipliers(measures: &[Measure]) -> bool {
+        measures.iter().any(|m| matches!(m, Measure::Contact(..) | Measure::Force(_)))
+    }
+
+    /// Writes the measures at coordinates, velocities, accelerations and multipliers, in the order they were given in;
+    /// `reaction` has that of a joint in world axes. Without multipliers what needs them is not a number.
     ///
     /// # Panics
     /// If a length is not that of the model, or `values` are not as many as the measures.
     pub fn at(
         &mut self,
-        qva: [&[f64]; 3],
+        [q, v, a, lambda]: [&[f64]; 4],
         reaction: &dyn Fn(JointId) -> [f64; 6],
         values: &mut [f64],
     ) {
-        let mut results = self.function.evaluate(&mut self.buffers, &qva);
+        let lambda = if lambda.len() == self.unknown.len() { lambda } else { &self.unknown };
+        let mut results = self.function.evaluate(&mut self.buffers, &[q, v, a, lambda]);
         assert_eq!(values.len(), self.all.len(), "a value for each measure");
         let measures = self.all.iter().zip(&self.n_outputs);
         for (value, (measure, &n)) in values.iter_mut().zip(measures) {

@@ -6,7 +6,7 @@ use bksim_expr::{Expr, SymbolId};
 use bksim_mbs::constraint::{Constraint, Source};
 use bksim_mbs::coordinate::Coordinate;
 use bksim_mbs::quantity::{coordinate_units, coupling_quantities, multiplier_quantities};
-use bksim_mbs::reaction::{Reaction, force_of, reactions, reported};
+use bksim_mbs::reaction::{Reaction, force_of, reactions, reported, reported_force};
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{
@@ -173,8 +173,8 @@ impl<'m> Quantities<'m> {
                 let parts = whole.components().map(|k| component(joint, Frame::World, k));
                 pool.sqrt(pool.sum(parts.map(|part| pool.powi(part, 2)).collect::<Vec<_>>()))
             }
-            Measure::Effort(drive) => self.multiplier(Source::Drive(drive)).unwrap_or(pool.zero()),
-            _ => system.kinematics.measure(model, measure),
+            _ => reported_force(model, system, measure)
+                .unwrap_or_else(|| system.kinematics.measure(model, measure)),
         }
     }
 }

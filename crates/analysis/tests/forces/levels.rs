@@ -40,7 +40,11 @@ fn values(mechanism: &Mechanism, sample: &Sample) -> HashMap<String, f64> {
             let mut observed =
                 Observables::compile(model, system, &[measure], parameters).expect("a tape");
             let mut value = [0.0];
-            observed.at([&sample.q, &sample.v, &sample.a], &|j| sample.reactions[j.0], &mut value);
+            observed.at(
+                [&sample.q, &sample.v, &sample.a, &sample.lambda],
+                &|j| sample.reactions[j.0],
+                &mut value,
+            );
             values.insert(format!("{}_{word}", body.name), value[0]);
         }
     }

@@ -197,6 +197,7 @@ class Engine:
         q: NDArray[np.float64],
         v: NDArray[np.float64],
         a: NDArray[np.float64],
+        lam: NDArray[np.float64],
         reactions: NDArray[np.float64],
     ) -> NDArray[np.float64]: ...
 

@@ -156,8 +156,9 @@ class Samples:
             state = [k for k, known in enumerate(names) if known.startswith("state.")]
             second = [k for k, known in enumerate(names) if known.startswith("acceleration.")]
             nq = len(state) // 2
+            multipliers = [k for k, known in enumerate(names) if known.startswith("multipliers.")]
             reactions = [k for k, known in enumerate(names) if known.startswith("reactions.")]
-            parts = (state[:nq], state[nq:], second, reactions)
+            parts = (state[:nq], state[nq:], second, multipliers, reactions)
             motion = (self._table[rows] for rows in parts)
             self._measured[name] = self._engine.measured([name], *motion)[0]
         return self._at(self._measured[name])

@@ -94,7 +94,7 @@ class Stepping:
         column = resolved(name, self._columns)
         if column is None and self._run.engine.measure_unit(name) is not None:
             run = self._run
-            parts = (part[:, np.newaxis] for part in (run.q, run.v, run.a, run.reactions))
+            parts = (part[:, np.newaxis] for part in (run.q, run.v, run.a, run.lam, run.reactions))
             return float(run.engine.measured([name], *parts)[0, 0])
         if column is None:
             raise KeyError(unknown(name, [*self._columns, *short_names(self._columns)]))

@@ -109,7 +109,11 @@ impl Quantities {
     ) {
         let (efforts, outputs) = signals.split_at(self.drives.len());
         let reaction = |joint: JointId| sample.reactions[joint.0];
-        self.observables.at([&sample.q, &sample.v, &sample.a], &reaction, &mut self.seen);
+        self.observables.at(
+            [&sample.q, &sample.v, &sample.a, &sample.lambda],
+            &reaction,
+            &mut self.seen,
+        );
         let [points, drives, reactions, of_outputs, energies] = self.places();
         let (own, of_points) = self.seen.split_at(points);
         out[..points].copy_from_slice(own);

@@ -102,7 +102,11 @@ impl Quantities {
     pub(super) fn at(&mut self, channels: &Channels, sample: &Sample) -> &[f64] {
         if let Some(observables) = &mut self.observables {
             let reaction = |joint: JointId| sample.reactions[joint.0];
-            observables.at([&sample.q, &sample.v, &sample.a], &reaction, &mut self.observed);
+            observables.at(
+                [&sample.q, &sample.v, &sample.a, &sample.lambda],
+                &reaction,
+                &mut self.observed,
+            );
         }
         let mut observed = self.observed.iter();
         for (argument, origin) in self.arguments.iter_mut().zip(&self.origins) {
