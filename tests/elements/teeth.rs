@@ -254,3 +254,76 @@ fn helical_teeth_press_along_the_axes_in_space() {
         }
     }
 }
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Bevel wheels on axes at an angle of Σ, both away from the apex: tan δ₁ = r₁ sin Σ/(r₂ + r₁ cos Σ).
+#[test]
+fn bevel_wheels_press_where_their_cones_touch() {
+    let (r1, r2, torque, alpha) = (0.027, 0.045, 10.0, 20.0_f64.to_radians());
+    for (angle, is_inward) in [(90.0_f64, false), (70.0, false), (110.0, true)] {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        let axes = [[0.0, 0.0, 1.0], [sin, 0.0, cos]];
+        // Where the cones touch, at distances r₁ and r₂ from the axes, and the centres next to it.
+        let [z, x] = [(r2 + r1 * cos) / sin, r1];
+        let centers = axes.map(|axis| {
+            let along = x * axis[0] + z * axis[2];
+            axis.map(|part| along * part)
+        });
+        let sign = if is_inward { -1.0 } else { 1.0 };
+        let [a, b] = axes.map(|axis| axis.map(|part| sign * part));
+        let text = format!(
+            "space = \"spatial\"\n[ground]\npoints = {{ A = {:?}, B = {:?} }}\n\
+             [bodies.g1]\nmass = 1\ninertia = [1e-3, 1e-3, 1e-3]\n[bodies.g2]\nmass = 1\ninertia = [1e-3, 1e-3, 1e-3]\n\
+             [joints.A]\ntype = \"revolute\"\nbetween = [\"ground.A\", \"g1\"]\naxis = {a:?}\n\
+             [joints.B]\ntype = \"revolute\"\nbetween = [\"ground.B\", \"g2\"]\naxis = {b:?}\n\
+             [couplings.pair]\ntype = \"gear\"\nbetween = [\"A\", \"B\"]\nradii = [{r1}, {r2}]\npressure_angle = \"20 deg\"\n\
+             [drives.motor]\njoint = \"A\"\nmotion = \"0.2 rad/s*t\"\n\
+             [loads.load]\ntype = \"torque\"\njoint = \"B\"\nvalue = {torque}\n\
+             [outputs]\neffort = \"drives.motor\"\n[solve]\nt_end = 0.01\nevery = 0.01\n",
+            centers[0], centers[1]
+        );
+        let mechanism = derive(model(&text));
+        let motion = solve(&mechanism);
+        let sample = at(&motion, 0.01);
+        // The load turns the second on: teeth hold it with F at the radius.
+        let force = torque / r2;
+        let turn = cross(b, [x, 0.0, z]);
+        let t = turn.map(|part| -force * part / r2);
+        let length = x.hypot(z);
+        // Across the line of the cones, away from the first axis, on the second wheel.
+        let n = [z / length, 0.0, -x / length].map(|part| force * alpha.tan() * part);
+        let tooth = [t[0] + n[0], t[1] + n[1], t[2] + n[2]];
+        for (wheel, joint) in ["A", "B"].into_iter().enumerate() {
+            let sense = if wheel == 1 { -1.0 } else { 1.0 };
+            let arm = [x - centers[wheel][0], 0.0, z - centers[wheel][2]];
+            let moment = cross(arm, tooth);
+            for k in 0..3 {
+                let found = reaction(&mechanism, sample, joint)[k];
+                let expected = sense * tooth[k];
+                assert!(
+                    (found - expected).abs() < 1e-9 * force,
+                    "{angle}, {joint}, {k}: {found} for {expected}"
+                );
+                // About the axis the motor and the load hold it.
+                let axis = [a, b][wheel];
+                let about: f64 = moment.iter().zip(axis).map(|(m, n)| m * n).sum();
+                let expected = sense * (moment[k] - about * axis[k]);
+                let found = reaction(&mechanism, sample, joint)[3 + k];
+                let found_about: f64 =
+                    (0..3).map(|i| reaction(&mechanism, sample, joint)[3 + i] * axis[i]).sum();
+                let found = found - found_about * axis[k];
+                assert!(
+                    (found - expected).abs() < 1e-9 * torque,
+                    "{angle}, {joint}, moment {k}: {found} for {expected}"
+                );
+            }
+        }
+        let radial = signal(&mechanism, sample, "pair_radial");
+        assert!((radial - force * alpha.tan()).abs() < 1e-9 * force, "{radial}");
+        let effort = signal(&mechanism, sample, "effort");
+        assert!((effort.abs() - force * r1).abs() < 1e-9, "{effort}");
+    }
+}

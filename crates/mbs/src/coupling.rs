@@ -10,6 +10,7 @@
 //! gear, belt        λ r₂ about the axis of the second wheel, λ r₂ (i − 1) n × d / d² through its centre,
 //!                   and the opposite on the first, with the ratio i and the line of centres d
 //! rack              λ along the rack at the pitch point, and the opposite on the pinion
+//! bevel wheels      with a pressure angle λ where their pitch cones touch, and the opposite on the first
 //! pressure angle    |λ| tan α/cos β on the second away from the first, and the opposite on the first
 //! helix             λ tan β along the axis at the pitch point, and the opposite on the first
 //! strand, rope      λ along the strand on the wheel that it leaves, and the opposite on the next: its tension
@@ -19,7 +20,7 @@
 //! strands, moved to the second centre; with r₂ = 1 where no radii are stated. Wheels on axes that are not
 //! parallel, or on one axis, bear moments alone, the rest of which the carrier bears.
 
-use bksim_expr::{Expr, Function, SymbolId};
+use bksim_expr::{Expr, Function, Pool, SymbolId};
 
 use crate::belt::strand_wrenches;
 use crate::constraint::{Constraint, Source};
@@ -153,7 +154,10 @@ pub(crate) fn along(model: &Model, kinematics: &Kinematics, position: Measure) -
 /// Wheels with parallel axes apart from each other; `None` of others.
 fn of_wheels(model: &Model, kinematics: &Kinematics, wheels: &Wheels) -> Option<Vec<Wrench>> {
     let pool = &model.pool;
-    let (line, square) = center_line(model, kinematics, wheels)?;
+    let Some((line, square)) = center_line(model, kinematics, wheels) else {
+        let cones = wheels.flanks.and_then(|_| Cones::of(model, kinematics, wheels))?;
+        return Some(cones.pair(pool, wheels, cones.along));
+    };
     let second = axis_of(model, kinematics, wheels.axes[1]);
     let center = kinematics.anchor(model, wheels.wheels[1]);
     let [first, radius] = wheels.radii.unwrap_or([wheels.ratio, pool.one()]);
@@ -193,6 +197,72 @@ pub fn center_line(
     (are_parallel && !pool.is_zero(square)).then_some((line, square))
 }
 
+/// Pitch cones of bevel wheels, where they touch.
+///
+/// ```text
+/// p = ± (r₂ n₁ − r₁ n₂)/|w|         from the apex, w = n₁ × n₂, r₁ below zero where they turn in opposite senses
+/// t = ∓ w/|w|                       moves the second forward
+/// e = w × p/|w × p| (±)             across the line in which the cones touch, from the first to the second
+/// ```
+///
+/// The sign is that on whose side of the apex the centres are.
+pub struct Cones {
+    /// Where the teeth press, in the axes of the ground.
+    at: Vector,
+    along: Vector,
+    across: Vector,
+    /// On which side of the apex each centre is as the senses of turning ask for, m²: both alike, and one not zero.
+    pub sides: [Expr; 2],
+    /// Distance of the axes, m, zero where they meet.
+    pub apart: Expr,
+}
+
+impl Cones {
+    /// Cones of wheels with pitch radii whose axes are not parallel; `None` of others.
+    pub fn of(model: &Model, kinematics: &Kinematics, wheels: &Wheels) -> Option<Self> {
+        let pool = &model.pool;
+        let [first, second] = wheels.radii?;
+        let [a, b] = wheels.axes.map(|joint| axis_of(model, kinematics, joint));
+        let across = spatial::cross(pool, &a, &b);
+        let square = short(pool, spatial::dot(pool, &across, &across));
+        if pool.is_zero(square) || center_line(model, kinematics, wheels).is_some() {
+            return None;
+        }
+        let length = pool.sqrt(square);
+        let per =
+            |vector: &Vector, by: Expr| spatial::scale(pool, pool.div(pool.one(), by), vector);
+        let [from, to] = wheels.wheels.map(|wheel| kinematics.anchor(model, wheel));
+        let line = spatial::sub(pool, &to, &from);
+        let place = pool.div(spatial::dot(pool, &spatial::cross(pool, &line, &b), &across), square);
+        let apex = spatial::add(pool, &from, &spatial::scale(pool, place, &a));
+        let arm =
+            spatial::sub(pool, &spatial::scale(pool, second, &a), &spatial::scale(pool, first, &b));
+        let arm = per(&arm, length);
+        let sides = [from, to].map(|center| {
+            short(pool, spatial::dot(pool, &spatial::sub(pool, &center, &apex), &arm))
+        });
+        let side = pool.add(sides[0], sides[1]);
+        let sign = pool.div(side, pool.sqrt(pool.powi(side, 2)));
+        let normal = spatial::cross(pool, &across, &arm);
+        let size = pool.sqrt(spatial::dot(pool, &normal, &normal));
+        Some(Self {
+            at: spatial::add(pool, &apex, &spatial::scale(pool, sign, &arm)),
+            along: spatial::scale(pool, pool.neg(sign), &per(&across, length)),
+            across: spatial::scale(pool, sign, &per(&normal, size)),
+            sides,
+            apart: pool.div(spatial::dot(pool, &line, &across), length),
+        })
+    }
+
+    /// A force where the teeth press, on the second wheel, and the opposite on the first.
+    fn pair(&self, pool: &Pool, wheels: &Wheels, force: Vector) -> Vec<Wrench> {
+        let [first, second] = wheels.wheels.map(|wheel| wheel.body);
+        let moment = spatial::zero(pool);
+        let on = |body: BodyId, force: Vector| Wrench { body, force, at: self.at, moment };
+        vec![on(second, force), on(first, spatial::neg(pool, &force))]
+    }
+}
+
 /// A force along the rack at the pitch point: c + r (u × n) for the pinion's axis n at c and the rack along u.
 fn of_rack(model: &Model, kinematics: &Kinematics, rack: &Rack) -> Vec<Wrench> {
     let pool = &model.pool;
@@ -227,7 +297,11 @@ fn parting(
     let Flanks { radial, .. } = kind.flanks()?;
     let (at, along, bodies, is_held) = match kind {
         CouplingKind::Gear(wheels) => {
-            let (line, square) = center_line(model, kinematics, wheels)?;
+            let Some((line, square)) = center_line(model, kinematics, wheels) else {
+                let cones = Cones::of(model, kinematics, wheels)?;
+                let across = spatial::scale(pool, radial, &cones.across);
+                return Some((cones.pair(pool, wheels, across), true));
+            };
             let along = spatial::scale(pool, pool.div(pool.one(), pool.sqrt(square)), &line);
             let at = kinematics.anchor(model, wheels.wheels[1]);
             let is_held = kinematics.coordinates_in(pool, &[square]).is_empty();

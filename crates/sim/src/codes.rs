@@ -27,7 +27,7 @@ bksim_model::codes! {
     POSITIONS_ALONE = "S030", "positions alone can be asked for";
     ROPE_WAY = "S031", "a rope without a way";
     OVERLAP = "S032", "outlines that overlap at the start";
-    SKEW_TEETH = "S035", "a pressure angle of wheels whose axes are not parallel";
+    SKEW_TEETH = "S035", "a pressure angle of wheels of which it is not known where they press";
     DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
     NO_VALUE = "R002", "an expression leaves its domain";
     STEP_TOO_SMALL = "R003", "the step size became too small";

@@ -3,7 +3,7 @@
 use bksim_expr::{Expr, SymbolId, Tape, TapeError};
 use bksim_mbs::belt::ends;
 use bksim_mbs::coordinate::Owner;
-use bksim_mbs::coupling::{center_line, turn};
+use bksim_mbs::coupling::{Cones, center_line, turn};
 use bksim_mbs::signal::{coordinates_at_start, signal_values};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
@@ -34,15 +34,7 @@ pub(crate) fn check_couplings(
         }
         if let CouplingKind::Gear(wheels) | CouplingKind::Belt(wheels) = &coupling.kind {
             faults.extend(misfit(model, system, coupling, wheels)?);
-            let is_parallel = center_line(model, &system.kinematics, wheels).is_some();
-            if wheels.flanks.is_some() && !is_parallel {
-                let message = format!("the axes of gears `{}` are not parallel", coupling.name);
-                faults.push(
-                    Diagnostic::error(codes::SKEW_TEETH, message)
-                        .at(coupling.span.clone(), "where its teeth press is not known")
-                        .help("remove `pressure_angle` and `helix`"),
-                );
-            }
+            faults.extend(skew(model, system, coupling, wheels)?);
         }
     }
     for belt in &model.belts {
@@ -234,6 +226,57 @@ fn uncounted(model: &Model, system: &SymbolicSystem, coupling: &Coupling) -> Opt
                 "couple angles of revolute joints about parallel axes, and leave out `cut = true` there",
             ),
     )
+}
+
+/// Teeth with a pressure angle of which it is not known where they press: wheels whose axes neither are parallel nor meet,
+/// and bevel wheels with a helix, or with both centres in the apex.
+fn skew(
+    model: &Model,
+    system: &SymbolicSystem,
+    coupling: &Coupling,
+    wheels: &Wheels,
+) -> Result<Option<Diagnostic>, TapeError> {
+    let Some(flanks) = wheels.flanks else { return Ok(None) };
+    if center_line(model, &system.kinematics, wheels).is_some() {
+        return Ok(None);
+    }
+    let name = &coupling.name;
+    let fault = |message: String, help: &str| {
+        let fault = Diagnostic::error(codes::SKEW_TEETH, message);
+        Ok(Some(fault.at(coupling.span.clone(), "where its teeth press is not known").help(help)))
+    };
+    const NEITHER: &str = "remove `pressure_angle` and `helix`";
+    let cones = Cones::of(model, &system.kinematics, wheels);
+    let radii = wheels.radii.unwrap_or([model.pool.one(); 2]);
+    let Some(Cones { sides: [a, b], apart, .. }) = cones else {
+        return fault(format!("the wheels of gears `{name}` turn about one axis"), NEITHER);
+    };
+    let numbers = [([apart, a, a], radii[1]), ([b, b, b], radii[1])];
+    let numbers = at_the_start(model, system, &numbers)?;
+    let ([apart, a], radius) = numbers[0];
+    let ([b, _], _) = numbers[1];
+    if apart.abs() > FIT * radius {
+        return fault(format!("the axes of gears `{name}` neither are parallel nor meet"), NEITHER);
+    }
+    if !model.pool.is_zero(flanks.axial) {
+        return fault(format!("the bevel gears `{name}` have a `helix`"), "remove `helix`");
+    }
+    let least = FIT * radius * radius;
+    if a.min(b) < -least && a.max(b) > least {
+        let help = "turn the axis of one joint round, or write `internal = true` where its axes point away from each other";
+        return fault(
+            format!("the bevel gears `{name}` turn in senses that their places exclude"),
+            help,
+        );
+    }
+    if a.abs().max(b.abs()) <= least {
+        let help = "move the points of their joints along the axes, to the middle of each wheel";
+        return fault(
+            format!("both centres of the bevel gears `{name}` are where their axes meet"),
+            help,
+        );
+    }
+    Ok(None)
 }
 
 /// Wheels whose radii do not fit the distance of their centres, where it is constant.
