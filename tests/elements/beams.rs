@@ -290,3 +290,44 @@ fn a_start_bends_no_beam_that_need_not_bend() {
     let length = (rocker[0] - crank[0]).hypot(rocker[1] - crank[1]);
     assert!((length - 0.35).abs() < 1e-12, "{length}");
 }
+
+/// A cantilever under a force at its tip is at rest in the shape w″ = F (L − x)/EI, and bears F (L − x) in each section.
+#[test]
+fn sections_bear_the_moment_of_a_force_at_the_tip() {
+    // 1 − ξ = P₀/2 − P₁/2.
+    let (force, pull) = (2.0, 30.0);
+    let second = 0.02 * 0.005_f64.powi(3) / 12.0;
+    let first = force / (2.0 * 210e9 * second);
+    let text = beam(4, "")
+        .replace("modes = 4", "modes = 4, axial = 2, stiffening = false")
+        .replace("tip = [", "half = [\"0.5 m\", 0], tip = [")
+        + &format!(
+            "[joints.root]\ntype = \"weld\"\nbetween = [\"ground\", \"beam\"]\n\
+             [loads.tip]\ntype = \"force\"\non = \"beam.tip\"\nvector = [{pull}, {force}]\n\
+             [initial]\nbeam_q1 = {{ angle = {first:e} }}\nbeam_q2 = {{ angle = {:e} }}\nbeam_q3 = {{ angle = 0 }}\nbeam_q4 = {{ angle = 0 }}\n\
+             beam_u1 = {{ position = {:e} }}\nbeam_u2 = {{ position = 0 }}\n\
+             [solve]\nt_end = 1e-3\nevery = 1e-3\n",
+            -first,
+            pull / (210e9 * 1e-4)
+        );
+    let mechanism = derive(model(&text));
+    let motion = solve(&mechanism);
+    for t in [0.0, 1e-3] {
+        let sample = at(&motion, t);
+        for (name, share) in [("root", 1.0), ("half", 0.5), ("tip", 0.0)] {
+            let found = |what: &str| signal(&mechanism, sample, &format!("beam_{what}_{name}"));
+            let moment = force * share;
+            let stress = moment * 0.0025 / second + pull / 1e-4;
+            for (what, expected, scale) in
+                [("moment", moment, force), ("force", pull, pull), ("stress", stress, stress)]
+            {
+                let off = (found(what) - expected).abs();
+                assert!(
+                    off < 1e-6 * scale,
+                    "{what} {name} at {t} s: {} for {expected}",
+                    found(what)
+                );
+            }
+        }
+    }
+}

@@ -67,7 +67,7 @@ pub fn short_fraction(value: f64) -> Option<(i64, i64)> {
 }
 
 /// Values of P_0 … P_n of 0 … 1 at ξ.
-fn legendre(n: usize, xi: f64) -> Vec<f64> {
+pub fn legendre(n: usize, xi: f64) -> Vec<f64> {
     let x = 2.0 * xi - 1.0;
     let mut values = vec![1.0, x];
     let mut order = 1.0;

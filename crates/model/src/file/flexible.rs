@@ -24,12 +24,14 @@ use crate::joint::{JOINT_TYPES, Joint, JointKind};
 use crate::load::{Load, LoadKind};
 
 /// Keys of a flexible body.
-const FLEXIBLE_KEYS: [&str; 17] = [
+const FLEXIBLE_KEYS: [&str; 19] = [
     "length",
     "section",
     "A",
     "I",
     "I_across",
+    "edge",
+    "edge_across",
     "material",
     "E",
     "density",
@@ -62,12 +64,16 @@ const MATERIALS: [(&str, [f64; 2]); 5] = [
 const KINDS: [(&str, &str, usize); 3] =
     [("modes", "q", DEFAULT_MODES), ("across", "r", 0), ("axial", "u", 0)];
 
-/// Stiffnesses and mass of a beam.
-struct Section {
-    length: Expr,
+/// Stiffnesses, mass and section of a beam.
+pub(super) struct Section {
+    pub(super) length: Expr,
+    /// Second moments in both planes and the area, as far as they are known.
+    pub(super) moduli: [Option<Expr>; 3],
+    /// Distances of the outermost fibres in both planes.
+    pub(super) edges: [Option<Expr>; 2],
     length_value: Option<f64>,
     /// EI in both planes and EA.
-    stiffness: [Option<Expr>; 3],
+    pub(super) stiffness: [Option<Expr>; 3],
     /// Mass per length, kg/m.
     line_mass: Expr,
     /// Moment of inertia about the axis per length, kg m.
@@ -242,7 +248,12 @@ impl Reader<'_> {
                 made.push((joint(name, kind, root_anchor, body, axis), body, zero, zero));
             }
         }
+        let own = bodies[parts.body.0].0.as_ref()?;
+        let names: Vec<String> = own.points.iter().map(|point| point.name.clone()).collect();
+        self.log_sections(&of, parts, &section, (&names, &xis), &span);
+
         // Places of the mass.
+        let pool = &self.pool;
         let mut places = Vec::new();
         let n_points = bodies[parts.body.0].0.as_ref()?.points.len();
         let mut hold = |id: JointId, body: BodyId, x: Expr| {
@@ -356,6 +367,8 @@ impl Reader<'_> {
             ("section", "A"),
             ("section", "I"),
             ("section", "I_across"),
+            ("section", "edge"),
+            ("section", "edge_across"),
             ("material", "E"),
             ("material", "density"),
             ("EI", "I"),
@@ -392,6 +405,8 @@ impl Reader<'_> {
             size(self, "I_across", Quantity::AREA_MOMENT)?,
             size(self, "A", AREA)?,
         ];
+        let mut edges =
+            [size(self, "edge", Quantity::LENGTH)?, size(self, "edge_across", Quantity::LENGTH)?];
         if let Some(node) = fields.get("section") {
             let what = fields.what("section");
             let nodes = self.array(node, &what, "width and thickness", "[\"20 mm\", \"5 mm\"]")?;
@@ -408,6 +423,8 @@ impl Reader<'_> {
             let pool = &self.pool;
             let twelfth = pool.rational(1, 12);
             let second = |a: Expr, b: Expr| pool.product([twelfth, a, pool.powi(b, 3)]);
+            let half = pool.rational(1, 2);
+            edges = [Some(pool.mul(half, thickness)), Some(pool.mul(half, width))];
             moduli = [
                 Some(second(width, thickness)),
                 Some(second(thickness, width)),
@@ -454,7 +471,15 @@ impl Reader<'_> {
         }
         let length_value = length.value.map(Constant::look);
         let length = length.expr;
-        Some(Section { length, length_value, stiffness, line_mass: line_mass?, polar })
+        Some(Section {
+            length,
+            length_value,
+            moduli,
+            edges,
+            stiffness,
+            line_mass: line_mass?,
+            polar,
+        })
     }
 }
 

@@ -97,6 +97,7 @@ mod solve;
 mod springs;
 mod stated;
 mod states;
+mod stresses;
 mod surfaces;
 mod syntax;
 mod tables;
