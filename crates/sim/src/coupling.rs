@@ -236,6 +236,7 @@ fn skew(
     coupling: &Coupling,
     wheels: &Wheels,
 ) -> Result<Option<Diagnostic>, TapeError> {
+    const NEITHER: &str = "remove `pressure_angle` and `helix`";
     let Some(flanks) = wheels.flanks else { return Ok(None) };
     if center_line(model, &system.kinematics, wheels).is_some() {
         return Ok(None);
@@ -245,7 +246,6 @@ fn skew(
         let fault = Diagnostic::error(codes::SKEW_TEETH, message);
         Ok(Some(fault.at(coupling.span.clone(), "where its teeth press is not known").help(help)))
     };
-    const NEITHER: &str = "remove `pressure_angle` and `helix`";
     let cones = Cones::of(model, &system.kinematics, wheels);
     let radii = wheels.radii.unwrap_or([model.pool.one(); 2]);
     let Some(Cones { sides: [a, b], apart, .. }) = cones else {
