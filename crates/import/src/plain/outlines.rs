@@ -47,7 +47,9 @@ pub(super) fn arrow(tip: Point, inner: Point, size: f64) -> Path {
     let corners = [along(foot, 0.2 * size, [-back[1], back[0]]), tip];
     let mut pen = Pen::default();
     pen.line_to(along(foot, -0.2 * size, [-back[1], back[0]]));
-    corners.into_iter().for_each(|corner| pen.line_to(corner));
+    for corner in corners {
+        pen.line_to(corner);
+    }
     pen.close();
     pen.finish().pop().unwrap_or_default()
 }

@@ -200,7 +200,7 @@ impl<'d> Reader<'d> {
                 "use" => {
                     let href = node.attributes().find(|attribute| attribute.name() == "href");
                     let of = href.and_then(|href| href.value().strip_prefix('#'));
-                    let shift = [self.length(node, "x", &scope), self.length(node, "y", &scope)];
+                    let shift = ["x", "y"].map(|name| length(node, name, &scope));
                     scope.map =
                         Affine::translation(shift.map(Option::unwrap_or_default)).then(&scope.map);
                     open.extend(of.and_then(|id| self.ids.get(id)).map(|&of| (of, scope)));
@@ -282,11 +282,6 @@ impl<'d> Reader<'d> {
         }
     }
 
-    fn length(&self, node: Node<'d, 'd>, name: &str, scope: &Scope) -> Option<f64> {
-        let length = Length::from_str(node.attribute(name)?.trim()).ok()?;
-        pixels(length, scope.font_size)
-    }
-
     fn location(&mut self, node: Node<'d, 'd>, at: Point) -> Location {
         self.n_shapes += 1;
         let line = self.document.text_pos_at(node.range().start).row as usize;
@@ -300,7 +295,7 @@ impl<'d> Reader<'d> {
     }
 
     fn shape(&mut self, node: Node<'d, 'd>, scope: &Scope) {
-        let length = |name: &str| self.length(node, name, scope);
+        let length = |name: &str| length(node, name, scope);
         let Some(paths) = outlines::paths(node, &length) else { return };
         let drawn = paths.into_iter().map(|path| path.transformed(&scope.map));
         let (fit, unfit): (Vec<Path>, Vec<Path>) =
@@ -373,12 +368,15 @@ impl<'d> Reader<'d> {
     }
 }
 
+/// The length that an attribute is.
+fn length(node: Node<'_, '_>, name: &str, scope: &Scope) -> Option<f64> {
+    let length = Length::from_str(node.attribute(name)?.trim()).ok()?;
+    pixels(length, scope.font_size)
+}
+
 /// Map of a picture or a symbol in another one.
 fn window(node: Node<'_, '_>, scope: &Scope) -> Affine {
-    let number = |name: &str| {
-        let length = node.attribute(name).and_then(|value| Length::from_str(value).ok());
-        length.and_then(|length| pixels(length, scope.font_size))
-    };
+    let number = |name: &str| length(node, name, scope);
     let shift = Affine::translation([number("x").unwrap_or(0.0), number("y").unwrap_or(0.0)]);
     let view = node.attribute("viewBox").and_then(|value| ViewBox::from_str(value).ok());
     let inner = match (view, number("width"), number("height")) {
