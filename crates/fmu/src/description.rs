@@ -146,6 +146,23 @@ fn units(rows: &[Row]) -> String {
     out
 }
 
+/// The type of variables with a unit: importers that take no units of variables take those of types.
+fn type_of(unit: &str) -> String {
+    escaped(&format!("quantity in {unit}"))
+}
+
+/// Definitions of the types of all variables.
+fn types(rows: &[Row]) -> String {
+    let names: BTreeSet<&str> = rows.iter().map(|row| row.variable.unit.as_str()).collect();
+    let mut out = String::from("  <TypeDefinitions>\n");
+    for name in names {
+        let (of, unit) = (type_of(name), escaped(name));
+        let _ = writeln!(out, "    <Float64Type name=\"{of}\" unit=\"{unit}\"/>");
+    }
+    out.push_str("  </TypeDefinitions>\n");
+    out
+}
+
 fn experiment(core: &Core) -> String {
     let [start, stop] = core.experiment;
     let step = (stop - start) / STEPS;
@@ -185,12 +202,13 @@ fn third(core: &Core, token: &str, rows: &[Row]) -> String {
         convention(rows)
     );
     out.push_str(&units(rows));
+    out.push_str(&types(rows));
     out.push_str("  <LogCategories><Category name=\"logStatusError\"/></LogCategories>\n");
     out.push_str(&experiment(core));
     out.push_str("  <ModelVariables>\n");
     for (k, row) in rows.iter().enumerate() {
         let _ = write!(out, "    <Float64 {}", attributes(row, k));
-        let _ = write!(out, " unit=\"{}\"", escaped(&row.variable.unit));
+        let _ = write!(out, " declaredType=\"{}\"", type_of(&row.variable.unit));
         if row.has_start() {
             let _ = write!(out, " start=\"{:?}\"", row.variable.start);
         }
