@@ -13,7 +13,7 @@ pub(crate) fn models_in(folder: &Path) -> Vec<String> {
 
 /// The names of files in a folder that end as `path` does, or of models where that ends as one.
 pub(crate) fn others_in(folder: &Path, path: &Path) -> Vec<String> {
-    let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
+    let ending = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
     match ending.as_ref().and_then(|ending| ending.to_str()) {
         Some(own) if !MODELS.contains(&own) => ending_in(folder, &[own]),
         _ => models_in(folder),

@@ -93,11 +93,11 @@ impl Report<'_> {
         }
         let relations = describe::without_bearing(model);
         if !relations.is_empty() {
-            let names = some_of(&relations);
-            rows.push((
-                "relations",
-                format!("{names} load no bearing, as a `rope` or `rack` does"),
-            ));
+            let told = format!(
+                "no bearing has the force of {}, as it has that of a `rope` or `rack`",
+                some_of(&relations)
+            );
+            rows.push(("relations", told));
         }
         rows.extend(self.singular_poses().map(|told| ("singular", told)));
         let changes = describe::uniqueness(self.mechanism, &self.summary.uniqueness);
