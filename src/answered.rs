@@ -26,7 +26,7 @@ static VIETNAMESE: LazyLock<Catalogue> = LazyLock::new(|| {
     Catalogue { cells: table("cells"), words: table("words") }
 });
 
-/// What divides a text into parts, the widest first.
+/// Separators of the parts of a text, the widest first.
 const BETWEEN: [&str; 5] = ["; ", ": ", ", ", " = ", " + "];
 
 /// Place of a text in an answer.

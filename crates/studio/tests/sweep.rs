@@ -238,6 +238,40 @@ fn a_name_that_ends_in_csv_is_a_table_of_text_with_the_same_rows() {
 }
 
 #[test]
+fn samples_without_axes_lie_between_the_ranges_that_the_model_states() {
+    let place = Scratch::new();
+    let model = fs::read_to_string(format!("{CRATE}/../../examples/four-bar/model.toml"));
+    let ranges = "\n[ranges]\na = [\"80 mm\", \"120 mm\"]\nrod = [\"0.28 m\", \"0.32 m\"]\n";
+    let model =
+        model.expect("an example").replace("[parameters]\n", "[parameters]\nrod = \"0.3 m\"\n");
+    place.write("model.toml", model.replace("b = \"0.3 m\"", "b = \"rod\"") + ranges);
+    let table = |more: &str| {
+        let swept =
+            place.run(&format!("sweep model.toml --sobol 8 --t-end 0.01 -o s.csv --force {more}"));
+        assert!(swept.status.success(), "{}", text(&swept.stderr));
+        fs::read_to_string(place.path().join("s.csv")).expect("a table")
+    };
+    let whole = table("");
+    assert!(whole.starts_with("case,a,rod,"), "{whole}");
+    let numbers = |column: usize| -> Vec<f64> {
+        let cells = whole.lines().skip(1).filter_map(|line| line.split(',').nth(column));
+        cells.filter_map(|cell| cell.parse().ok()).collect()
+    };
+    // Columns are in SI.
+    for (column, [low, high]) in [(1, [0.08, 0.12]), (2, [0.28, 0.32])] {
+        let values = numbers(column);
+        assert!(values.len() == 8 && values.iter().all(|x| (low..=high).contains(x)), "{values:?}");
+        let half = f64::midpoint(low, high);
+        assert!(values.iter().any(|x| *x < half) && values.iter().any(|x| *x > half), "{values:?}");
+    }
+    // A quantity with one value does not vary; a grid needs its values.
+    assert!(table("--set a=0.1m").starts_with("case,rod,"));
+    let refused = place.run("sweep model.toml");
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("`[ranges]`"), "{}", text(&refused.stderr));
+}
+
+#[test]
 fn chosen_cases_are_logged_as_solve_logs_them() {
     let place = place(PENDULUM);
     let sweep = |chosen: &str, more: &[&str]| {
