@@ -1,11 +1,16 @@
 //! [`Backdrop`]: the lines of a drawing as polygons, m, to draw a mechanism over.
 
+use std::f64::consts::TAU;
+
 use crate::drawing::{LengthUnit, Shape};
 use crate::geometry::{Curve, Path, Point};
 use crate::model::{Refused, sheet};
 
 /// Parts of the diagonal of a drawing by which a polygon may leave its curve.
 const PARTS: f64 = 4000.0;
+
+/// Part of a turn by which that of a closed curve may be off.
+const ROUNDING: f64 = 1e-9;
 
 /// The lines of a drawing.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -53,7 +58,7 @@ fn places(curve: &Curve) -> Vec<Point> {
     let ends = [curve.start_point(), curve.end_point()];
     match curve {
         Curve::Arc { centre, sweep, .. } | Curve::Ellipse { centre, sweep, .. } => {
-            let is_whole = sweep.abs() > 6.28;
+            let is_whole = sweep.abs() > TAU * (1.0 - ROUNDING);
             [&[*centre][..], if is_whole { &[] } else { &ends }].concat()
         }
         _ => ends.to_vec(),
