@@ -490,6 +490,17 @@ fn a_name_finds_its_measure() {
     assert_eq!(components.iter().filter(|is_one| **is_one).count(), 3);
 }
 
+/// `--set a=0.1` has no unit to compare with that of the range.
+#[test]
+fn a_bare_number_from_outside_takes_the_place_of_a_quantity_with_a_range() {
+    let text =
+        format!("[parameters]\na = \"0.2 m\"\n[ranges]\na = [\"10 cm\", \"30 cm\"]\n{FLOATING}");
+    let overrides = [("a".to_owned(), "0.1".to_owned())];
+    let reading = read(&Source { overrides: &overrides, ..Source::new(&text, "test") });
+    assert_eq!(reading.diagnostics, []);
+    assert_eq!(reading.model.expect("a model").parameters[0].value.to_bits(), 0.1_f64.to_bits());
+}
+
 #[test]
 fn ranges_are_in_the_kind_of_their_values() {
     let of = |ranges: &str| {

@@ -92,7 +92,7 @@ def test_tolerances_are_proved():
 
 def test_linkages_are_models():
     found = bksim.synthesize("straight_line", length="200 mm")
-    assert len(found.models) == 4
+    assert len(found.models) == 5
     for text in found.models.values():
         assert bksim.loads(text).solve(t_end=0.1).t[-1] == pytest.approx(0.1)
 

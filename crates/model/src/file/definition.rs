@@ -14,6 +14,8 @@ pub(super) struct ParameterState {
     /// Position of its value in the text.
     pub(super) span: Span,
     pub(super) definition: Definition,
+    /// True if the definition replaces that of the text.
+    pub(super) is_from_outside: bool,
     /// The form in which it is used: its symbol, value and dimension. `None` until it is read, and for ever
     /// when it is faulty.
     pub(super) result: Option<Lowered>,

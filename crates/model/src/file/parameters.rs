@@ -86,6 +86,7 @@ impl Reader<'_> {
             symbol: self.pool.symbol(&identifier),
             span,
             definition,
+            is_from_outside: false,
             result: None,
             expr: None,
         });
@@ -109,6 +110,7 @@ impl Reader<'_> {
         };
         let whole = known.span.clone();
         known.definition = Definition::Text { text: text.to_owned(), start: None, whole };
+        known.is_from_outside = true;
     }
 
     /// Reads all parameters, each after those it uses.

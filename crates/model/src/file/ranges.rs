@@ -75,6 +75,11 @@ impl Reader<'_> {
         {
             let known = self.parameters.iter().find(|known| known.name == *name)?;
             let (result, span) = (known.result.clone(), known.span.clone());
+            // A bare number from outside takes the place of a quantity: its kind follows from its uses alone.
+            let is_open = result.as_ref().is_some_and(|result| result.kind == Kind::Bare);
+            if is_open && known.is_from_outside {
+                return None;
+            }
             return result.map(|result| Lowered { span, ..result });
         }
         // Its section has reported what is wrong with it.
