@@ -114,7 +114,7 @@ fn moments_are_bounded_about_their_own_axes_and_boxes_between_points_are_square(
 #[test]
 fn many_joints_start_at_their_limits() {
     let rod = |k: usize| {
-        let x = if k % 3 == 0 { -0.2 } else { 0.1 * (1 + k) as f64 };
+        let x = if k.is_multiple_of(3) { -0.2 } else { 0.1 * (1 + k) as f64 };
         let body = format!(
             "<link name=\"rod{k}\"><inertial><origin xyz=\"{x} 0 0\"/><mass value=\"2\"/>\
              <inertia ixx=\"0.1\" iyy=\"0.1\" izz=\"0.1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"

@@ -26,7 +26,7 @@ impl Reader<'_> {
         (points, places): (&[String], &[f64]),
         span: &Span,
     ) {
-        let has_root = places.iter().any(|&xi| xi == 0.0);
+        let has_root = places.contains(&0.0);
         let root = (!has_root).then_some(("root", 0.0));
         let points = points.iter().map(String::as_str).zip(places.iter().copied());
         for (point, xi) in root.into_iter().chain(points) {
