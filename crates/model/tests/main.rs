@@ -1,5 +1,6 @@
 //! Reading of models: values, faults and solids.
 
 mod faults;
+mod overrides;
 mod reading;
 mod solids;

@@ -11,7 +11,7 @@ fn model(text: &str) -> Model {
 }
 
 /// The value of an expression at the parameters of the model.
-fn value(model: &Model, e: Expr) -> f64 {
+pub(crate) fn value(model: &Model, e: Expr) -> f64 {
     let of = |symbol| model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
     model.pool.evaluate(e, &of).expect("an expression of parameters")
 }
@@ -23,7 +23,7 @@ fn assert_close(found: f64, expected: f64) {
     );
 }
 
-const FLOATING: &str = "[bodies.b]\nmass = 1\nfree = true\n";
+pub(crate) const FLOATING: &str = "[bodies.b]\nmass = 1\nfree = true\n";
 
 #[test]
 fn the_model_of_the_reference_is_read() {
@@ -224,59 +224,6 @@ fn values_are_replaced_by_their_path() {
     let reading = set(&[("rod.inertia", "3 kg m")]);
     let fault = &reading.diagnostics[0];
     assert_eq!(&text[fault.labels[0].span.clone()], "\"3 kg mm^2\"", "{fault:?}");
-}
-
-/// Arrays are no parameters, and a file need not have the keys of its start and of its run.
-#[test]
-fn paths_lead_to_arrays_and_to_keys_that_are_not_there() {
-    let text = r#"
-        [bodies.rod]
-        mass = "1 kg"
-        com = ["1 m", 0]
-        inertia = "1 kg m^2"
-        [joints.pin]
-        type = "revolute"
-        between = ["ground", "rod"]
-        [loads.push]
-        type = "force"
-        on = "rod"
-        vector = ["1 N", 0]
-    "#;
-    let set = |path: &str, value: &str| {
-        let overrides = [(path.to_owned(), value.to_owned())];
-        read(&Source { overrides: &overrides, ..Source::new(text, "test") })
-    };
-    let good = |path: &str, value: &str| {
-        let reading = set(path, value);
-        assert_eq!(reading.diagnostics, [], "{path}");
-        reading.model.expect("a model")
-    };
-    let model = good("rod.com", "[0, \"-50 mm\"]");
-    assert_eq!(model.bodies[1].com.map(|e| value(&model, e)), [0.0, -0.05, 0.0]);
-    assert_eq!(good("solve.t_end", "3 s").solve.t_end.to_bits(), 3.0_f64.to_bits());
-    assert_eq!(good("solve.method", "radau").solve.method, bksim_model::Method::Radau);
-    assert_eq!(good("pin.rate", "60 rpm").initial.len(), 1);
-    assert_eq!(good("initial.pin.angle", "0.5").initial.len(), 1);
-    // A misspelt key is unknown, and its value is not left aside.
-    for (path, code) in [
-        ("solve.tend", code::UNKNOWN_KEY),
-        ("loads.push.vectro", code::UNKNOWN_KEY),
-        ("loads.psuh.vector", code::UNKNOWN_OVERRIDE),
-        ("loads.push", code::UNKNOWN_OVERRIDE),
-    ] {
-        let codes: Vec<_> = set(path, "[1, 2]").diagnostics.iter().map(|d| d.code).collect();
-        assert_eq!(codes, [code], "{path}");
-    }
-}
-
-#[test]
-fn overrides_replace_definitions() {
-    let text = format!("[parameters]\nl = \"1 m\"\ns = \"l/2\"\n{FLOATING}");
-    let overrides = [("l".to_owned(), "20 cm".to_owned())];
-    let reading = read(&Source { overrides: &overrides, ..Source::new(&text, "test") });
-    let model = reading.model.expect("a model");
-    let values: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
-    assert_eq!(values, [0.2, 0.1]);
 }
 
 /// A rectangle a × b about its centre: m (a² + b²)/12. Clockwise corners must not change it.
@@ -488,17 +435,6 @@ fn a_name_finds_its_measure() {
     let components: Vec<bool> =
         model.signals.iter().map(|signal| signal.measure.is_reaction()).collect();
     assert_eq!(components.iter().filter(|is_one| **is_one).count(), 3);
-}
-
-/// `--set a=0.1` has no unit to compare with that of the range.
-#[test]
-fn a_bare_number_from_outside_takes_the_place_of_a_quantity_with_a_range() {
-    let text =
-        format!("[parameters]\na = \"0.2 m\"\n[ranges]\na = [\"10 cm\", \"30 cm\"]\n{FLOATING}");
-    let overrides = [("a".to_owned(), "0.1".to_owned())];
-    let reading = read(&Source { overrides: &overrides, ..Source::new(&text, "test") });
-    assert_eq!(reading.diagnostics, []);
-    assert_eq!(reading.model.expect("a model").parameters[0].value.to_bits(), 0.1_f64.to_bits());
 }
 
 #[test]

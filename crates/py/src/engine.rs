@@ -6,7 +6,6 @@ use std::sync::{Arc, OnceLock};
 use bksim::analysis::{compliances, diagnose_singular_start};
 use bksim::describe;
 use bksim::log::Field;
-use bksim::mbs::equations::page::Style;
 use bksim::mbs::equations::{Equations, Notation};
 use bksim::mbs::quantity::Quantity;
 use bksim::model::JointId;
@@ -14,7 +13,7 @@ use bksim::model::Measure;
 use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{Limits, Recording};
 use bksim::options::{JITS, choice};
-use bksim::reading::{Contents, Reading, Unreadable};
+use bksim::reading::{Contents, Reading};
 use bksim::record::Channels;
 use bksim::sim::compiled::CompiledSystem;
 use bksim::sim::input::find_inputs;
@@ -32,6 +31,7 @@ use crate::built::json_all;
 use crate::derived::Derived;
 use crate::fault::{Fault, guard};
 use crate::laws::law;
+use crate::reading;
 
 /// A model with its equations, at one set of values.
 #[pyclass(frozen, module = "bksim._bksim")]
@@ -158,14 +158,6 @@ impl Engine {
         let mechanism = Mechanism::derive_with(model, law, Vec::new())
             .map_err(|Rejected(faults)| Fault::model(&source, &faults))?;
         Self::new(source, &mechanism, overrides, warnings, recording)
-    }
-
-    /// The fault of a part of the equations that does not exist.
-    fn unreadable(&self, why: Unreadable) -> Fault {
-        match why {
-            Unreadable::Rejected(Rejected(faults)) => Fault::assembly(self.source(), &faults),
-            other => Fault::Value(other.to_string()),
-        }
     }
 
     pub(crate) fn source(&self) -> &Text {
@@ -364,7 +356,7 @@ impl Engine {
             };
             let mechanism = self.mechanism();
             let reading = Reading::of(&mechanism, contents);
-            Ok(reading.map_err(|why| self.unreadable(why))?.json().to_string())
+            Ok(reading.map_err(|why| reading::fault(self.source(), why))?.json().to_string())
         })
     }
 
@@ -379,28 +371,11 @@ impl Engine {
         parts: Vec<String>,
     ) -> PyResult<String> {
         guard(py, || {
-            let style = match notation.as_str() {
-                "text" => Style::Text,
-                "aligned" => Style::Aligned { width: 100, unicode: true },
-                "latex" => Style::Latex,
-                "typst" => Style::Typst,
-                "mathml" => Style::MathMl,
-                other => {
-                    let known = "text, aligned, latex, typst and mathml";
-                    return Err(Fault::Value(format!("{other:?} is none of {known}")));
-                }
-            };
-            let has = |name: &str| parts.iter().any(|part| part == name);
-            let contents = Contents {
-                in_absolute_angles: is_absolute,
-                has_named_constants: has_groups,
-                has_steps: has("steps"),
-                has_levels: has("levels"),
-                has_free_bodies: has("free_bodies"),
-                has_effort: has("effort"),
-            };
+            let style = reading::style(&notation)?;
+            let contents = reading::contents(is_absolute, has_groups, &parts);
             let mechanism = self.mechanism();
-            let reading = Reading::of(&mechanism, contents).map_err(|why| self.unreadable(why))?;
+            let reading = Reading::of(&mechanism, contents)
+                .map_err(|why| reading::fault(self.source(), why))?;
             Ok(reading.written(style, is_document))
         })
     }
@@ -414,7 +389,8 @@ impl Engine {
         guard(py, || {
             let contents = Contents { in_absolute_angles: is_absolute, ..Contents::default() };
             let mechanism = self.mechanism();
-            let reading = Reading::of(&mechanism, contents).map_err(|why| self.unreadable(why))?;
+            let reading = Reading::of(&mechanism, contents)
+                .map_err(|why| reading::fault(self.source(), why))?;
             let Equations { kinetic_energy, potential_energy, equations, constraints } =
                 reading.formulas(Notation::Latex);
             Ok((kinetic_energy, potential_energy, equations, constraints))

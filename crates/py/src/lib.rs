@@ -50,6 +50,7 @@ mod interrupt;
 mod laws;
 mod logged;
 mod questions;
+mod reading;
 mod show;
 mod solution;
 mod solving;
