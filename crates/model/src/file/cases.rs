@@ -7,7 +7,7 @@ use super::promote::leads_to_value;
 use super::reader::{Fields, Reader};
 use super::tree::{Entry, Node, Table, Value};
 use super::words::{cut, suggest};
-use super::{CASE, SECTIONS, Source, codes};
+use super::{CASE, SECTIONS, Source, codes, syntax};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::load_case::LoadCase;
 
@@ -188,9 +188,22 @@ fn place_value(root: &mut Table, name: &str, text: &str) -> bool {
     let of_section = || root.get(section).map(|entry| entry.key_span.clone());
     let replaced = end(root, &path).map(|node| node.span.clone());
     let span = replaced.or_else(of_section).unwrap_or_default();
-    let node = Node::read(text, &span);
+    let node = read_node(text, &span);
     let change = Change { path, span, node };
     put(root, &change.path, &change)
+}
+
+/// A value that is written outside of the file, for a place in it: as TOML writes it, or a text without quotes.
+fn read_node(text: &str, place: &Span) -> Node {
+    let mut faults = Vec::new();
+    let parsed = syntax::parse(&format!("value = {text}"), usize::MAX, &mut faults);
+    let value = match parsed.filter(|_| faults.is_empty()).map(|table| table.entries) {
+        Some(mut entries) if entries.len() == 1 => entries.remove(0).node.value,
+        _ => Value::Text(text.to_owned()),
+    };
+    let mut node = Node { span: place.clone(), value };
+    node.move_to(place);
+    node
 }
 
 /// True if there is something at the end of these keys.

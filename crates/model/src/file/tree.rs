@@ -5,7 +5,6 @@
 
 use toml::de::{DeTable, DeValue};
 
-use super::syntax;
 use crate::diagnostic::Span;
 
 /// A value and its position.
@@ -156,21 +155,8 @@ impl Node {
         }
     }
 
-    /// A value that is written outside of the file, for a place in it: as TOML writes it, or a text without quotes.
-    pub(super) fn read(text: &str, place: &Span) -> Self {
-        let mut faults = Vec::new();
-        let parsed = syntax::parse(&format!("value = {text}"), usize::MAX, &mut faults);
-        let value = match parsed.filter(|_| faults.is_empty()).map(|table| table.entries) {
-            Some(mut entries) if entries.len() == 1 => entries.remove(0).node.value,
-            _ => Value::Text(text.to_owned()),
-        };
-        let mut node = Self { span: place.clone(), value };
-        node.move_to(place);
-        node
-    }
-
     /// Gives all that is in it the same place.
-    fn move_to(&mut self, place: &Span) {
+    pub(super) fn move_to(&mut self, place: &Span) {
         self.span = place.clone();
         match &mut self.value {
             Value::Array(nodes) => nodes.iter_mut().for_each(|node| node.move_to(place)),

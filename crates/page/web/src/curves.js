@@ -4,8 +4,8 @@
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 
+import { css } from './colors.js';
 import { decoded } from './motion.js';
-import { css } from './scene.js';
 import { isWithin } from './spans.js';
 
 /** Dashes, which distinguish curves of one colour once the palette is used up. */

@@ -1,7 +1,7 @@
 // Names of joints and points: next to them, off bodies where there is room.
 
+import { css } from './colors.js';
 import { positionOf } from './poses.js';
-import { css } from './scene.js';
 
 const FONT = '13px system-ui, sans-serif';
 

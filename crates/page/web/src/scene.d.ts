@@ -1,8 +1,6 @@
 import type { Camera } from './camera.js';
 import type { Scene, Theme } from './live/types';
 
-/** A colour `[r, g, b, opacity]`, each 0 to 255, in CSS. */
-export function css(color: number[], part?: number): string;
 export class Drawing {
   constructor(canvas: HTMLCanvasElement, scene: Scene, camera: Camera);
   resize(): void;

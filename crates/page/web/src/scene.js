@@ -1,6 +1,7 @@
 // The drawing: shapes on bodies, springs, dampers and links, trails, arrows and names.
 
 import { quantityText } from './arrows.js';
+import { css } from './colors.js';
 import { sortSolids } from './depth.js';
 import { drawNames } from './names.js';
 import { positionOf, velocityOf } from './poses.js';
@@ -9,11 +10,6 @@ import { edgesOf, normalOf } from './solids.js';
 
 // The direction to the light in the view: right, up, towards the eye.
 const LIGHT = [-0.35, 0.55, 0.758];
-
-/** A colour `[r, g, b, opacity]`, each 0 to 255, in CSS. */
-export function css([r, g, b, opacity], part = 1) {
-  return `rgb(${r} ${g} ${b} / ${((opacity / 255) * part).toFixed(3)})`;
-}
 
 /** The colour of a face that is turned away from the light by `shade`, 0 to 1. */
 function shaded({ fill, stroke }, shade) {

@@ -2,7 +2,7 @@
 
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
-import { css } from '../scene.js';
+import { css } from '../colors.js';
 import type { Theme } from './types';
 
 interface Curve { name: string; unit: string; values: Float64Array }

@@ -1,6 +1,6 @@
 // Distances of the points of each body, written at the picture and typed in place.
 
-import { css } from '../scene.js';
+import { css } from '../colors.js';
 import { positionOf } from '../poses.js';
 import type { Stage } from './stage';
 import type { Edit, Pixel, Point } from './types';

@@ -2,7 +2,7 @@
 
 import './live.css';
 import { element, themes } from '../controls.js';
-import { css } from '../scene.js';
+import { css } from '../colors.js';
 import { Charts } from './charts';
 import { Dimensions } from './dimensions';
 import { Frame, embed } from './embed';

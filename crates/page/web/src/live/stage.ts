@@ -1,7 +1,8 @@
 // The picture under the hand: it is seen, held by mouse, finger or keys, and drawn on.
 
 import { Camera } from '../camera.js';
-import { Drawing, css, lengthText, outline } from '../scene.js';
+import { css } from '../colors.js';
+import { Drawing, lengthText, outline } from '../scene.js';
 import { positionOf } from '../poses.js';
 import { hit, worldAt, type Hit } from './picking';
 import type { Force, Joint, Pixel, Point, Scene, State, Theme, World } from './types';
