@@ -61,7 +61,7 @@ impl PoseValues {
         Ok(Self { columns, space: tape.workspace(&positions.mechanism.parameters), tape })
     }
 
-    /// Their values.
+    /// Values of all columns at a time, s, with positions, velocities and accelerations of the coordinates.
     pub(crate) fn at(&mut self, t: f64, [q, v, a]: [&[f64]; 3]) -> Vec<f64> {
         let inputs = [&[t], q, v, a].concat();
         let mut values = vec![0.0; self.tape.n_outputs()];

@@ -16,7 +16,7 @@ use crate::output_file::{check_ending, put};
 use crate::render;
 use crate::source::Text;
 
-/// Whether a file is a drawing or a picture, by its bytes, or by its name where those are damaged.
+/// True if a file is a drawing or a picture, by its bytes, or by its name where those are damaged.
 pub(super) fn is_drawing(path: &Path, bytes: &[u8]) -> bool {
     let ending = path.extension().map(|it| it.to_string_lossy().to_ascii_lowercase());
     container::recognise(bytes).is_ok()
