@@ -6,6 +6,7 @@ mod contacts;
 mod couplings;
 mod cylinders;
 mod energy;
+mod exports;
 mod friction;
 mod hydraulics;
 mod imports;
