@@ -216,7 +216,7 @@ fn is_table(table: &Table, path: &[String]) -> bool {
 }
 
 /// The value to which these keys lead.
-fn end<'t>(table: &'t Table, path: &[String]) -> Option<&'t Node> {
+pub(super) fn end<'t>(table: &'t Table, path: &[String]) -> Option<&'t Node> {
     let [key, rest @ ..] = path else { return None };
     let mut node = &table.get(key)?.node;
     for key in rest {

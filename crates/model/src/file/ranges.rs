@@ -1,6 +1,6 @@
 //! `[ranges]`: between which values sliders and searches move a number of the model.
 
-use super::cases::{Change, gather, leads, place};
+use super::cases::{Change, end, gather, leads, place};
 use super::codes;
 use super::dimension::Dimension;
 use super::reader::Reader;
@@ -84,7 +84,7 @@ impl Reader<'_> {
         }
         // Its section has reported what is wrong with it.
         let n_faults = self.faults.len();
-        let found = node_at(root, path).and_then(|node| self.lowered(node, "", Scope::Constant));
+        let found = end(root, path).and_then(|node| self.lowered(node, "", Scope::Constant));
         self.faults.truncate(n_faults);
         if found.is_none() && !self.faults.iter().any(Diagnostic::is_error) {
             self.report(no_value(root, stated, "which is no number"));
@@ -116,16 +116,6 @@ impl Reader<'_> {
         };
         end.value.map(super::replay::Constant::look)
     }
-}
-
-/// Node at the end of a path.
-fn node_at<'t>(root: &'t Table, path: &[String]) -> Option<&'t Node> {
-    let [first, rest @ ..] = path else { return None };
-    rest.iter().try_fold(&root.get(first)?.node, |node, key| match &node.value {
-        Value::Table(table) => table.get(key).map(|entry| &entry.node),
-        Value::Array(nodes) => key.parse::<usize>().ok().and_then(|idx| nodes.get(idx)),
-        _ => None,
-    })
 }
 
 /// The fault of a range of something that no slider moves.
