@@ -41,6 +41,7 @@
 pub use bksim_analysis as analysis;
 pub use bksim_cad as cad;
 pub use bksim_dae as dae;
+pub use bksim_edit as edit;
 pub use bksim_expr as expr;
 pub use bksim_fmu as fmu;
 pub use bksim_import as import;

@@ -19,7 +19,6 @@ mod format;
 mod hover;
 mod inlays;
 mod names;
-mod scan;
 mod starts;
 mod transport;
 

@@ -166,6 +166,17 @@ fn a_name_is_found_completed_and_renamed() {
     let taken = client.response("textDocument/rename", params);
     assert!(taken["error"]["message"].as_str().expect("a fault").contains("already taken"));
 
+    // In load cases and ranges, and of a joint whose reaction an output is.
+    let ranged = format!("{ARM}\n[ranges]\nl1 = [\"0.1 m\", \"1 m\"]\npivot.angle = [-1, 1]\n");
+    client.open(&ranged);
+    for (at, n) in [("l1/2", 6), ("pivot.fx", 3)] {
+        let mut params = client.at(&ranged, at, 0);
+        params["newName"] = "other".into();
+        let edits = client.ask("textDocument/rename", params);
+        let edits = edits["changes"][&client.uri].as_array().map(Vec::len);
+        assert_eq!(edits, Some(n), "{at}");
+    }
+
     let messy = ARM.replace("mass = ", "mass=").replace("\n[joints", "\n\n\n[joints");
     client.open(&messy);
     let params = json!({ "textDocument": { "uri": client.uri }, "options": {} });

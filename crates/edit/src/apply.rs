@@ -8,7 +8,8 @@ use crate::edit::{Edit, EditError};
 use crate::group::group;
 use crate::names::rename;
 use crate::numbers::{Literal, file_unit, in_unit, literal, rounded, written};
-use crate::places::{Kind, Places};
+use crate::places::Places;
+use crate::scan::Kind;
 
 /// The text after an edit; all that the edit is not about stays byte for byte.
 ///

@@ -4,7 +4,8 @@ use bksim_model::StatedRange;
 use serde_json::{Value, json};
 
 use crate::numbers::{in_unit, literal, rounded};
-use crate::places::{Kind, Place, Places};
+use crate::places::Places;
+use crate::scan::{Kind, Place};
 
 /// Steps of a slider over its range.
 const N_STEPS: f64 = 200.0;
@@ -14,7 +15,7 @@ const N_STEPS: f64 = 200.0;
 pub(crate) fn controls(places: &Places<'_>, ranges: &[StatedRange]) -> Vec<Value> {
     let is_control = |place: &&Place| {
         let path: Vec<&str> = place.path.iter().map(String::as_str).collect();
-        place.kind == Kind::Value
+        place.is_value()
             && match path.as_slice() {
                 ["parameters", _] | ["drives", _, "motion"] | ["solve", "t_end"] => true,
                 ["initial", rest @ ..] => !rest.is_empty(),
@@ -85,10 +86,10 @@ pub(crate) fn elements(places: &Places<'_>) -> Vec<Value> {
                 let keys = &place.path[path.len()..];
                 match keys {
                     [_] => {
-                        place.kind != Kind::Table
+                        place.kind != Kind::Header
                             && !(keys[0] == "points" && place.kind == Kind::Inline)
                     }
-                    [first, _] => first == "points" && place.kind != Kind::Table,
+                    [first, _] => first == "points" && place.kind != Kind::Header,
                     _ => false,
                 }
             };

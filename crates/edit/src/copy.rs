@@ -4,7 +4,8 @@ use crate::draft::{Draft, written_key, written_text};
 use crate::edit::EditError;
 use crate::names::fresh;
 use crate::numbers::{length, literal, written};
-use crate::places::{Kind, Place, Places};
+use crate::places::Places;
+use crate::scan::{Kind, Place};
 
 /// Adds a copy of a body at a place; its points are mirrored in the x axis of its frame if `is_mirrored`.
 ///
@@ -74,7 +75,7 @@ pub(crate) fn value(
                 .collect();
             format!("[{}]", elements.join(", "))
         }
-        Some(place) if place.kind == Kind::Value => written(place),
+        Some(place) if place.is_value() => written(place),
         _ => {
             let pairs: Vec<String> = children()
                 .iter()
@@ -87,7 +88,7 @@ pub(crate) fn value(
 
 /// True if a place is that of a coordinate rather than of a list.
 fn is_number(place: &Place) -> bool {
-    place.kind == Kind::Value
+    place.is_value()
 }
 
 /// The opposite of a coordinate, as TOML.

@@ -4,8 +4,8 @@ use bksim_model::file::NAMED;
 
 use crate::draft::Draft;
 use crate::edit::EditError;
-use crate::names::{keyed, section_of, uses};
-use crate::places::{Kind, Place, Places};
+use crate::names::{COORDINATES, in_values, keyed, section_of};
+use crate::places::Places;
 
 /// Takes out an element of this name.
 ///
@@ -22,7 +22,8 @@ pub(crate) fn delete(draft: &mut Draft, name: &str) -> Result<(), EditError> {
     let mut gone: Vec<String> = Vec::new();
     while let Some(name) = left.pop() {
         let places = draft.places()?;
-        if let Some(section) = section_of(&places, &name) {
+        let section = section_of(&places, &name);
+        if let Some(section) = section {
             left.extend(coordinates(&places, section, &name));
             draft.remove(&[section, &name])?;
         }
@@ -34,7 +35,7 @@ pub(crate) fn delete(draft: &mut Draft, name: &str) -> Result<(), EditError> {
             draft.remove(&["initial", &name])?;
         }
         let places = draft.places()?;
-        for dependent in dependents(&places, &name) {
+        for dependent in dependents(&places, section.unwrap_or(COORDINATES), &name) {
             if !gone.contains(&dependent) && !left.contains(&dependent) {
                 left.push(dependent);
             }
@@ -67,7 +68,7 @@ fn bodies_in_joints(places: &Places<'_>) -> Vec<String> {
 /// Paths of parameters and points of the ground that something uses.
 fn used(places: &Places<'_>) -> Vec<[String; 2]> {
     let parameters = places.elements("parameters").into_iter();
-    let parameters = parameters.filter(|name| !uses(places, name).is_empty());
+    let parameters = parameters.filter(|name| !in_values(places, "parameters", name).is_empty());
     let points = places.below(&["ground", "points"]).filter_map(|place| place.path.get(2));
     let points = points.filter(|name| {
         let point = format!("ground.{name}");
@@ -117,9 +118,9 @@ fn coordinates(places: &Places<'_>, section: &str, name: &str) -> Vec<String> {
 }
 
 /// Elements with a value that uses a name.
-fn dependents(places: &Places<'_>, name: &str) -> Vec<String> {
+fn dependents(places: &Places<'_>, section: &str, name: &str) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
-    for (place, _) in uses(places, name) {
+    for (place, _) in in_values(places, section, name) {
         let [section, element, ..] = place.path.as_slice() else { continue };
         if NAMED.contains(&section.as_str()) && section != "parameters" && !found.contains(element)
         {
@@ -131,7 +132,7 @@ fn dependents(places: &Places<'_>, name: &str) -> Vec<String> {
 
 fn delete_parameter(draft: &mut Draft, name: &str) -> Result<(), EditError> {
     let places = draft.places()?;
-    if let Some((place, _)) = uses(&places, name).first() {
+    if let Some((place, _)) = in_values(&places, "parameters", name).first() {
         return Err(EditError::Used { name: name.to_owned(), by: place.path.join(".") });
     }
     remove_keys(draft, name)?;
@@ -142,11 +143,8 @@ fn delete_parameter(draft: &mut Draft, name: &str) -> Result<(), EditError> {
 fn remove_keys(draft: &mut Draft, name: &str) -> Result<(), EditError> {
     loop {
         let places = draft.places()?;
-        // Keys before a dot are no values of their own.
-        let is_whole = |place: &Place| {
-            place.kind == Kind::Table || place.key.as_ref().is_some_and(|key| *key != place.span)
-        };
-        let path = keyed(&places, name).map(|(place, _)| place).find(|place| is_whole(place));
+        let path =
+            keyed(&places, name).map(|(place, _)| place).find(|place| !place.keys.is_empty());
         let Some(path) = path.map(|place| place.path.clone()) else { return Ok(()) };
         let keys: Vec<&str> = path.iter().map(String::as_str).collect();
         draft.remove(&keys)?;

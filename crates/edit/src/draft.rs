@@ -5,7 +5,8 @@ use std::ops::Range;
 use bksim_model::file::{NAMED, SECTIONS};
 
 use crate::edit::EditError;
-use crate::places::{Kind, Place, Places};
+use crate::places::Places;
+use crate::scan::{Kind, Place};
 
 /// A text under change.
 #[derive(Clone, Debug)]
@@ -23,7 +24,7 @@ impl Draft {
     /// # Errors
     /// [`EditError::Unreadable`] where it is not TOML.
     pub(crate) fn places(&self) -> Result<Places<'_>, EditError> {
-        Places::of(&self.text).ok_or(EditError::Unreadable)
+        Places::of_whole(&self.text).ok_or(EditError::Unreadable)
     }
 
     fn splice(&mut self, range: Range<usize>, new: &str) {
@@ -41,7 +42,7 @@ impl Draft {
     /// [`EditError::Missing`] where there is none.
     pub(crate) fn replace(&mut self, path: &[&str], value: &str) -> Result<(), EditError> {
         let places = self.places()?;
-        let place = places.find(path).filter(|place| place.kind != Kind::Table);
+        let place = places.find(path).filter(|place| place.kind != Kind::Header);
         let span = place.ok_or_else(|| EditError::missing(path))?.span.clone();
         self.splice(span, value);
         Ok(())
@@ -98,7 +99,7 @@ impl Draft {
         let places = self.places()?;
         let pair = format!("{} = {value}", written_key(key));
         match table.kind {
-            Kind::Table => {
+            Kind::Header => {
                 let end = places.line_end(places.end_of_table(table));
                 let ends = self.text[..end].ends_with('\n');
                 let newline = self.newline();
@@ -114,7 +115,7 @@ impl Draft {
                 };
                 self.splice(at..at, &text);
             }
-            Kind::Array | Kind::Value => {
+            Kind::Array | Kind::Text | Kind::Bare => {
                 return Err(EditError::NoTable { path: table.path.join(".") });
             }
         }
@@ -131,7 +132,7 @@ impl Draft {
         pairs: &[(String, String)],
     ) -> Result<(), EditError> {
         let places = self.places()?;
-        if let Some(place) = places.find(&path[..1]).filter(|place| place.kind != Kind::Table) {
+        if let Some(place) = places.find(&path[..1]).filter(|place| place.kind != Kind::Header) {
             return Err(EditError::NoTable { path: place.path.join(".") });
         }
         let rank = |section: &str| SECTIONS.iter().position(|known| *known == section);
@@ -142,7 +143,7 @@ impl Draft {
         };
         let last = places.all.iter().filter(before).map(|place| place.span.end).max();
         // Keys of the root stand above all tables.
-        let root = places.all.iter().find(|place| place.kind == Kind::Table);
+        let root = places.all.iter().find(|place| place.kind == Kind::Header);
         let first_header = root.map_or(self.text.len(), |place| place.span.start);
         let at = match last {
             Some(end) => places.line_end(end),
@@ -175,10 +176,10 @@ impl Draft {
         let Some(place) = places.find(path).cloned() else {
             return self.remove_dotted(path);
         };
-        if place.kind == Kind::Table {
+        if place.kind == Kind::Header {
             return self.remove_table(path);
         }
-        let Some((start, idx)) = places.start_of_keys(&place, 0) else {
+        let Some((start, idx)) = place.first_key() else {
             return Err(EditError::missing(path));
         };
         let parent = places.find(&path[..idx]);
@@ -218,10 +219,9 @@ impl Draft {
     fn remove_dotted(&mut self, path: &[&str]) -> Result<(), EditError> {
         loop {
             let places = self.places()?;
-            let found =
-                places.below(path).find(|place| place.key.is_some() || place.kind == Kind::Table);
+            let found = places.below(path).find(|place| !place.keys.is_empty());
             let Some(place) = found.cloned() else { break };
-            if place.kind == Kind::Table {
+            if place.kind == Kind::Header {
                 let path: Vec<&str> = place.path.iter().map(String::as_str).collect();
                 self.remove_table(&path)?;
             } else {
@@ -238,7 +238,7 @@ impl Draft {
     fn remove_table(&mut self, path: &[&str]) -> Result<(), EditError> {
         loop {
             let places = self.places()?;
-            let table = places.below(path).find(|place| place.kind == Kind::Table);
+            let table = places.below(path).find(|place| place.kind == Kind::Header);
             let Some(table) = table else { return Ok(()) };
             let mut start = places.line_start(table.span.start);
             let end = places.line_end(places.end_of_table(table));

@@ -4,7 +4,7 @@ use crate::draft::{Draft, written_text};
 use crate::edit::{EditError, End};
 use crate::names::{fresh, fresh_point};
 use crate::numbers::{angle, length, rounded, written};
-use crate::places::Kind;
+use crate::scan::Kind;
 
 /// Mass of a drawn link.
 const MASS: &str = "1 kg";
@@ -331,7 +331,8 @@ pub(crate) fn motor(draft: &mut Draft, joint: &str, from: f64) -> Result<(), Edi
         return Err(EditError::missing(&[joint]));
     }
     let (name, speed) = (fresh(&places, "motor"), fresh(&places, "speed"));
-    let has_parameters = places.find(&["parameters"]).is_none_or(|place| place.kind == Kind::Table);
+    let has_parameters =
+        places.find(&["parameters"]).is_none_or(|place| place.kind == Kind::Header);
     if !has_parameters {
         return Err(EditError::NoTable { path: "parameters".to_owned() });
     }

@@ -7,7 +7,8 @@ use bksim_model::file::code;
 use serde::{Deserialize, Serialize};
 
 use crate::codes;
-use crate::places::{Place, Places};
+use crate::places::Places;
+use crate::scan::Place;
 
 /// One change of a model. Lengths and places are in m, angles in rad; values are written as in the file.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -328,14 +329,14 @@ impl EditError {
 
     /// Place in the text that the fault is about.
     fn place(&self, text: &str) -> Option<Range<usize>> {
-        let places = Places::of(text)?;
+        let places = Places::of_whole(text)?;
         let path = match self {
             Self::Formula { path, .. } | Self::NoTable { path } => path.clone(),
             Self::Used { by, .. } => by.clone(),
             Self::Taken { name } => {
                 let of = |place: &&Place| place.path.len() == 2 && place.path[1] == *name;
                 let place = places.all.iter().find(of)?;
-                return Some(place.key.clone().unwrap_or(place.span.clone()));
+                return Some(place.own_key().unwrap_or(&place.span).clone());
             }
             Self::Unreadable
             | Self::Missing { .. }

@@ -8,7 +8,8 @@ use crate::draft::{Draft, written_text};
 use crate::edit::{Deed, EditError};
 use crate::names::{fresh_among, fresh_point, given, section_of};
 use crate::numbers::{file_unit, length, literal};
-use crate::places::{Kind, Place, Places};
+use crate::places::Places;
+use crate::scan::Place;
 
 /// Does the deed to all elements of these names.
 ///
@@ -53,7 +54,7 @@ fn move_all(draft: &mut Draft, names: &[String], by: [f64; 2]) -> Result<(), Edi
             && path.last().is_some_and(|last| last == key)
     };
     let mut changes: Vec<(std::ops::Range<usize>, String)> = Vec::new();
-    for place in places.all.iter().filter(|place| place.kind == Kind::Value) {
+    for place in places.all.iter().filter(|place| place.is_value()) {
         for (i, [axis, key]) in [["0", "x"], ["1", "y"]].into_iter().enumerate() {
             if in_point(&place.path, axis) || of_start(&place.path, key) {
                 changes.push((place.span.clone(), shifted(&places, place, by[i])));

@@ -1,12 +1,106 @@
-//! Names of a model: whether they are free, and where they are used.
+//! Names of a model: where they are given, where they are used, and which are free.
 
 use std::ops::Range;
 
-use bksim_model::file::{NAMED, is_name, is_word, names_in};
+use bksim_model::file::{NAMED, OWNERS, is_name, is_word, names_in};
 
 use crate::draft::Draft;
 use crate::edit::EditError;
-use crate::places::{Kind, Place, Places};
+use crate::places::Places;
+use crate::scan::Place;
+
+/// The section of names that joints and bodies give to their coordinates.
+pub const COORDINATES: &str = "coordinates";
+/// The section of points, whose names have those of their bodies before them.
+pub const POINTS: &str = "points";
+
+/// A name that the author gave, and where.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Defined {
+    /// Section of the definition, `joints` or `parameters`, or [`COORDINATES`] or [`POINTS`].
+    pub section: String,
+    /// Name, of a point with its body: `rod.B`.
+    pub name: String,
+    /// Span of the definition, of a point without its body.
+    pub span: Range<usize>,
+}
+
+impl Defined {
+    /// True of names that stand alone: all but points.
+    pub fn is_plain(&self) -> bool {
+        self.section != POINTS
+    }
+}
+
+/// All names, each where it is given first.
+pub fn defined(places: &Places<'_>) -> Vec<Defined> {
+    let mut found: Vec<Defined> = Vec::new();
+    for place in &places.all {
+        let path: Vec<&str> = place.path.iter().map(String::as_str).collect();
+        let (section, name, span) = match path.as_slice() {
+            ["joints", _, "coordinate"]
+            | ["joints" | "bodies", _, "coordinate" | "coordinates", _] => {
+                let Some(inside) = place.inside(places.text) else { continue };
+                (COORDINATES, places.text[inside.clone()].to_owned(), Some(inside))
+            }
+            ["bodies", body, "points", point] => {
+                (POINTS, format!("{body}.{point}"), bare_key(places, place, 3))
+            }
+            ["ground", "points", point] => {
+                (POINTS, format!("ground.{point}"), bare_key(places, place, 2))
+            }
+            [section, name, ..] if NAMED.contains(section) => {
+                (*section, (*name).to_owned(), bare_key(places, place, 1))
+            }
+            _ => continue,
+        };
+        let is_new = |span: &Range<usize>| {
+            !found.iter().any(|known| {
+                known.section == section && (known.name == name || known.span == *span)
+            })
+        };
+        if let Some(span) = span.filter(is_new) {
+            found.push(Defined { section: section.to_owned(), name, span });
+        }
+    }
+    found
+}
+
+/// The span of a part of a path without its quotes, if it is written at this place.
+fn bare_key(places: &Places<'_>, place: &Place, idx: usize) -> Option<Range<usize>> {
+    let key = place.key(idx)?;
+    let is_quoted = places.text[key.start..].starts_with(['"', '\'']);
+    Some(if is_quoted { key.start + 1..key.end - 1 } else { key.clone() })
+}
+
+/// All spans of a name, ascending: where it is given, and in the keys and values that use it.
+pub fn uses(places: &Places<'_>, known: &Defined) -> Vec<Range<usize>> {
+    let mut found = vec![known.span.clone()];
+    found.extend(in_keys(places, known));
+    let values = in_values(places, &known.section, &known.name);
+    found.extend(values.into_iter().flat_map(|(_, spans)| spans));
+    found.sort_by_key(|span| span.start);
+    found.dedup();
+    found
+}
+
+/// Checks that a name can be replaced by another one, of a point without its body.
+///
+/// # Errors
+/// [`EditError::NoName`], or [`EditError::Taken`].
+pub fn check_new(places: &Places<'_>, known: &Defined, new: &str) -> Result<(), EditError> {
+    if !is_name(new) {
+        return Err(EditError::NoName { name: new.to_owned() });
+    }
+    let whole = match known.name.split_once('.') {
+        Some((body, _)) => format!("{body}.{new}"),
+        None => new.to_owned(),
+    };
+    if whole == "ground" || defined(places).iter().any(|other| other.name == whole) {
+        return Err(EditError::Taken { name: whole });
+    }
+    Ok(())
+}
 
 /// All names that the model gives, with their sections.
 pub(crate) fn given(places: &Places<'_>) -> Vec<(&'static str, String)> {
@@ -50,24 +144,28 @@ pub(crate) fn fresh_point(places: &Places<'_>, body: &[&str]) -> String {
     letters.chain(numbered).find(|name| !is_taken(name)).unwrap_or_default()
 }
 
-/// The uses of a name in the texts of values, with the places of the values.
-pub(crate) fn uses<'p>(places: &'p Places<'_>, name: &str) -> Vec<(&'p Place, Vec<Range<usize>>)> {
-    let all = given(places);
-    let is_own = |word: &str| word == name || all.iter().any(|(_, own)| own == word);
+/// The uses of a name of a section in the texts of values, with the places of the values.
+pub(crate) fn in_values<'p>(
+    places: &'p Places<'_>,
+    section: &str,
+    name: &str,
+) -> Vec<(&'p Place, Vec<Range<usize>>)> {
+    let all = defined(places);
+    let is_own = |word: &str| word == name || all.iter().any(|known| known.name == word);
     let mut found = Vec::new();
     for place in &places.all {
         // A point of a body may have the name of a joint; after `about` comes a point.
         let is_point = place.path.last().is_some_and(|key| key == "about");
-        let is_name = !is_point && !is_word(&place.path);
-        let Some(quoted) = places.quoted(place).filter(|_| is_name) else { continue };
-        let inside = place.span.start + 1;
+        let inside = place.inside(places.text).filter(|_| !is_point && !is_word(&place.path));
+        let Some(inside) = inside else { continue };
+        let quoted = &places.text[inside.clone()];
         let spans: Vec<Range<usize>> = names_in(quoted, &is_own)
             .into_iter()
-            .filter(|span| {
-                let first = quoted[span.clone()].split('.').next().unwrap_or_default();
-                first == name || first.strip_suffix("_dot") == Some(name)
+            .filter_map(|span| {
+                let part = within(quoted.get(span.clone())?, section, name)?;
+                let start = inside.start + span.start;
+                Some(start + part.start..start + part.end)
             })
-            .map(|span| inside + span.start..inside + span.start + name.len())
             .collect();
         if !spans.is_empty() {
             found.push((place, spans));
@@ -76,59 +174,56 @@ pub(crate) fn uses<'p>(places: &'p Places<'_>, name: &str) -> Vec<(&'p Place, Ve
     found
 }
 
+/// The span of a name within a dotted one: `rod` or `B` in `rod.B.x`, `A` in `reactions.A.fx`, `phi` in `phi_dot`.
+fn within(dotted: &str, section: &str, name: &str) -> Option<Range<usize>> {
+    let parts: Vec<&str> = dotted.split('.').collect();
+    if let Some((body, point)) = name.split_once('.') {
+        let from = body.len() + 1;
+        return (parts.len() > 1 && parts[0] == body && parts[1] == point)
+            .then(|| from..from + point.len());
+    }
+    let is_owner = |(owner, of): &&(&str, &str)| parts[0] == *owner && section == *of;
+    let is_owned = parts.len() > 1 && OWNERS.iter().any(|owner| is_owner(&owner));
+    let idx = usize::from(is_owned);
+    let from = if is_owned { parts[0].len() + 1 } else { 0 };
+    is_it(parts[idx], name).then(|| from..from + name.len())
+}
+
+/// True if a word is a name or its rate.
+fn is_it(word: &str, name: &str) -> bool {
+    word == name || word.strip_suffix("_dot") == Some(name)
+}
+
+/// The spans of a name among keys: headers, keys below its section and `[initial]`, and [`keyed`] tables.
+fn in_keys(places: &Places<'_>, known: &Defined) -> Vec<Range<usize>> {
+    let name = known.name.as_str();
+    if !known.is_plain() {
+        return Vec::new();
+    }
+    let of_section = places.all.iter().filter(|place| {
+        place.path.first().is_some_and(|own| *own == known.section || own == "initial")
+            && place.path.get(1).is_some_and(|own| is_it(own, name))
+    });
+    let all = of_section.map(|place| (place, 1)).chain(keyed(places, name));
+    let keys = all.filter_map(|(place, idx)| bare_key(places, place, idx));
+    keys.map(|key| key.start..key.start + name.len()).collect()
+}
+
 /// Gives an element another name wherever it is used.
 ///
 /// # Errors
 /// [`EditError`] where there is no such element, or the name cannot be given.
 pub(crate) fn rename(draft: &mut Draft, name: &str, to: &str) -> Result<(), EditError> {
     let places = draft.places()?;
-    if section_of(&places, name).is_none() {
-        return Err(EditError::missing(&[name]));
-    }
-    if !is_name(to) {
-        return Err(EditError::NoName { name: to.to_owned() });
-    }
-    if to == "ground" || given(&places).iter().any(|(_, own)| own == to) {
-        return Err(EditError::Taken { name: to.to_owned() });
-    }
-    let mut spans: Vec<Range<usize>> =
-        uses(&places, name).into_iter().flat_map(|(_, spans)| spans).collect();
-    // Headers, and keys below a section: `[bodies.rod]`, `rod = 1`, `rod.mass = 1`.
-    for place in &places.all {
-        let is_element = place.path.len() >= 2
-            && place.path[1] == name
-            && (NAMED.contains(&place.path[0].as_str()) || place.path[0] == "initial");
-        if !is_element {
-            continue;
-        }
-        if place.kind == Kind::Table {
-            let header = places.text_of(place);
-            let keyed = header.find(&format!(".{name}")).map(|at| place.span.start + at + 1);
-            spans.extend(keyed.map(|at| at..at + name.len()));
-        } else {
-            spans.extend(key_in_line(&places, place, name));
-        }
-    }
-    spans.extend(in_keys(&places, name));
-    spans.sort_by_key(|span| span.start);
-    spans.dedup();
-    for span in spans.into_iter().rev() {
+    let section = section_of(&places, name).ok_or_else(|| EditError::missing(&[name]))?;
+    let mut all = defined(&places).into_iter();
+    let known = all.find(|known| known.section == section && known.name == name);
+    let known = known.ok_or_else(|| EditError::missing(&[name]))?;
+    check_new(&places, &known, to)?;
+    for span in uses(&places, &known).into_iter().rev() {
         draft.text.replace_range(span, to);
     }
     Ok(())
-}
-
-/// The name as a key of the line of a value: `rod = 1`, `rod.mass = 1`.
-fn key_in_line(places: &Places<'_>, place: &Place, name: &str) -> Option<Range<usize>> {
-    let own = place.key.clone().filter(|key| &places.text[key.clone()] == name);
-    if own.is_some() {
-        return own;
-    }
-    let start = places.line_start(place.key.as_ref()?.start);
-    let line = &places.text[start..place.key.as_ref()?.start];
-    let at = line.len() - line.trim_start().len();
-    let rest = line[at..].strip_prefix(name)?;
-    rest.trim_start().starts_with('.').then(|| start + at..start + at + name.len())
 }
 
 /// Tables whose keys are names or paths of the model, any word in place of `*`.
@@ -161,22 +256,4 @@ pub(crate) fn keyed<'p>(
         let at = usize::from(keys.len() > 1 && is_section(&keys[0]) && keys[0] != name);
         (keys.get(at)? == name).then_some((place, start + at))
     })
-}
-
-/// The name among the keys of such tables.
-fn in_keys(places: &Places<'_>, name: &str) -> Vec<Range<usize>> {
-    let mut found = Vec::new();
-    for (place, at) in keyed(places, name) {
-        if place.kind == Kind::Table {
-            let header = places.text_of(place);
-            let keyed = header.rfind(&format!(".{name}")).map(|at| place.span.start + at + 1);
-            found.extend(keyed.map(|at| at..at + name.len()));
-            continue;
-        }
-        let Some((start, idx)) = places.start_of_keys(place, at) else { continue };
-        if idx == at && places.text[start..].starts_with(name) {
-            found.push(start..start + name.len());
-        }
-    }
-    found
 }

@@ -244,7 +244,7 @@ impl Session {
     /// All that a page shows of the text.
     fn state(&mut self) -> Answer {
         let text = self.document.text();
-        let places = Places::of(text);
+        let places = Places::of_whole(text);
         let [can_undo, can_redo] = self.document.can_undo_and_redo();
         let ranges = self.posed.as_ref().map_or(&[][..], |posed| &posed.model().ranges);
         let mut json = json!({
@@ -282,7 +282,7 @@ impl Session {
     }
 
     fn start_here(&mut self) -> Answer {
-        let edits = match (Places::of(self.document.text()), &mut self.posed) {
+        let edits = match (Places::of_whole(self.document.text()), &mut self.posed) {
             (Some(places), Some(posed)) if self.is_current => start_here(&places, posed),
             _ => Vec::new(),
         };

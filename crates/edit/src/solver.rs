@@ -200,7 +200,7 @@ impl Known {
 
 /// A text without the values of parameters that are numbers, and these.
 fn skeleton(text: &str) -> Option<(String, Vec<(String, String)>)> {
-    let places = Places::of(text)?;
+    let places = Places::of_whole(text)?;
     let mut rest = String::with_capacity(text.len());
     let mut values = Vec::new();
     let mut at = 0;

@@ -55,9 +55,9 @@ fn path_of(places: &Places<'_>, name: &str) -> Option<String> {
     let (first, rest) = parts.split_first()?;
     let with_guess = [&["initial", first, "guess"][..], rest].concat();
     let plain = [&["initial", first][..], rest].concat();
-    let found = [plain, with_guess].into_iter().find(|path| {
-        places.find(path).is_some_and(|place| place.kind == crate::places::Kind::Value)
-    });
+    let found = [plain, with_guess]
+        .into_iter()
+        .find(|path| places.find(path).is_some_and(|place| place.is_value()));
     found.map(|path| path.join("."))
 }
 

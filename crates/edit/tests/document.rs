@@ -268,6 +268,23 @@ fn names_change_in_load_cases_too() {
 }
 
 #[test]
+fn names_change_in_quantities_that_results_have_of_them() {
+    let text = format!(
+        "{FOUR_BAR}\n[outputs]\nF = \"reactions.A.force\"\n\n[optimize]\nminimize = \"max(transmission.C)\"\n\
+         vary = {{ \"a\" = [1, 2] }}\n"
+    );
+    let rename = |name: &str, to: &str| Edit::Rename { name: name.to_owned(), to: to.to_owned() };
+    let mut document = Document::new(&text);
+    for (name, to) in [("A", "pin"), ("C", "top"), ("a", "r")] {
+        document.apply(&rename(name, to)).expect("an edit");
+    }
+    let new = document.text();
+    for line in ["F = \"reactions.pin.force\"", "max(transmission.top)", "\"r\" = [1, 2]"] {
+        assert!(new.contains(line), "{line} in {new}");
+    }
+}
+
+#[test]
 fn names_that_go_are_gone_from_load_cases_ranges_and_questions() {
     let more = "[ranges]\na = [\"0.08 m\", \"0.12 m\"]\nA.angle = [\"0 deg\", \"90 deg\"]\nrod.mass = [1, 2]\n\n\
                 [cases.heavy]\nset = { crank.mass = \"3 kg\", a = \"0.11 m\", initial.A.angle = \"9 deg\" }\n\n\

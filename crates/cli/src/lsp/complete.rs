@@ -1,5 +1,7 @@
 //! Completions: the words that may stand at a place.
 
+use bksim::edit::names::{COORDINATES, Defined, POINTS};
+use bksim::edit::scan::{Cursor, Place, cursor, own_text, places};
 use bksim::expr::function_names;
 use bksim::model::Model;
 use bksim::model::file::{Holds, TableForm, sections};
@@ -8,8 +10,7 @@ use serde_json::{Value, json};
 
 use super::document::Document;
 use super::faults::judge;
-use super::names::{COORDINATES, Defined, POINTS, defined};
-use super::scan::{Cursor, Piece, cursor, own_text, pieces};
+use super::names::defined;
 use crate::commands::schema::row;
 
 /// Kinds of completions, as the protocol numbers them.
@@ -130,7 +131,7 @@ pub(super) fn at(document: &Document, byte: usize, nesting: usize, is_space: boo
         let all = sections().into_iter().filter(|form| is_first && !is_top_key(&form.holds));
         return all.map(|form| item(form.name, MODULE, "section")).collect();
     }
-    let all = pieces(text);
+    let all = places(text);
     if !place.is_value {
         return keys((text, byte), &all, &place.path);
     }
@@ -196,7 +197,7 @@ fn ends_in_number(written: &str) -> bool {
 }
 
 /// The keys that a table may have, without those that it has.
-fn keys((text, byte): (&str, usize), all: &[Piece], path: &[String]) -> Value {
+fn keys((text, byte): (&str, usize), all: &[Place], path: &[String]) -> Value {
     let known: Vec<String> = match path {
         [] => {
             let top = sections().into_iter().filter(|form| is_top_key(&form.holds));
@@ -249,11 +250,11 @@ fn keys((text, byte): (&str, usize), all: &[Piece], path: &[String]) -> Value {
         }
     };
     let is_there = |key: &String| {
-        all.iter().any(|piece| {
-            let is_inside = piece.path.len() > path.len() && piece.path.starts_with(path);
+        all.iter().any(|place| {
+            let is_inside = place.path.len() > path.len() && place.path.starts_with(path);
             // The key at the cursor may be written anew.
-            let is_at_cursor = piece.keys.iter().any(|at| at.start <= byte && byte <= at.end);
-            is_inside && piece.path[path.len()] == *key && !is_at_cursor
+            let is_at_cursor = place.keys.iter().any(|at| at.start <= byte && byte <= at.end);
+            is_inside && place.path[path.len()] == *key && !is_at_cursor
         })
     };
     let section = path.first().map_or("Top level", String::as_str);
@@ -303,7 +304,7 @@ fn words_of(section: &str, own_type: Option<&str>, key: &str) -> Vec<String> {
 }
 
 /// The units of a value that a number begins.
-fn units(all: &[Piece], text: &str, path: &[String], key: &str) -> Value {
+fn units(all: &[Place], text: &str, path: &[String], key: &str) -> Value {
     let offered = |units: &[&str], detail: &str| -> Value {
         units.iter().map(|unit| item(unit, UNIT, detail)).collect()
     };

@@ -3,10 +3,9 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
+use bksim::edit::scan::places;
 use bksim::model::file::sections;
 use serde_json::{Value, json};
-
-use super::scan::pieces;
 
 /// A model file as the editor has it.
 #[derive(Clone, Debug)]
@@ -46,9 +45,9 @@ impl Document {
         // Names that other programs give their tables, too, decide nothing beside unknown ones.
         let is_common = |name: &str| COMMON.contains(&name);
         let forms = sections();
-        let mut names: Vec<String> = pieces(&self.text)
+        let mut names: Vec<String> = places(&self.text)
             .into_iter()
-            .filter_map(|piece| piece.path.into_iter().next())
+            .filter_map(|place| place.path.into_iter().next())
             .collect();
         names.dedup();
         let (known, unknown): (Vec<_>, Vec<_>) =

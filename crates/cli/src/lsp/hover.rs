@@ -1,6 +1,8 @@
 //! Hovers: the meaning, value and dimension of a name or a key.
 
 use bksim::Mechanism;
+use bksim::edit::names::Defined;
+use bksim::edit::scan::{Kind, places, type_of};
 use bksim::mbs::coordinate::Owner;
 use bksim::model::file::WrittenUnit;
 use bksim::model::{Joint, JointId, Measure, Model, Parameter};
@@ -8,8 +10,7 @@ use serde_json::{Value, json};
 
 use super::document::Document;
 use super::faults::{derived, judge};
-use super::names::{Defined, defined};
-use super::scan::{Kind, pieces, type_of};
+use super::names::defined;
 use crate::commands::schema::row;
 use crate::output::number;
 
@@ -22,13 +23,13 @@ const MOST_LETTERS: usize = 600;
 pub(super) fn at(document: &Document, byte: usize, nesting: usize) -> Option<Value> {
     let range = |span: &std::ops::Range<usize>| document.range(span);
     // A key, as the reference has it.
-    let all = pieces(&document.text);
-    let key = all.iter().find_map(|piece| {
-        let key = piece.keys.last().filter(|key| key.contains(&byte) && piece.path.len() > 1)?;
-        let of_type = type_of(&all, piece, &document.text);
-        let cells = row(&piece.path[0], of_type, piece.path.last()?)?;
+    let all = places(&document.text);
+    let key = all.iter().find_map(|place| {
+        let key = place.keys.last().filter(|key| key.contains(&byte) && place.path.len() > 1)?;
+        let of_type = type_of(&all, place, &document.text);
+        let cells = row(&place.path[0], of_type, place.path.last()?)?;
         let meaning = cells.into_iter().rfind(|cell| !cell.is_empty())?;
-        Some(shown(&format!("`{}`: {meaning}", piece.path.last()?), range(key)))
+        Some(shown(&format!("`{}`: {meaning}", place.path.last()?), range(key)))
     });
     if key.is_some() {
         return key;
@@ -37,7 +38,7 @@ pub(super) fn at(document: &Document, byte: usize, nesting: usize) -> Option<Val
     let (before, part) = document.part(&word, byte);
     let name = document.text.get(part.clone()).filter(|name| !name.is_empty())?;
     let is_header =
-        all.iter().any(|piece| piece.kind == Kind::Header && piece.span.contains(&byte));
+        all.iter().any(|place| place.kind == Kind::Header && place.span.contains(&byte));
     let words = if before.is_empty() || is_header {
         of_name(document, name, nesting)?
     } else {

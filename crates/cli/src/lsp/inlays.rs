@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use bksim::edit::scan::{Place, places};
 use bksim::expr::function_names;
 use bksim::model::Model;
 use bksim::model::file::{Limits, Source, names_in, read};
@@ -11,7 +12,6 @@ use super::document::Document;
 use super::faults::judge;
 use super::hover::value_of;
 use super::names::defined;
-use super::scan::{Piece, pieces};
 
 /// Sections whose values, besides parameters, are constant where they use parameters alone.
 const CONSTANT: [&str; 8] =
@@ -27,22 +27,22 @@ pub(super) fn of(document: &Document, within: &Range<usize>, nesting: usize) -> 
         .collect();
     let is_parameter = |name: &str| parameters.iter().any(|known| known == name);
     let is_function = |name: &str| name == "pi" || function_names().any(|known| known == name);
-    let all = pieces(text);
-    let expressions: Vec<(&Piece, String)> = all
+    let all = places(text);
+    let expressions: Vec<(&Place, String)> = all
         .iter()
-        .filter(|piece| piece.span.start < within.end && within.start < piece.span.end)
-        .filter_map(|piece| {
-            let quoted = &text[piece.inside(text)?];
+        .filter(|place| place.span.start < within.end && within.start < place.span.end)
+        .filter_map(|place| {
+            let quoted = &text[place.inside(text)?];
             let names: Vec<&str> =
                 names_in(quoted, &is_parameter).into_iter().map(|at| &quoted[at]).collect();
             let is_own = names.iter().any(|name| is_parameter(name));
             let is_constant = names.iter().all(|name| is_parameter(name) || is_function(name));
             // A name alone in a place for names is none of a parameter.
-            let is_name = piece.path.last().is_some_and(|key| {
+            let is_name = place.path.last().is_some_and(|key| {
                 ["on", "joint", "curve", "coordinate", "type", "clock", "carrier"]
                     .contains(&key.as_str())
             });
-            (is_own && is_constant && !is_name).then(|| (piece, piece.path.join(".")))
+            (is_own && is_constant && !is_name).then(|| (place, place.path.join(".")))
         })
         .collect();
     if expressions.is_empty() {
@@ -55,22 +55,22 @@ pub(super) fn of(document: &Document, within: &Range<usize>, nesting: usize) -> 
         judged.source.is_some_and(|source| source.parts.is_none() && source.drawn.is_none());
     let promoted: Vec<String> = expressions
         .iter()
-        .filter(|(piece, _)| is_whole && CONSTANT.contains(&piece.path[0].as_str()))
+        .filter(|(place, _)| is_whole && CONSTANT.contains(&place.path[0].as_str()))
         .map(|(_, path)| path.clone())
         .collect();
     let limits = Limits { nesting };
     let source = Source { promoted: &promoted, limits, ..Source::new(text, &model.name) };
     let with_values = read(&source).model.unwrap_or(model);
-    let hints = expressions.iter().filter_map(|(piece, path)| {
-        let value = value(&with_values, piece, path)?;
-        let place = document.range(&(piece.span.end..piece.span.end))["start"].clone();
+    let hints = expressions.iter().filter_map(|(place, path)| {
+        let value = value(&with_values, place, path)?;
+        let place = document.range(&(place.span.end..place.span.end))["start"].clone();
         Some(json!({ "position": place, "label": format!("= {value}"), "paddingLeft": true }))
     });
     hints.collect()
 }
 
-fn value(model: &Model, piece: &Piece, path: &str) -> Option<String> {
-    let name = match piece.path.as_slice() {
+fn value(model: &Model, place: &Place, path: &str) -> Option<String> {
+    let name = match place.path.as_slice() {
         [section, name] if section == "parameters" => name.as_str(),
         _ => path,
     };

@@ -116,7 +116,7 @@ pub use codes::PAGES;
 pub use compliance::NoCompliance;
 pub use degrees::amplitude_like_degrees;
 pub use expand::{Expansion, LOOP_OF_LINKS, Open, SourceFile, expand, triangles};
-pub use naming::{NAMED, is_name, is_word};
+pub use naming::{NAMED, OWNERS, is_name, is_word};
 pub use quantity::names_in;
 pub use ranges::stated_ranges;
 pub use replay::Recording;

@@ -18,6 +18,21 @@ pub const NAMED: [&str; 14] = [
     "drives",
 ];
 
+/// Owners of quantities before the name of an element, with the section that gives it: `reactions.A.fx` is of a joint.
+pub const OWNERS: [(&str, &str); 11] = [
+    ("reactions", "joints"),
+    ("transmission", "joints"),
+    ("couplings", "couplings"),
+    ("contacts", "contacts"),
+    ("states", "states"),
+    ("signals", "signals"),
+    ("outputs", "outputs"),
+    ("loads", "loads"),
+    ("drives", "drives"),
+    ("state", "coordinates"),
+    ("acceleration", "coordinates"),
+];
+
 /// Keys whose texts are words of the format.
 const WORDS: [&str; 18] = [
     "type",

@@ -1,47 +1,65 @@
 //! The structure of a text as TOML, also of one that is being written: headers, keys and values with their paths, and
-//! the place of a cursor among them.
+//! the position of a cursor among them.
 
 use std::ops::Range;
 
-use bksim::model::file::sections;
+use bksim_model::file::sections;
 use toml_parser::Source;
 use toml_parser::lexer::{Token, TokenKind};
 
-/// Kind of a piece.
+/// Kind of a place.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Kind {
+pub enum Kind {
     /// `[joints.A]`.
     Header,
+    /// `{ … }`.
+    Inline,
+    /// `[ … ]`.
+    Array,
     /// A text with its quotes.
     Text,
     /// A number, true or false.
     Bare,
-    /// `[ … ]`.
-    Array,
-    /// `{ … }`.
-    Table,
 }
 
 /// A header, or a value with its key if it has one.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) struct Piece {
+pub struct Place {
     /// Keys from the root, elements of arrays by their number: `bodies`, `rod`, `points`, `B`, `0`.
-    pub(super) path: Vec<String>,
-    /// Places of the last parts of the path, as many as are written here.
-    pub(super) keys: Vec<Range<usize>>,
-    /// Place of the value, or of the header.
-    pub(super) span: Range<usize>,
-    pub(super) kind: Kind,
+    pub path: Vec<String>,
+    /// Spans of the last parts of the path, as many as are written here.
+    pub keys: Vec<Range<usize>>,
+    /// Span of the value, or of the header.
+    pub span: Range<usize>,
+    /// Kind of the value, or [`Kind::Header`].
+    pub kind: Kind,
 }
 
-impl Piece {
-    /// The place where the part of its path with this index is written, if it is written here.
-    pub(super) fn key(&self, idx: usize) -> Option<&Range<usize>> {
+impl Place {
+    /// The span of the part of its path with this index, if it is written here.
+    pub fn key(&self, idx: usize) -> Option<&Range<usize>> {
         self.keys.get(idx.checked_sub(self.path.len() - self.keys.len())?)
     }
 
+    /// The span of the key of a value; `None` for elements of arrays, and for headers, which hold several keys.
+    pub(crate) fn own_key(&self) -> Option<&Range<usize>> {
+        self.keys.last().filter(|_| self.kind != Kind::Header)
+    }
+
+    /// The first byte of the keys that are written before a value, of `A.angle = 1`, and the index of the first of them
+    /// in its path.
+    pub(crate) fn first_key(&self) -> Option<(usize, usize)> {
+        let first = self.keys.first().filter(|_| self.kind != Kind::Header)?;
+        Some((first.start, self.path.len() - self.keys.len()))
+    }
+
+    /// True for a text, a number, true or false.
+    pub(crate) fn is_value(&self) -> bool {
+        matches!(self.kind, Kind::Text | Kind::Bare)
+    }
+
     /// The inside of a text, within its quotes.
-    pub(super) fn inside(&self, text: &str) -> Option<Range<usize>> {
+    pub fn inside(&self, text: &str) -> Option<Range<usize>> {
         let own = text.get(self.span.clone()).filter(|_| self.kind == Kind::Text)?;
         let n = if own.starts_with("\"\"\"") || own.starts_with("'''") { 3 } else { 1 };
         let end = if is_closed(own) { self.span.end - n } else { self.span.end };
@@ -51,28 +69,28 @@ impl Piece {
 
 /// The place of a cursor.
 #[derive(Clone, PartialEq, Eq, Default, Debug)]
-pub(super) struct Cursor {
+pub struct Cursor {
     /// Path of the value at the cursor, or of the table whose key is there.
-    pub(super) path: Vec<String>,
+    pub path: Vec<String>,
     /// True if a value stands there, else a key.
-    pub(super) is_value: bool,
+    pub is_value: bool,
     /// First byte of the inside of the text around it.
-    pub(super) text: Option<usize>,
+    pub text: Option<usize>,
     /// True if it is in a comment.
-    pub(super) is_comment: bool,
+    pub is_comment: bool,
     /// True if it is in a header that is not closed.
-    pub(super) is_header: bool,
+    pub is_header: bool,
 }
 
-/// The pieces of a text, in its order.
-pub(super) fn pieces(text: &str) -> Vec<Piece> {
+/// The places of a text, in its order.
+pub fn places(text: &str) -> Vec<Place> {
     let mut scan = Scan::of(text);
     scan.run();
-    scan.pieces
+    scan.places
 }
 
 /// The place of a byte.
-pub(super) fn cursor(text: &str, byte: usize) -> Cursor {
+pub fn cursor(text: &str, byte: usize) -> Cursor {
     let mut scan = Scan::of(&text[..byte]);
     scan.run();
     let last = scan.tokens.iter().rfind(|token| token.kind() != TokenKind::Eof);
@@ -88,21 +106,16 @@ pub(super) fn cursor(text: &str, byte: usize) -> Cursor {
     Cursor { path, is_value, text, is_comment, is_header: scan.is_header }
 }
 
-/// The `type` of the table that a piece is in, if it has one.
-pub(super) fn type_of<'t>(all: &[Piece], piece: &Piece, text: &'t str) -> Option<&'t str> {
-    own_text(all, piece.path.get(..2)?, "type", text)
+/// The `type` of the table that a place is in, if it has one.
+pub fn type_of<'t>(all: &[Place], place: &Place, text: &'t str) -> Option<&'t str> {
+    own_text(all, place.path.get(..2)?, "type", text)
 }
 
 /// The text of a key of a table.
-pub(super) fn own_text<'t>(
-    all: &[Piece],
-    table: &[String],
-    key: &str,
-    text: &'t str,
-) -> Option<&'t str> {
+pub fn own_text<'t>(all: &[Place], table: &[String], key: &str, text: &'t str) -> Option<&'t str> {
     let is_own =
         |path: &[String]| path.split_last().is_some_and(|(last, of)| last == key && of == table);
-    all.iter().find(|piece| is_own(&piece.path))?.inside(text).map(|at| &text[at])
+    all.iter().find(|place| is_own(&place.path))?.inside(text).map(|at| &text[at])
 }
 
 /// True if a text in quotes has its second quote.
@@ -125,8 +138,8 @@ struct Frame {
     path: Vec<String>,
     /// Number of the element of an array.
     index: Option<usize>,
-    /// Index of its piece.
-    piece: usize,
+    /// Index of its place.
+    place: usize,
 }
 
 struct Scan<'t> {
@@ -139,7 +152,7 @@ struct Scan<'t> {
     key: Vec<(String, Range<usize>)>,
     is_after_equals: bool,
     is_header: bool,
-    pieces: Vec<Piece>,
+    places: Vec<Place>,
 }
 
 impl<'t> Scan<'t> {
@@ -153,7 +166,7 @@ impl<'t> Scan<'t> {
             key: Vec::new(),
             is_after_equals: false,
             is_header: false,
-            pieces: Vec::new(),
+            places: Vec::new(),
         }
     }
 
@@ -180,7 +193,7 @@ impl<'t> Scan<'t> {
 
     fn add(&mut self, span: Range<usize>, kind: Kind) {
         let keys = self.key.iter().map(|(_, at)| at.clone()).collect();
-        self.pieces.push(Piece { path: self.path(), keys, span, kind });
+        self.places.push(Place { path: self.path(), keys, span, kind });
     }
 
     fn run(&mut self) {
@@ -255,7 +268,9 @@ impl<'t> Scan<'t> {
                 parts.push((self.name(&span), span.clone()));
             }
             self.is_header &= token.kind() != TokenKind::RightSquareBracket;
-            end = span.end;
+            if token.kind() != TokenKind::Whitespace {
+                end = span.end;
+            }
             self.next += 1;
         }
         if self.tokens.get(self.next).is_some_and(|token| token.kind() == TokenKind::Newline) {
@@ -274,9 +289,9 @@ impl<'t> Scan<'t> {
     }
 
     fn open(&mut self, span: &Range<usize>, index: Option<usize>) {
-        self.add(span.clone(), if index.is_some() { Kind::Array } else { Kind::Table });
-        let (path, piece) = (self.path(), self.pieces.len() - 1);
-        self.frames.push(Frame { path, index, piece });
+        self.add(span.clone(), if index.is_some() { Kind::Array } else { Kind::Inline });
+        let (path, place) = (self.path(), self.places.len() - 1);
+        self.frames.push(Frame { path, index, place });
         self.end_key();
     }
 
@@ -284,7 +299,7 @@ impl<'t> Scan<'t> {
         if self.frames.last().is_some_and(|frame| frame.index.is_some() == is_array)
             && let Some(frame) = self.frames.pop()
         {
-            self.pieces[frame.piece].span.end = end;
+            self.places[frame.place].span.end = end;
             // What follows up to a comma or the end of the line belongs to no key.
             self.end_key();
         }
@@ -298,7 +313,7 @@ impl<'t> Scan<'t> {
             return;
         }
         // A number with a point is three tokens.
-        if let Some(last) = self.pieces.last_mut()
+        if let Some(last) = self.places.last_mut()
             && kind == Kind::Bare
             && last.kind == Kind::Bare
             && last.span.end == span.start
@@ -315,11 +330,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pieces_have_their_paths_and_places() {
+    fn places_have_their_paths_and_places() {
         let text = "name = \"x\" # a = 1\n[bodies.rod] # the rod\ncom = [0.5, \"l/2\"]\npoints = { A = [0, 1], \"B\" = [\n  1,\n  2,\n] }\n[initial]\nA.angle = -1e-3\n";
-        let found = pieces(text);
-        let path = |of: &Piece| of.path.join("/");
-        let of = |wanted: &str| found.iter().find(|piece| path(piece) == wanted).expect(wanted);
+        let found = places(text);
+        let path = |of: &Place| of.path.join("/");
+        let of = |wanted: &str| found.iter().find(|place| path(place) == wanted).expect(wanted);
         for (wanted, value) in [
             ("name", "\"x\""),
             ("bodies/rod", "[bodies.rod]"),
@@ -330,7 +345,7 @@ mod tests {
             ("bodies/rod/points/B/1", "2"),
             ("initial/A/angle", "-1e-3"),
         ] {
-            assert_eq!(text[of(wanted).span.clone()].trim_end(), value, "{wanted}");
+            assert_eq!(&text[of(wanted).span.clone()], value, "{wanted}");
         }
         assert_eq!(found.len(), 14, "{found:?}");
         let key = of("initial/A/angle").key(1).expect("the name");
@@ -365,7 +380,7 @@ mod tests {
             "é = 'x\n[a.\"b]\nc = { d = [1, \"\"\"\\\" }\n], { = } # µ\n[joints]\nA = {[,\n]}\n\"";
         for (byte, _) in text.char_indices() {
             cursor(text, byte);
-            pieces(&text[byte..]);
+            places(&text[byte..]);
         }
         assert!(cursor("[joints.", 8).is_header && !cursor("[joints.A]", 10).is_header);
         assert!(cursor("a = 1 # b", 9).is_comment && !cursor("a = 1 # b\n", 10).is_comment);
