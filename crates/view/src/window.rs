@@ -45,7 +45,7 @@ use std::rc::Rc;
 pub use self::chart::open_figure;
 pub use self::options::{Look, WindowOptions};
 pub use self::report::{Figures, Outcome, Report, WindowError};
-pub use self::source::{Loaded, Source, Task};
+pub use self::source::{Load, Loaded, Save, Source, Task};
 
 use self::app::App;
 use self::source::Loader;

@@ -7,8 +7,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use bksim::edit::names::defined;
+use bksim::edit::{Edit, Places, edited};
 use bksim::model::file::ShownUnits;
-use bksim_view::window::{Look, Outcome, Report, Source, WindowError, WindowOptions, open};
+use bksim_view::window::{Look, Outcome, Report, Save, Source, WindowError, WindowOptions, open};
 use serde_json::{Value, json};
 
 use self::motion::Motion;
@@ -37,10 +39,14 @@ pub(crate) fn run(args: &View, as_json: bool, nesting: usize) -> Result<Status, 
         mode,
         is_cut: args.section.is_some(),
     };
+    let (file, is_written) = (args.input.clone(), is_written(&args.input));
+    let save: Option<Save> = (motion.takes_values() && is_written)
+        .then(|| Box::new(move |values: &[(String, String)]| save(&file, values)) as Save);
     let source = Source {
         name: args.input.display().to_string(),
         files: vec![args.input.clone()].into_iter().filter(|path| !is_stdin(path)).collect(),
         takes_values: motion.takes_values(),
+        save,
         load: Box::new(move |task| motion.load(task)),
     };
     let options = WindowOptions {
@@ -70,6 +76,27 @@ pub(crate) fn run(args: &View, as_json: bool, nesting: usize) -> Result<Status, 
         output::report(&text)?;
     }
     Ok(Status::Done)
+}
+
+/// True for a model file, whose text can be edited: no drawing, and nothing from a pipe.
+fn is_written(input: &Path) -> bool {
+    !is_stdin(input) && input.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
+}
+
+/// Writes values of parameters into a model file; all other bytes stay.
+fn save(file: &Path, values: &[(String, String)]) -> Result<(), String> {
+    let mut text = fs::read_to_string(file)
+        .map_err(|error| format!("`{}` cannot be read: {error}", file.display()))?;
+    for (name, value) in values {
+        let own = defined(&Places::of(&text));
+        if !own.iter().any(|known| known.section == "parameters" && known.name == *name) {
+            let path = file.display();
+            return Err(format!("parameter `{name}` is given in another file than `{path}`"));
+        }
+        let edit = Edit::Set { path: format!("parameters.{name}"), value: value.clone() };
+        text = edited(&text, &edit).map_err(|fault| fault.diagnostic(&text).message)?;
+    }
+    put(file, text.as_bytes()).map_err(|failure| render::failure_text(&failure))
 }
 
 /// The name of the file that is shown: its model may change while it is.

@@ -30,6 +30,8 @@ pub(super) enum Action {
     Live,
     /// Shows or hides the values of parameters.
     Values,
+    /// Writes changed values into the file.
+    Save,
     /// Fits the whole motion into the picture.
     Fit,
     /// Looks at a spatial mechanism from a standard direction.
@@ -82,7 +84,7 @@ const fn also(key: Key, modifiers: Modifiers, action: Action) -> Binding {
 }
 
 /// All keys. Those with modifiers come first: the first that fits is taken.
-pub(super) const BINDINGS: [Binding; 39] = [
+pub(super) const BINDINGS: [Binding; 40] = [
     key(Key::Space, Action::Play, "Space", "play, pause"),
     Binding {
         key: Key::ArrowRight,
@@ -103,6 +105,12 @@ pub(super) const BINDINGS: [Binding; 39] = [
     key(Key::O, Action::Loop, "O", "go round, or stop at the end"),
     key(Key::M, Action::Live, "M", "a live motion, or its end"),
     key(Key::P, Action::Values, "P", "values of parameters"),
+    Binding {
+        key: Key::S,
+        modifiers: Modifiers::COMMAND,
+        action: Action::Save,
+        help: Some(("Ctrl + S", "write changed values into the file")),
+    },
     key(Key::F, Action::Fit, "F, Home", "fit the whole motion"),
     also(Key::Home, Modifiers::NONE, Action::Fit),
     key(Key::Num2, Action::Look(StandardView::Front), "2, 3, 4, 5", "front, right, top, isometric"),

@@ -15,7 +15,7 @@ use super::options::WindowOptions;
 use super::panel::CurvePanel;
 use super::report::{Outcome, Report};
 use super::source::{Loader, News};
-use super::values::ValuePanel;
+use super::values::{ValuePanel, Wish};
 use super::viewport::Viewport;
 use super::{controls, overlay, style};
 use crate::renderer::SceneRenderer;
@@ -149,7 +149,17 @@ impl<'a> App<'a> {
             Action::Theme => style::toggle_theme(context),
             Action::Help => self.is_help_open = !self.is_help_open,
             Action::Dismiss => self.is_help_open = false,
+            Action::Save => self.save(),
             _ => self.act_on_motion(action),
+        }
+    }
+
+    /// Writes values that were changed into the file.
+    fn save(&mut self) {
+        if let Err(why) = self.loader.save() {
+            (self.reporting.report)(Report::Fault(&why));
+            self.is_fault_of_shown = false;
+            self.fault = Some(why);
         }
     }
 
@@ -183,7 +193,7 @@ impl<'a> App<'a> {
             | Action::Forces => {
                 self.viewport.choices.apply(action, show.scene());
             }
-            Action::Theme | Action::Help | Action::Dismiss | Action::Quit => (),
+            Action::Theme | Action::Help | Action::Dismiss | Action::Save | Action::Quit => (),
         }
     }
 
@@ -243,9 +253,14 @@ impl<'a> App<'a> {
         if self.values.is_open && self.viewport.show.is_some() {
             let left = egui::Panel::left("values").frame(panel_frame(ui));
             let left = left.default_size(240.0).min_size(160.0);
-            let changed = left.show(ui, |ui| self.values.ui(ui, self.loader.takes_values)).inner;
-            for (name, value) in changed {
-                self.loader.set_value(name, value);
+            let (loader, n_unsaved) = (&self.loader, self.loader.unsaved().len());
+            let panel = |ui: &mut Ui| self.values.ui(ui, loader.takes_values, n_unsaved);
+            for wish in left.show(ui, panel).inner {
+                match wish {
+                    Wish::Set(name, value) => self.loader.set_value(name, value),
+                    Wish::Save => self.save(),
+                    Wish::Revert => self.loader.revert(),
+                }
             }
         }
         let Some(show) = self.viewport.show.as_ref().filter(|_| self.panel.is_open) else { return };

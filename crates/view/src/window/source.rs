@@ -19,6 +19,12 @@ const QUIET: Duration = Duration::from_millis(120);
 /// written.
 const PATIENCE: Duration = Duration::from_secs(1);
 
+/// Reads the files of a window, and solves a model.
+pub type Load = Box<dyn FnMut(&Task) -> Loaded + Send>;
+
+/// Writes values of parameters into the file of a model, or says why it cannot.
+pub type Save = Box<dyn Fn(&[(String, String)]) -> Result<(), String>>;
+
 /// The origin of a window's motion.
 pub struct Source {
     /// Path or name in the window's title.
@@ -27,8 +33,10 @@ pub struct Source {
     pub files: Vec<PathBuf>,
     /// True if [`Task::values`] are taken: of a model, not of a log.
     pub takes_values: bool,
+    /// Writes values that the window has changed into the file; `None` where there is no file to write.
+    pub save: Option<Save>,
     /// Reads the files, and solves a model; called on a thread of its own.
-    pub load: Box<dyn FnMut(&Task) -> Loaded + Send>,
+    pub load: Load,
 }
 
 /// The result of reading the files once.
@@ -77,6 +85,10 @@ impl Task {
         self.values.lock().unwrap_or_else(PoisonError::into_inner).insert(name, value);
     }
 
+    fn forget_values(&self) {
+        self.values.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+
     /// The fraction of the work that is done, 0 to 1, while there is work.
     pub(super) fn part(&self) -> Option<f64> {
         let is_busy = self.is_busy.load(Ordering::Relaxed);
@@ -113,11 +125,11 @@ pub(super) enum News {
 }
 
 /// A source on a thread of its own.
-#[derive(Debug)]
 pub(super) struct Loader {
     pub(super) task: Arc<Task>,
     /// True if values of parameters can be changed in the window.
     pub(super) takes_values: bool,
+    save: Option<Save>,
     news: Receiver<News>,
     changed: Sender<Change>,
 }
@@ -133,21 +145,46 @@ enum Change {
 
 impl Loader {
     /// Starts to load; `wake` is called when there is news.
-    pub(super) fn start(source: Source, wake: impl Fn() + Send + 'static) -> Self {
+    pub(super) fn start(mut source: Source, wake: impl Fn() + Send + 'static) -> Self {
         let task = Arc::new(Task::default());
         let (sender, news) = channel();
         let changes = channel();
         let changed = changes.0.clone();
         let shared = Arc::clone(&task);
-        let takes_values = source.takes_values;
+        let (takes_values, save) = (source.takes_values, source.save.take());
+        let Source { files, load, .. } = source;
         task.begin();
-        thread::spawn(move || keep_loading(source, &shared, &sender, changes, &wake));
-        Self { task, takes_values, news, changed }
+        thread::spawn(move || keep_loading(files, load, &shared, &sender, changes, &wake));
+        Self { task, takes_values, save, news, changed }
     }
 
     /// Loads again with another value of a parameter.
     pub(super) fn set_value(&self, name: String, value: String) {
         self.task.set_value(name, value);
+        self.task.stop();
+        let _ = self.changed.send(Change::Value);
+    }
+
+    /// The parameters with other values than in the file, if there is a file to write them into.
+    pub(super) fn unsaved(&self) -> Vec<(String, String)> {
+        if self.save.is_some() { self.task.values() } else { Vec::new() }
+    }
+
+    /// Writes the changed values into the file, which is then read again.
+    ///
+    /// # Errors
+    /// A sentence that says why they cannot be written.
+    pub(super) fn save(&self) -> Result<(), String> {
+        let values = self.unsaved();
+        match &self.save {
+            Some(save) if !values.is_empty() => save(&values),
+            _ => Ok(()),
+        }
+    }
+
+    /// Loads again with the values of the file.
+    pub(super) fn revert(&self) {
+        self.task.forget_values();
         self.task.stop();
         let _ = self.changed.send(Change::Value);
     }
@@ -168,7 +205,8 @@ impl Drop for Loader {
 
 /// Loads, waits for a change, and loads again, until nobody listens.
 fn keep_loading(
-    mut source: Source,
+    files: Vec<PathBuf>,
+    mut load: Load,
     task: &Arc<Task>,
     news: &Sender<News>,
     (changed, changes): (Sender<Change>, Receiver<Change>),
@@ -188,12 +226,12 @@ fn keep_loading(
         }
     };
     if let Some(watch) = &mut watch {
-        watch.set_files(&source.files);
+        watch.set_files(&files);
     }
     loop {
         task.begin();
         let begun = Instant::now();
-        let loaded = (source.load)(task);
+        let loaded = load(task);
         task.end();
         if let Some(watch) = &mut watch {
             watch.set_files(&loaded.files);
@@ -209,7 +247,7 @@ fn keep_loading(
             Ok(Change::File) => {
                 wait_for_quiet(&changes);
                 // The file has the last word.
-                task.values.lock().unwrap_or_else(PoisonError::into_inner).clear();
+                task.forget_values();
             }
             // Of the ways of a slider the newest is enough.
             Ok(Change::Value) => while changes.try_recv().is_ok() {},
@@ -275,6 +313,7 @@ mod tests {
             name: "model".into(),
             files: vec![file.clone()],
             takes_values: true,
+            save: None,
             load: Box::new(load),
         };
         let loader = Loader::start(source, || ());
@@ -297,20 +336,33 @@ mod tests {
     }
 
     #[test]
-    fn a_value_of_the_window_is_loaded_at_once() {
+    fn a_value_of_the_window_is_loaded_at_once_and_written_when_asked() {
         let load = |task: &Task| Loaded {
             fault: Some(format!("{:?}", task.values())),
             ..Loaded::default()
+        };
+        let saved = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
+        let taken = std::rc::Rc::clone(&saved);
+        let save = move |values: &[(String, String)]| {
+            taken.borrow_mut().extend_from_slice(values);
+            Ok(())
         };
         let source = Source {
             name: String::new(),
             files: Vec::new(),
             takes_values: true,
+            save: Some(Box::new(save)),
             load: Box::new(load),
         };
         let loader = Loader::start(source, || ());
         assert_eq!(next(&loader), "[]");
         loader.set_value("a".to_owned(), "2 m".to_owned());
         assert_eq!(next(&loader), "[(\"a\", \"2 m\")]");
+        assert!(saved.borrow().is_empty());
+        assert_eq!(loader.save(), Ok(()));
+        assert_eq!(*saved.borrow(), loader.unsaved());
+        loader.revert();
+        assert_eq!(next(&loader), "[]");
+        assert!(loader.unsaved().is_empty());
     }
 }

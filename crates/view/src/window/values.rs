@@ -1,4 +1,4 @@
-//! The panel of values: a slider for each parameter that is a number.
+//! The panel of values: a slider for each parameter that is a number, and buttons that keep what was changed.
 
 use bksim::model::StatedRange;
 use bksim::model::file::ShownUnit;
@@ -23,6 +23,17 @@ struct Row {
     /// In `unit`.
     value: f64,
     range: [f64; 2],
+}
+
+/// A request of the panel.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) enum Wish {
+    /// Another value of a parameter, as text.
+    Set(String, String),
+    /// The changed values are written into the file.
+    Save,
+    /// The values of the file come back.
+    Revert,
 }
 
 impl ValuePanel {
@@ -50,8 +61,8 @@ impl ValuePanel {
             .collect();
     }
 
-    /// Shows the panel; gives the parameters that were changed, with their values as text.
-    pub(super) fn ui(&mut self, ui: &mut Ui, takes_values: bool) -> Vec<(String, String)> {
+    /// Shows the panel, with buttons to keep changes if `n_unsaved` parameters have other values than in the file.
+    pub(super) fn ui(&mut self, ui: &mut Ui, takes_values: bool, n_unsaved: usize) -> Vec<Wish> {
         ui.label(RichText::new("Values").strong());
         if self.rows.is_empty() || !takes_values {
             ui.add_space(8.0);
@@ -62,7 +73,14 @@ impl ValuePanel {
             });
             return Vec::new();
         }
-        let mut changed = Vec::new();
+        let mut wishes = Vec::new();
+        ui.add_enabled_ui(n_unsaved > 0, |ui| {
+            ui.horizontal(|ui| {
+                let save = ui.button("Save in the file").on_hover_text("Ctrl + S");
+                wishes.extend(save.clicked().then_some(Wish::Save));
+                wishes.extend(ui.button("Undo all").clicked().then_some(Wish::Revert));
+            });
+        });
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             for row in &mut self.rows {
                 ui.label(&row.name);
@@ -72,10 +90,10 @@ impl ValuePanel {
                 let slider = slider.clamping(egui::SliderClamping::Never);
                 if ui.add(slider).changed() {
                     let text = format!("{} {}", row.value, row.unit.unit);
-                    changed.push((row.name.clone(), text.trim_end().to_owned()));
+                    wishes.push(Wish::Set(row.name.clone(), text.trim_end().to_owned()));
                 }
             }
         });
-        changed
+        wishes
     }
 }
