@@ -287,6 +287,20 @@ impl Reader<'_> {
             let label = (location, "the body has no such point");
             let shown = super::words::cut(point_name);
             let message = format!("{owner} refers to unknown point `{shown}` of `{body_name}`");
+            if points.is_empty() {
+                let section = if body_name == "ground" {
+                    body_name.to_owned()
+                } else {
+                    format!("bodies.{body_name}")
+                };
+                let help = format!(
+                    "write `{body_name}` for its origin, or define the point in `[{section}]`: \
+                     `points = {{ {shown} = [0, 0] }}`"
+                );
+                let fault = Diagnostic::error(codes::UNKNOWN_POINT, message);
+                self.report(fault.at(label.0, label.1).help(help));
+                return None;
+            }
             self.unknown(codes::UNKNOWN_POINT, message, label, (point_name, &points));
             return None;
         }

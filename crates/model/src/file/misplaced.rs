@@ -64,8 +64,20 @@ const OF_DRIVES: [(&[&str], &str); 1] = [(
     "a drive prescribes positions: for a constant speed write `motion = \"60 rpm*t\"`",
 )];
 
+/// Keys of runs that have none of their own here.
+const OF_RUNS: [(&[&str], &str); 2] = [
+    (
+        &["steps", "n_steps", "samples", "n_samples", "points", "frames"],
+        "samples have a distance in time: `every = \"10 ms\"`, or `times = [0, \"0.1 s\"]`",
+    ),
+    (
+        &["max_step", "hmax", "h_max", "min_step", "hmin", "h_min", "initial_step"],
+        "remove it: steps follow from `rtol` and `atol`; constant ones are `step = \"1 ms\"`",
+    ),
+];
+
 /// Keys of other programs in a table, and the key that says it here.
-const RENAMED: [(&str, &str, &[&str]); 7] = [
+const RENAMED: [(&str, &str, &[&str]); 20] = [
     ("the model", "parameters", &["variables", "constants", "params", "values"]),
     ("the model", "initial", &["initial_conditions", "initial_values", "start", "guesses"]),
     ("drive", "motion", &["law", "function", "value", "angle", "rotation", "displacement"]),
@@ -74,6 +86,19 @@ const RENAMED: [(&str, &str, &[&str]); 7] = [
         "t_end",
         &["duration", "time", "end", "tend", "tmax", "until", "stop_time", "end_time"],
     ),
+    ("joint", "type", &["kind", "joint_type", "class"]),
+    ("load", "type", &["kind", "load_type", "class"]),
+    ("coupling", "type", &["kind", "class"]),
+    ("body", "mass", &["m", "weight"]),
+    ("body", "inertia", &["I", "J", "Izz", "I_zz", "moi", "moment_of_inertia"]),
+    ("body", "com", &["cog", "cg", "cm", "center", "centre", "center_of_mass", "centroid"]),
+    ("body", "points", &["markers", "nodes", "joints"]),
+    ("the start of joint", "angle", &["theta", "phi", "q", "position", "rotation", "value"]),
+    ("the start of joint", "rate", &["omega", "w", "speed", "velocity", "angular_velocity"]),
+    ("the start of joint", "position", &["x", "s", "q", "displacement", "angle", "value"]),
+    ("the start of joint", "velocity", &["v", "vx", "speed", "rate"]),
+    ("the start of body", "angle", &["theta", "phi", "rotation"]),
+    ("the start of body", "rate", &["omega", "w", "angular_velocity"]),
     ("`[solve]`", "every", &["dt", "interval", "output_interval", "sampling"]),
     ("`[solve]`", "step", &["timestep", "time_step", "step_size", "h"]),
     ("`[solve]`", "rtol", &["tol", "tolerance", "precision", "accuracy", "reltol"]),
@@ -123,11 +148,12 @@ const SECTIONS: [(&[&str], &str); 10] = [
 /// Where what an unknown key of `owner`, such as ``joint `A` ``, says is written; `None` where it is nothing that
 /// people write there.
 pub(super) fn misplaced(owner: &str, key: &str) -> Option<String> {
-    let (noun, name) = owner.split_once(' ')?;
+    let (noun, name) = owner.split_once(' ').unwrap_or((owner, ""));
     let rows: &[(&[&str], &str)] = match noun {
         "joint" => &OF_JOINTS,
         "body" => &OF_BODIES,
         "drive" => &OF_DRIVES,
+        "`[solve]`" => &OF_RUNS,
         "the" if name == "model" => &SECTIONS,
         _ => return None,
     };
@@ -152,13 +178,35 @@ pub(super) fn meant_key<'k>(
     let meant = if noun == "load" && SIZES.contains(&key) {
         if is_vector { "vector" } else { "value" }
     } else {
-        renamed(noun, key)?
+        return renamed(noun, key, free);
     };
     free.iter().copied().find(|known| *known == meant)
 }
 
-/// The key that says in a table of this kind what one of other programs says.
-pub(super) fn renamed(noun: &str, key: &str) -> Option<&'static str> {
-    let row = RENAMED.iter().find(|(of, _, theirs)| *of == noun && theirs.contains(&key))?;
-    Some(row.1)
+/// The key of `free` ones that says in a table of this kind what one of other programs says.
+pub(super) fn renamed<'k>(noun: &str, key: &str, free: &[&'k str]) -> Option<&'k str> {
+    let rows = RENAMED.iter().filter(|(of, _, theirs)| *of == noun && theirs.contains(&key));
+    rows.into_iter().find_map(|(_, ours, _)| free.iter().copied().find(|known| known == ours))
+}
+
+/// Types of joints and loads, with the words of other programs for them.
+const TYPES: [(&str, &[&str]); 11] = [
+    ("revolute", &["pin", "hinge", "pivot", "rotary", "rotational", "bearing"]),
+    ("prismatic", &["slider", "slide", "sliding", "translational", "linear", "guide"]),
+    ("weld", &["fixed", "rigid", "glue"]),
+    ("spherical", &["ball", "ball-joint", "ball_joint", "socket"]),
+    ("universal", &["cardan", "hooke", "gimbal"]),
+    ("slot", &["pin-in-slot", "pin_in_slot", "slotted"]),
+    ("screw", &["helical", "thread"]),
+    ("link", &["rod", "bar", "massless-rod"]),
+    ("torsion", &["torsion-spring", "torsion_spring", "rotational-spring"]),
+    ("damper", &["dashpot", "shock"]),
+    ("torque", &["moment", "couple"]),
+];
+
+/// The type among `known` ones that a word of other programs stands for.
+pub(super) fn meant_type<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
+    let lower = word.to_ascii_lowercase();
+    let rows = TYPES.iter().filter(|(_, theirs)| theirs.contains(&lower.as_str()));
+    rows.into_iter().find_map(|(ours, _)| known.iter().copied().find(|own| own == ours))
 }

@@ -52,6 +52,7 @@ mod friction;
 mod function;
 mod gather;
 mod grids;
+mod hertz;
 mod implausible;
 mod initial;
 mod io;

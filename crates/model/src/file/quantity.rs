@@ -53,6 +53,9 @@ impl Reader<'_> {
                 return None;
             }
         };
+        if let Some((syntax, quoted)) = &written {
+            self.check_hertz(syntax, quoted, quantity, what);
+        }
         let is_bare = lowered.kind == Kind::Bare;
         let (expr, value) = match self.factor_without_unit(node, &lowered, quantity) {
             Some(help) => {

@@ -9,7 +9,7 @@ use super::codes;
 use super::definition::ParameterState;
 use super::grids::MeasuredTable;
 use super::letters::{first_foreign, spelled, visible};
-use super::misplaced::{meant_key, misplaced};
+use super::misplaced::{meant_key, meant_type, misplaced};
 use super::names::{Names, SampledName};
 use super::naming::is_name;
 use super::play::Play;
@@ -195,7 +195,10 @@ impl Reader<'_> {
         let message = format!("{what} cannot be `{}`", cut(word));
         let fault = Diagnostic::error(codes::NOT_A_CHOICE, message)
             .at(location, "not one of the choices")
-            .help(suggest(word, &names));
+            .help(match meant_type(word, &names) {
+                Some(meant) => format!("did you mean `{meant}`?"),
+                None => suggest(word, &names),
+            });
         let elsewhere = ELSEWHERE.iter().find(|(words, _)| words.contains(&word));
         let is_element = what.starts_with("`type` of joint") || what.starts_with("`type` of load");
         self.report(match elsewhere.filter(|_| is_element) {

@@ -191,8 +191,7 @@ impl Reader<'_> {
             if misplaced("the model", &entry.key).is_some() {
                 continue;
             }
-            let is_free = |meant: &&str| free.contains(meant);
-            let renamed = renamed("the model", &entry.key).filter(is_free);
+            let renamed = renamed("the model", &entry.key, &free);
             if let Some(meant) = renamed.or_else(|| closest(&entry.key, &free)) {
                 free.retain(|section| *section != meant);
                 meant.clone_into(&mut entry.key);

@@ -237,6 +237,11 @@ impl Quantity {
         Dimension::new(length + force, mass + force, time - 2 * force)
     }
 
+    /// True of an angle, and of an angle per time.
+    pub(super) fn is_rotation(self) -> bool {
+        matches!(self.exponents, [0, 0, 0 | -1, 1, 0])
+    }
+
     /// True if an angle is in it.
     pub(super) fn is_turning(self) -> bool {
         self.exponents[3] != 0
