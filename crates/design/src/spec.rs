@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use bksim::model::diagnostic::Diagnostic;
-use bksim::model::file::stated_ranges;
+use bksim::model::file::{did_you_mean, stated_ranges};
 use serde::Deserialize;
 use serde_spanned::Spanned;
 
@@ -41,7 +41,8 @@ pub(crate) fn section<T: for<'d> Deserialize<'d>>(
     let bad = |message: String, span: Option<std::ops::Range<usize>>| {
         let message = message.lines().next().unwrap_or_default().to_owned();
         let what = format!("`[{name}]` cannot be read: {message}");
-        let fault = Diagnostic::error(codes::BAD_QUESTION, what).help(example);
+        let help = meant_key(&message).unwrap_or_else(|| example.to_owned());
+        let fault = Diagnostic::error(codes::BAD_QUESTION, what).help(help);
         DesignError::from(match span {
             Some(span) => fault.at(span, ""),
             None => fault,
@@ -58,6 +59,13 @@ pub(crate) fn section<T: for<'d> Deserialize<'d>>(
         toml::from_str(&only).map_err(|error| bad(error.message().to_owned(), error.span()))?
     };
     Ok(all.remove(name).map(|section| section.0))
+}
+
+/// The help for an unknown key that is nearly one of those which the message lists.
+fn meant_key(message: &str) -> Option<String> {
+    let mut words = message.strip_prefix("unknown field")?.split('`').skip(1).step_by(2);
+    let unknown = words.next()?;
+    did_you_mean(unknown, &words.collect::<Vec<_>>())
 }
 
 /// One section.

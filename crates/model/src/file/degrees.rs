@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use bksim_expr::{BinaryOperator, ParseOptions, Syntax, SyntaxKind, parse};
+use bksim_expr::{BinaryOperator as Operator, ParseOptions, Syntax, SyntaxKind, parse};
 
 use super::codes;
 use super::names::Meaning;
@@ -22,43 +22,101 @@ fn looks_like_degrees(value: f64) -> bool {
     value.abs() > TURN && (2.0 * value).fract() == 0.0
 }
 
-/// The number that is the amplitude of an angle in time and looks like degrees, and the names that are factors before it.
-fn amplitude(syntax: &Syntax) -> (Option<(f64, Range<usize>)>, Vec<String>) {
-    let mut names = Vec::new();
-    let mut pending: Vec<usize> = syntax.nodes.len().checked_sub(1).into_iter().collect();
-    while let Some(idx) = pending.pop() {
-        let node = &syntax.nodes[idx];
-        match &node.kind {
-            SyntaxKind::Binary {
-                operator: BinaryOperator::Add | BinaryOperator::Subtract | BinaryOperator::Multiply,
-                left,
-                right,
-                ..
-            } => pending.extend([*right, *left]),
-            SyntaxKind::Binary { operator: BinaryOperator::Divide, left, .. } => {
-                pending.push(*left);
+/// A number without unit in a motion of an angle that looks like degrees.
+struct Amplitude<'s> {
+    value: f64,
+    span: &'s Range<usize>,
+    /// Name of the parameter that it is.
+    name: Option<&'s str>,
+    /// Power of the time in the same term: 1 in `90*t`.
+    power: i32,
+}
+
+/// The first amplitude in the expression at `root` that looks like degrees; `power` is that of the time around it, and
+/// `parameter` gives the value of a parameter without unit.
+fn amplitude<'s>(
+    syntax: &'s Syntax,
+    root: usize,
+    power: i32,
+    parameter: &dyn Fn(&str) -> Option<f64>,
+) -> Option<Amplitude<'s>> {
+    let node = &syntax.nodes[root];
+    let found = |value: f64, name| {
+        looks_like_degrees(value).then_some(Amplitude { value, span: &node.span, name, power })
+    };
+    let below = |root: usize| amplitude(syntax, root, power, parameter);
+    match &node.kind {
+        SyntaxKind::Number(number) => found(number.to_f64(), None),
+        SyntaxKind::Name(name) => found(parameter(name)?, Some(name)),
+        SyntaxKind::Negate(operand) => below(*operand),
+        SyntaxKind::Binary {
+            operator: Operator::Add | Operator::Subtract, left, right, ..
+        } => below(*left).or_else(|| below(*right)),
+        SyntaxKind::Binary { operator: Operator::Multiply | Operator::Divide, .. } => {
+            let (mut above, mut under) = (Vec::new(), Vec::new());
+            factors(syntax, root, &mut above, &mut under);
+            let has_unit = |idx: &usize| match &syntax.nodes[*idx].kind {
+                SyntaxKind::Quantity { .. } | SyntaxKind::Unit { .. } => true,
+                SyntaxKind::Name(name) => {
+                    !matches!(name.as_str(), "t" | "pi") && parameter(name).is_none()
+                }
+                SyntaxKind::Call { name, .. } => !PURE.contains(&name.as_str()),
+                _ => false,
+            };
+            if above.iter().chain(&under).any(has_unit) {
+                return None;
             }
-            SyntaxKind::Negate(operand) => pending.push(*operand),
-            SyntaxKind::Call { name, arguments, .. }
-                if ["if", "min", "max"].contains(&name.as_str()) =>
-            {
-                pending.extend(arguments.iter().skip(usize::from(name == "if")));
-            }
-            SyntaxKind::Number(number) if looks_like_degrees(number.to_f64()) => {
-                return (Some((number.to_f64(), node.span.clone())), names);
-            }
-            SyntaxKind::Name(name) => names.push(name.clone()),
-            _ => (),
+            let of_time =
+                |all: &[usize]| all.iter().map(|idx| time_power(syntax, *idx)).sum::<i32>();
+            let power = power + of_time(&above) - of_time(&under);
+            above.into_iter().find_map(|idx| amplitude(syntax, idx, power, parameter))
         }
+        SyntaxKind::Call { name, arguments, .. }
+            if ["if", "min", "max"].contains(&name.as_str()) =>
+        {
+            arguments.iter().skip(usize::from(name == "if")).find_map(|idx| below(*idx))
+        }
+        _ => None,
     }
-    (None, names)
+}
+
+/// Functions whose values are pure numbers.
+const PURE: [&str; 8] = ["sin", "cos", "tan", "exp", "tanh", "sign", "sinh", "cosh"];
+
+/// The factors of a product above and under its fraction line.
+fn factors(syntax: &Syntax, root: usize, above: &mut Vec<usize>, under: &mut Vec<usize>) {
+    match &syntax.nodes[root].kind {
+        SyntaxKind::Binary { operator: Operator::Multiply, left, right, .. } => {
+            factors(syntax, *left, above, under);
+            factors(syntax, *right, above, under);
+        }
+        SyntaxKind::Binary { operator: Operator::Divide, left, right, .. } => {
+            factors(syntax, *left, above, under);
+            factors(syntax, *right, under, above);
+        }
+        _ => above.push(root),
+    }
+}
+
+/// The power of the time that a factor is: 2 of `t^2`.
+fn time_power(syntax: &Syntax, idx: usize) -> i32 {
+    let is_time =
+        |idx: usize| matches!(&syntax.nodes[idx].kind, SyntaxKind::Name(name) if name == "t");
+    match &syntax.nodes[idx].kind {
+        SyntaxKind::Binary { operator: Operator::Power, left, right, .. } if is_time(*left) => {
+            let SyntaxKind::Number(exponent) = &syntax.nodes[*right].kind else { return 0 };
+            [1, 2, 3].into_iter().find(|n| exponent.to_f64() == f64::from(*n)).unwrap_or(0)
+        }
+        _ => i32::from(is_time(idx)),
+    }
 }
 
 /// The amplitude of an angle in time that looks like degrees, rad: 90 of `90*sin(2*t)`.
 pub fn amplitude_like_degrees(formula: &str) -> Option<f64> {
     let syntax = parse(formula, &ParseOptions::default()).ok()?;
     let is_wave = syntax.nodes.iter().any(|node| matches!(node.kind, SyntaxKind::Call { .. }));
-    amplitude(&syntax).0.map(|(value, _)| value).filter(|_| is_wave)
+    let root = syntax.nodes.len().checked_sub(1)?;
+    amplitude(&syntax, root, 0, &|_| None).map(|found| found.value).filter(|_| is_wave)
 }
 
 impl Reader<'_> {
@@ -82,6 +140,10 @@ impl Reader<'_> {
     fn warn_of_degrees(&mut self, what: &str, value: f64, location: Span, help: String) {
         let turns = value / TURN;
         let message = format!("{what} is {} rad = {turns:.1} turns", short(value));
+        self.warn_in_radians(message, location, help);
+    }
+
+    fn warn_in_radians(&mut self, message: String, location: Span, help: String) {
         let fault = Diagnostic::warning(codes::LOOKS_LIKE_DEGREES, message)
             .at(location, "a number without unit is in radians")
             .help(help);
@@ -111,24 +173,40 @@ impl Reader<'_> {
         self.warn_of_degrees(&what, value, location, help);
     }
 
-    /// Warns of a number without unit that is the amplitude of an angle in time: `90*sin(2 rad/s*t)`.
+    /// Warns of a number without unit that is the amplitude of an angle in time: `90*sin(2 rad/s*t)`, `90*t`.
     pub(super) fn check_amplitude(&mut self, syntax: &Syntax, quoted: &Quoted<'_>, what: &str) {
         if self.units.angle_stated {
             return;
         }
-        let (number, names) = amplitude(syntax);
-        for name in names {
-            let Some(Meaning::Parameter(idx)) = self.names.plain(&name) else { continue };
-            let known = self.parameters[idx].result.clone();
-            if let Some(bare) = known.filter(|known| known.kind == Kind::Bare) {
-                self.check_among_angles(&bare);
-            }
-        }
-        if let Some((value, span)) = number {
-            let shown = short(value);
-            let help = format!("write `{shown} deg`, or `{shown} rad` if it is right");
-            self.warn_of_degrees(&format!("{shown} in {what}"), value, quoted.span_of(&span), help);
-        }
+        let known = |name: &str| {
+            let Some(Meaning::Parameter(idx)) = self.names.plain(name) else { return None };
+            self.parameters[idx].result.as_ref().filter(|known| known.kind == Kind::Bare)
+        };
+        let parameter = |name: &str| known(name)?.value.map(Constant::look);
+        let Some(root) = syntax.nodes.len().checked_sub(1) else { return };
+        let Some(found) = amplitude(syntax, root, 0, &parameter) else { return };
+        let shown = short(found.value);
+        let per_time = match found.power {
+            1 => "/s",
+            2 => "/s^2",
+            _ => "",
+        };
+        let source = found.name.and_then(known).and_then(|bare| self.bare_source(bare));
+        let (what, location, mark) = match (found.name, source) {
+            (Some(name), Some((_, location))) => (format!("`{name}` in {what}"), location, '"'),
+            _ => (format!("{shown} in {what}"), quoted.span_of(found.span), '`'),
+        };
+        let help = format!(
+            "write {mark}{shown} deg{per_time}{mark}, or {mark}{shown} rad{per_time}{mark} if it is right"
+        );
+        let turns = match found.power {
+            1 => " a second",
+            2 => " a second, more each second",
+            _ => "",
+        };
+        let n_turns = found.value / TURN;
+        let message = format!("{what} is {shown} rad{per_time} = {n_turns:.1} turns{turns}");
+        self.warn_in_radians(message, location, help);
     }
 
     /// Position of a bare number: here, or in the definition of the parameter that it is.

@@ -290,16 +290,23 @@ impl Reader<'_> {
                     Dimension::NONE => describe(d, is_angle),
                     _ => d.to_string(),
                 };
+                let time = Dimension::new(0, 0, 1);
+                let lacks_rate = a.is_angle && second == time || b.is_angle && first == time;
                 let (first, second) = (unit(first, a.is_angle), unit(second, b.is_angle));
                 let message = match verb {
                     "subtract" => format!("cannot subtract {second} from {first}"),
                     _ => format!("cannot {verb} {first} and {second}"),
                 };
+                let help = if lacks_rate {
+                    "write the time times a rate, such as `2 rad/s*t`"
+                } else {
+                    "bring both to one dimension: check each unit, and which factor is missing"
+                };
                 self.report(
                     Diagnostic::error(codes::CANNOT_ADD, message)
                         .at(a.span.clone(), first)
                         .at(b.span.clone(), second)
-                        .help("bring both to one dimension: check each unit, and which factor is missing"),
+                        .help(help),
                 );
                 None
             }

@@ -1,6 +1,8 @@
 //! Keys of other programs, or of other tables: where what they say is written here.
 
+use super::cases::CASE_KEYS;
 use super::tree::{Entry, Value};
+use super::words::closest;
 
 /// Keys of a joint that say what acts in it or how it starts, with where that stands; `@` is the joint.
 const OF_JOINTS: [(&[&str], &str); 6] = [
@@ -76,8 +78,14 @@ const OF_RUNS: [(&[&str], &str); 2] = [
     ),
 ];
 
+/// Keys of a coupling that say how fast one joint turns by the other.
+const OF_COUPLINGS: [(&[&str], &str); 1] = [(
+    &["ratio", "gear_ratio", "i", "transmission"],
+    "the ratio follows from the wheels: `teeth = [20, 40]` or `radii = [\"20 mm\", \"40 mm\"]`",
+)];
+
 /// Keys of other programs in a table, and the key that says it here.
-const RENAMED: [(&str, &str, &[&str]); 20] = [
+const RENAMED: [(&str, &str, &[&str]); 26] = [
     ("the model", "parameters", &["variables", "constants", "params", "values"]),
     ("the model", "initial", &["initial_conditions", "initial_values", "start", "guesses"]),
     ("drive", "motion", &["law", "function", "value", "angle", "rotation", "displacement"]),
@@ -88,7 +96,13 @@ const RENAMED: [(&str, &str, &[&str]); 20] = [
     ),
     ("joint", "type", &["kind", "joint_type", "class"]),
     ("load", "type", &["kind", "load_type", "class"]),
+    ("load", "stiffness", &["k", "K", "spring_constant", "rate"]),
+    ("load", "damping", &["c", "d", "b", "viscosity", "damping_coefficient"]),
+    ("load", "length", &["l0", "L0", "free_length", "rest_length", "natural_length"]),
+    ("load", "angle", &["angle0", "free_angle", "rest_angle", "phi0"]),
+    ("load", "mu", &["friction", "coefficient", "friction_coefficient"]),
     ("coupling", "type", &["kind", "class"]),
+    ("coupling", "between", &["joints", "of", "wheels", "gears"]),
     ("body", "mass", &["m", "weight"]),
     ("body", "inertia", &["I", "J", "Izz", "I_zz", "moi", "moment_of_inertia"]),
     ("body", "com", &["cog", "cg", "cm", "center", "centre", "center_of_mass", "centroid"]),
@@ -148,11 +162,16 @@ const SECTIONS: [(&[&str], &str); 10] = [
 /// Where what an unknown key of `owner`, such as ``joint `A` ``, says is written; `None` where it is nothing that
 /// people write there.
 pub(super) fn misplaced(owner: &str, key: &str) -> Option<String> {
+    if owner.starts_with("load case ") && closest(key, &CASE_KEYS).is_none() {
+        let words = "what a case changes stands in braces: `set = { rod.mass = \"2 kg\" }`";
+        return Some(words.to_owned());
+    }
     let (noun, name) = owner.split_once(' ').unwrap_or((owner, ""));
     let rows: &[(&[&str], &str)] = match noun {
         "joint" => &OF_JOINTS,
         "body" => &OF_BODIES,
         "drive" => &OF_DRIVES,
+        "coupling" => &OF_COUPLINGS,
         "`[solve]`" => &OF_RUNS,
         "the" if name == "model" => &SECTIONS,
         _ => return None,

@@ -71,7 +71,7 @@ impl Reader<'_> {
             (Some(value), _) if is_bare => {
                 self.check_angle(&lowered, quantity, what, value.look());
             }
-            (None, Some((syntax, quoted))) if is_bare && quantity.is_angle() => {
+            (None, Some((syntax, quoted))) if quantity.is_angle() => {
                 self.check_amplitude(&syntax, &quoted, what);
             }
             _ => (),
