@@ -20,7 +20,7 @@ mod singular;
 use std::collections::BTreeSet;
 
 use bksim_model::{Coupling, CouplingKind, JointId, Model};
-use bksim_sim::mobility::{freedoms_of_body, taken};
+use bksim_sim::mobility::freedoms_of_body;
 use bksim_sim::redundancy::{self, Keeper, repeated_conditions};
 
 pub use self::alignment::Alignment;
@@ -102,7 +102,7 @@ pub fn doctor(model: Model) -> Result<Doctor, AnalysisError> {
     let count = cures::count(&placed);
     let (repeated, shared) = repeated(&placed)?;
     let joint = |joint: &bksim_model::Joint| {
-        let taken = taken(model.space, &joint.kind) - joint.kind.n_rates();
+        let taken = joint.kind.n_taken(model.space) - joint.kind.n_rates();
         (joint.name.clone(), joint.kind.word(), taken)
     };
     let rolling = model.joints.iter().filter(|joint| joint.kind.n_rates() > 0);

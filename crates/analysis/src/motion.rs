@@ -193,7 +193,7 @@ pub(crate) fn driven(model: &Model, name: &str) -> Result<Measure, AnalysisError
     let holds = |joint: &bksim_model::Joint| {
         joint.predecessor.body == bksim_model::GROUND
             && joint.successor.body == body
-            && matches!(joint.kind, bksim_model::JointKind::Revolute)
+            && joint.kind.is_pin()
     };
     let joint = model.joints.iter().position(holds);
     Ok(joint.map_or(measure, |joint| Measure::JointPosition(JointId(joint), 0)))

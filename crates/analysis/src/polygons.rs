@@ -8,7 +8,7 @@
 //! Every vector goes from one vertex to another; the pole is at rest. Source: R. L. Norton, *Design of Machinery* (2012),
 //! §6.7 and §7.3.
 
-use bksim_model::{Anchor, BodyId, GROUND, JointKind, Model, Space};
+use bksim_model::{Anchor, BodyId, GROUND, Model, Space};
 
 use crate::drive::Drive;
 use crate::error::AnalysisError;
@@ -185,7 +185,7 @@ impl Moving<'_> {
         let model = self.positions.model();
         let mut all: Vec<Place> = Vec::new();
         for joint in &model.joints {
-            let is_pin = matches!(joint.kind, JointKind::Revolute | JointKind::Weld { .. });
+            let is_pin = joint.kind.points_coincide();
             // A guide has the point under that of what slides on it.
             let p = self.place(joint.successor);
             for end in [joint.predecessor, joint.successor] {
@@ -237,7 +237,7 @@ impl Moving<'_> {
         let mut joints = self.positions.model().joints.iter();
         let joint = joints.find(|joint| {
             let ends = [joint.predecessor.body, joint.successor.body];
-            joint.kind == JointKind::Revolute && ends.contains(&GROUND) && ends.contains(&body)
+            joint.kind.is_pin() && ends.contains(&GROUND) && ends.contains(&body)
         })?;
         Some(Place { name: joint.name.clone(), body, p: self.place(joint.successor) })
     }

@@ -9,7 +9,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use bksim_model::{Anchor, GROUND, JointId, JointKind, Model, Space, Vector};
+use bksim_model::{Anchor, GROUND, JointId, Model, Space, Vector};
 use bksim_sim::mobility::loop_through;
 
 use crate::curve::Curve;
@@ -71,28 +71,26 @@ pub(crate) fn arms(positions: &Positions) -> Vec<Arms> {
         let neighbours =
             [around[(place + 1) % around.len()], around[(place + around.len() - 1) % around.len()]];
         let ends = [joint.predecessor, joint.successor];
-        match joint.kind {
-            JointKind::Revolute if ends.iter().all(|end| end.body != GROUND) => {
-                let own = neighbours.map(|j| arm(positions, joint.successor, j));
-                if let [Some(a), Some(b)] = own {
-                    all.push(Arms { at: joint.name.clone(), arms: [a, b] });
-                }
+        if joint.kind.is_pin() && ends.iter().all(|end| end.body != GROUND) {
+            let own = neighbours.map(|j| arm(positions, joint.successor, j));
+            if let [Some(a), Some(b)] = own {
+                all.push(Arms { at: joint.name.clone(), arms: [a, b] });
             }
-            JointKind::Link { .. } => {
-                for (end, other) in [(ends[0], ends[1]), (ends[1], ends[0])] {
-                    let touches = |j: &JointId| touches(model, *j, end);
-                    let Some(next) = neighbours.into_iter().find(touches) else { continue };
-                    let (here, there) = (anchor(positions, end), anchor(positions, other));
-                    let along = bksim_mbs::spatial::sub(&model.pool, &there, &here);
-                    let Some(own) = arm(positions, end, next) else { continue };
-                    if end.body != GROUND {
-                        let body = &model.bodies[end.body.0].name;
-                        let at = format!("{} at {body}", joint.name);
-                        all.push(Arms { at, arms: [along, own] });
-                    }
-                }
+        }
+        if joint.kind.link_length().is_none() {
+            continue;
+        }
+        for (end, other) in [(ends[0], ends[1]), (ends[1], ends[0])] {
+            let touches = |j: &JointId| touches(model, *j, end);
+            let Some(next) = neighbours.into_iter().find(touches) else { continue };
+            let (here, there) = (anchor(positions, end), anchor(positions, other));
+            let along = bksim_mbs::spatial::sub(&model.pool, &there, &here);
+            let Some(own) = arm(positions, end, next) else { continue };
+            if end.body != GROUND {
+                let body = &model.bodies[end.body.0].name;
+                let at = format!("{} at {body}", joint.name);
+                all.push(Arms { at, arms: [along, own] });
             }
-            _ => {}
         }
     }
     all
@@ -112,15 +110,15 @@ fn arm(positions: &Positions, from: Anchor, to: JointId) -> Option<Vector> {
     let model = positions.model();
     let pool = &model.pool;
     let joint = &model.joints[to.0];
-    let there = match joint.kind {
-        JointKind::Link { .. } if joint.predecessor.body == from.body => joint.predecessor,
-        JointKind::Revolute | JointKind::PinInSlot | JointKind::Link { .. } => joint.successor,
-        JointKind::Prismatic { .. } => {
-            let sides = positions.system().kinematics.sides(model, joint);
-            let [x, y, z] = sides.predecessor.rotation.apply(pool, &joint.axis);
-            return Some([pool.neg(y), x, z]);
-        }
-        _ => return None,
+    if joint.kind.is_slide() {
+        let sides = positions.system().kinematics.sides(model, joint);
+        let [x, y, z] = sides.predecessor.rotation.apply(pool, &joint.axis);
+        return Some([pool.neg(y), x, z]);
+    }
+    let there = match joint.kind.link_length() {
+        Some(_) if joint.predecessor.body == from.body => joint.predecessor,
+        None if !joint.kind.is_pin() && !joint.kind.is_slot() => return None,
+        _ => joint.successor,
     };
     let (here, there) = (anchor(positions, from), anchor(positions, there));
     Some(bksim_mbs::spatial::sub(pool, &there, &here))

@@ -10,7 +10,7 @@ use std::fmt::Write;
 
 use bksim::Mechanism;
 use bksim::expr::Expr;
-use bksim::model::{CoordinatePolicy, JointKind, LoadKind, Model, Vector};
+use bksim::model::{CoordinatePolicy, LoadKind, Model, Vector};
 use serde_json::{Value, json};
 
 use crate::error::BenchError;
@@ -87,7 +87,7 @@ fn description(mechanism: &Mechanism) -> (Vec<Value>, [f64; 3]) {
     let bodies = model.bodies.iter().enumerate().skip(1).map(|(idx, body)| {
         let carrying = model.joints.iter().find(|joint| joint.successor.body.0 == idx);
         let joint = carrying.expect("each body hangs on a joint");
-        assert!(joint.kind == JointKind::Revolute, "a tree of revolutes");
+        assert!(joint.kind.is_pin(), "a tree of revolutes");
         let from = &model.bodies[joint.predecessor.body.0];
         let place = joint.predecessor.point.map(|point| three(&from.points[point.0].position));
         let inertia = [three(&body.inertia.moments), three(&body.inertia.products)].concat();

@@ -36,7 +36,7 @@ use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::tree::Tree;
 use bksim_model::{
-    CouplingId, CouplingKind, DriveId, HeldSignal, JointKind, Model, MotionKind, RopeId, StateId,
+    CouplingId, CouplingKind, DriveId, HeldSignal, Model, MotionKind, RopeId, StateId,
 };
 
 /// Derives the equations of motion of `model` by the way that makes them shorter.
@@ -358,7 +358,7 @@ pub(crate) fn has_row_of_wrenches(model: &Model, tree: &Tree, constraint: &Const
         Source::Friction(_) if constraint.is_of_rates() => true,
         Source::Drive(_) | Source::Stop(_) | Source::Friction(_) => {
             source.joint(model).is_some_and(|joint| {
-                let is_screw = matches!(model.joints[joint.0].kind, JointKind::Screw { .. });
+                let is_screw = model.joints[joint.0].kind.lead().is_some();
                 is_screw && tree.cuts.contains(&joint)
             })
         }

@@ -29,9 +29,7 @@ use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::touch;
 use crate::tree::{Branch, Tree};
-use bksim_model::{
-    BodyId, Frame, JointId, JointKind, LoadId, LoadKind, Measure, Model, Signal, Vector,
-};
+use bksim_model::{BodyId, Frame, JointId, LoadId, LoadKind, Measure, Model, Signal, Vector};
 
 /// Reaction on the successor of a joint at its joint point, world axes.
 #[derive(Clone, Debug)]
@@ -113,7 +111,7 @@ pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
         let action = force::action(model, &system.kinematics, &signals, &load.kind);
         let wrenches = [action.conservative, action.applied].concat().into_iter();
         let [_, on] = bending::bearers(model, &model.joints[joint.0]);
-        if model.joints[joint.0].kind == JointKind::Cylinder {
+        if model.joints[joint.0].kind.is_cylinder() {
             wrenches.filter(|w| w.body == on).for_each(|w| reactions[joint.0].add(pool, &w));
         }
     }
@@ -244,7 +242,7 @@ fn bearing(model: &Model, source: Source) -> Option<JointId> {
         Source::Joint(joint) => Some(joint),
         other => {
             let joint = other.joint(model)?;
-            (model.joints[joint.0].kind == JointKind::Cylinder).then_some(joint)
+            (model.joints[joint.0].kind.is_cylinder()).then_some(joint)
         }
     }
 }

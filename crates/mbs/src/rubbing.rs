@@ -15,7 +15,7 @@
 //! journal); J. E. Shigley, *Mechanical Engineering Design* (mechanics of power screws).
 
 use bksim_expr::{Expr, Function, Pool, SymbolId};
-use bksim_model::{Frame, Joint, JointId, JointKind, Measure, Model, MotionKind, Signal, Space};
+use bksim_model::{Frame, Joint, JointId, Measure, Model, MotionKind, Signal, Space};
 use bksim_model::{Surface, Vector};
 
 use crate::constraint::{Constraint, Source};
@@ -92,9 +92,7 @@ pub(crate) fn friction(
             pool.product([mu, loss, magnitude(pool, vec![force])])
         }
         Surface::Thread { radius } => {
-            let JointKind::Screw { lead } = joint.kind else {
-                unreachable!("only screws have threads")
-            };
+            let lead = joint.kind.lead().expect("only screws have threads");
             let axial = rows.filter(|row| row.direction == "screw").map(|row| row.lambda);
             let axial = axial.map(|lambda| pool.symbol_expr(lambda)).next().unwrap_or(pool.zero());
             let circumference = pool.product([pool.int(2), pool.pi(), radius]);

@@ -17,7 +17,7 @@ use crate::force::Wrench;
 use crate::joint::{self, JointWrench};
 use crate::kinematics::Kinematics;
 use crate::spatial;
-use bksim_model::{CouplingId, CouplingKind, FrictionLaw, Joint, JointId, JointKind, LoadKind};
+use bksim_model::{CouplingId, CouplingKind, FrictionLaw, Joint, JointId, LoadKind};
 use bksim_model::{Measure, Model, MotionKind, Rack, Surface, Wheels};
 
 /// A motion along which surfaces slide.
@@ -58,7 +58,7 @@ impl Sliding {
         let sides = kinematics.sides(model, joint);
         let lengths = kinematics.lengths_along(model, id, arcs);
         let kind = MotionKind::Translation;
-        if let JointKind::CurveOnCurve { is_same_way, .. } = joint.kind {
+        if let Some(is_same_way) = joint.kind.is_same_way() {
             let [first, second] = lengths;
             let position =
                 if is_same_way { pool.sub(first, second) } else { pool.add(first, second) };

@@ -5,7 +5,7 @@ use crate::coordinate::turns_by_quaternion;
 use crate::joint::{self, JointWrench, Motion};
 use crate::kinematics::Kinematics;
 use crate::spatial;
-use bksim_model::{JointId, JointKind, Model, Vector};
+use bksim_model::{JointId, Model, Vector};
 
 /// Wrenches that a joint transmits to its successor.
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ pub fn transmission(model: &Model, kinematics: &Kinematics, joint: JointId) -> T
     let of = &model.joints[joint.0];
     let sides = kinematics.sides(model, of);
     let mut at = sides.p_world_successor;
-    let directions = if let JointKind::Link { .. } = of.kind {
+    let directions = if of.kind.link_length().is_some() {
         let [from, to] = [&sides.p_world_predecessor, &sides.p_world_successor];
         Directions::Alone(JointWrench::of_force(pool, spatial::sub(pool, from, to)))
     } else if let Some(contact) = joint::contact(pool, of, &sides) {

@@ -8,8 +8,8 @@ mod choice;
 use std::collections::VecDeque;
 
 use bksim_model::{
-    BodyId, CoordinatePolicy, FrictionLaw, GROUND, JointId, JointKind, LoadKind, Measure, Model,
-    MotionKind, Signal, Space, Surface,
+    BodyId, CoordinatePolicy, FrictionLaw, GROUND, JointId, LoadKind, Measure, Model, Signal,
+    Space, Surface,
 };
 
 /// The connection of a body to the tree.
@@ -173,9 +173,8 @@ fn count_turns(model: &Model, counted: &mut [bool]) {
     });
     for (joint, motion_idx) in of_loads.chain(of_signals) {
         let kind = &model.joints[joint.0].kind;
-        let turns = kind.motions().get(motion_idx) == Some(&MotionKind::Rotation);
-        let is_left_out = matches!(kind, JointKind::Screw { .. }) || kind.turns_freely();
-        counted[joint.0] |= turns && !is_left_out;
+        let is_left_out = kind.lead().is_some() || kind.turns_freely();
+        counted[joint.0] |= kind.turns(motion_idx) && !is_left_out;
     }
 }
 

@@ -5,6 +5,11 @@ use bksim_expr::Expr;
 use crate::body::{Anchor, FixedTurn};
 use crate::diagnostic::Span;
 use crate::ids::{CurveId, Vector};
+use crate::model::Space;
+
+mod types;
+
+pub use types::{JOINT_TYPES, JointType};
 
 /// A connection of two bodies, from `predecessor` to `successor`.
 ///
@@ -158,36 +163,6 @@ pub enum MotionKind {
     Translation,
 }
 
-/// The words of a joint type in a model file, and its motions in the order of their coordinates:
-/// first translations, then rotations, each about an axis that those before it have turned.
-pub const JOINT_TYPES: [(&str, &[MotionKind]); 22] = {
-    use MotionKind::{Rotation, Translation};
-    [
-        ("revolute", &[Rotation]),
-        ("prismatic", &[Translation]),
-        ("weld", &[]),
-        ("slot", &[Translation, Rotation]),
-        ("link", &[]),
-        ("spherical", &[Rotation, Rotation, Rotation]),
-        ("universal", &[Rotation, Rotation]),
-        ("cylindrical", &[Translation, Rotation]),
-        ("planar", &[Translation, Translation, Rotation]),
-        ("screw", &[Rotation]),
-        ("free", &[Translation, Translation, Translation, Rotation, Rotation, Rotation]),
-        ("point-on-line", &[Translation, Rotation, Rotation, Rotation]),
-        ("point-on-plane", &[Translation, Translation, Rotation, Rotation, Rotation]),
-        ("parallel-axes", &[Translation, Translation, Translation, Rotation]),
-        ("perpendicular-axes", &[Translation, Translation, Translation, Rotation, Rotation]),
-        ("constant-velocity", &[]),
-        ("point-on-curve", &[Rotation]),
-        ("line-on-curve", &[Rotation]),
-        ("cylinder", &[Translation]),
-        ("curve-on-curve", &[Rotation, Rotation]),
-        ("knife-edge", &[]),
-        ("rolling", &[]),
-    ]
-};
-
 impl JointKind {
     /// The place of this kind in [`JOINT_TYPES`].
     fn row(&self) -> usize {
@@ -217,48 +192,193 @@ impl JointKind {
         }
     }
 
+    /// The facts that it shares with all joints of its kind.
+    pub fn facts(&self) -> &'static JointType {
+        &JOINT_TYPES[self.row()]
+    }
+
     /// The word of this kind in a model file.
     pub fn word(&self) -> &'static str {
-        JOINT_TYPES[self.row()].0
+        self.facts().word
     }
 
     /// The elementary motions that a joint of this kind allows, in the order of its coordinates; none
     /// for a kind that is always cut, but the parameters of curves, which count as angles.
     pub fn motions(&self) -> &'static [MotionKind] {
-        JOINT_TYPES[self.row()].1
+        self.facts().motions
     }
 
-    /// The number of freedoms that a joint of this kind takes from a body in space.
-    pub fn n_taken(&self) -> i64 {
-        match self {
-            Self::Cylinder => 0,
-            Self::Rolling { .. } => 3,
-            Self::KnifeEdge
-            | Self::Link { .. }
-            | Self::LineOnCurve { .. }
-            | Self::CurveOnCurve { arcs: None, .. } => 1,
-            Self::PointOnCurve { .. } | Self::CurveOnCurve { arcs: Some(_), .. } => 2,
-            Self::ConstantVelocity => 4,
-            _ => self.motions().iter().fold(6, |left, _| left - 1),
-        }
+    /// The number of freedoms that a joint of this kind takes from a body in a plane or in space.
+    pub fn n_taken(&self, space: Space) -> i64 {
+        let of_rolling = matches!(self, Self::CurveOnCurve { arcs: Some(_), .. });
+        self.facts().n_taken(space) + i64::from(of_rolling)
     }
 
     /// True where no coordinates of its own describe all motions of this kind, so that it is a constraint wherever
     /// it stands.
     pub fn is_always_cut(&self) -> bool {
-        matches!(self, Self::Link { .. } | Self::ConstantVelocity | Self::Cylinder)
-            || self.n_rates() > 0
-            || self.curve().is_some()
+        self.facts().taken.is_some()
     }
 
     /// The number of conditions on rates among those that a joint of this kind takes: they hold between velocities
     /// and leave all positions free.
     pub fn n_rates(&self) -> i64 {
-        match self {
-            Self::KnifeEdge => 1,
-            Self::Rolling { .. } => 2,
-            _ => 0,
+        self.facts().n_rates
+    }
+
+    /// True of a pin: it turns about one axis, which has the same components in both bodies.
+    pub fn is_pin(&self) -> bool {
+        matches!(self, Self::Revolute)
+    }
+
+    /// True of a slide: it moves along one axis, and the bodies keep their angle.
+    pub fn is_slide(&self) -> bool {
+        matches!(self, Self::Prismatic { .. })
+    }
+
+    /// True of a pin in a straight slot.
+    pub fn is_slot(&self) -> bool {
+        matches!(self, Self::PinInSlot)
+    }
+
+    /// True if it joins two bodies into one.
+    pub fn is_weld(&self) -> bool {
+        matches!(self, Self::Weld { .. })
+    }
+
+    /// True of a ball in its socket.
+    pub fn is_ball(&self) -> bool {
+        matches!(self, Self::Spherical)
+    }
+
+    /// True if it allows all motions.
+    pub fn is_free(&self) -> bool {
+        matches!(self, Self::Free)
+    }
+
+    /// True of an actuator or rope without mass, whose one motion is the distance of its points.
+    pub fn is_cylinder(&self) -> bool {
+        matches!(self, Self::Cylinder)
+    }
+
+    /// True of a blade, which does not move across itself.
+    pub fn is_blade(&self) -> bool {
+        matches!(self, Self::KnifeEdge)
+    }
+
+    /// True of the cross of a universal joint.
+    pub fn is_cross(&self) -> bool {
+        matches!(self, Self::Universal { .. })
+    }
+
+    /// True if both bodies have one point in common.
+    pub fn points_coincide(&self) -> bool {
+        matches!(
+            self,
+            Self::Revolute | Self::Weld { .. } | Self::Spherical | Self::Universal { .. }
+        ) || matches!(self, Self::ConstantVelocity)
+    }
+
+    /// True if all its motions are along, across or about one line.
+    pub fn has_line(&self) -> bool {
+        let n_turns = self.motions().iter().filter(|of| **of == MotionKind::Rotation).count();
+        !self.is_always_cut() && n_turns <= 1 && (1..=3).contains(&self.motions().len())
+    }
+
+    /// True if this motion of it is a turn; false of a motion that it does not have.
+    pub fn turns(&self, motion_idx: usize) -> bool {
+        self.motions().get(motion_idx) == Some(&MotionKind::Rotation)
+    }
+
+    /// True if this motion of it is a translation; false of a motion that it does not have.
+    pub fn slides(&self, motion_idx: usize) -> bool {
+        self.motions().get(motion_idx) == Some(&MotionKind::Translation)
+    }
+
+    /// The distance that a link keeps, m.
+    pub fn link_length(&self) -> Option<Expr> {
+        match *self {
+            Self::Link { length } => Some(length),
+            _ => None,
         }
+    }
+
+    /// The angle about z that the bodies of a slide or weld keep, rad.
+    pub fn kept_angle(&self) -> Option<Expr> {
+        match *self {
+            Self::Prismatic { angle } | Self::Weld { angle } => Some(angle),
+            _ => None,
+        }
+    }
+
+    /// The travel of a screw in one turn, m.
+    pub fn lead(&self) -> Option<Expr> {
+        match *self {
+            Self::Screw { lead } => Some(lead),
+            _ => None,
+        }
+    }
+
+    /// The axis of the successor that stays perpendicular to that of the predecessor, in the frame of its point.
+    pub fn second_axis(&self) -> Option<Vector> {
+        match *self {
+            Self::Universal { second } | Self::PerpendicularAxes { second } => Some(second),
+            _ => None,
+        }
+    }
+
+    /// The radii of a wheel, m: of the circle of the middle of its rim, and of the rim across it.
+    pub fn wheel(&self) -> Option<[Expr; 2]> {
+        match *self {
+            Self::Rolling { circle, rim } => Some([circle, rim]),
+            _ => None,
+        }
+    }
+
+    /// Two curves in touch: true if their tangents point the same way.
+    pub fn is_same_way(&self) -> Option<bool> {
+        match *self {
+            Self::CurveOnCurve { is_same_way, .. } => Some(is_same_way),
+            _ => None,
+        }
+    }
+
+    /// True of two curves of which the file does not state which way they touch.
+    pub fn has_open_side(&self) -> bool {
+        matches!(self, Self::CurveOnCurve { is_stated: false, .. })
+    }
+
+    /// Lets two curves touch with the tangents the other way.
+    pub fn turn_side(&mut self) {
+        if let Self::CurveOnCurve { is_same_way, .. } = self {
+            *is_same_way = !*is_same_way;
+        }
+    }
+
+    /// Distance of a point from its curve, m, where the file states a roller.
+    pub fn roller(&self) -> Option<Expr> {
+        match *self {
+            Self::PointOnCurve { roller, .. } => roller,
+            _ => None,
+        }
+    }
+
+    /// The lengths of two curves from the points that come together, m, where they roll.
+    pub fn rolled_arcs(&self) -> Option<[Expr; 2]> {
+        match *self {
+            Self::CurveOnCurve { arcs, .. } => arcs,
+            _ => None,
+        }
+    }
+
+    /// True of a straight face that touches a curve.
+    pub fn is_face(&self) -> bool {
+        matches!(self, Self::LineOnCurve { .. })
+    }
+
+    /// True of a line or curve that touches a curve, other than a point on it.
+    pub fn is_touch(&self) -> bool {
+        self.is_face() || self.second_curve().is_some()
     }
 
     /// The curve that a joint of this kind follows, whose parameter is its first coordinate.

@@ -58,7 +58,7 @@ pub use ids::{
     LoadId, ParameterId, PointId, RopeId, StateId, Vector,
 };
 pub use io::Io;
-pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
+pub use joint::{JOINT_TYPES, Joint, JointKind, JointType, MotionKind, motion_words};
 pub use load::{FrictionLaw, Load, LoadKind, Opposed, Surface};
 pub use load_case::LoadCase;
 pub use measure::{

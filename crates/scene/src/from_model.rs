@@ -8,6 +8,7 @@ mod belts;
 mod bodies;
 mod curves;
 mod ground;
+mod looks;
 mod markers;
 mod numbers;
 mod outlines;

@@ -4,7 +4,7 @@ use crate::redundancy::RepeatedCondition;
 use crate::start::Start;
 use bksim_mbs::particle::particles;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{JointId, JointKind, Model, Space};
+use bksim_model::{JointId, Model, Space};
 
 /// Degrees of freedom, counted and computed.
 #[derive(Clone, PartialEq, Debug)]
@@ -56,24 +56,10 @@ pub fn turns(space: Space) -> i64 {
     if space == Space::Planar { 1 } else { 3 }
 }
 
-/// The number of freedoms that a joint of a kind takes from a body.
-pub fn taken(space: Space, kind: &JointKind) -> i64 {
-    let freedoms = freedoms_of_body(space);
-    match kind {
-        JointKind::Link { .. } | JointKind::LineOnCurve { .. } | JointKind::KnifeEdge => 1,
-        JointKind::CurveOnCurve { .. } => kind.n_taken(),
-        // One direction across the curve in a plane, two in space.
-        JointKind::PointOnCurve { .. } => freedoms / 3,
-        JointKind::Cylinder => 0,
-        // What a joint of a planar model takes out of the plane, no body had.
-        kind => kind.n_taken() - (6 - freedoms),
-    }
-}
-
 /// d (n − 1) − Σ u with d = 3 or 6 freedoms a body, u of which a joint takes, and a coupling one; turning is no
 /// freedom of a particle.
 pub fn gruebler(model: &Model) -> i64 {
-    let taken: i64 = model.joints.iter().map(|joint| taken(model.space, &joint.kind)).sum();
+    let taken: i64 = model.joints.iter().map(|joint| joint.kind.n_taken(model.space)).sum();
     let number = |n: usize| i64::try_from(n).unwrap_or(i64::MAX / 8);
     let n_particles = particles(model).into_iter().filter(|is| *is).count();
     let moving = freedoms_of_body(model.space) * number(model.bodies.len() - 1);

@@ -1,6 +1,6 @@
 //! Axes that must be parallel or in line, and how far off they are.
 
-use bksim_model::{JointId, JointKind, Model};
+use bksim_model::{JointId, Model};
 use nalgebra::Vector3;
 
 use super::pose::Pose;
@@ -95,16 +95,7 @@ fn told(
 /// The point and the direction of a joint's axis, if it has one.
 fn axis(model: &Model, pose: &Pose, joint: JointId) -> Option<Line> {
     let of = &model.joints[joint.0];
-    let has_axis = matches!(
-        of.kind,
-        JointKind::Revolute
-            | JointKind::Prismatic { .. }
-            | JointKind::Cylindrical
-            | JointKind::Screw { .. }
-            | JointKind::PinInSlot
-            | JointKind::Planar
-    );
-    if !has_axis {
+    if !of.kind.has_line() {
         return None;
     }
     let [point, along] = pose.axes[joint.0].map(Vector3::from);

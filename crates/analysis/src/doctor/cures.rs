@@ -103,10 +103,7 @@ pub(super) fn cures(
 
 /// Number of freedoms that changes add.
 fn n_freed(changes: &[(String, &'static str, &'static str)]) -> usize {
-    let n = |word: &str| {
-        let row = bksim_model::JOINT_TYPES.iter().find(|(known, _)| *known == word);
-        row.map_or(0, |(_, motions)| motions.len())
-    };
+    let n = |word: &str| bksim_model::JointType::of_word(word).map_or(0, |of| of.motions.len());
     changes.iter().map(|(_, from, to)| n(to).saturating_sub(n(from))).sum()
 }
 

@@ -7,7 +7,7 @@ use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::code;
 use bksim::model::{CoordinatePolicy, Model, Space};
 use bksim::sim::codes::POSITIONS_ALONE;
-use bksim::sim::mobility::{Mobility, freedoms_of_body, mobility, taken};
+use bksim::sim::mobility::{Mobility, freedoms_of_body, mobility};
 use bksim::{Mechanism, Rejected};
 
 use crate::args::ModelArgs;
@@ -201,7 +201,7 @@ fn count(model: &Model, found: &Mobility) -> Vec<String> {
         terms.push(format!("3·{} turns of the particles {}", names.len(), names.join(" ")));
     }
     for each in (1..=6).rev() {
-        let joints = model.joints.iter().filter(|joint| taken(model.space, &joint.kind) == each);
+        let joints = model.joints.iter().filter(|joint| joint.kind.n_taken(model.space) == each);
         let names: Vec<&str> = joints.map(|joint| joint.name.as_str()).collect();
         if !names.is_empty() {
             terms.push(format!("{each}·{} {}", names.len(), names.join(" ")));

@@ -3,7 +3,7 @@
 
 use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::suggest;
-use bksim::model::{JointKind, Model, Parameter, Point, PointId, Space};
+use bksim::model::{Model, Parameter, Point, PointId, Space};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
@@ -62,7 +62,7 @@ pub(super) fn added(
         let ends = [&mut joint.predecessor, &mut joint.successor];
         let rigid = ends.into_iter().find(|end| model.bodies[end.body.0].flexible.is_none());
         let end = match rigid {
-            Some(end) if model.space == Space::Planar && joint.kind == JointKind::Revolute => end,
+            Some(end) if model.space == Space::Planar && joint.kind.is_pin() => end,
             _ => {
                 let message = format!("`{name}` is no pin between rigid bodies in a plane");
                 let help = "give play to revolute joints of planar mechanisms alone".to_owned();

@@ -1,6 +1,6 @@
 //! [`Numbers`]: values of a model at its parameters.
 
-use bksim_model::{Anchor, FixedTurn, Joint, JointKind, Model, SolidForm};
+use bksim_model::{Anchor, FixedTurn, Joint, Model, SolidForm};
 
 use crate::shapes::Solid;
 use crate::spatial::{Inertia, Pose, Rotation, Vector, of_point, sub};
@@ -40,11 +40,9 @@ impl Numbers<'_> {
 
     /// The frames of a joint in both bodies, equal where all its motions are zero.
     pub(super) fn frames(&self, joint: &Joint) -> Option<[Pose; 2]> {
-        let fixed = match joint.kind {
-            JointKind::Prismatic { angle } | JointKind::Weld { angle } => {
-                Rotation::about([0.0, 0.0, 1.0], self.value(angle)?)
-            }
-            _ => Rotation::NONE,
+        let fixed = match joint.kind.kept_angle() {
+            Some(angle) => Rotation::about([0.0, 0.0, 1.0], self.value(angle)?),
+            None => Rotation::NONE,
         };
         let first = self.frame(joint.predecessor)?;
         let second = self.frame(joint.successor)?;

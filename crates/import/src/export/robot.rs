@@ -79,7 +79,7 @@ impl Robot {
                     continue;
                 };
                 let Some(joint) = connection.joint.map(|joint| &joints[joint]) else { continue };
-                if matches!(joint.kind, JointKind::Free) {
+                if joint.kind.is_free() {
                     continue;
                 }
                 let [first, second] = numbers.frames(joint).ok_or_else(|| unread(joint))?;

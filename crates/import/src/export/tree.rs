@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
-use bksim_model::{Joint, JointKind, LoadKind, Model};
+use bksim_model::{Joint, JointKind, LoadKind, Model, MotionKind};
 
 use crate::Format;
 use crate::codes;
@@ -13,30 +13,24 @@ use super::parts::{Connection, Link, Report};
 
 /// True if a format has this joint where it carries a link.
 fn carries(format: Format, kind: &JointKind) -> bool {
-    let is_elementary = !kind.is_always_cut()
-        && !matches!(kind, JointKind::ParallelAxes)
-        && !matches!(kind, JointKind::PerpendicularAxes { .. });
+    let n_slides = kind.motions().iter().filter(|of| **of == MotionKind::Translation).count();
+    let is_elementary = kind.is_free() || !kind.is_always_cut() && n_slides < 3;
     match format {
         Format::Mjcf => is_elementary,
         Format::Urdf => {
-            is_elementary
-                && !matches!(kind, JointKind::Screw { .. })
-                && (!kind.turns_freely() || matches!(kind, JointKind::Free))
+            is_elementary && kind.lead().is_none() && (!kind.turns_freely() || kind.is_free())
         }
-        _ => matches!(kind, JointKind::Free) || closes(format, kind, true),
+        _ => kind.is_free() || closes(format, kind, true),
     }
 }
 
 /// True if a format has this joint where it closes a loop.
 fn closes(format: Format, kind: &JointKind, is_planar: bool) -> bool {
-    match kind {
-        JointKind::Revolute | JointKind::Weld { .. } | JointKind::Spherical => {
-            format != Format::Urdf
-        }
-        JointKind::Prismatic { .. } | JointKind::Screw { .. } => format == Format::Sdf,
-        JointKind::Universal { .. } => format == Format::Sdf && is_planar,
-        _ => false,
+    if kind.is_pin() || kind.is_weld() || kind.is_ball() {
+        return format != Format::Urdf;
     }
+    let has_sdf = kind.is_slide() || kind.lead().is_some() || kind.is_cross() && is_planar;
+    format == Format::Sdf && has_sdf
 }
 
 /// The links in the order of a tree, and the connections: those of the tree and those that close loops.
@@ -53,8 +47,8 @@ pub(super) fn tree(
     let rank = |idx: usize| {
         let joint = &model.joints[idx];
         let is_easy = closes(format, &joint.kind, is_planar) && !acted.contains(&idx);
-        let is_ball = is_easy && joint.kind == JointKind::Spherical;
-        let is_free = joint.kind == JointKind::Free;
+        let is_ball = is_easy && joint.kind.is_ball();
+        let is_free = joint.kind.is_free();
         (is_free, !carries(format, &joint.kind), joint.cut == Some(true), is_easy, is_ball)
     };
     let mut sorted: Vec<usize> = (0..model.joints.len()).collect();
@@ -123,7 +117,7 @@ pub(super) fn tree(
         return Err(Rejected(faults));
     }
     for (idx, joint) in model.joints.iter().enumerate() {
-        if is_used[idx] || joint.kind == JointKind::Free {
+        if is_used[idx] || joint.kind.is_free() {
             continue;
         }
         let ends = [joint.predecessor.body.0, joint.successor.body.0];
@@ -173,11 +167,8 @@ fn connection(
 
 fn of_joint(model: &Model, idx: usize, ends: [usize; 2]) -> Connection {
     let joint = &model.joints[idx];
-    let lead = match joint.kind {
-        JointKind::Screw { lead } => Numbers(model).value(lead),
-        _ => None,
-    };
-    let has_ball = joint.kind.turns_freely() && joint.kind != JointKind::Free;
+    let lead = joint.kind.lead().and_then(|lead| Numbers(model).value(lead));
+    let has_ball = joint.kind.turns_freely() && !joint.kind.is_free();
     let plain = connection(Some(idx), joint.name.clone(), ends, joint.span.clone());
     Connection { word: joint.kind.word(), has_ball, lead, ..plain }
 }

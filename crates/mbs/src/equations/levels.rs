@@ -16,7 +16,7 @@
 //! joint A and −`A_fx` on the first, and loads, drives and contacts by their own formulas.
 
 use bksim_expr::{Expr, Number, Pool, SymbolId};
-use bksim_model::{BodyId, JointKind, Model, MotionKind, Space, Vector};
+use bksim_model::{BodyId, Model, MotionKind, Space, Vector};
 
 use super::arrange::{Kind, to_be_read};
 use super::form::ReadingForm;
@@ -200,7 +200,7 @@ pub fn free_bodies(model: &Model, system: &SymbolicSystem) -> Level {
             row.wrenches.iter().for_each(|wrench| add(wrench.scaled(pool, lambda)));
         }
     }
-    for joint in model.joints.iter().filter(|joint| joint.kind != JointKind::Cylinder) {
+    for joint in model.joints.iter().filter(|joint| !joint.kind.is_cylinder()) {
         let is_planar = model.space == Space::Planar;
         let turns = joint.kind.motions().contains(&MotionKind::Rotation);
         let component = |word: &str, is_there: bool| {

@@ -15,7 +15,7 @@ use bksim_expr::{Expr, Pool};
 
 use super::{JointWrench, Motion, OnCurve, Row, Sides, rows};
 use crate::spatial::{self, Rotation, z_axis};
-use bksim_model::{Joint, JointKind, Vector};
+use bksim_model::{Joint, Vector};
 
 /// The parameters of the curves; their axes have no meaning.
 pub(super) fn motions(pool: &Pool, _: &Joint) -> Vec<Motion> {
@@ -52,7 +52,7 @@ pub(super) fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<
 
 /// The cosine of the tangents, or its opposite, which is one where the curves touch as stated.
 pub(super) fn alignment(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<Expr> {
-    let JointKind::CurveOnCurve { is_same_way, .. } = joint.kind else { return None };
+    let is_same_way = joint.kind.is_same_way()?;
     let [first, second] = Touch::of(pool, joint, sides)?.tangents;
     let cosine = spatial::dot(pool, &first, &second);
     Some(if is_same_way { cosine } else { pool.neg(cosine) })
@@ -81,7 +81,7 @@ struct Touch {
 
 impl Touch {
     fn of(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<Self> {
-        let JointKind::CurveOnCurve { is_same_way, .. } = joint.kind else { return None };
+        let is_same_way = joint.kind.is_same_way()?;
         let (first, second) = (sides.on_curve.as_ref()?, sides.on_second.as_ref()?);
         let place = |on: &OnCurve, rotation: &Rotation, point: &Vector| {
             let length = pool.sqrt(spatial::dot(pool, &on.tangent, &on.tangent));

@@ -5,7 +5,7 @@ use bksim_expr::{Expr, Pool};
 
 use super::{JointWrench, Motion, Row, Sides};
 use crate::spatial::{self, Rotation};
-use bksim_model::{Joint, JointKind};
+use bksim_model::Joint;
 
 /// The length; its axis has no meaning.
 pub(super) fn motions(_: &Pool, joint: &Joint) -> Vec<Motion> {
@@ -23,7 +23,9 @@ pub(super) fn constraint_rows(_: &Pool, _: &Joint, _: &Sides) -> Vec<Row> {
 
 /// |r_Q − r_P|, m; `None` of other joints.
 pub(super) fn length(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<Expr> {
-    let JointKind::Cylinder = joint.kind else { return None };
+    if !joint.kind.is_cylinder() {
+        return None;
+    }
     let d = spatial::sub(pool, &sides.p_world_successor, &sides.p_world_predecessor);
     Some(pool.sqrt(spatial::dot(pool, &d, &d)))
 }

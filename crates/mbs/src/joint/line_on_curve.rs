@@ -6,7 +6,7 @@ use bksim_expr::Pool;
 
 use super::{JointWrench, Motion, Row, Sides, rows};
 use crate::spatial::{self, Rotation, z_axis};
-use bksim_model::{Joint, JointKind, Vector};
+use bksim_model::{Joint, Vector};
 
 /// The parameter of the curve; its axis has no meaning.
 pub(super) fn motions(pool: &Pool, _: &Joint) -> Vec<Motion> {
@@ -35,8 +35,7 @@ pub(super) fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<
 
 /// A unit force across the line at the place of contact, with its moment about the successor's point.
 pub(super) fn contact(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<JointWrench> {
-    let JointKind::LineOnCurve { .. } = joint.kind else { return None };
-    sides.on_curve.as_ref()?;
+    sides.on_curve.as_ref().filter(|_| joint.kind.is_face())?;
     let normal = spatial::cross(pool, &z_axis(pool), &joint.axis);
     let force = sides.successor.rotation.apply(pool, &normal);
     let arm = spatial::sub(pool, &place(pool, sides), &sides.p_world_successor);
@@ -56,9 +55,7 @@ pub(crate) struct Face {
 impl Face {
     /// That of a joint of this kind; `None` of others.
     pub(crate) fn of(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<Self> {
-        let (JointKind::LineOnCurve { .. }, Some(on_curve)) = (joint.kind, &sides.on_curve) else {
-            return None;
-        };
+        let on_curve = sides.on_curve.as_ref().filter(|_| joint.kind.is_face())?;
         let length = pool.sqrt(spatial::dot(pool, &on_curve.tangent, &on_curve.tangent));
         let unit = spatial::scale(pool, pool.div(pool.one(), length), &on_curve.tangent);
         Some(Self {

@@ -312,13 +312,13 @@ pub fn effort(
 /// The wrench that the gradient of a function of the position stands for, where the poses show this position; `None`
 /// where it is that of [`effort`]. A cut screw counts its turns by its travel.
 pub fn gradient(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<JointWrench> {
-    matches!(joint.kind, JointKind::Screw { .. }).then(|| screw::thrust(pool, joint, sides))
+    joint.kind.lead().map(|_| screw::thrust(pool, joint, sides))
 }
 
 /// The one wrench of a joint whose point slides and turns as a line on a curve or a blade does: a unit force at the
 /// place of contact; `None` of other joints.
 pub fn contact(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<JointWrench> {
-    if matches!(joint.kind, JointKind::KnifeEdge) {
+    if joint.kind.is_blade() {
         return Some(JointWrench::of_force(pool, knife_edge::left(pool, joint, sides)));
     }
     line_on_curve::contact(pool, joint, sides)
@@ -358,6 +358,17 @@ pub fn motions_in_world(
         motion.axis = sides.predecessor.rotation.apply(pool, &motion.axis);
     }
     motions
+}
+
+/// The angle about z that the file states.
+fn kept_turn(pool: &Pool, joint: &Joint) -> Rotation {
+    let angle = joint.kind.kept_angle().expect("the table leads slides and welds here");
+    Rotation::about(pool, &spatial::z_axis(pool), angle)
+}
+
+/// The axis of the successor that stays perpendicular to that of the predecessor.
+fn second_axis(joint: &Joint) -> Vector {
+    joint.kind.second_axis().expect("the table leads joints with two axes here")
 }
 
 /// r_P-frame-after-the-fixed-turn from r_Q: the rotation that the motions make up.

@@ -5,11 +5,11 @@ use bksim_expr::Pool;
 
 use super::{Motion, Row, Sides, rows};
 use crate::spatial::Rotation;
-use bksim_model::{Joint, JointKind, Vector};
+use bksim_model::Joint;
 
 pub(super) fn motions(pool: &Pool, joint: &Joint) -> Vec<Motion> {
     let mut motions = Motion::slides(pool);
-    motions.extend([joint.axis, second(joint)].map(Motion::rotation));
+    motions.extend([joint.axis, super::second_axis(joint)].map(Motion::rotation));
     motions
 }
 
@@ -19,12 +19,5 @@ pub(super) fn fixed_turn(_: &Pool, _: &Joint) -> Rotation {
 
 /// The axes are perpendicular.
 pub(super) fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
-    vec![rows::axes_perpendicular(pool, &joint.axis, &second(joint), sides)]
-}
-
-fn second(joint: &Joint) -> Vector {
-    let JointKind::PerpendicularAxes { second } = joint.kind else {
-        unreachable!("the table leads perpendicular axes here")
-    };
-    second
+    vec![rows::axes_perpendicular(pool, &joint.axis, &super::second_axis(joint), sides)]
 }

@@ -2,20 +2,12 @@
 
 use bksim_expr::Pool;
 
+pub(super) use super::kept_turn as fixed_turn;
 use super::{Motion, Row, Sides, rows};
-use crate::spatial::{Rotation, z_axis};
-use bksim_model::{Joint, JointKind};
+use bksim_model::Joint;
 
 pub(super) fn motions(_: &Pool, joint: &Joint) -> Vec<Motion> {
     vec![Motion::translation(joint.axis)]
-}
-
-/// The stated angle about z.
-pub(super) fn fixed_turn(pool: &Pool, joint: &Joint) -> Rotation {
-    let JointKind::Prismatic { angle } = joint.kind else {
-        unreachable!("the table leads prismatic joints here")
-    };
-    Rotation::about(pool, &z_axis(pool), angle)
 }
 
 /// The point stays on the line, and the frames do not turn.

@@ -15,7 +15,7 @@ use bksim_expr::{Expr, Pool};
 
 use super::{JointWrench, Motion, Row, Sides};
 use crate::spatial::{self, Rotation, z_axis};
-use bksim_model::{Joint, JointKind, Vector};
+use bksim_model::{Joint, Vector};
 
 /// No motions that are coordinates.
 pub(super) fn motions(_: &Pool, _: &Joint) -> Vec<Motion> {
@@ -55,9 +55,7 @@ struct Touching {
 
 impl Touching {
     fn of(pool: &Pool, joint: &Joint, sides: &Sides) -> Self {
-        let JointKind::Rolling { circle, rim } = joint.kind else {
-            unreachable!("the table leads wheels here")
-        };
+        let [circle, rim] = joint.kind.wheel().expect("the table leads wheels here");
         let plane = |axis: &Vector| sides.predecessor.rotation.apply(pool, axis);
         let normal = plane(&z_axis(pool));
         let offset = spatial::sub(pool, &sides.p_world_successor, &sides.p_world_predecessor);
@@ -85,7 +83,7 @@ impl Touching {
 
 /// The place of a wheel that is on its plane, world axes; `None` of other joints.
 pub(super) fn place(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<Vector> {
-    let JointKind::Rolling { .. } = joint.kind else { return None };
+    joint.kind.wheel()?;
     let Touching { arm, .. } = Touching::of(pool, joint, sides);
     Some(spatial::add(pool, &sides.p_world_successor, &arm))
 }

@@ -5,7 +5,7 @@ use bksim_expr::{Expr, Pool};
 
 use super::{JointWrench, Motion, Row, Sides, rotation, rows};
 use crate::spatial::{self, Rotation};
-use bksim_model::{Joint, JointKind};
+use bksim_model::Joint;
 
 pub(super) fn motions(pool: &Pool, joint: &Joint) -> Vec<Motion> {
     vec![Motion { pitch: Some(pitch(pool, joint)), ..Motion::rotation(joint.axis) }]
@@ -50,6 +50,6 @@ pub(super) fn thrust(pool: &Pool, joint: &Joint, sides: &Sides) -> JointWrench {
 
 /// Travel by angle, m/rad.
 fn pitch(pool: &Pool, joint: &Joint) -> Expr {
-    let JointKind::Screw { lead } = joint.kind else { unreachable!("the table leads screws here") };
+    let lead = joint.kind.lead().expect("the table leads screws here");
     pool.div(lead, pool.mul(pool.int(2), pool.pi()))
 }

@@ -5,10 +5,10 @@ use bksim_expr::Pool;
 
 use super::{Motion, Row, Sides, rows};
 use crate::spatial::Rotation;
-use bksim_model::{Joint, JointKind, Vector};
+use bksim_model::Joint;
 
 pub(super) fn motions(_: &Pool, joint: &Joint) -> Vec<Motion> {
-    vec![Motion::rotation(joint.axis), Motion::rotation(second(joint))]
+    vec![Motion::rotation(joint.axis), Motion::rotation(super::second_axis(joint))]
 }
 
 pub(super) fn fixed_turn(_: &Pool, _: &Joint) -> Rotation {
@@ -19,13 +19,6 @@ pub(super) fn fixed_turn(_: &Pool, _: &Joint) -> Rotation {
 pub(super) fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
     let mut rows =
         rows::points_together(pool, &sides.p_world_predecessor, &sides.p_world_successor);
-    rows.push(rows::axes_perpendicular(pool, &joint.axis, &second(joint), sides));
+    rows.push(rows::axes_perpendicular(pool, &joint.axis, &super::second_axis(joint), sides));
     rows
-}
-
-fn second(joint: &Joint) -> Vector {
-    let JointKind::Universal { second } = joint.kind else {
-        unreachable!("the table leads universal joints here")
-    };
-    second
 }

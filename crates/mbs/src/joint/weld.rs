@@ -2,18 +2,12 @@
 
 use bksim_expr::Pool;
 
+pub(super) use super::kept_turn as fixed_turn;
 use super::{Motion, Row, Sides, rows};
-use crate::spatial::{Rotation, z_axis};
-use bksim_model::{Joint, JointKind};
+use bksim_model::Joint;
 
 pub(super) fn motions(_: &Pool, _: &Joint) -> Vec<Motion> {
     Vec::new()
-}
-
-/// The stated angle about z.
-pub(super) fn fixed_turn(pool: &Pool, joint: &Joint) -> Rotation {
-    let JointKind::Weld { angle } = joint.kind else { unreachable!("the table leads welds here") };
-    Rotation::about(pool, &z_axis(pool), angle)
 }
 
 /// r_P − r_Q = 0, and the frames do not turn.

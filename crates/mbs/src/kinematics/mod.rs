@@ -22,8 +22,8 @@ use crate::quaternion::Quaternion;
 use crate::spatial::{self, Rotation};
 use crate::tree::{Branch, Tree};
 use bksim_model::{
-    Anchor, BodyId, CurveId, Joint, JointId, JointKind, Model, MotionKind, PointId, Space, StateId,
-    Vector, free_motion_names,
+    Anchor, BodyId, CurveId, Joint, JointId, Model, MotionKind, PointId, Space, StateId, Vector,
+    free_motion_names,
 };
 
 /// Four coordinates that are the quaternion of a body's turning against its parent in the tree.
@@ -215,20 +215,17 @@ impl Kinematics {
         let here = |e: Expr| pool.substitute(e, &[(curve.parameter, parameter)]);
         let by_parameter = |path: &Vector| path.map(|e| pool.diff(e, curve.parameter));
         let mut path = curve.position;
-        if let JointKind::PointOnCurve { roller: None, .. } = joint.kind {
+        if !joint.kind.is_touch() && joint.kind.roller().is_none() {
             path = curve.pitch(pool).unwrap_or(path);
         }
         // The centre of a roller is across the tangent.
-        if let JointKind::PointOnCurve { roller: Some(distance), .. } = joint.kind {
+        if let Some(distance) = joint.kind.roller() {
             let [x, y, _] = by_parameter(&path);
             let length = pool.sqrt(pool.add(pool.powi(x, 2), pool.powi(y, 2)));
             let left = [pool.neg(pool.div(y, length)), pool.div(x, length), pool.zero()];
             path = spatial::add(pool, &path, &spatial::scale(pool, distance, &left));
         }
-        let arc = match joint.kind {
-            JointKind::CurveOnCurve { arcs, .. } => arcs.map(|arcs| here(arcs[number])),
-            _ => None,
-        };
+        let arc = joint.kind.rolled_arcs().map(|arcs| here(arcs[number]));
         Some(OnCurve { offset: path.map(here), tangent: by_parameter(&path).map(here), arc })
     }
 

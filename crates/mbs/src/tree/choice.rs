@@ -48,7 +48,7 @@ fn n_entries(model: &Model, tree: &Tree) -> [usize; 2] {
         let n_own = kind.motions().len() + usize::from(kind.turns_freely());
         n_before[body.0] = n_before[parent.0] + n_own;
         of_relative += n_own * n_before[parent.0] + n_own * (n_own + 1) / 2;
-        let n_rows = usize::try_from(kind.n_taken()).unwrap_or(0);
+        let n_rows = usize::try_from(kind.n_taken(Space::Spatial)).unwrap_or(0);
         of_absolute += OF_MOVING_BODY + OF_LENGTH + OF_TWO_BODIES * n_rows;
     }
     [of_relative, of_absolute]

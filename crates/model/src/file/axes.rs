@@ -4,7 +4,6 @@ use bksim_expr::Expr;
 
 use super::bodies::Position;
 use super::codes;
-use super::joint_types::PLANAR_TYPES;
 use super::reader::{Fields, Reader};
 use super::tree::Node;
 use super::units::Quantity;
@@ -12,6 +11,7 @@ use super::value::Scope;
 use crate::body::FixedTurn;
 use crate::diagnostic::Diagnostic;
 use crate::ids::Vector;
+use crate::joint::JointType;
 use crate::message::short;
 
 /// The types whose `second` is an axis of its own, perpendicular to the first.
@@ -40,7 +40,7 @@ impl Reader<'_> {
             }
             return Some(z);
         };
-        let bends = !slides && PLANAR_TYPES.contains(&word);
+        let bends = !slides && JointType::of_word(word).is_some_and(|of| of.is_in_plane);
         let help = if slides {
             "[1, 0] for the direction of x"
         } else {

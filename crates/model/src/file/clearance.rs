@@ -17,7 +17,7 @@ use crate::body::{Anchor, Body, FixedTurn, Point};
 use crate::contact::{EdgesForm, Round, Shape};
 use crate::diagnostic::Diagnostic;
 use crate::ids::{PointId, Vector};
-use crate::joint::{JointKind, motion_words};
+use crate::joint::motion_words;
 use crate::measure::{Initial, Measure};
 
 /// Keys of play, which need a clearance.
@@ -95,6 +95,7 @@ impl Reader<'_> {
     pub(super) fn start_in_play(&self, initial: &mut Vec<Initial>) {
         for play in &self.plays {
             let Some(joint) = self.names.joint(&play.name) else { continue };
+            let motions = self.names.joints[joint.0].freedoms.unwrap_or_default();
             let zero = self.pool.zero();
             let is_zero = |axis: Expr| self.pool.is_zero(axis);
             let middle: Vec<(usize, Expr)> = match play.form {
@@ -123,7 +124,7 @@ impl Reader<'_> {
                     continue;
                 }
                 initial.extend(middle.iter().map(|&(motion_idx, value)| {
-                    let words = motion_words(JointKind::Planar.motions(), motion_idx);
+                    let words = motion_words(motions, motion_idx);
                     let (measure, word) = if is_rate {
                         (Measure::JointVelocity(joint, motion_idx), words[1])
                     } else {

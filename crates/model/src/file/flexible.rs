@@ -20,7 +20,7 @@ use crate::body::{Anchor, Body, Point};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::flexible::{Flexible, gauss, short_fraction};
 use crate::ids::{BodyId, JointId, PointId};
-use crate::joint::{JOINT_TYPES, Joint, JointKind};
+use crate::joint::{Joint, JointKind, JointType};
 use crate::load::{Load, LoadKind};
 
 /// Keys of a flexible body.
@@ -135,8 +135,8 @@ impl Reader<'_> {
                     .help(format!("rename what you called `{joint}` or `{body}`")),
             );
         }
-        let known = JOINT_TYPES.iter().find(|(known, _)| *known == word);
-        let (kind, freedoms) = known.copied().unzip();
+        let known = JointType::of_word(word);
+        let (kind, freedoms) = known.map(|of| (of.word, of.motions)).unzip();
         let ids = (JointId(self.names.joints.len()), BodyId(self.names.bodies.len()));
         self.names.add_body(BodyName { name: body, points: Vec::new(), span: span.clone() });
         self.names.add_joint(JointName { name: joint, kind, freedoms, has_radius: false });

@@ -11,7 +11,7 @@ use super::value::{Scalar, Scope};
 use crate::coupling::Coupling;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
-use crate::joint::{Joint, JointKind, MotionKind};
+use crate::joint::{Joint, MotionKind};
 use crate::load::{FrictionLaw, LoadKind, Surface};
 use crate::message::short;
 
@@ -121,9 +121,7 @@ impl Reader<'_> {
         let Value::Text(name) = &fields.get("joint")?.value else { return None };
         let idx = self.names.joints.iter().position(|joint| joint.name == *name)?;
         let joint = joints.get(idx)?.as_ref()?;
-        let touch =
-            matches!(joint.kind, JointKind::LineOnCurve { .. } | JointKind::CurveOnCurve { .. });
-        touch.then_some((JointId(idx), joint))
+        joint.kind.is_touch().then_some((JointId(idx), joint))
     }
 
     /// Friction at the place where curves touch: `of`, `length` and `radius` have no meaning there.
@@ -148,18 +146,13 @@ impl Reader<'_> {
                 return None;
             }
         }
-        let curves = match joint.kind {
-            JointKind::CurveOnCurve { arcs: Some(_), .. } => {
-                let message =
-                    format!("{} has `mu`, but the curves of its joint roll", fields.owner);
-                let help = "remove it: rolling takes the friction that it needs, or remove `rolling` of the joint";
-                fault(self, fields.location(&["mu"]), message, help);
-                return None;
-            }
-            JointKind::CurveOnCurve { curves, .. } => vec![curves[0], curves[1]],
-            JointKind::LineOnCurve { curve } => vec![curve],
-            _ => Vec::new(),
-        };
+        if joint.kind.rolled_arcs().is_some() {
+            let message = format!("{} has `mu`, but the curves of its joint roll", fields.owner);
+            let help = "remove it: rolling takes the friction that it needs, or remove `rolling` of the joint";
+            fault(self, fields.location(&["mu"]), message, help);
+            return None;
+        }
+        let curves = [joint.kind.curve(), joint.kind.second_curve()].into_iter().flatten();
         let mut arcs = [self.pool.zero(); 2];
         for (arc, id) in arcs.iter_mut().zip(curves) {
             *arc = self.length_along(fields, id)?;

@@ -12,7 +12,7 @@ use super::tree::{Entry, Node, Table, Value};
 use super::units::Quantity;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
-use crate::joint::{JOINT_TYPES, MotionKind, motion_words};
+use crate::joint::{MotionKind, motion_words};
 use crate::measure::Measure;
 use crate::measure_names::BODY_WORDS;
 
@@ -49,10 +49,9 @@ impl Reader<'_> {
             self.check_joint_name(name, &span);
             let known = table.and_then(|table| table.get("type")).and_then(|entry| {
                 let Value::Text(word) = &entry.node.value else { return None };
-                let kind = type_of(word, table?);
-                JOINT_TYPES.iter().find(|(known, _)| *known == kind)
+                type_of(word, table?)
             });
-            let (kind, freedoms) = known.copied().unzip();
+            let (kind, freedoms) = known.map(|of| (of.word, of.motions)).unzip();
             if let Some((table, Value::Text(word))) =
                 table.and_then(|table| Some((table, &table.get("type")?.node.value)))
             {

@@ -16,7 +16,6 @@ use super::reader::Reader;
 use crate::body::Body;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::Vector;
-use crate::joint::JointKind;
 use crate::load::LoadKind;
 use crate::message::short;
 use crate::model::{Model, Space};
@@ -237,18 +236,19 @@ fn across_the_plane(values: &Values<'_>, facts: &[BodyFacts]) -> Option<Diagnost
     let mut n_along = 0;
     for joint in &model.joints {
         let [x, y, z] = values.vector(joint.axis)?;
-        match joint.kind {
-            JointKind::Revolute if x == 0.0 && y == 0.0 => n_along += 1,
-            JointKind::Revolute | JointKind::PinInSlot if z == 0.0 => crossed.push(joint),
-            JointKind::Prismatic { .. } if z == 0.0 => (),
-            JointKind::Weld { .. } | JointKind::Link { .. } => (),
-            _ => return None,
+        let kind = joint.kind;
+        if kind.is_pin() && x == 0.0 && y == 0.0 {
+            n_along += 1;
+        } else if (kind.is_pin() || kind.is_slot()) && z == 0.0 {
+            crossed.push(joint);
+        } else if !(kind.is_slide() && z == 0.0 || kind.is_weld() || kind.link_length().is_some()) {
+            return None;
         }
         if !joint.alignment.is_empty() {
             return None;
         }
     }
-    crossed.retain(|joint| matches!(joint.kind, JointKind::Revolute));
+    crossed.retain(|joint| joint.kind.is_pin());
     let mut across = model.loads.iter().filter_map(|load| match &load.kind {
         LoadKind::Gravity { acceleration } => {
             let [x, y, z] = values.vector(*acceleration)?;

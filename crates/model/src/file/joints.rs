@@ -4,7 +4,7 @@ use bksim_expr::Expr;
 
 use super::codes;
 use super::gather::sub_tables;
-use super::joint_types::{DISTANCE, DISTANCE_KEYS, JOINT_KEYS, PLANAR_TYPES, type_of};
+use super::joint_types::{DISTANCE, DISTANCE_KEYS, type_of};
 use super::play::{PLAYING_TYPES, has_play};
 use super::reader::{Fields, Reader};
 use super::replay::Constant;
@@ -13,7 +13,7 @@ use super::units::Quantity;
 use super::value::Scope;
 use crate::body::Anchor;
 use crate::diagnostic::{Diagnostic, Span};
-use crate::joint::{JOINT_TYPES, Joint, JointKind};
+use crate::joint::{JOINT_TYPES, Joint, JointKind, JointType};
 
 /// The sides of a curve as its parameter rises, with the sign of a distance to the left.
 const SIDES: [(&str, i32); 2] = [("left", 1), ("right", -1)];
@@ -35,24 +35,21 @@ impl Reader<'_> {
 
     fn read_joint(&mut self, name: &str, table: &Table, span: Span) -> Option<Joint> {
         let owner = format!("joint `{name}`");
-        let words = JOINT_TYPES.iter().map(|(word, _)| *word).chain([DISTANCE]);
+        let words = JOINT_TYPES.iter().map(|of| of.word).chain([DISTANCE]);
         let types: Vec<(&str, &str)> = words.map(|word| (word, word)).collect();
         let Some(kind_entry) = table.get("type") else {
             // Without a type the other keys cannot be judged.
-            let known = JOINT_KEYS.concat();
+            let known: Vec<&str> = JOINT_TYPES.iter().flat_map(JointType::keys).collect();
             let fields = Fields::open(self, table, owner, span, &known);
             fields.require(self, "type", "write for example `type = \"revolute\"`");
             return None;
         };
         let written = self.choice(&kind_entry.node, &format!("`type` of {owner}"), &types)?;
-        let word = type_of(written, table);
-        let kind_idx = JOINT_TYPES.iter().position(|(known, _)| *known == word)?;
+        let facts = type_of(written, table)?;
+        let word = facts.word;
         let plays = has_play(written, table);
-        let keys = match JOINT_TYPES.iter().position(|(known, _)| *known == written) {
-            Some(row) => JOINT_KEYS[row],
-            None => &DISTANCE_KEYS,
-        };
-        let fields = Fields::open(self, table, owner, span.clone(), keys);
+        let keys = JointType::of_word(written).map_or(DISTANCE_KEYS.to_vec(), JointType::keys);
+        let fields = Fields::open(self, table, owner, span.clone(), &keys);
         if written == DISTANCE && !self.is_distance(&fields) {
             return None;
         }
@@ -61,7 +58,7 @@ impl Reader<'_> {
         if PLAYING_TYPES.contains(&written) {
             self.check_play(&fields);
         }
-        if !plays && !PLANAR_TYPES.contains(&word) && self.spatial.is_none() {
+        if !plays && !facts.is_in_plane && self.spatial.is_none() {
             self.spatial = Some(kind_entry.node.span.clone());
         }
         let mut axis = self.joint_axis(if plays { written } else { word }, &fields);
@@ -71,8 +68,7 @@ impl Reader<'_> {
         let mut cut = fields.get("cut").and_then(|node| self.flag(node, &fields.what("cut")));
         let mut coordinate_names = Vec::new();
         if let Some(node) = fields.get("coordinate") {
-            let freedoms = JOINT_TYPES[kind_idx].1.len();
-            coordinate_names = self.read_coordinate_names(node, &fields, &[freedoms]);
+            coordinate_names = self.read_coordinate_names(node, &fields, &[facts.motions.len()]);
         }
         let [predecessor, successor] = ends?;
         if predecessor.body == successor.body {

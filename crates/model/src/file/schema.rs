@@ -6,7 +6,7 @@ use super::cases::CASE_KEYS;
 use super::couplings::{CONDITION_KEYS, COUPLINGS};
 use super::curves::CURVES;
 use super::io::IO_KEYS;
-use super::joint_types::{DISTANCE, DISTANCE_KEYS, JOINT_KEYS};
+use super::joint_types::{DISTANCE, DISTANCE_KEYS};
 use super::loads::{DRIVE_KEYS, LOADS};
 use super::outlines::CONTACT_KEYS;
 use super::sampled::CLOCK_KEYS;
@@ -57,10 +57,10 @@ const REPEAT_KEYS: [&str; 2] = ["count", "first"];
 /// Keys of a part that is used.
 const USE_KEYS: [&str; 4] = ["file", "part", "on", "with"];
 
-fn typed(rows: &[(&'static str, &'static [&'static str])]) -> Holds {
-    let form = |(word, keys): &(&'static str, &'static [&'static str])| TableForm {
+fn typed(rows: &[(&'static str, impl AsRef<[&'static str]>)]) -> Holds {
+    let form = |(word, keys): &(&'static str, _)| TableForm {
         word: Some(word),
-        keys: [keys, &REPEAT_KEYS[..]].concat(),
+        keys: [AsRef::as_ref(keys), &REPEAT_KEYS[..]].concat(),
     };
     Holds::Named(rows.iter().map(form).collect())
 }
@@ -105,8 +105,8 @@ fn units() -> Holds {
 }
 
 fn joints() -> Holds {
-    let rows = JOINT_TYPES.iter().zip(JOINT_KEYS).map(|((word, _), keys)| (*word, keys));
-    typed(&rows.chain([(DISTANCE, &DISTANCE_KEYS[..])]).collect::<Vec<_>>())
+    let rows = JOINT_TYPES.iter().map(|of| (of.word, of.keys()));
+    typed(&rows.chain([(DISTANCE, DISTANCE_KEYS.to_vec())]).collect::<Vec<_>>())
 }
 
 /// All sections, in the order in which they are documented.

@@ -5,7 +5,7 @@ use bksim_mbs::particle::particles;
 use bksim_model::{
     CoordinatePolicy, Coupling, CouplingKind, JointId, Measure, Model, MotionKind, Space,
 };
-use bksim_sim::mobility::{Mobility, freedoms_of_body, taken, turns};
+use bksim_sim::mobility::{Mobility, freedoms_of_body, turns};
 use bksim_sim::redundancy::{Condition, RepeatedCondition};
 use serde_json::{Value, json};
 
@@ -77,7 +77,7 @@ fn count(mechanism: &Mechanism, found: &Mobility) -> Value {
     let of_particles =
         model.bodies.iter().zip(&is_particle).filter(|(_, is_particle)| **is_particle);
     let joints = model.joints.iter().map(|joint| {
-        let taken = taken(model.space, &joint.kind);
+        let taken = joint.kind.n_taken(model.space);
         json!({ "name": joint.name, "type": joint.kind.word(), "taken": taken })
     });
     json!({

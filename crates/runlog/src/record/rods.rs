@@ -1,7 +1,6 @@
 //! Massless links as frames of their own: programs that draw no scenes show them by the outlines of frames.
 
 use bksim_log::{Entity, Placement};
-use bksim_model::JointKind;
 use bksim_scene::{Role, Scene};
 use bksim_sim::Mechanism;
 
@@ -24,7 +23,7 @@ pub(super) fn rods(mechanism: &Mechanism, scene: &Scene) -> Vec<Rod> {
     let known = |symbol| values.iter().find(|(known, _)| *known == symbol).map(|(_, value)| *value);
     let rod = |(span_idx, span): (usize, &bksim_scene::Span)| {
         let joint = model.joints.iter().find(|joint| joint.name == span.name)?;
-        let JointKind::Link { length } = joint.kind else { return None };
+        let length = joint.kind.link_length()?;
         // A length that follows time has no value here.
         let length =
             model.pool.evaluate(length, &known).ok().filter(|length| length.is_finite())?;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use bksim_model::{Anchor, Curve, Joint, JointKind};
+use bksim_model::{Anchor, Curve, Joint};
 
 use super::Sketch;
 use crate::{Form, Role, Shape};
@@ -19,15 +19,12 @@ impl Sketch<'_> {
     pub(super) fn curves(&self) -> Vec<Shape> {
         let of_joint = |joint: &Joint| {
             let curve = &self.model().curves[joint.kind.curve()?.0];
-            let follower = match joint.kind {
-                JointKind::PointOnCurve { roller, .. } => roller
+            let follower = match joint.kind.second_curve() {
+                Some(second) => Some(self.curve(joint.successor, &self.model().curves[second.0])),
+                None if joint.kind.is_face() => Some(self.face(joint, curve)),
+                None => (joint.kind.roller())
                     .or(curve.cam.as_ref().and_then(|cam| cam.roller))
                     .map(|distance| self.roller(joint, self.numbers.value(distance).abs())),
-                JointKind::LineOnCurve { .. } => Some(self.face(joint, curve)),
-                JointKind::CurveOnCurve { curves: [_, second], .. } => {
-                    Some(self.curve(joint.successor, &self.model().curves[second.0]))
-                }
-                _ => None,
             };
             Some([Some(self.curve(joint.predecessor, curve)), follower])
         };

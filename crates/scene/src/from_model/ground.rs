@@ -2,9 +2,10 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use bksim_model::{JointKind, LoadKind};
+use bksim_model::LoadKind;
 
 use super::Sketch;
+use super::looks::{Look, Symbol};
 use super::rail::{Rail, SLOT};
 use crate::geometry::{
     Plane, Point, add, along3, block, direction, distance, distance3, left, scaled, sub, unit,
@@ -69,17 +70,8 @@ impl Sketch<'_> {
         };
         for joint in &self.model().joints {
             let ends = [joint.predecessor, joint.successor];
-            match joint.kind {
-                JointKind::Revolute
-                | JointKind::Link { .. }
-                | JointKind::Cylinder
-                | JointKind::Spherical
-                | JointKind::Universal { .. }
-                | JointKind::ConstantVelocity
-                | JointKind::Cylindrical
-                | JointKind::Screw { .. } => hold(ends, Symbol::Support),
-                JointKind::Weld { .. } => hold(ends, Symbol::Wall),
-                _ => (),
+            if let Some(symbol) = Look::of(joint.kind).on_ground {
+                hold(ends, symbol);
             }
         }
         for load in &self.model().loads {
@@ -218,15 +210,6 @@ struct Held {
     up: Point,
     /// Factor on the usual size of the symbol.
     size: f64,
-}
-
-/// Symbol of a point that the ground holds.
-#[derive(Clone, Copy)]
-enum Symbol {
-    /// A triangle under a pin.
-    Support,
-    /// A wall that holds fast.
-    Wall,
 }
 
 /// Number of strokes of a hatching: at least two.

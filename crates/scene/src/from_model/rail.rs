@@ -1,7 +1,8 @@
 //! [`Rail`]: the straight path of a prismatic joint, of a cylindrical one on a body that moves, or of a pin in a slot.
 
-use bksim_model::{GROUND, Joint, JointKind, Space};
+use bksim_model::{GROUND, Joint, Space};
 
+use super::looks::{Look, OnRail};
 use super::numbers::{Numbers, range};
 use super::sizes::SymbolSizes;
 use crate::geometry::{Plane, Point, across3, cross3, direction, length3, sub3, unit3};
@@ -50,12 +51,12 @@ fn rail(
     joint_idx: usize,
     joint: &Joint,
 ) -> Option<Rail> {
-    let angle = match joint.kind {
-        JointKind::Prismatic { angle } => Some(numbers.value(angle)),
+    let angle = match Look::of(joint.kind).rail? {
+        OnRail::Pin => None,
         // A shaft in a bearing of the ground has the sign of a bearing alone.
-        JointKind::Cylindrical if joint.predecessor.body != GROUND => Some(0.0),
-        JointKind::PinInSlot => None,
-        _ => return None,
+        OnRail::Shaft if joint.predecessor.body == GROUND => return None,
+        OnRail::Shaft => Some(0.0),
+        OnRail::Block => Some(joint.kind.kept_angle().map_or(0.0, |angle| numbers.value(angle))),
     };
     // The guide, on the first body; at first with room for a pin alone.
     let from = numbers.attached(joint.predecessor);

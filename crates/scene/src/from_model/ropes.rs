@@ -79,9 +79,7 @@ impl Sketch<'_> {
         let is_round = self.numbers.value(node.radius) != 0.0;
         let pin = self.model().joints.iter().find(|joint| {
             let ends = [joint.predecessor, joint.successor];
-            is_round
-                && joint.kind == bksim_model::JointKind::Revolute
-                && ends.iter().any(|end| end.body == node.center.body)
+            is_round && joint.kind.is_pin() && ends.iter().any(|end| end.body == node.center.body)
         });
         pin.map_or(node.center.body.0, |joint| {
             let [a, b] = [joint.predecessor.body, joint.successor.body];

@@ -1,7 +1,5 @@
 //! [`SymbolSizes`]: symbols in proportion to the mechanism's own lengths.
 
-use bksim_model::JointKind;
-
 use super::numbers::Numbers;
 use super::solids::forms;
 use crate::Form;
@@ -68,7 +66,7 @@ fn typical_length(numbers: &Numbers, attached: &[Vec<[f64; 3]>]) -> f64 {
 /// Distances of the pins in outlined bodies from their outlines.
 fn edge_distances(numbers: &Numbers) -> Vec<f64> {
     let joints = numbers.model.joints.iter();
-    let pinned = joints.filter(|joint| joint.kind == JointKind::Revolute);
+    let pinned = joints.filter(|joint| joint.kind.is_pin());
     let ends = pinned.flat_map(|joint| [joint.predecessor, joint.successor]);
     ends.filter_map(|anchor| numbers.edge_distance(numbers.attached(anchor))).collect()
 }

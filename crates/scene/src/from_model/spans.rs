@@ -1,7 +1,7 @@
 //! Springs, dampers, cylinders, ropes and massless links.
 
 use bksim_expr::Expr;
-use bksim_model::{Anchor, JointId, JointKind, Load, LoadKind, MotionKind};
+use bksim_model::{Anchor, JointId, Load, LoadKind, MotionKind};
 
 use super::Sketch;
 use crate::{Span, SpanKind};
@@ -26,22 +26,20 @@ impl Sketch<'_> {
         };
         for (joint_idx, joint) in self.model().joints.iter().enumerate() {
             let ends = [joint.predecessor, joint.successor];
-            match joint.kind {
+            let between = match joint.kind.link_length() {
                 // A rod that changes its length is one of two parts.
-                JointKind::Link { length } if self.changes(length) => {
+                Some(length) if self.changes(length) => Between::Piston,
+                Some(_) => Between::Rope,
+                None if joint.kind.is_cylinder() => self.between(JointId(joint_idx)),
+                None => continue,
+            };
+            match between {
+                Between::Spring => (),
+                Between::Rope => span(&joint.name, ends, SpanKind::Link),
+                Between::Piston => {
                     let length = self.first_distance(ends);
                     span(&joint.name, ends, SpanKind::Cylinder { length });
                 }
-                JointKind::Link { .. } => span(&joint.name, ends, SpanKind::Link),
-                JointKind::Cylinder => match self.between(JointId(joint_idx)) {
-                    Between::Spring => (),
-                    Between::Rope => span(&joint.name, ends, SpanKind::Link),
-                    Between::Piston => {
-                        let length = self.first_distance(ends);
-                        span(&joint.name, ends, SpanKind::Cylinder { length });
-                    }
-                },
-                _ => (),
             }
         }
         let pool = &self.model().pool;

@@ -2,9 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use bksim_model::{Joint, JointKind, LoadKind, MotionKind};
+use bksim_model::{Joint, LoadKind, MotionKind};
 
 use super::Sketch;
+use super::looks::Look;
 use crate::geometry::{
     Plane, Point, across3, along3, arc, block, circle, cross3, direction, distance3, scaled, unit3,
 };
@@ -28,33 +29,18 @@ const FACETS: u32 = 24;
 const CROSS: f64 = 1.6;
 const AXLE: f64 = 0.5;
 
-/// True if a joint turns about one axis, which both its bodies have.
-fn has_axis(kind: JointKind) -> bool {
-    matches!(kind, JointKind::Revolute | JointKind::Cylindrical | JointKind::Screw { .. })
-}
-
 impl Sketch<'_> {
     /// The pins of joints that turn, and the eyelets of springs.
     pub(super) fn pins(&self) -> Vec<Shape> {
         let mut shapes = Vec::new();
         for joint in &self.model().joints {
             let ends = [joint.predecessor, joint.successor].map(|a| self.numbers.attached(a));
-            let pinned = match joint.kind {
-                JointKind::Prismatic { .. }
-                | JointKind::Weld { .. }
-                | JointKind::Free
-                | JointKind::ParallelAxes
-                | JointKind::PerpendicularAxes { .. } => &[],
-                JointKind::Link { .. } | JointKind::Cylinder => &ends[..],
-                _ => &ends[1..],
-            };
-            if let (JointKind::Universal { second }, false) = (joint.kind, self.is_planar()) {
+            let Look { n_pins, is_cross, .. } = Look::of(joint.kind);
+            if let (true, Some(second)) = (is_cross, joint.kind.second_axis()) {
                 shapes.extend(self.cross(joint, ends, self.numbers.vector(&second)));
                 continue;
             }
-            for &at in pinned {
-                shapes.push(self.pin(joint, at));
-            }
+            shapes.extend(ends[2 - n_pins..].iter().map(|&at| self.pin(joint, at)));
         }
         shapes.extend(self.eyes());
         shapes
@@ -94,7 +80,7 @@ impl Sketch<'_> {
 
     /// A circle; in space, a short cylinder along the axis of rotation.
     fn pin(&self, joint: &Joint, at: Attached) -> Shape {
-        if self.is_planar() || !has_axis(joint.kind) {
+        if self.is_planar() || !Look::of(joint.kind).has_axle {
             return self.round(at, Role::Pin, self.pin);
         }
         let plane = self.turning_plane(joint, at);
@@ -127,7 +113,7 @@ impl Sketch<'_> {
         for joint in &self.model().joints {
             let ends = [joint.predecessor, joint.successor].map(|a| self.numbers.attached(a));
             // A weld to the ground has a wall.
-            let is_weld = matches!(joint.kind, JointKind::Weld { .. });
+            let is_weld = joint.kind.is_weld();
             if !is_weld || ends.iter().any(|end| end.body == 0) {
                 continue;
             }
@@ -146,7 +132,7 @@ impl Sketch<'_> {
     /// The plane across the axis of a joint; a revolute has the same axis in both its bodies.
     pub(super) fn turning_plane(&self, joint: &Joint, at: Attached) -> Plane {
         let stated = match joint.kind {
-            kind if has_axis(kind) => unit3(self.numbers.axis(joint, at.body)),
+            kind if Look::of(kind).has_axle => unit3(self.numbers.axis(joint, at.body)),
             _ => None,
         };
         self.plane_across(at.position, stated.unwrap_or([0.0, 0.0, 1.0]))

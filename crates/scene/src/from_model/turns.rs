@@ -5,7 +5,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use bksim_model::{BodyId, Joint, JointId, JointKind, LoadKind, MotionKind};
+use bksim_model::{BodyId, Joint, JointId, LoadKind, MotionKind};
 
 use super::Sketch;
 use crate::geometry::{Plane, Point, add, arc, circle, direction, left, scaled, unit3};
@@ -94,7 +94,7 @@ impl Sketch<'_> {
     fn joint_between(&self, from: BodyId, on: BodyId) -> Option<&Joint> {
         self.model().joints.iter().find(|joint| {
             let ends = [joint.predecessor.body, joint.successor.body];
-            joint.kind == JointKind::Revolute && (ends == [from, on] || ends == [on, from])
+            joint.kind.is_pin() && (ends == [from, on] || ends == [on, from])
         })
     }
 

@@ -6,7 +6,7 @@ use bksim_expr::{Expr, SymbolId, Tape, TapeError};
 use bksim_mbs::constraint::{Constraint, Source};
 use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{Initial, JointKind, Measure, Model, MotionKind, Vector};
+use bksim_model::{Initial, Measure, Model, MotionKind, Vector};
 
 /// Kinds of the coordinates, constraint rows and initial values of a model, and its links' lengths.
 #[derive(Clone, Debug)]
@@ -103,7 +103,7 @@ fn squared_lengths(model: &Model) -> Vec<Expr> {
                 None => first[anchor.body.0] = Some(here),
             }
         }
-        if let JointKind::Link { length } = joint.kind {
+        if let Some(length) = joint.kind.link_length() {
             // Lengths that change with time, as they are at the start.
             let t_start = pool.float(model.solve.t_start);
             let length = pool.substitute(length, &[(model.time, t_start)]);

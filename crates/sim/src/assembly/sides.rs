@@ -8,7 +8,7 @@ use bksim_mbs::coordinate::{Coordinate, Owner};
 use bksim_mbs::joint::alignments;
 use bksim_mbs::kinematics::Kinematics;
 use bksim_mbs::tree::Tree;
-use bksim_model::{JointKind, Model};
+use bksim_model::Model;
 
 /// Cosine of the tangents from which on initial values tell a side: those further off tell none.
 const TOLD: f64 = 0.5;
@@ -16,9 +16,7 @@ const TOLD: f64 = 0.5;
 /// Turns the joints of two curves over whose `tangents` are not stated and whose initial values, those of their own
 /// parameters and of all joints that carry the curves, put the tangents the other way.
 pub(crate) fn take_sides(model: &mut Model) {
-    let is_open =
-        |kind: &JointKind| matches!(kind, JointKind::CurveOnCurve { is_stated: false, .. });
-    if !model.joints.iter().any(|joint| is_open(&joint.kind)) {
+    if !model.joints.iter().any(|joint| joint.kind.has_open_side()) {
         return;
     }
     let uncut = Kinematics::of_start(model, &Tree::uncut(model));
@@ -41,11 +39,11 @@ pub(crate) fn take_sides(model: &mut Model) {
         let value = |cosine| model.pool.evaluate(cosine, &|symbol| values.get(&symbol).copied());
         cosines.into_iter().any(|cosine| value(cosine).is_ok_and(|cosine| cosine < -TOLD))
     };
-    let turned = model.joints.iter().map(|joint| is_open(&joint.kind) && is_opposite(joint));
+    let turned = model.joints.iter().map(|joint| joint.kind.has_open_side() && is_opposite(joint));
     let turned: Vec<bool> = turned.collect();
     for (joint, is_turned) in model.joints.iter_mut().zip(turned) {
-        if let JointKind::CurveOnCurve { is_same_way, .. } = &mut joint.kind {
-            *is_same_way ^= is_turned;
+        if is_turned {
+            joint.kind.turn_side();
         }
     }
 }

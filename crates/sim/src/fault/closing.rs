@@ -13,7 +13,7 @@ use crate::start::{Conflict, Gap};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Code, Diagnostic};
 use bksim_model::message::{listed, short};
-use bksim_model::{Drive, JointId, JointKind, Measure, Model, Parameter, Space};
+use bksim_model::{Drive, JointId, Measure, Model, Parameter, Space};
 
 /// Three digits: what a search for the edge of a reach is good for.
 pub(super) fn estimate(value: f64) -> String {
@@ -110,7 +110,7 @@ fn in_order(model: &Model, around: &[JointId]) -> String {
 fn left_open(model: &Model, gap: Gap) -> String {
     let joint = &model.joints[gap.joint.0];
     let ends = [joint.predecessor, joint.successor].map(|end| anchor_name(model, end));
-    if let JointKind::Link { length } = joint.kind {
+    if let Some(length) = joint.kind.link_length() {
         let length = value(model, length);
         let apart = (length * length + 2.0 * length * gap.distance).max(0.0).sqrt();
         return format!(
@@ -155,11 +155,8 @@ fn half_turn(model: &Model, gap: Gap) -> Option<String> {
 fn oblique_axes(model: &Model, around: &[JointId]) -> Option<String> {
     const PARALLEL: f64 = 1e-9;
     const NEARLY: f64 = 0.3;
-    let turning: Vec<JointId> = around
-        .iter()
-        .copied()
-        .filter(|j| matches!(model.joints[j.0].kind, JointKind::Revolute))
-        .collect();
+    let turning: Vec<JointId> =
+        around.iter().copied().filter(|j| model.joints[j.0].kind.is_pin()).collect();
     if turning.len() < 3 || turning.len() < around.len() {
         return None;
     }

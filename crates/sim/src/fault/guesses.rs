@@ -7,7 +7,7 @@ use bksim_mbs::coordinate::Owner;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
-use bksim_model::{Initial, Joint, JointId, JointKind, Measure, Model, motion_words};
+use bksim_model::{Initial, Joint, JointId, Measure, Model, motion_words};
 
 /// A guess that was moved by more than this has been guessed far off: 20 degrees, or this part of the
 /// longest link. Guesses read off a sketch are nearer.
@@ -47,12 +47,15 @@ fn far_off(model: &Model, start: &Start, initial: &Initial, moved: &Moved) -> Op
     );
     // Half a turn of the parameter of a curve is the other side of it.
     let side = match initial.measure {
-        Measure::JointPosition(JointId(joint), _) => Some(&model.joints[joint]),
+        Measure::JointPosition(JointId(joint), _) => {
+            let Joint { name, kind, .. } = &model.joints[joint];
+            kind.is_same_way().map(|is_same_way| (name, is_same_way))
+        }
         _ => None,
     };
     let side = match side {
-        Some(Joint { name, kind: JointKind::CurveOnCurve { is_same_way, .. }, .. }) => {
-            let tangents = if *is_same_way { "opposite" } else { "same" };
+        Some((name, is_same_way)) => {
+            let tangents = if is_same_way { "opposite" } else { "same" };
             format!(
                 "`tangents = \"{tangents}\"` in `[joints.{name}]` if the curves touch on the other side, "
             )

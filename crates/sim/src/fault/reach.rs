@@ -9,7 +9,7 @@
 
 use bksim_expr::Expr;
 use bksim_model::message::listed;
-use bksim_model::{Anchor, BodyId, GROUND, Joint, JointId, JointKind, Model};
+use bksim_model::{Anchor, BodyId, GROUND, Joint, JointId, Model};
 
 use crate::mobility::loop_through;
 
@@ -85,10 +85,9 @@ pub(super) fn spans(
     for k in 1..n {
         bodies.push(far(joint(k), bodies[k - 1]));
     }
-    let turns = |k: usize| match joint(k).kind {
-        JointKind::Revolute => held(around[k % n]).is_none(),
-        JointKind::Prismatic { .. } | JointKind::Weld { .. } => false,
-        _ => true,
+    let turns = |k: usize| {
+        let kind = joint(k).kind;
+        kind.kept_angle().is_none() && !(kind.is_pin() && held(around[k % n]).is_some())
     };
     // Lengths bound what frames that are parallel can reach.
     if around.iter().any(|id| !bounds(model, &model.joints[id.0])) {
@@ -101,7 +100,7 @@ pub(super) fn spans(
     let mut chain = Chain::default();
     for k in first..first + n {
         let (here, body) = (joint(k), bodies[k % n]);
-        if let JointKind::Link { length } = here.kind {
+        if let Some(length) = here.kind.link_length() {
             spans.push(link(model, here, length));
         }
         chain.leave_slot(model, here, body);
@@ -123,18 +122,9 @@ fn bounds(model: &Model, joint: &Joint) -> bool {
         let points = &model.bodies[anchor.body.0].points;
         anchor.point.is_none_or(|point| points[point.0].orientation.is_empty())
     };
-    let can_judge = matches!(
-        joint.kind,
-        JointKind::Revolute
-            | JointKind::Prismatic { .. }
-            | JointKind::Weld { .. }
-            | JointKind::PinInSlot
-            | JointKind::Link { .. }
-            | JointKind::Spherical
-            | JointKind::Universal { .. }
-            | JointKind::ConstantVelocity
-    );
-    can_judge
+    let kind = joint.kind;
+    let is_guided = kind.is_slide() || kind.is_slot();
+    (kind.points_coincide() || is_guided || kind.link_length().is_some())
         && joint.alignment.is_empty()
         && is_plain(joint.predecessor)
         && is_plain(joint.successor)
@@ -170,11 +160,12 @@ impl Chain {
     fn cross(&mut self, model: &Model, id: JointId, body: BodyId, held: Option<f64>) {
         let joint = &model.joints[id.0];
         let axis = unit(joint.axis.map(|e| value(model, e)));
-        let (turn_axis, angle, offset) = match joint.kind {
-            JointKind::Revolute => (axis, held.unwrap_or(0.0), None),
-            JointKind::Prismatic { angle } => ([0.0, 0.0, 1.0], value(model, angle), Some(held)),
-            JointKind::Weld { angle } => ([0.0, 0.0, 1.0], value(model, angle), None),
-            _ => return,
+        let (turn_axis, angle, offset) = match joint.kind.kept_angle() {
+            Some(angle) => {
+                ([0.0, 0.0, 1.0], value(model, angle), joint.kind.is_slide().then_some(held))
+            }
+            None if joint.kind.is_pin() => (axis, held.unwrap_or(0.0), None),
+            None => return,
         };
         if held.is_some() {
             self.held.push(id);
@@ -200,7 +191,7 @@ impl Chain {
 
     /// Into a slot of `body`, whose pin may be anywhere along it.
     fn enter_slot(&mut self, model: &Model, joint: &Joint, body: BodyId) {
-        if matches!(joint.kind, JointKind::PinInSlot) && joint.predecessor.body == body {
+        if joint.kind.is_slot() && joint.predecessor.body == body {
             self.slides.push(unit(joint.axis.map(|e| value(model, e))));
         }
     }

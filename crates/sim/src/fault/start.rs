@@ -10,9 +10,7 @@ use crate::start::StartError;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::{counted, listed, short};
-use bksim_model::{
-    BodyId, FrictionLaw, GROUND, Joint, JointId, JointKind, Load, LoadKind, Model, Space,
-};
+use bksim_model::{BodyId, FrictionLaw, GROUND, Joint, JointId, Load, LoadKind, Model, Space};
 
 /// The diagnostic of a start that was not found.
 pub fn diagnose_start(
@@ -168,10 +166,7 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
 
 /// Whether lengths or relations that change in time move the mechanism, though it has no freedom left.
 fn is_led_by_lengths(model: &Model) -> bool {
-    let lengths = model.joints.iter().filter_map(|joint| match joint.kind {
-        JointKind::Link { length } => Some(length),
-        _ => None,
-    });
+    let lengths = model.joints.iter().filter_map(|joint| joint.kind.link_length());
     let relations = model.couplings.iter().map(|coupling| coupling.relation);
     lengths.chain(relations).any(|e| model.pool.depends_on(e, model.time))
 }
@@ -221,7 +216,7 @@ fn superfluous_links(model: &Model) -> Vec<String> {
         joints.len() == 2 && neighbours.into_iter().all(stays_held)
     });
     let bars = bars.map(|body| model.bodies[body.0].name.clone());
-    let is_link = |j: &&bksim_model::Joint| matches!(j.kind, JointKind::Link { .. });
+    let is_link = |j: &&bksim_model::Joint| j.kind.link_length().is_some();
     let links = model.joints.iter().filter(is_link).filter(|j| ends(j).into_iter().all(stays_held));
     bars.chain(links.map(|j| j.name.clone())).collect()
 }
@@ -237,7 +232,7 @@ fn between_balls(model: &Model, body: BodyId) -> Option<[&str; 2]> {
     let has = |joint: &&Joint| [joint.predecessor.body, joint.successor.body].contains(&body);
     let joints: Vec<&Joint> = model.joints.iter().filter(has).collect();
     match joints.as_slice() {
-        [a, b] if [a, b].iter().all(|joint| joint.kind == JointKind::Spherical) => {
+        [a, b] if [a, b].iter().all(|joint| joint.kind.is_ball()) => {
             Some([a.name.as_str(), b.name.as_str()])
         }
         _ => None,

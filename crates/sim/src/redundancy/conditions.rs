@@ -1,6 +1,6 @@
 //! Conditions of joints and couplings by name and direction, and those that follow from others.
 
-use bksim_model::{CouplingId, JointId, JointKind, Model};
+use bksim_model::{CouplingId, JointId, Model};
 
 /// A condition that others keep already.
 #[derive(Clone, PartialEq, Debug)]
@@ -108,9 +108,9 @@ impl Condition {
     pub fn direction_word(&self, model: &Model) -> &'static str {
         self.direction.word().unwrap_or(match self.of {
             Keeper::Coupling(_) => "motion",
-            Keeper::Joint(joint) => match model.joints[joint.0].kind {
-                JointKind::Link { .. } => "length",
-                _ => "normal",
+            Keeper::Joint(joint) => match model.joints[joint.0].kind.link_length() {
+                Some(_) => "length",
+                None => "normal",
             },
         })
     }

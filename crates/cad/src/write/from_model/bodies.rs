@@ -1,7 +1,7 @@
 //! Bodies: shapes, frames with masses, centres of mass, points.
 
 use bksim_model::diagnostic::Diagnostic;
-use bksim_model::{Anchor, BodyId, GROUND, JointId, JointKind, LoadKind, PointId};
+use bksim_model::{Anchor, BodyId, GROUND, JointId, LoadKind, PointId};
 use toml_edit::{Item, TableLike, Value};
 
 use super::shape::{block, rounded_hull};
@@ -133,8 +133,7 @@ impl Sketch<'_> {
     /// The angle of the slide that a body is on, if it is.
     fn slide(&self, body: BodyId) -> Result<Option<f64>, Unwritten> {
         for (idx, joint) in self.model.joints.iter().enumerate() {
-            let slides = matches!(joint.kind, JointKind::Prismatic { .. });
-            if slides && joint.successor.body == body {
+            if joint.kind.is_slide() && joint.successor.body == body {
                 let [at, to] = self.positions.joint(JointId(idx))?;
                 return Ok(Some((to[1] - at[1]).atan2(to[0] - at[0])));
             }

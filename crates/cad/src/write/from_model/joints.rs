@@ -1,7 +1,7 @@
 //! Joints: bodies and points are always stated, so that nothing has to be found by geometry.
 
 use bksim_model::diagnostic::Diagnostic;
-use bksim_model::{Anchor, GROUND, JointId, JointKind};
+use bksim_model::{Anchor, GROUND, JointId};
 use toml_edit::Item;
 
 use super::texts::{all, entries, text};
@@ -22,7 +22,7 @@ impl Sketch<'_> {
     fn joint(&mut self, id: JointId) -> Result<(), Unwritten> {
         let joint = &self.model.joints[id.0];
         let owner = format!("joint `{}`", joint.name);
-        if joint.kind == JointKind::KnifeEdge {
+        if joint.kind.is_blade() {
             return Err(no_place("the type", &owner).into());
         }
         if self.model.contacts.iter().any(|contact| contact.play_of == Some(id)) {
@@ -31,7 +31,7 @@ impl Sketch<'_> {
         let kind = kind(joint.kind.word());
         // In a drawing the axis of a revolute comes out of the paper.
         let is_backward = self.positions.number(joint.axis[2]).is_some_and(|z| z < 0.0);
-        if joint.kind == JointKind::Revolute && is_backward {
+        if joint.kind.is_pin() && is_backward {
             return Err(Diagnostic::error(
                 codes::UNDRAWABLE,
                 format!("{owner} turns about −z, which has no place in a drawing"),
@@ -69,9 +69,7 @@ impl Sketch<'_> {
             }
             _ => self.positions.joint(id)?,
         };
-        if joint.predecessor.body == GROUND
-            && matches!(joint.kind, JointKind::Revolute | JointKind::Weld { .. })
-        {
+        if joint.predecessor.body == GROUND && joint.kind.points_coincide() {
             let [at, _] = ends;
             let upright = [at, [at[0] + 1.0, at[1]]];
             self.insert(super::kind("ground"), GROUND_LAYER, upright, Values::new())?;
@@ -92,11 +90,8 @@ impl Sketch<'_> {
 
     /// True if the motion of a joint is a translation.
     pub(super) fn slides(&self, joint: JointId, of: Option<&str>) -> bool {
-        match self.model.joints[joint.0].kind {
-            JointKind::Prismatic { .. } | JointKind::Cylinder => true,
-            JointKind::PinInSlot => of == Some("position"),
-            _ => false,
-        }
+        let kind = self.model.joints[joint.0].kind;
+        kind.slides(0) && (!kind.is_slot() || of == Some("position"))
     }
 
     /// The item of a table of a section.

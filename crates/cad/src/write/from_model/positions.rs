@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use bksim_expr::{Expr, SymbolId};
 use bksim_model::diagnostic::Diagnostic;
-use bksim_model::{Anchor, Axis, BodyId, JointId, JointKind, Measure, Model};
+use bksim_model::{Anchor, Axis, BodyId, JointId, Measure, Model};
 use bksim_sim::pose::PlanarPose;
 
 use super::{ModelSource, Unwritten};
@@ -120,17 +120,11 @@ impl<'a> Positions<'a> {
     pub(super) fn joint(&self, joint: JointId) -> Result<[Point; 2], Unwritten> {
         let joint = &self.model.joints[joint.0];
         let [x, y, _] = joint.axis;
-        let axis = match joint.kind {
-            JointKind::Prismatic { .. } | JointKind::PinInSlot => {
-                self.vector([x, y]).ok_or_else(|| not_finite(&joint.name))?
-            }
-            _ => [1.0, 0.0],
-        };
-        let (at, turned) = match joint.kind {
-            JointKind::Prismatic { .. } | JointKind::PinInSlot => {
-                (self.anchor(joint.successor)?, self.pose(joint.predecessor.body).angle)
-            }
-            _ => (self.anchor(joint.predecessor)?, 0.0),
+        let (axis, at, turned) = if joint.kind.is_slide() || joint.kind.is_slot() {
+            let axis = self.vector([x, y]).ok_or_else(|| not_finite(&joint.name))?;
+            (axis, self.anchor(joint.successor)?, self.pose(joint.predecessor.body).angle)
+        } else {
+            ([1.0, 0.0], self.anchor(joint.predecessor)?, 0.0)
         };
         let (sin, cos) = turned.sin_cos();
         let along = [cos * axis[0] - sin * axis[1], sin * axis[0] + cos * axis[1]];
@@ -151,17 +145,12 @@ impl<'a> Positions<'a> {
                     // The places of bodies do not tell the parameter of a curve.
                     return None;
                 }
-                let slides = match joint.kind {
-                    JointKind::Prismatic { .. } | JointKind::Cylinder => true,
-                    JointKind::PinInSlot => motion_idx == 0,
-                    _ => false,
-                };
-                if !slides {
+                if !joint.kind.slides(motion_idx) {
                     return Some(wound(poses[1].angle - poses[0].angle));
                 }
                 let from = poses[0].place(self.in_body(first)?);
                 let to = poses[1].place(self.in_body(second)?);
-                if joint.kind == JointKind::Cylinder {
+                if joint.kind.is_cylinder() {
                     return Some((to[0] - from[0]).hypot(to[1] - from[1]));
                 }
                 let [x, y] = self.vector([joint.axis[0], joint.axis[1]])?;

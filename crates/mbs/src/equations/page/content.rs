@@ -8,7 +8,7 @@ use crate::equations::{
     ContactText, Counts, FunctionText, Level, ReadingForm, RowName, contact_texts, functions,
 };
 use crate::system::Derivation;
-use bksim_model::{Anchor, BodyId, JointId, JointKind, Model, NamedSignal, Space, StateId};
+use bksim_model::{Anchor, BodyId, JointId, Model, NamedSignal, Space, StateId};
 
 /// The form as the style wants it: typeset, multipliers are λ₁, λ₂ …
 pub(super) fn form_for(subject: &Subject<'_>, style: Style) -> ReadingForm {
@@ -139,11 +139,7 @@ fn bodies(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
 fn joints(subject: &Subject<'_>) -> Vec<Vec<Cell>> {
     let model = subject.model;
     let row = |(joint_idx, joint): (usize, &bksim_model::Joint)| {
-        let kind = match joint.kind {
-            JointKind::PinInSlot => "pin in slot",
-            JointKind::Link { .. } => "massless link",
-            kind => kind.word(),
-        };
+        let kind = joint.kind.facts().name;
         let is_cut = subject.system.tree.cuts.contains(&JointId(joint_idx));
         let tree = &subject.system.tree;
         let is_own = |owner: Owner| match owner {

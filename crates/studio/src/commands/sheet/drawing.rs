@@ -3,7 +3,6 @@
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write as _;
 
-use bksim::model::JointKind;
 use bksim::model::file::ShownUnits;
 use bksim::report::six_digits;
 use bksim::sim::run::Unreplayed;
@@ -288,7 +287,7 @@ fn dimensions(show: &Show, units: &ShownUnits) -> Vec<Dimension> {
     for body in 0..model.bodies.len() {
         // A joint that slides is nowhere on its guide.
         let on_body = model.joints.iter().zip(&pins).filter(|(joint, _)| {
-            let is_pin = matches!(joint.kind, JointKind::Revolute);
+            let is_pin = joint.kind.is_pin();
             joint.successor.body.0 == body || is_pin && joint.predecessor.body.0 == body
         });
         let mut points: Vec<[f64; 3]> = Vec::new();
