@@ -2,7 +2,7 @@
 
 use bksim_expr::Expr;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{LoadId, LoadKind, Measure, Model, MotionKind};
+use bksim_model::{LoadId, Measure, Model};
 
 use crate::curve::Curve;
 use crate::error::AnalysisError;
@@ -37,9 +37,13 @@ pub(crate) fn limits(positions: &Positions) -> Vec<Limit> {
     let known: Vec<_> = model.signals.iter().map(|s| (s.symbol, measure(s.measure))).collect();
     let mut found = Vec::new();
     for (idx, load) in model.loads.iter().enumerate() {
-        let LoadKind::Stop { joint, motion_idx, min, max, .. } = load.kind else { continue };
+        let (Some((joint, motion_idx)), Some([min, max])) =
+            (load.kind.joint_motion(), load.kind.limits())
+        else {
+            continue;
+        };
         let position = measure(Measure::JointPosition(joint, motion_idx));
-        let is_turn = model.joints[joint.0].kind.motions()[motion_idx] == MotionKind::Rotation;
+        let is_turn = model.joints[joint.0].kind.turns(motion_idx);
         let unit = if is_turn { 1.0 } else { positions.size };
         let ends = [(-1.0, min), (1.0, max)];
         for (end, limit) in ends.into_iter().filter_map(|(end, limit)| Some((end, limit?))) {

@@ -4,7 +4,7 @@ use bksim_mbs::constraint::Source;
 use bksim_mbs::contact::Penetration;
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
 use bksim_model::message::{listed, short};
-use bksim_model::{FrictionLaw, GROUND, JointId, LoadKind, Measure, Model, Surface, motion_words};
+use bksim_model::{GROUND, JointId, Measure, Model, Surface, motion_words};
 use bksim_sim::fault::diagnose_start;
 use bksim_sim::start::StartError;
 use nalgebra::DMatrix;
@@ -89,12 +89,10 @@ pub(crate) fn friction_jams((name, span): (&str, &Span), t: f64, drives: bool) -
 pub(crate) fn shared_reaction(loaded: &Loaded, row: usize) -> AnalysisError {
     let (model, mechanism) = (loaded.model(), &loaded.mechanism);
     let joint = match loaded.system().constraints[row].source {
-        Source::Coupling(own) => model.loads.iter().find_map(|load| match load.kind {
-            LoadKind::Friction {
-                joint,
-                law: FrictionLaw::Coulomb { surface: Surface::Teeth { coupling, .. }, .. },
-                ..
-            } if coupling == own => Some(joint),
+        Source::Coupling(own) => model.loads.iter().find_map(|load| match load.kind.coulomb()? {
+            Surface::Teeth { coupling, .. } if coupling == own => {
+                load.kind.joint_motion().map(|(joint, _)| joint)
+            }
             _ => None,
         }),
         source => source.joint(model),

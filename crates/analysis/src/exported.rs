@@ -15,7 +15,7 @@ use bksim_mbs::modes::with_branches;
 use bksim_mbs::quantity::coordinate_units;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected};
-use bksim_model::{FrictionLaw, Load, LoadKind, Measure, Model};
+use bksim_model::{Load, Measure, Model};
 use bksim_sim::Mechanism;
 use bksim_sim::compiled::{Terms, solved_accelerations, terms};
 
@@ -73,9 +73,7 @@ pub fn exported(
 
 /// Refuses friction and expressions that follow a reaction: no function of t, q and v has it.
 fn without_coulomb(model: &Model) -> Result<(), AnalysisError> {
-    let is_coulomb = |load: &&Load| {
-        matches!(load.kind, LoadKind::Friction { law: FrictionLaw::Coulomb { .. }, .. })
-    };
+    let is_coulomb = |load: &&Load| load.kind.coulomb().is_some();
     let measured = model.signals.iter().find_map(|signal| match signal.measure {
         Measure::Reaction(joint, ..) if model.acts(signal) => Some(&model.joints[joint.0]),
         _ => None,

@@ -11,7 +11,7 @@
 use bksim_expr::PoolSnapshot;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::contact::Penetration;
-use bksim_model::{Drive as ModelDrive, Initial, LoadKind, Measure, Model};
+use bksim_model::{Drive as ModelDrive, Initial, Measure, Model};
 use bksim_sim::state::{AccelerationRef, StateRef};
 
 use crate::actuation::EffortLimit;
@@ -158,7 +158,7 @@ impl GivenPath {
         motions: &[Motion],
         from: f64,
     ) -> Result<Self, AnalysisError> {
-        let is_stop = |load: &bksim_model::Load| matches!(load.kind, LoadKind::Stop { .. });
+        let is_stop = |load: &bksim_model::Load| load.kind.limits().is_some();
         let has_stops = written.loads.iter().any(is_stop);
         let t_start = written.solve.t_start;
         match Self::begin(model, motions, from) {

@@ -230,10 +230,11 @@ fn effort_components(
         let name = match effort {
             Effort::Drive(id) => format!("{}.effort", model.drives[id.0].name),
             Effort::Coupling(id) => format!("coupling {}", model.couplings[id.0].name),
-            Effort::Contact(_, id) => match model.loads[id.0].kind {
-                bksim_model::LoadKind::Stop { .. } => format!("stop {}", model.loads[id.0].name),
-                _ => format!("friction {}", model.loads[id.0].name),
-            },
+            Effort::Contact(_, id) => {
+                let load = &model.loads[id.0];
+                let word = if load.kind.limits().is_some() { "stop" } else { "friction" };
+                format!("{word} {}", load.name)
+            }
         };
         let is_turn = loaded.system().constraints[row].effort == MotionKind::Rotation;
         let unit = if is_turn { "N*m" } else { "N" };

@@ -18,7 +18,7 @@
 mod critical;
 mod pieces;
 
-use bksim_model::{LoadKind, Measure, Model, Space};
+use bksim_model::{Measure, Model, Space};
 use bksim_sim::Svd;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
@@ -108,7 +108,11 @@ impl Limit {
     fn all(positions: &Positions) -> Result<Vec<Self>, AnalysisError> {
         let mut all = Vec::new();
         for load in &positions.model().loads {
-            let LoadKind::Stop { joint, motion_idx, min, max, .. } = load.kind else { continue };
+            let (Some((joint, motion_idx)), Some([min, max])) =
+                (load.kind.joint_motion(), load.kind.limits())
+            else {
+                continue;
+            };
             let measure = Measure::JointPosition(joint, motion_idx);
             let is_turn = measure.unit(positions.model()) == "rad";
             let unit = if is_turn { 1.0 } else { positions.size };

@@ -10,7 +10,7 @@ use std::fmt::Write;
 
 use bksim::Mechanism;
 use bksim::expr::Expr;
-use bksim::model::{CoordinatePolicy, LoadKind, Model, Vector};
+use bksim::model::{CoordinatePolicy, Model, Vector};
 use serde_json::{Value, json};
 
 use crate::error::BenchError;
@@ -100,11 +100,8 @@ fn description(mechanism: &Mechanism) -> (Vec<Value>, [f64; 3]) {
             "inertia": inertia,
         })
     });
-    let gravity = model.loads.iter().find_map(|load| match &load.kind {
-        LoadKind::Gravity { acceleration } => Some(three(acceleration)),
-        _ => None,
-    });
-    (bodies.collect(), gravity.unwrap_or_default())
+    let gravity = model.loads.iter().find_map(|load| load.kind.gravity());
+    (bodies.collect(), gravity.map(|g| three(&g)).unwrap_or_default())
 }
 
 fn value(model: &Model, parameters: &[f64], e: Expr) -> f64 {

@@ -1,7 +1,7 @@
 //! Joints, points and faults as JSON for a page.
 
 use bksim_model::diagnostic::{Diagnostic, Severity};
-use bksim_model::{JointId, LoadKind, Measure};
+use bksim_model::{JointId, Measure};
 use serde_json::{Value, json};
 
 use crate::pose::Posed;
@@ -55,10 +55,10 @@ pub(crate) fn forces(posed: &Posed) -> Value {
         numbers.collect::<Option<Vec<f64>>>()
     };
     let all = model.loads.iter().filter_map(|load| {
-        let LoadKind::Force { on, vector, follows_body } = &load.kind else { return None };
+        let (on, vector, follows_body) = load.kind.point_force()?;
         let point = on.point.map(|point| three(&model.bodies[on.body.0].points[point.0].position));
         let at = point.unwrap_or_else(|| Some(vec![0.0; 3]))?;
-        let vector = three(vector)?;
+        let vector = three(&vector)?;
         Some(json!({ "body": on.body.0, "at": at, "vector": vector, "follows": follows_body }))
     });
     Value::Array(all.collect())

@@ -1,7 +1,7 @@
 //! Constraint rows and where they come from.
 
 use bksim_expr::{Expr, SymbolId};
-use bksim_model::{BodyId, CouplingId, DriveId, JointId, LoadId, LoadKind, Model, MotionKind};
+use bksim_model::{BodyId, CouplingId, DriveId, JointId, LoadId, Model, MotionKind};
 
 use crate::force::Wrench;
 use crate::joint::OF_RATES;
@@ -31,10 +31,9 @@ impl Source {
             Self::Joint(joint) => Some(joint),
             Self::Quaternion(_) | Self::Coupling(_) => None,
             Self::Drive(drive) => Some(model.drives[drive.0].joint),
-            Self::Stop(load) | Self::Friction(load) => match model.loads[load.0].kind {
-                LoadKind::Stop { joint, .. } | LoadKind::Friction { joint, .. } => Some(joint),
-                _ => None,
-            },
+            Self::Stop(load) | Self::Friction(load) => {
+                model.loads[load.0].kind.joint_motion().map(|(joint, _)| joint)
+            }
         }
     }
 

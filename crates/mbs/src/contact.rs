@@ -98,7 +98,7 @@ pub fn penetrations(model: &Model, kinematics: &Kinematics) -> Vec<Penetration> 
     let pool = &model.pool;
     let mut all = Vec::new();
     for (load_idx, load) in model.loads.iter().enumerate() {
-        if let LoadKind::Rope { excess, .. } | LoadKind::Flank { excess, .. } = load.kind {
+        if let Some(excess) = load.kind.excess() {
             let values = signal_values(model, kinematics);
             all.push(Penetration {
                 load: LoadId(load_idx),
@@ -108,7 +108,11 @@ pub fn penetrations(model: &Model, kinematics: &Kinematics) -> Vec<Penetration> 
             });
             continue;
         }
-        let LoadKind::Stop { joint, motion_idx, min, max, .. } = load.kind else { continue };
+        let (Some((joint, motion_idx)), Some([min, max])) =
+            (load.kind.joint_motion(), load.kind.limits())
+        else {
+            continue;
+        };
         let position = kinematics.joint_positions(model, joint)[motion_idx];
         let motion = model.joints[joint.0].kind.motions()[motion_idx];
         let at = |limit: Expr| {
@@ -136,10 +140,10 @@ pub fn penetrations(model: &Model, kinematics: &Kinematics) -> Vec<Penetration> 
 
 /// The direction of the row of a coupling on one side.
 fn one_sided(kind: &LoadKind) -> &'static str {
-    match kind {
-        LoadKind::Flank { is_back: false, .. } => "forward",
-        LoadKind::Flank { .. } => "back",
-        _ => "rope",
+    match kind.is_back_flank() {
+        Some(false) => "forward",
+        Some(true) => "back",
+        None => "rope",
     }
 }
 
@@ -174,14 +178,15 @@ pub(crate) fn contact_rows(
     let mut rows: Vec<ContactRow> = Vec::new();
     for (load_idx, load) in model.loads.iter().enumerate() {
         let load_id = LoadId(load_idx);
-        if let LoadKind::Rope { excess, .. } | LoadKind::Flank { excess, .. } = load.kind {
+        if let Some(excess) = load.kind.excess() {
             let expression = pool.substitute(excess, signals);
-            let (direction, wrenches) = match &load.kind {
+            let direction = one_sided(&load.kind);
+            let wrenches = match &load.kind {
                 LoadKind::Rope { rope, section, .. } => {
-                    ("rope", section_wrenches(model, kinematics, *rope, *section))
+                    section_wrenches(model, kinematics, *rope, *section)
                 }
                 LoadKind::Flank { teeth, is_back, .. } => {
-                    (one_sided(&load.kind), flank_wrenches(model, kinematics, teeth, *is_back))
+                    flank_wrenches(model, kinematics, teeth, *is_back)
                 }
                 _ => unreachable!("only these have an excess"),
             };
@@ -363,15 +368,11 @@ pub(crate) fn contacts(
     let first = constraints.len() - rows.len();
     let law_of = |row: usize, ContactRow { load, joint, states, reach, .. }: &ContactRow| {
         let reach = reach.unwrap_or(pool.one());
+        if let Some(restitution) = model.loads[load.0].kind.restitution() {
+            return Law::Stop { restitution, reach };
+        }
         let (law, [slip, stuck_at]) = match (&model.loads[load.0].kind, states) {
             (LoadKind::Friction { law, .. }, Some(states)) => (law, *states),
-            (
-                LoadKind::Stop { restitution, .. }
-                | LoadKind::Rope { restitution, .. }
-                | LoadKind::Flank { restitution, .. }
-                | LoadKind::Touch { restitution, .. },
-                _,
-            ) => return Law::Stop { restitution: *restitution, reach },
             (&LoadKind::Rub { contact, track, sliding, sticking, .. }, Some([slip, stuck_at])) => {
                 let pressing = pressing(model, constraints, (contact, track));
                 let [sliding, sticking] = [sliding, sticking].map(|mu| pool.mul(mu, pressing));
@@ -435,7 +436,7 @@ pub(crate) fn slip_wrenches(
 
 /// The contacts whose forces press friction together, by their numbers: none of friction in joints and of stops.
 pub fn pressed_by(model: &Model, contacts: &[Contact], friction: &Contact) -> Vec<usize> {
-    let LoadKind::Rub { contact, track, .. } = model.loads[friction.load.0].kind else {
+    let Some((contact, track, _)) = model.loads[friction.load.0].kind.rub() else {
         return Vec::new();
     };
     let is_on = |other: &Contact| is_on_track(model, Source::Stop(other.load), (contact, track));

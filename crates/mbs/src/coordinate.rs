@@ -2,7 +2,7 @@
 
 use bksim_expr::SymbolId;
 
-use bksim_model::{BodyId, JointId, Load, LoadKind, Measure, Model, MotionKind, Signal, StateId};
+use bksim_model::{BodyId, JointId, Load, Measure, Model, MotionKind, Signal, StateId};
 
 /// The part of the model whose motion a coordinate is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -75,15 +75,9 @@ pub struct Coordinate {
 /// model uses an angle of theirs.
 pub fn turns_by_quaternion(model: &Model, joint: JointId) -> bool {
     let of = &model.joints[joint.0];
-    let is_turn = |motion_idx: usize| of.kind.motions()[motion_idx] == MotionKind::Rotation;
-    let is_angle = |id: JointId, motion_idx: usize| id == joint && is_turn(motion_idx);
-    let is_loaded = |load: &Load| match load.kind {
-        LoadKind::Effort { joint, motion_idx, .. }
-        | LoadKind::JointSpring { joint, motion_idx, .. }
-        | LoadKind::Stop { joint, motion_idx, .. }
-        | LoadKind::Friction { joint, motion_idx, .. } => is_angle(joint, motion_idx),
-        _ => false,
-    };
+    let is_angle = |id: JointId, motion_idx: usize| id == joint && of.kind.turns(motion_idx);
+    let is_loaded =
+        |load: &Load| load.kind.joint_motion().is_some_and(|(joint, idx)| is_angle(joint, idx));
     let is_read = |signal: &Signal| match signal.measure {
         Measure::JointPosition(joint, idx) | Measure::JointVelocity(joint, idx) => {
             is_angle(joint, idx)

@@ -4,8 +4,7 @@
 use std::collections::HashSet;
 
 use bksim_model::{
-    Anchor, BodyId, CouplingKind, GROUND, JointId, JointKind, LoadKind, Measure, Model, Signal,
-    Space,
+    Anchor, BodyId, CouplingKind, GROUND, JointId, JointKind, Measure, Model, Signal, Space,
 };
 
 /// By body, whether it is a particle.
@@ -61,16 +60,13 @@ pub fn particles(model: &Model) -> Vec<bool> {
     }
     // Loads.
     for load in &model.loads {
-        let turned: Vec<BodyId> = match load.kind {
-            LoadKind::Torque { on, from, .. } => vec![on, from],
-            LoadKind::Force { on, follows_body: true, .. } => vec![on.body],
-            LoadKind::Force { on, .. } if !is_central(on) => vec![on.body],
-            LoadKind::ForceBetween { a, b, .. } | LoadKind::Spring { a, b, .. } => {
-                [a, b].into_iter().filter(|end| !is_central(*end)).map(|end| end.body).collect()
-            }
-            _ => Vec::new(),
-        };
-        turned.into_iter().for_each(&mut turns);
+        if let Some((on, from, _)) = load.kind.torque() {
+            [on, from].into_iter().for_each(&mut turns);
+        }
+        let follows_body = load.kind.point_force().is_some_and(|(_, _, follows)| follows);
+        let points = load.kind.points().into_iter();
+        let turned = points.filter(|&point| follows_body || !is_central(point));
+        turned.map(|point| point.body).for_each(&mut turns);
     }
     // Wheels.
     for coupling in model.all_couplings() {
@@ -120,13 +116,8 @@ fn asked_motions(model: &Model) -> HashSet<JointId> {
     let named = model.joints.iter().enumerate();
     let named = named.filter(|(_, joint)| !joint.coordinate_names.is_empty());
     let driven = model.drives.iter().map(|drive| drive.joint);
-    let loaded = model.loads.iter().filter_map(|load| match load.kind {
-        LoadKind::Effort { joint, .. }
-        | LoadKind::JointSpring { joint, .. }
-        | LoadKind::Stop { joint, .. }
-        | LoadKind::Friction { joint, .. } => Some(joint),
-        _ => None,
-    });
+    let loaded =
+        model.loads.iter().filter_map(|load| load.kind.joint_motion().map(|(joint, _)| joint));
     let measures = model.initial.iter().map(|initial| initial.measure);
     let measures = measures.chain(signals(model).map(|signal| signal.measure));
     let measured = measures.filter_map(|measure| match measure {

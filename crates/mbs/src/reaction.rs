@@ -29,7 +29,7 @@ use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::touch;
 use crate::tree::{Branch, Tree};
-use bksim_model::{BodyId, Frame, JointId, LoadId, LoadKind, Measure, Model, Signal, Vector};
+use bksim_model::{BodyId, Frame, JointId, LoadId, Measure, Model, Signal, Vector};
 
 /// Reaction on the successor of a joint at its joint point, world axes.
 #[derive(Clone, Debug)]
@@ -104,10 +104,7 @@ pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
     }
     let signals = signal_values(model, &system.kinematics);
     for load in &model.loads {
-        let (LoadKind::Effort { joint, .. } | LoadKind::JointSpring { joint, .. }) = load.kind
-        else {
-            continue;
-        };
+        let Some((joint, _)) = load.kind.joint_motion() else { continue };
         let action = force::action(model, &system.kinematics, &signals, &load.kind);
         let wrenches = [action.conservative, action.applied].concat().into_iter();
         let [_, on] = bending::bearers(model, &model.joints[joint.0]);
@@ -215,9 +212,9 @@ pub fn force_of(model: &Model, system: &SymbolicSystem, name: &str) -> Option<Ex
             Source::Stop(id) => {
                 let load = &model.loads[id.0];
                 let is_own = load.is_coupling() && load.name == name;
-                match &load.kind {
-                    LoadKind::Flank { teeth, is_back, .. } if teeth.name == name => {
-                        let is_forward = *is_back == teeth.kind.is_reversed();
+                match load.teeth().zip(load.kind.is_back_flank()) {
+                    Some((teeth, is_back)) if teeth.name == name => {
+                        let is_forward = is_back == teeth.kind.is_reversed();
                         Some(if is_forward { lambda } else { pool.neg(lambda) })
                     }
                     _ => is_own.then_some(lambda),

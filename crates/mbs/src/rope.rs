@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use bksim_expr::{Expr, Function, Pool, SymbolId};
-use bksim_model::{CouplingKind, LoadId, LoadKind, Model, RopeId};
+use bksim_model::{CouplingKind, LoadId, Model, RopeId};
 
 use crate::belt::span_wrenches;
 use crate::constraint::{Constraint, Source};
@@ -47,9 +47,7 @@ pub(crate) fn slip_wrenches(
 /// λ is the friction while it grips, F that while it slips.
 pub(crate) fn pulls(model: &Model, constraints: &[Constraint], load: LoadId) -> [Expr; 2] {
     let pool = &model.pool;
-    let LoadKind::Capstan { rope, section, node, .. } = model.loads[load.0].kind else {
-        unreachable!("the friction of a rope")
-    };
+    let (rope, section, node) = model.loads[load.0].kind.rope_node().expect("friction of a rope");
     // The pull after the last node that rubs is the multiplier of the whole part; nodes before it follow from there.
     let is_whole = |row: &&Constraint| match row.source {
         Source::Coupling(id) => model.couplings[id.0].kind == CouplingKind::Rope(rope, section),
@@ -57,13 +55,9 @@ pub(crate) fn pulls(model: &Model, constraints: &[Constraint], load: LoadId) -> 
     };
     let whole = constraints.iter().find(is_whole);
     let mut pull = whole.map_or(pool.zero(), |row| pool.symbol_expr(row.lambda));
-    let later = model.loads.iter().enumerate().rev().filter_map(|(k, load)| match load.kind {
-        LoadKind::Capstan { rope: of, section: part, node: at, mu: [sliding, _], .. }
-            if (of, part) == (rope, section) && at >= node =>
-        {
-            Some((LoadId(k), sliding))
-        }
-        _ => None,
+    let later = model.loads.iter().enumerate().rev().filter_map(|(k, load)| {
+        let ((of, part, at), (_, [sliding, _])) = load.kind.rope_node().zip(load.kind.grip())?;
+        ((of, part) == (rope, section) && at >= node).then_some((LoadId(k), sliding))
     });
     let mut after = pull;
     for (id, sliding) in later {
@@ -81,9 +75,7 @@ pub(crate) fn pulls(model: &Model, constraints: &[Constraint], load: LoadId) -> 
 /// Friction for a pull after the node, in a sense of slipping.
 fn friction_of(model: &Model, load: LoadId, after: Expr, (mu, slip): (Expr, Expr)) -> Expr {
     let pool = &model.pool;
-    let LoadKind::Capstan { wrap, .. } = model.loads[load.0].kind else {
-        unreachable!("the friction of a rope")
-    };
+    let (wrap, _) = model.loads[load.0].kind.grip().expect("friction of a rope");
     let exponent = pool.product([slip, mu, wrap]);
     let growth = pool.call(Function::Exp, &[exponent]).expect("one argument");
     pool.product([after, slip, pool.sub(growth, pool.one())])

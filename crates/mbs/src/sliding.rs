@@ -17,7 +17,7 @@ use crate::force::Wrench;
 use crate::joint::{self, JointWrench};
 use crate::kinematics::Kinematics;
 use crate::spatial;
-use bksim_model::{CouplingId, CouplingKind, FrictionLaw, Joint, JointId, LoadKind};
+use bksim_model::{CouplingId, CouplingKind, Joint, JointId, LoadKind};
 use bksim_model::{Measure, Model, MotionKind, Rack, Surface, Wheels};
 
 /// A motion along which surfaces slide.
@@ -33,12 +33,9 @@ pub(crate) struct Sliding {
 impl Sliding {
     /// The motion that friction of such surfaces is against; `None` of friction in a motion of its joint.
     pub(crate) fn of(model: &Model, kinematics: &Kinematics, load: &LoadKind) -> Option<Self> {
-        let LoadKind::Friction { joint, law: FrictionLaw::Coulomb { surface, .. }, .. } = load
-        else {
-            return None;
-        };
-        match *surface {
-            Surface::Touch { arcs } => Self::of_touch(model, kinematics, *joint, arcs),
+        let (joint, _) = load.joint_motion()?;
+        match load.coulomb()? {
+            Surface::Touch { arcs } => Self::of_touch(model, kinematics, joint, arcs),
             Surface::Teeth { coupling, .. } => Self::of_teeth(model, kinematics, coupling),
             Surface::Guide { .. }
             | Surface::Journal { .. }

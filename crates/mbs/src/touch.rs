@@ -20,8 +20,8 @@ use crate::force::{Wrench, powers};
 use crate::kinematics::Kinematics;
 use crate::spatial;
 use bksim_model::{
-    Anchor, Base, BodyId, ContactId, ContactPair, ContactPart, LoadId, LoadKind, Model, Opposed,
-    Place, Reach, Vector,
+    Anchor, Base, BodyId, ContactId, ContactPair, ContactPart, LoadId, Model, Opposed, Place,
+    Reach, Vector,
 };
 
 /// A corner may be turned by this sine beyond where its own edge lies on the edge that it meets.
@@ -208,8 +208,8 @@ pub(crate) fn is_on_track(
 ) -> bool {
     let Source::Stop(load) = source else { return false };
     let together = &model.contacts[contact.0].tracks[track];
-    let LoadKind::Touch { contact: of, place, .. } = model.loads[load.0].kind else { return false };
-    of == contact && together.contains(&place)
+    let touch = model.loads[load.0].kind.touch();
+    touch.is_some_and(|(of, place)| of == contact && together.contains(&place))
 }
 
 /// The sum of the forces of the places of a track.
@@ -241,13 +241,9 @@ pub fn part(
             let (Source::Stop(LoadId(load)) | Source::Friction(LoadId(load))) = row.source else {
                 return false;
             };
-            match model.loads[load].kind {
-                LoadKind::Touch { contact: of, .. } => wanted.is_none() && of == contact,
-                LoadKind::Rub { contact: of, opposed, .. } => {
-                    wanted == Some(opposed) && of == contact
-                }
-                _ => false,
-            }
+            let load = &model.loads[load];
+            let opposed = load.kind.rub().map(|(_, _, opposed)| opposed);
+            load.contact() == Some(contact) && opposed == wanted
         };
         let rows = constraints.iter().filter(of).map(|row| pool.symbol_expr(row.lambda));
         pool.sum(rows.collect::<Vec<_>>())

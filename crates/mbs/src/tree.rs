@@ -8,8 +8,7 @@ mod choice;
 use std::collections::VecDeque;
 
 use bksim_model::{
-    BodyId, CoordinatePolicy, FrictionLaw, GROUND, JointId, LoadKind, Measure, Model, Signal,
-    Space, Surface,
+    BodyId, CoordinatePolicy, GROUND, JointId, Measure, Model, Signal, Space, Surface,
 };
 
 /// The connection of a body to the tree.
@@ -160,13 +159,7 @@ fn count_turns(model: &Model, counted: &mut [bool]) {
     if model.space == Space::Planar {
         return;
     }
-    let of_loads = model.loads.iter().filter_map(|load| match load.kind {
-        LoadKind::JointSpring { joint, motion_idx, stiffness, .. } => {
-            (!model.pool.is_zero(stiffness)).then_some((joint, motion_idx))
-        }
-        LoadKind::Stop { joint, motion_idx, .. } => Some((joint, motion_idx)),
-        _ => None,
-    });
+    let of_loads = model.loads.iter().filter_map(|load| load.position_it_follows(&model.pool));
     let of_signals = model.signals.iter().filter_map(|signal| match signal.measure {
         Measure::JointPosition(joint, motion_idx) => Some((joint, motion_idx)),
         _ => None,
@@ -190,14 +183,10 @@ fn is_coupled(model: &Model, id: JointId) -> bool {
 
 /// True where friction or an expression that acts depends on the reaction of a joint.
 fn rubs(model: &Model, id: JointId) -> bool {
-    let of_friction = model.loads.iter().any(|load| match load.kind {
+    let of_friction = model.loads.iter().any(|load| match load.kind.coulomb() {
         // Teeth are pressed by the force of their coupling.
-        LoadKind::Friction {
-            law: FrictionLaw::Coulomb { surface: Surface::Teeth { .. }, .. },
-            ..
-        } => false,
-        LoadKind::Friction { joint, law: FrictionLaw::Coulomb { .. }, .. } => joint == id,
-        _ => false,
+        None | Some(Surface::Teeth { .. }) => false,
+        Some(_) => load.kind.joint_motion().is_some_and(|(joint, _)| joint == id),
     });
     let is_own =
         |signal: &Signal| matches!(signal.measure, Measure::Reaction(joint, ..) if joint == id);

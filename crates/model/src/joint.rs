@@ -6,6 +6,7 @@ use crate::body::{Anchor, FixedTurn};
 use crate::diagnostic::Span;
 use crate::ids::{CurveId, Vector};
 use crate::model::Space;
+use crate::questions::{data_of_kinds, sorts_of_kinds};
 
 mod types;
 
@@ -226,59 +227,6 @@ impl JointKind {
         self.facts().n_rates
     }
 
-    /// True of a pin: it turns about one axis, which has the same components in both bodies.
-    pub fn is_pin(&self) -> bool {
-        matches!(self, Self::Revolute)
-    }
-
-    /// True of a slide: it moves along one axis, and the bodies keep their angle.
-    pub fn is_slide(&self) -> bool {
-        matches!(self, Self::Prismatic { .. })
-    }
-
-    /// True of a pin in a straight slot.
-    pub fn is_slot(&self) -> bool {
-        matches!(self, Self::PinInSlot)
-    }
-
-    /// True if it joins two bodies into one.
-    pub fn is_weld(&self) -> bool {
-        matches!(self, Self::Weld { .. })
-    }
-
-    /// True of a ball in its socket.
-    pub fn is_ball(&self) -> bool {
-        matches!(self, Self::Spherical)
-    }
-
-    /// True if it allows all motions.
-    pub fn is_free(&self) -> bool {
-        matches!(self, Self::Free)
-    }
-
-    /// True of an actuator or rope without mass, whose one motion is the distance of its points.
-    pub fn is_cylinder(&self) -> bool {
-        matches!(self, Self::Cylinder)
-    }
-
-    /// True of a blade, which does not move across itself.
-    pub fn is_blade(&self) -> bool {
-        matches!(self, Self::KnifeEdge)
-    }
-
-    /// True of the cross of a universal joint.
-    pub fn is_cross(&self) -> bool {
-        matches!(self, Self::Universal { .. })
-    }
-
-    /// True if both bodies have one point in common.
-    pub fn points_coincide(&self) -> bool {
-        matches!(
-            self,
-            Self::Revolute | Self::Weld { .. } | Self::Spherical | Self::Universal { .. }
-        ) || matches!(self, Self::ConstantVelocity)
-    }
-
     /// True if all its motions are along, across or about one line.
     pub fn has_line(&self) -> bool {
         let n_turns = self.motions().iter().filter(|of| **of == MotionKind::Rotation).count();
@@ -295,59 +243,6 @@ impl JointKind {
         self.motions().get(motion_idx) == Some(&MotionKind::Translation)
     }
 
-    /// The distance that a link keeps, m.
-    pub fn link_length(&self) -> Option<Expr> {
-        match *self {
-            Self::Link { length } => Some(length),
-            _ => None,
-        }
-    }
-
-    /// The angle about z that the bodies of a slide or weld keep, rad.
-    pub fn kept_angle(&self) -> Option<Expr> {
-        match *self {
-            Self::Prismatic { angle } | Self::Weld { angle } => Some(angle),
-            _ => None,
-        }
-    }
-
-    /// The travel of a screw in one turn, m.
-    pub fn lead(&self) -> Option<Expr> {
-        match *self {
-            Self::Screw { lead } => Some(lead),
-            _ => None,
-        }
-    }
-
-    /// The axis of the successor that stays perpendicular to that of the predecessor, in the frame of its point.
-    pub fn second_axis(&self) -> Option<Vector> {
-        match *self {
-            Self::Universal { second } | Self::PerpendicularAxes { second } => Some(second),
-            _ => None,
-        }
-    }
-
-    /// The radii of a wheel, m: of the circle of the middle of its rim, and of the rim across it.
-    pub fn wheel(&self) -> Option<[Expr; 2]> {
-        match *self {
-            Self::Rolling { circle, rim } => Some([circle, rim]),
-            _ => None,
-        }
-    }
-
-    /// Two curves in touch: true if their tangents point the same way.
-    pub fn is_same_way(&self) -> Option<bool> {
-        match *self {
-            Self::CurveOnCurve { is_same_way, .. } => Some(is_same_way),
-            _ => None,
-        }
-    }
-
-    /// True of two curves of which the file does not state which way they touch.
-    pub fn has_open_side(&self) -> bool {
-        matches!(self, Self::CurveOnCurve { is_stated: false, .. })
-    }
-
     /// Lets two curves touch with the tangents the other way.
     pub fn turn_side(&mut self) {
         if let Self::CurveOnCurve { is_same_way, .. } = self {
@@ -355,64 +250,75 @@ impl JointKind {
         }
     }
 
-    /// Distance of a point from its curve, m, where the file states a roller.
-    pub fn roller(&self) -> Option<Expr> {
-        match *self {
-            Self::PointOnCurve { roller, .. } => roller,
-            _ => None,
-        }
-    }
-
-    /// The lengths of two curves from the points that come together, m, where they roll.
-    pub fn rolled_arcs(&self) -> Option<[Expr; 2]> {
-        match *self {
-            Self::CurveOnCurve { arcs, .. } => arcs,
-            _ => None,
-        }
-    }
-
-    /// True of a straight face that touches a curve.
-    pub fn is_face(&self) -> bool {
-        matches!(self, Self::LineOnCurve { .. })
-    }
-
     /// True of a line or curve that touches a curve, other than a point on it.
     pub fn is_touch(&self) -> bool {
         self.is_face() || self.second_curve().is_some()
-    }
-
-    /// The curve that a joint of this kind follows, whose parameter is its first coordinate.
-    pub fn curve(&self) -> Option<CurveId> {
-        match *self {
-            Self::PointOnCurve { curve, .. } | Self::LineOnCurve { curve } => Some(curve),
-            Self::CurveOnCurve { curves: [first, _], .. } => Some(first),
-            _ => None,
-        }
-    }
-
-    /// The curve of the successor that touches the other, whose parameter is the second coordinate.
-    pub fn second_curve(&self) -> Option<CurveId> {
-        match *self {
-            Self::CurveOnCurve { curves: [_, second], .. } => Some(second),
-            _ => None,
-        }
     }
 
     /// True if its bodies turn about all axes.
     pub fn turns_freely(&self) -> bool {
         self.motions().ends_with(&[MotionKind::Rotation; 3])
     }
+}
 
-    /// True if this kind leaves so much freedom that a body is better placed without it.
-    pub fn is_loose(&self) -> bool {
-        matches!(
-            self,
-            Self::PointOnLine
-                | Self::PointOnPlane
-                | Self::ParallelAxes
-                | Self::PerpendicularAxes { .. }
-        )
+data_of_kinds! {
+    JointKind:
+    /// The distance that a link keeps, m.
+    link_length -> Expr { Self::Link { length } => length }
+    /// The angle about z that the bodies of a slide or weld keep, rad.
+    kept_angle -> Expr { Self::Prismatic { angle } | Self::Weld { angle } => angle }
+    /// The travel of a screw in one turn, m.
+    lead -> Expr { Self::Screw { lead } => lead }
+    /// The axis of the successor that stays perpendicular to that of the predecessor, in the frame of its point.
+    second_axis -> Vector { Self::Universal { second } | Self::PerpendicularAxes { second } => second }
+    /// The radii of a wheel, m: of the circle of the middle of its rim, and of the rim across it.
+    wheel -> [Expr; 2] { Self::Rolling { circle, rim } => [circle, rim] }
+    /// Two curves in touch: true if their tangents point the same way.
+    is_same_way -> bool { Self::CurveOnCurve { is_same_way, .. } => is_same_way }
+    /// Distance of a point from its curve, m, where the file states a roller.
+    roller -> Expr { Self::PointOnCurve { roller, .. } => roller? }
+    /// The lengths of two curves from the points that come together, m, where they roll.
+    rolled_arcs -> [Expr; 2] { Self::CurveOnCurve { arcs, .. } => arcs? }
+    /// The curve that a joint of this kind follows, whose parameter is its first coordinate.
+    curve -> CurveId {
+        Self::PointOnCurve { curve, .. } | Self::LineOnCurve { curve } => curve,
+        Self::CurveOnCurve { curves: [first, _], .. } => first
     }
+    /// The curve of the successor that touches the other, whose parameter is the second coordinate.
+    second_curve -> CurveId { Self::CurveOnCurve { curves: [_, second], .. } => second }
+}
+
+sorts_of_kinds! {
+    JointKind:
+    /// True of a pin: it turns about one axis, which has the same components in both bodies.
+    is_pin { Self::Revolute }
+    /// True of a slide: it moves along one axis, and the bodies keep their angle.
+    is_slide { Self::Prismatic { .. } }
+    /// True of a pin in a straight slot.
+    is_slot { Self::PinInSlot }
+    /// True if it joins two bodies into one.
+    is_weld { Self::Weld { .. } }
+    /// True of a ball in its socket.
+    is_ball { Self::Spherical }
+    /// True if it allows all motions.
+    is_free { Self::Free }
+    /// True of an actuator or rope without mass, whose one motion is the distance of its points.
+    is_cylinder { Self::Cylinder }
+    /// True of a blade, which does not move across itself.
+    is_blade { Self::KnifeEdge }
+    /// True of the cross of a universal joint.
+    is_cross { Self::Universal { .. } }
+    /// True if both bodies have one point in common.
+    points_coincide {
+        Self::Revolute | Self::Weld { .. } | Self::Spherical
+            | Self::Universal { .. } | Self::ConstantVelocity
+    }
+    /// True of two curves of which the file does not state which way they touch.
+    has_open_side { Self::CurveOnCurve { is_stated: false, .. } }
+    /// True of a straight face that touches a curve.
+    is_face { Self::LineOnCurve { .. } }
+    /// True if this kind leaves so much freedom that a body is better placed without it.
+    is_loose { Self::PointOnLine | Self::PointOnPlane | Self::ParallelAxes | Self::PerpendicularAxes { .. } }
 }
 
 /// The words of a motion among all of its joint, for its value, its rate and its acceleration: `angle`, `rate`,

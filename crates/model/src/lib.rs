@@ -38,6 +38,7 @@ mod measure_names;
 mod mesh;
 pub mod message;
 mod model;
+mod questions;
 mod range;
 mod rope;
 mod solve;

@@ -1,12 +1,13 @@
 //! Loads: forces, springs, gravity, stops and friction.
 
-use bksim_expr::Expr;
+use bksim_expr::{Expr, Pool};
 
 use crate::body::Anchor;
 use crate::coupling::Coupling;
 use crate::diagnostic::Span;
 use crate::ids::{BodyId, ContactId, CouplingId, JointId, RopeId, Vector};
 use crate::joint::MotionKind;
+use crate::questions::data_of_kinds;
 
 /// A force law.
 #[derive(Clone, Debug)]
@@ -174,14 +175,14 @@ pub enum LoadKind {
 }
 
 impl Load {
-    /// Whether it is a coupling that holds on one side: a rope that may become slack, or flanks with play.
+    /// True if it is a coupling that holds on one side: a rope that may become slack, or flanks with play.
     pub fn is_coupling(&self) -> bool {
-        matches!(self.kind, LoadKind::Rope { .. } | LoadKind::Flank { .. })
+        self.kind.excess().is_some()
     }
 
     /// True if it is the friction of a rope.
     pub fn is_capstan(&self) -> bool {
-        matches!(self.kind, LoadKind::Capstan { .. })
+        self.kind.grip().is_some()
     }
 
     /// The teeth of flanks with play.
@@ -190,6 +191,12 @@ impl Load {
             LoadKind::Flank { teeth, .. } => Some(teeth),
             _ => None,
         }
+    }
+
+    /// The motion of a joint whose position its law follows: that of a spring that has a stiffness, or of a stop.
+    pub fn position_it_follows(&self, pool: &Pool) -> Option<(JointId, usize)> {
+        let is_elastic = self.kind.spring().is_some_and(|[stiffness, ..]| !pool.is_zero(stiffness));
+        self.kind.joint_motion().filter(|_| is_elastic || self.kind.limits().is_some())
     }
 
     /// Translation where its force is one along a way, rotation where it is a moment.
@@ -202,11 +209,54 @@ impl Load {
 
     /// The contact that it is a row of.
     pub fn contact(&self) -> Option<ContactId> {
-        match self.kind {
-            LoadKind::Touch { contact, .. } | LoadKind::Rub { contact, .. } => Some(contact),
-            _ => None,
-        }
+        let of_rub = self.kind.rub().map(|(contact, ..)| contact);
+        self.kind.touch().map(|(contact, _)| contact).or(of_rub)
     }
+}
+
+data_of_kinds! {
+    LoadKind:
+    /// The joint in whose motion it acts, and the motion.
+    joint_motion -> (JointId, usize) {
+        Self::Effort { joint, motion_idx, .. } | Self::JointSpring { joint, motion_idx, .. } => (joint, motion_idx),
+        Self::Stop { joint, motion_idx, .. } | Self::Friction { joint, motion_idx, .. } => (joint, motion_idx)
+    }
+    /// The points of which it acts along the line.
+    ends -> [Anchor; 2] { Self::ForceBetween { a, b, .. } | Self::Spring { a, b, .. } => [a, b] }
+    /// Stiffness, unloaded length or position, and damping of a spring or damper.
+    spring -> [Expr; 3] {
+        Self::Spring { stiffness, length: unloaded, damping, .. }
+            | Self::JointSpring { stiffness, unloaded, damping, .. } => [stiffness, unloaded, damping]
+    }
+    /// A stated force or torque between two points or in a motion of a joint.
+    stated_effort -> Expr { Self::ForceBetween { value, .. } | Self::Effort { value, .. } => value }
+    /// The acceleration of uniform gravity, m/s².
+    gravity -> Vector { Self::Gravity { acceleration } => acceleration }
+    /// The point of a force, its components, and true if they are along the axes of the body.
+    point_force -> (Anchor, Vector, bool) { Self::Force { on, vector, follows_body } => (on, vector, follows_body) }
+    /// The body on which a torque acts, the body that bears it, and its components.
+    torque -> (BodyId, BodyId, Vector) { Self::Torque { on, from, vector } => (on, from, vector) }
+    /// Smallest and largest position of a stop, rad or m.
+    limits -> [Option<Expr>; 2] { Self::Stop { min, max, .. } => [min, max] }
+    /// Speed after an impact over the speed before.
+    restitution -> Expr {
+        Self::Stop { restitution, .. } | Self::Rope { restitution, .. } => restitution,
+        Self::Flank { restitution, .. } | Self::Touch { restitution, .. } => restitution
+    }
+    /// Excess of a rope over its length, or overlap of flanks, m or rad.
+    excess -> Expr { Self::Rope { excess, .. } | Self::Flank { excess, .. } => excess }
+    /// Of flanks with play, true if the first member turns backwards by them.
+    is_back_flank -> bool { Self::Flank { is_back, .. } => is_back }
+    /// The contact of bodies that may touch, and the place of it.
+    touch -> (ContactId, usize) { Self::Touch { contact, place, .. } => (contact, place) }
+    /// The contact of bodies that rub, the track of it, and the motion that this opposes.
+    rub -> (ContactId, usize, Opposed) { Self::Rub { contact, track, opposed, .. } => (contact, track, opposed) }
+    /// Where a rope rubs: the rope, its part, and the node that it goes around.
+    rope_node -> (RopeId, usize, usize) { Self::Capstan { rope, section, node, .. } => (rope, section, node) }
+    /// Where a rope rubs: the angle that it touches, rad, and its coefficients while it slips and while it grips.
+    grip -> (Expr, [Expr; 2]) { Self::Capstan { wrap, mu, .. } => (wrap, mu) }
+    /// The surfaces of a joint whose reaction presses them together.
+    coulomb -> Surface { Self::Friction { law: FrictionLaw::Coulomb { surface, .. }, .. } => surface }
 }
 
 /// The motion of bodies in touch that friction opposes.
@@ -219,6 +269,12 @@ pub enum Opposed {
 }
 
 impl LoadKind {
+    /// The points of bodies at which it acts.
+    pub fn points(&self) -> Vec<Anchor> {
+        let of_force = self.point_force().map(|(on, ..)| on);
+        self.ends().into_iter().flatten().chain(of_force).collect()
+    }
+
     /// Every expression of it.
     pub fn expressions(&self) -> Vec<Expr> {
         match *self {

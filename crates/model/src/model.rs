@@ -20,7 +20,7 @@ use crate::drive::Drive;
 use crate::ids::ParameterId;
 use crate::io::Io;
 use crate::joint::Joint;
-use crate::load::{Load, LoadKind};
+use crate::load::Load;
 use crate::load_case::LoadCase;
 use crate::measure::{Initial, Orientation, Signal};
 use crate::range::StatedRange;
@@ -156,10 +156,7 @@ impl Model {
     /// All couplings, and the teeth with play.
     pub fn all_couplings(&self) -> impl Iterator<Item = &Coupling> {
         // One of the two sides of each pair.
-        let sides = self
-            .loads
-            .iter()
-            .filter(|load| !matches!(load.kind, LoadKind::Flank { is_back: true, .. }));
+        let sides = self.loads.iter().filter(|load| load.kind.is_back_flank() != Some(true));
         self.couplings.iter().chain(sides.filter_map(Load::teeth))
     }
 

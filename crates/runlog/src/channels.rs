@@ -5,7 +5,7 @@ use std::ops::Range;
 use bksim_expr::SymbolId;
 use bksim_log::{Field, SHORT, Topic};
 use bksim_mbs::constraint::{Constraint, Source};
-use bksim_model::{Frame, Load, LoadKind, Measure, Model, MotionKind, NamedSignal, ParameterId};
+use bksim_model::{Frame, Load, Measure, Model, MotionKind, NamedSignal, ParameterId};
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::Uniqueness;
 use bksim_sim::run::Sample;
@@ -307,14 +307,14 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, TopicKind)> {
     let coupled = compiled.couplings.iter();
     let coupled = coupled.map(|c| Field::new(&c.name, &c.unit, &c.description));
     let ropes = mechanism.model.loads.iter().filter(|load| load.is_coupling());
-    let one_sided = |load: &Load| match (&load.kind, load.effort()) {
-        (LoadKind::Flank { .. }, MotionKind::Translation) => {
+    let one_sided = |load: &Load| match load.teeth().map(|teeth| teeth.effort) {
+        Some(MotionKind::Translation) => {
             Field::new(&load.name, "N", "force of the flanks along the pitch circles")
         }
-        (LoadKind::Flank { .. }, MotionKind::Rotation) => {
+        Some(MotionKind::Rotation) => {
             Field::new(&load.name, "N*m", "torque of the flanks on the second gear")
         }
-        _ => Field::new(&load.name, "N", "pull of the rope"),
+        None => Field::new(&load.name, "N", "pull of the rope"),
     };
     let coupled = coupled.chain(ropes.map(one_sided));
     let efforts = compiled.drives.iter().map(|d| Field::new(&d.name, &d.unit, &d.description));

@@ -22,7 +22,7 @@ mod symbols;
 mod turns;
 mod wheels;
 
-use bksim_model::{LoadKind, Model, Space};
+use bksim_model::{Model, Space};
 use bksim_sim::pose::Pose;
 
 use crate::geometry::{Plane, Point};
@@ -169,11 +169,7 @@ impl<'a> Sketch<'a> {
 /// Points of bodies that joints and loads are attached to, in the order of the file.
 fn attachments(numbers: &Numbers) -> Vec<Attached> {
     let joints = numbers.model.joints.iter().flat_map(|j| [j.predecessor, j.successor]);
-    let loads = numbers.model.loads.iter().flat_map(|load| match load.kind {
-        LoadKind::Spring { a, b, .. } | LoadKind::ForceBetween { a, b, .. } => vec![a, b],
-        LoadKind::Force { on, .. } => vec![on],
-        _ => Vec::new(),
-    });
+    let loads = numbers.model.loads.iter().flat_map(|load| load.kind.points());
     let outlines = numbers.model.contacts.iter().flat_map(|pair| &pair.shapes);
     let outlines = outlines.flat_map(bksim_model::Shape::anchors);
     joints.chain(loads).chain(outlines).map(|anchor| numbers.attached(anchor)).collect()

@@ -10,9 +10,7 @@ use std::collections::BTreeSet;
 
 use bksim_expr::{SymbolId, TapeError};
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{
-    CouplingId, Frame, FrictionLaw, JointId, Load, LoadKind, Measure, Model, Signal, Surface,
-};
+use bksim_model::{CouplingId, Frame, JointId, Load, Measure, Model, Signal, Surface};
 
 use crate::function::Function;
 use crate::input::{input_symbols, without_inputs};
@@ -40,10 +38,7 @@ pub(crate) struct Bearing {
 /// The joints of a model whose reactions friction or expressions that act follow.
 pub(crate) fn bearings(model: &Model) -> Vec<Bearing> {
     let bearing = |load: &Load| {
-        let LoadKind::Friction { joint, law: FrictionLaw::Coulomb { surface, .. }, .. } = load.kind
-        else {
-            return None;
-        };
+        let ((joint, _), surface) = load.kind.joint_motion().zip(load.kind.coulomb())?;
         let [f, m] = match surface {
             Surface::Guide { length } => [true, length.is_some()],
             Surface::Journal { .. } | Surface::Track | Surface::Touch { .. } => [true, false],

@@ -104,11 +104,10 @@ impl Robot {
                 });
                 return true;
             }
-            LoadKind::JointSpring { joint, motion_idx, .. }
-            | LoadKind::Stop { joint, motion_idx, .. }
-            | LoadKind::Friction { joint, motion_idx, .. }
-            | LoadKind::Effort { joint, motion_idx, .. } => (joint, motion_idx),
-            _ => return false,
+            _ => match kind.joint_motion() {
+                Some(motion) => motion,
+                None => return false,
+            },
         };
         let Some((of, _)) = self.motion_of(model, format, Measure::JointPosition(joint, motion))
         else {

@@ -1,7 +1,7 @@
 //! A model as links and joints with numbers, in world axes where its reference pose has them.
 
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
-use bksim_model::{Joint, JointKind, LoadKind, Model, MotionKind};
+use bksim_model::{Joint, JointKind, Model, MotionKind};
 
 use crate::Format;
 use crate::codes;
@@ -56,9 +56,7 @@ impl Robot {
             robot.notes.push(note.to_owned());
         }
         for load in &model.loads {
-            if let LoadKind::Gravity { acceleration } = load.kind
-                && let Some(acceleration) = numbers.vector(acceleration)
-            {
+            if let Some(acceleration) = load.kind.gravity().and_then(|g| numbers.vector(g)) {
                 robot.gravity = acceleration;
             }
         }

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
-use bksim_model::{Joint, JointKind, LoadKind, Model, MotionKind};
+use bksim_model::{Joint, JointKind, Model, MotionKind};
 
 use crate::Format;
 use crate::codes;
@@ -43,7 +43,8 @@ pub(super) fn tree(
     report: &mut Report,
 ) -> Result<(Vec<usize>, Vec<Connection>), Rejected> {
     let is_planar = model.space == bksim_model::Space::Planar;
-    let acted: Vec<usize> = model.loads.iter().filter_map(|load| joint_of(&load.kind)).collect();
+    let acted = model.loads.iter().filter_map(|load| load.kind.joint_motion());
+    let acted: Vec<usize> = acted.map(|(joint, _)| joint.0).collect();
     let rank = |idx: usize| {
         let joint = &model.joints[idx];
         let is_easy = closes(format, &joint.kind, is_planar) && !acted.contains(&idx);
@@ -131,17 +132,6 @@ pub(super) fn tree(
         }
     }
     Ok((order, connections))
-}
-
-/// The joint in whose motion a load acts.
-fn joint_of(load: &LoadKind) -> Option<usize> {
-    match load {
-        LoadKind::JointSpring { joint, .. }
-        | LoadKind::Stop { joint, .. }
-        | LoadKind::Friction { joint, .. }
-        | LoadKind::Effort { joint, .. } => Some(joint.0),
-        _ => None,
-    }
 }
 
 fn connection(

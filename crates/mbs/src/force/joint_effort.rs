@@ -5,7 +5,7 @@ use bksim_expr::Expr;
 use super::context::Context;
 use super::{Action, Wrench};
 use crate::joint;
-use bksim_model::{JointId, Load, LoadKind};
+use bksim_model::{JointId, Load};
 
 /// The effort on the successor, and its opposite on the predecessor; on the parameter of a curve it has no wrench.
 pub(super) fn action(
@@ -31,7 +31,8 @@ pub(super) fn effort_on_curve(
     context: &Context<'_>,
     load: &Load,
 ) -> Option<(JointId, usize, Expr)> {
-    let LoadKind::Effort { joint, motion_idx, value } = load.kind else { return None };
+    let (joint, motion_idx) = load.kind.joint_motion()?;
+    let value = load.kind.stated_effort()?;
     context.model.joints[joint.0].kind.curve()?;
     Some((joint, motion_idx, context.resolved(value)))
 }

@@ -5,7 +5,7 @@ use bksim_expr::Expr;
 use super::context::Context;
 use super::{Action, Wrench};
 use crate::joint::{self, JointWrench};
-use bksim_model::{JointId, Load, LoadKind};
+use bksim_model::{JointId, Load};
 
 /// V = ½ k (s − s₀)² for one position s of the joint; the damper resists with −c s′.
 pub(super) fn action(
@@ -85,13 +85,11 @@ pub(super) fn effort_on_curve(
     load: &Load,
 ) -> Option<(JointId, usize, Expr)> {
     let Context { model, pool, kinematics, .. } = *context;
-    let LoadKind::JointSpring { joint, motion_idx, stiffness, unloaded, damping } = load.kind
-    else {
-        return None;
-    };
+    let (joint, motion_idx) = load.kind.joint_motion()?;
+    let law = load.kind.spring()?;
     model.joints[joint.0].kind.curve()?;
     let position = kinematics.joint_positions(model, joint)[motion_idx];
-    let law = Law::of(context, position, [stiffness, unloaded, damping]);
+    let law = Law::of(context, position, law);
     let elastic = if law.potential.is_some() { pool.zero() } else { law.elastic };
     Some((joint, motion_idx, pool.add(elastic, law.viscous)))
 }

@@ -163,27 +163,20 @@ pub(crate) fn part_of_line(
 ) -> Option<Expr> {
     let pool = &model.pool;
     let context = &Context { model, pool, kinematics, signals };
-    let (LoadKind::Spring { a, b, .. } | LoadKind::ForceBetween { a, b, .. }) = kind else {
-        return None;
-    };
-    let (distance, _) = context.line([*a, *b]);
+    let (distance, _) = context.line(kind.ends()?);
     let rate = || kinematics.rate(model, distance);
-    Some(match (part, kind) {
+    Some(match (part, kind.spring()) {
         (LinePart::Length, _) => distance,
         (LinePart::Rate, _) => rate(),
-        (LinePart::Force, LoadKind::Spring { stiffness, length, damping, .. }) => {
-            let [stiffness, length, damping] =
-                [stiffness, length, damping].map(|&e| context.resolved(e));
+        (LinePart::Force, Some(law)) => {
+            let [stiffness, length, damping] = law.map(|e| context.resolved(e));
             let elastic = pool.mul(stiffness, pool.sub(distance, length));
             if pool.is_zero(damping) {
                 return Some(elastic);
             }
             pool.add(elastic, pool.mul(damping, rate()))
         }
-        (LinePart::Force, LoadKind::ForceBetween { value, .. }) => {
-            pool.neg(context.resolved(*value))
-        }
-        _ => return None,
+        (LinePart::Force, None) => pool.neg(context.resolved(kind.stated_effort()?)),
     })
 }
 

@@ -12,7 +12,7 @@ use crate::coupling::Coupling;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
 use crate::joint::{Joint, MotionKind};
-use crate::load::{FrictionLaw, LoadKind, Surface};
+use crate::load::{FrictionLaw, Surface};
 use crate::message::short;
 
 /// The joints and couplings of a file, in which something may rub.
@@ -28,7 +28,7 @@ impl Reader<'_> {
         &mut self,
         fields: &Fields<'_>,
         connections: &Connections<'_>,
-    ) -> Option<LoadKind> {
+    ) -> Option<(JointId, usize, FrictionLaw)> {
         if fields.has("coupling") {
             return self.read_friction_of_teeth(fields, connections.couplings);
         }
@@ -66,7 +66,7 @@ impl Reader<'_> {
         if fields.has("mu") {
             let (joint, motion_idx, location) = target?;
             let law = self.coulomb(fields, (joint, motion_idx), location)?;
-            return Some(LoadKind::Friction { joint, motion_idx, law });
+            return Some((joint, motion_idx, law));
         }
         let motion = if turns { "turns" } else { "slides" };
         let help = format!(
@@ -83,7 +83,7 @@ impl Reader<'_> {
         let (sliding, sticking) = (sliding?, sticking?);
         self.check_static_friction(fields, [&sliding, &sticking], quantity);
         let law = FrictionLaw::Stated { sliding: sliding.expr, sticking: sticking.expr };
-        Some(LoadKind::Friction { joint, motion_idx, law })
+        Some((joint, motion_idx, law))
     }
 
     /// Coulomb's friction: `mu`, `static`, and the size of the surfaces that a joint of this kind has.
@@ -129,7 +129,7 @@ impl Reader<'_> {
         &mut self,
         fields: &Fields<'_>,
         (id, joint): (JointId, &Joint),
-    ) -> Option<LoadKind> {
+    ) -> Option<(JointId, usize, FrictionLaw)> {
         let coefficients = self.coefficients(fields);
         let kind = joint.kind.word();
         let fault = |reader: &mut Self, span: Span, message: String, help: &str| {
@@ -159,7 +159,7 @@ impl Reader<'_> {
         }
         let [sliding, sticking] = coefficients?;
         let law = FrictionLaw::Coulomb { sliding, sticking, surface: Surface::Touch { arcs } };
-        Some(LoadKind::Friction { joint: id, motion_idx: 0, law })
+        Some((id, 0, law))
     }
 
     /// The surfaces of a joint that rub; some kinds have none that are known.

@@ -16,7 +16,6 @@ use super::reader::Reader;
 use crate::body::Body;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::Vector;
-use crate::load::LoadKind;
 use crate::message::short;
 use crate::model::{Model, Space};
 
@@ -249,12 +248,9 @@ fn across_the_plane(values: &Values<'_>, facts: &[BodyFacts]) -> Option<Diagnost
         }
     }
     crossed.retain(|joint| joint.kind.is_pin());
-    let mut across = model.loads.iter().filter_map(|load| match &load.kind {
-        LoadKind::Gravity { acceleration } => {
-            let [x, y, z] = values.vector(*acceleration)?;
-            (x == 0.0 && y == 0.0 && z != 0.0).then_some((load, z))
-        }
-        _ => None,
+    let mut across = model.loads.iter().filter_map(|load| {
+        let [x, y, z] = values.vector(load.kind.gravity()?)?;
+        (x == 0.0 && y == 0.0 && z != 0.0).then_some((load, z))
     });
     let across = across.next();
     match (crossed.as_slice(), across) {

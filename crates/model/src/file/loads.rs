@@ -80,7 +80,10 @@ impl Reader<'_> {
             "torque" => self.read_torque(&fields)?,
             "torsion" => self.read_torsion(&fields)?,
             "stop" => self.read_stop(&fields)?,
-            "friction" => self.read_friction(&fields, connections)?,
+            "friction" => {
+                let (joint, motion_idx, law) = self.read_friction(&fields, connections)?;
+                LoadKind::Friction { joint, motion_idx, law }
+            }
             _ => self.read_spring(word, &fields)?,
         };
         let keys = [

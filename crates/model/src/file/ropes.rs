@@ -288,7 +288,7 @@ impl Reader<'_> {
     /// Puts the part of its largest friction with which a rope grips among the results: below zero where the pull after
     /// it is the larger one, ±1 where it slips.
     fn log_grip(&mut self, parts: &[String; 2], kind: &LoadKind, span: &Span) {
-        let LoadKind::Capstan { wrap, mu: [_, sticking], .. } = *kind else { return };
+        let Some((wrap, [_, sticking])) = kind.grip() else { return };
         let mut pull = |name: &String| {
             let idx = self.names.forces.iter().position(|(known, _)| known == name)?;
             let name = format!("couplings.{name}");

@@ -24,8 +24,8 @@ use super::units::Quantity;
 use super::value::Scope;
 use crate::coupling::{Coupling, CouplingKind, Rack, Wheels};
 use crate::diagnostic::Diagnostic;
-use crate::ids::CouplingId;
-use crate::load::{FrictionLaw, LoadKind, Surface};
+use crate::ids::{CouplingId, JointId};
+use crate::load::{FrictionLaw, Surface};
 
 /// The mate of the smaller wheel.
 #[derive(Clone, Copy)]
@@ -43,7 +43,7 @@ impl Reader<'_> {
         &mut self,
         fields: &Fields<'_>,
         couplings: &[Coupling],
-    ) -> Option<LoadKind> {
+    ) -> Option<(JointId, usize, FrictionLaw)> {
         let others = ["joint", "of", "force", "torque", "length", "radius"];
         if others.iter().any(|other| fields.conflict(self, "coupling", other)) {
             return None;
@@ -61,7 +61,7 @@ impl Reader<'_> {
         let ([sliding, sticking], loss) = (coefficients?, loss?);
         let surface = Surface::Teeth { coupling: id, loss };
         let law = FrictionLaw::Coulomb { sliding, sticking, surface };
-        Some(LoadKind::Friction { joint, motion_idx: 0, law })
+        Some((joint, 0, law))
     }
 
     /// The gear or rack that `coupling` names.

@@ -2,8 +2,6 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use bksim_model::LoadKind;
-
 use super::Sketch;
 use super::looks::{Look, Symbol};
 use super::rail::{Rail, SLOT};
@@ -75,8 +73,8 @@ impl Sketch<'_> {
             }
         }
         for load in &self.model().loads {
-            if let LoadKind::Spring { a, b, .. } = load.kind {
-                hold([a, b], Symbol::Wall);
+            if let (Some(ends), Some(_)) = (load.kind.ends(), load.kind.spring()) {
+                hold(ends, Symbol::Wall);
             }
         }
         held

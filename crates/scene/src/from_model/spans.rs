@@ -1,7 +1,7 @@
 //! Springs, dampers, cylinders, ropes and massless links.
 
 use bksim_expr::Expr;
-use bksim_model::{Anchor, JointId, Load, LoadKind, MotionKind};
+use bksim_model::{Anchor, JointId, Load};
 
 use super::Sketch;
 use crate::{Span, SpanKind};
@@ -44,25 +44,19 @@ impl Sketch<'_> {
         }
         let pool = &self.model().pool;
         for load in &self.model().loads {
-            if let LoadKind::ForceBetween { a, b, .. } = load.kind {
+            let of_joint = load.kind.joint_motion().and_then(|(joint, motion_idx)| {
+                let joint = &self.model().joints[joint.0];
+                let ends = [joint.predecessor, joint.successor];
+                joint.kind.slides(motion_idx).then_some(ends)
+            });
+            let Some(ends) = load.kind.ends().or(of_joint) else { continue };
+            let Some([stiffness, length, damping]) = load.kind.spring() else {
                 // A cylinder or spring there shows where it acts.
-                if !self.are_spanned([a, b]) {
-                    let length = self.first_distance([a, b]);
-                    span(&load.name, [a, b], SpanKind::Cylinder { length });
+                if of_joint.is_none() && !self.are_spanned(ends) {
+                    let length = self.first_distance(ends);
+                    span(&load.name, ends, SpanKind::Cylinder { length });
                 }
                 continue;
-            }
-            let (ends, stiffness, length, damping) = match load.kind {
-                LoadKind::Spring { a, b, stiffness, length, damping } => {
-                    ([a, b], stiffness, length, damping)
-                }
-                LoadKind::JointSpring { joint, motion_idx, stiffness, unloaded, damping }
-                    if self.slides(joint, motion_idx) =>
-                {
-                    let joint = &self.model().joints[joint.0];
-                    ([joint.predecessor, joint.successor], stiffness, unloaded, damping)
-                }
-                _ => continue,
             };
             let kind = if pool.is_zero(stiffness) {
                 SpanKind::Damper { length: self.first_distance(ends) }
@@ -83,26 +77,22 @@ impl Sketch<'_> {
     /// The sort of thing that a cylinder is.
     fn between(&self, cylinder: JointId) -> Between {
         let model = self.model();
+        let acts_in_it =
+            |load: &Load| load.kind.joint_motion().is_some_and(|(joint, _)| joint == cylinder);
         let mut found = Between::Rope;
         for load in &model.loads {
-            match load.kind {
-                LoadKind::JointSpring { joint, .. } if joint == cylinder => return Between::Spring,
-                LoadKind::Effort { joint, .. } | LoadKind::Friction { joint, .. }
-                    if joint == cylinder =>
-                {
-                    found = Between::Piston;
-                }
+            if !acts_in_it(load) {
+                continue;
+            }
+            match load.kind.limits() {
+                None if load.kind.spring().is_some() => return Between::Spring,
                 // A rope cannot push.
-                LoadKind::Stop { joint, min: Some(_), .. } if joint == cylinder => {
-                    found = Between::Piston;
-                }
-                _ => (),
+                Some([None, _]) => (),
+                _ => found = Between::Piston,
             }
         }
-        let has_limit = model
-            .loads
-            .iter()
-            .any(|load| matches!(load.kind, LoadKind::Stop { joint, .. } if joint == cylinder));
+        let mut own = model.loads.iter().filter(|load| acts_in_it(load));
+        let has_limit = own.any(|load| load.kind.limits().is_some());
         let is_driven = model.drives.iter().any(|drive| drive.joint == cylinder);
         if is_driven || !has_limit { Between::Piston } else { found }
     }
@@ -111,15 +101,11 @@ impl Sketch<'_> {
     fn are_spanned(&self, [a, b]: [Anchor; 2]) -> bool {
         let same = |from: Anchor, to: Anchor| [from, to] == [a, b] || [from, to] == [b, a];
         let model = self.model();
-        let is_spring =
-            |load: &Load| matches!(load.kind, LoadKind::Spring { a, b, .. } if same(a, b));
+        let is_spring = |load: &Load| {
+            load.kind.spring().is_some() && load.kind.ends().is_some_and(|[a, b]| same(a, b))
+        };
         model.joints.iter().any(|joint| same(joint.predecessor, joint.successor))
             || model.loads.iter().any(is_spring)
-    }
-
-    fn slides(&self, joint: JointId, motion_idx: usize) -> bool {
-        let motions = self.model().joints[joint.0].kind.motions();
-        motions[motion_idx] == MotionKind::Translation
     }
 
     /// Distance of two points at the start; 15 pin radii when the motion is not known.

@@ -1,7 +1,7 @@
 //! Stops: hatched lines where a motion ends.
 
 use bksim_expr::Expr;
-use bksim_model::{Joint, LoadKind};
+use bksim_model::Joint;
 
 use super::Sketch;
 use super::rail::Rail;
@@ -21,7 +21,9 @@ impl Sketch<'_> {
     pub(super) fn stops(&self) -> Vec<Shape> {
         let mut shapes = Vec::new();
         for load in &self.model().loads {
-            let LoadKind::Stop { joint: joint_id, motion_idx, min, max, .. } = load.kind else {
+            let (Some((joint_id, motion_idx)), Some([min, max])) =
+                (load.kind.joint_motion(), load.kind.limits())
+            else {
                 continue;
             };
             let joint = &self.model().joints[joint_id.0];

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use bksim_model::{Joint, LoadKind, MotionKind};
+use bksim_model::Joint;
 
 use super::Sketch;
 use super::looks::Look;
@@ -54,8 +54,8 @@ impl Sketch<'_> {
         let pins: Vec<Attached> = joints.map(|anchor| self.numbers.attached(anchor)).collect();
         let mut shapes = Vec::new();
         for load in &model.loads {
-            let LoadKind::Spring { a, b, .. } = load.kind else { continue };
-            for at in [a, b].map(|anchor| self.numbers.attached(anchor)) {
+            let (Some(ends), Some(_)) = (load.kind.ends(), load.kind.spring()) else { continue };
+            for at in ends.map(|anchor| self.numbers.attached(anchor)) {
                 if at.body > 0 && !pins.contains(&at) {
                     shapes.push(self.round(at, Role::Pin, EYE * self.pin));
                 }
@@ -180,13 +180,14 @@ impl Sketch<'_> {
     pub(super) fn torsion_springs(&self) -> Vec<Shape> {
         let mut shapes = Vec::new();
         for load in &self.model().loads {
-            let LoadKind::JointSpring { joint, motion_idx, stiffness, .. } = load.kind else {
+            let (Some((joint, motion_idx)), Some([stiffness, ..])) =
+                (load.kind.joint_motion(), load.kind.spring())
+            else {
                 continue;
             };
             let joint = &self.model().joints[joint.0];
-            let turns = joint.kind.motions()[motion_idx] == MotionKind::Rotation;
             // A stiffness of zero is a damper in the bearing: it has no symbol.
-            if !turns || self.model().pool.is_zero(stiffness) {
+            if !joint.kind.turns(motion_idx) || self.model().pool.is_zero(stiffness) {
                 continue;
             }
             let at = self.numbers.attached(joint.successor);

@@ -46,11 +46,13 @@ impl Sketch<'_> {
     pub(super) fn torques(&self) -> Vec<Shape> {
         let mut shapes = Vec::new();
         for load in &self.model().loads {
-            let joint = match &load.kind {
-                LoadKind::Torque { on, from, .. } => self.joint_between(*from, *on),
-                LoadKind::Effort { joint, motion_idx, .. } => {
+            let of_motion =
+                load.kind.joint_motion().filter(|_| load.kind.stated_effort().is_some());
+            let joint = match (load.kind.torque(), of_motion) {
+                (Some((on, from, _)), _) => self.joint_between(from, on),
+                (_, Some((joint, motion_idx))) => {
                     let joint = &self.model().joints[joint.0];
-                    Some(joint).filter(|joint| turns(joint, *motion_idx))
+                    Some(joint).filter(|joint| turns(joint, motion_idx))
                 }
                 _ => continue,
             };
@@ -58,9 +60,9 @@ impl Sketch<'_> {
                 let (at, plane) = self.holder(joint);
                 (at.body, plane, self.open_side(joint))
             } else {
-                let LoadKind::Torque { on, vector, .. } = &load.kind else { continue };
+                let Some((on, _, vector)) = load.kind.torque() else { continue };
                 let Some(com) = self.com(on.0) else { continue };
-                let axis = unit3(self.numbers.vector(vector)).unwrap_or([0.0, 0.0, 1.0]);
+                let axis = unit3(self.numbers.vector(&vector)).unwrap_or([0.0, 0.0, 1.0]);
                 (on.0, self.plane_across(com, axis), FRAC_PI_2)
             };
             let about = joint.map(|joint| self.numbers.axis(joint, joint.predecessor.body.0));
@@ -73,13 +75,12 @@ impl Sketch<'_> {
     /// One where a torque turns a joint to where its angle grows at the start, else minus one.
     fn sense(&self, load: &LoadKind, axis: Option<[f64; 3]>) -> f64 {
         let start = (self.model().time, self.model().solve.t_start);
-        let value = match (load, axis) {
-            (LoadKind::Torque { vector, .. }, Some(axis)) => {
+        let value = match (load.torque(), axis) {
+            (Some((_, _, vector)), Some(axis)) => {
                 let vector = vector.map(|e| self.numbers.value_at(e, start));
                 vector.iter().zip(axis).map(|(a, b)| a * b).sum()
             }
-            (LoadKind::Effort { value, .. }, _) => self.numbers.value_at(*value, start),
-            _ => 1.0,
+            _ => load.stated_effort().map_or(1.0, |value| self.numbers.value_at(value, start)),
         };
         if value < 0.0 { -1.0 } else { 1.0 }
     }

@@ -10,7 +10,7 @@ use crate::start::StartError;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::{counted, listed, short};
-use bksim_model::{BodyId, FrictionLaw, GROUND, Joint, JointId, Load, LoadKind, Model, Space};
+use bksim_model::{BodyId, GROUND, Joint, JointId, Load, Model, Space};
 
 /// The diagnostic of a start that was not found.
 pub fn diagnose_start(
@@ -66,9 +66,9 @@ pub fn diagnose_start(
 
 /// Friction that no equilibrium of rigid bodies determines.
 fn shared_reaction(model: &Model, joint: JointId) -> Diagnostic {
-    let rubs = |load: &&Load| match load.kind {
-        LoadKind::Friction { joint: of, law: FrictionLaw::Coulomb { .. }, .. } => of == joint,
-        _ => false,
+    let rubs = |load: &&Load| {
+        let of = load.kind.joint_motion().filter(|_| load.kind.coulomb().is_some());
+        of.is_some_and(|(of, _)| of == joint)
     };
     let joint_name = &model.joints[joint.0].name;
     let message =

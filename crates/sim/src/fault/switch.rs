@@ -12,8 +12,7 @@ use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Span};
 use bksim_model::message::{listed, short};
 use bksim_model::{
-    Base, BodyId, CouplingId, FrictionLaw, HeldChange, Load, LoadId, LoadKind, Measure, Model,
-    MotionKind, Place, Round,
+    Base, BodyId, CouplingId, HeldChange, Load, LoadId, Measure, Model, MotionKind, Place, Round,
 };
 
 /// Energies beyond this, J, are on their way beyond all numbers.
@@ -102,9 +101,7 @@ fn paradox(model: &Model, load: LoadId, has_several: bool, t: f64) -> Diagnostic
 
 /// The first friction that follows a reaction.
 fn jamming(model: &Model) -> Option<&Load> {
-    model.loads.iter().find(|load| {
-        matches!(load.kind, LoadKind::Friction { law: FrictionLaw::Coulomb { .. }, .. })
-    })
+    model.loads.iter().find(|load| load.kind.coulomb().is_some())
 }
 
 /// The fault of a run that ends where a joint jams, its numbers being as they should up to there.
@@ -154,40 +151,36 @@ fn changes_without_end(model: &Model, signal: usize, t: f64) -> Diagnostic {
 /// A joint that starts where a stop does not let it be.
 pub(super) fn beyond_stop(model: &Model, load: LoadId, by: f64) -> Diagnostic {
     let load = &model.loads[load.0];
-    let unit = match load.kind {
-        LoadKind::Stop { joint, motion_idx, .. } => {
-            unit_of(model, Measure::JointPosition(joint, motion_idx))
-        }
-        LoadKind::Flank { ref teeth, .. } => {
-            let unit = if teeth.effort == MotionKind::Rotation { "rad" } else { "m" };
-            let message = format!(
-                "the teeth of `{}` overlap by {} {unit} at the start",
-                teeth.name,
-                short(by)
+    if let Some(teeth) = load.teeth() {
+        let unit = if teeth.effort == MotionKind::Rotation { "rad" } else { "m" };
+        let message =
+            format!("the teeth of `{}` overlap by {} {unit} at the start", teeth.name, short(by));
+        return Diagnostic::error(codes::BEYOND_STOP, message)
+            .at(load.span.clone(), "these teeth")
+            .help(
+                "write another `phase`, or start one of its joints so that both flanks have room",
             );
-            return Diagnostic::error(codes::BEYOND_STOP, message)
-                .at(load.span.clone(), "these teeth")
-                .help("write another `phase`, or start one of its joints so that both flanks have room");
-        }
-        LoadKind::Rope { .. } => {
-            let message = format!("rope `{}` is {} m too short at the start", load.name, short(by));
-            return Diagnostic::error(codes::BEYOND_STOP, message)
-                .at(load.span.clone(), "this rope")
-                .help("start nearer, or write a larger `length`");
-        }
-        LoadKind::Touch { contact, place, .. } => {
-            let place = &model.contacts[contact.0].places[place];
-            let message = format!(
-                "the outlines of contact `{}` overlap by {} m at the start",
-                load.name,
-                short(overlap(model, place, by))
-            );
-            return Diagnostic::error(codes::OVERLAP, message)
-                .at(load.span.clone(), "these outlines")
-                .help("move the start of one of the bodies until they touch or are apart");
-        }
-        _ => "",
-    };
+    }
+    if load.is_coupling() {
+        let message = format!("rope `{}` is {} m too short at the start", load.name, short(by));
+        return Diagnostic::error(codes::BEYOND_STOP, message)
+            .at(load.span.clone(), "this rope")
+            .help("start nearer, or write a larger `length`");
+    }
+    if let Some((contact, place)) = load.kind.touch() {
+        let place = &model.contacts[contact.0].places[place];
+        let message = format!(
+            "the outlines of contact `{}` overlap by {} m at the start",
+            load.name,
+            short(overlap(model, place, by))
+        );
+        return Diagnostic::error(codes::OVERLAP, message)
+            .at(load.span.clone(), "these outlines")
+            .help("move the start of one of the bodies until they touch or are apart");
+    }
+    let unit = load.kind.joint_motion().map_or("", |(joint, motion_idx)| {
+        unit_of(model, Measure::JointPosition(joint, motion_idx))
+    });
     let message = format!("the start is beyond stop `{}` by {} {unit}", load.name, short(by));
     Diagnostic::error(codes::BEYOND_STOP, message)
         .at(load.span.clone(), "this stop")
@@ -242,7 +235,7 @@ fn owner_of(model: &Model, system: &SymbolicSystem, kink: usize) -> Option<(Stri
     let signals = signal_values(model, &system.kinematics);
     let of_loads = model.loads.iter().map(|load| {
         let named = (format!("load `{}`", load.name), load.span.clone());
-        (named, LoadKind::expressions(&load.kind))
+        (named, load.kind.expressions())
     });
     let of_drives = model.drives.iter().map(|drive| {
         let named = (format!("drive `{}`", drive.name), drive.span.clone());

@@ -11,9 +11,9 @@ use bksim_mbs::force::{self, Wrench};
 use bksim_mbs::quantity::coordinate_units;
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
+use bksim_model::Model;
 use bksim_model::diagnostic::{Code, Diagnostic, Span};
 use bksim_model::message::short;
-use bksim_model::{LoadKind, Model};
 
 /// Numbers beyond this are on their way out of those that can be held: squares of them still can.
 pub(super) const HUGE: f64 = 1e100;
@@ -82,7 +82,7 @@ impl FaultInstant<'_> {
         let signals = signal_values(model, &system.kinematics);
         let laws = model.loads.iter().flat_map(|load| {
             let named = (format!("load `{}`", load.name), &load.span);
-            LoadKind::expressions(&load.kind).into_iter().map(move |e| (named.clone(), e))
+            load.kind.expressions().into_iter().map(move |e| (named.clone(), e))
         });
         let drives = model.drives.iter();
         let motions = drives.map(|d| ((format!("drive `{}`", d.name), &d.span), d.motion));
@@ -128,11 +128,9 @@ impl FaultInstant<'_> {
             if parts.iter().all(is_finite) {
                 return None;
             }
-            let label = match load.kind {
-                LoadKind::Spring { .. } | LoadKind::ForceBetween { .. } => {
-                    "its two points are in one place, or its value is too large"
-                }
-                _ => "this has no finite value there",
+            let label = match load.kind.ends() {
+                Some(_) => "its two points are in one place, or its value is too large",
+                None => "this has no finite value there",
             };
             Some((load.name.clone(), load.span.clone(), label))
         })

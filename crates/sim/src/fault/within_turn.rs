@@ -8,7 +8,7 @@ use crate::start::Conflict;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
-use bksim_model::{JointId, LoadKind, Measure, Model, motion_words};
+use bksim_model::{JointId, Measure, Model, motion_words};
 
 /// Warnings about loads and expressions that go by such an angle of a joint that the author has cut.
 pub fn diagnose_turns(model: &Model, system: &SymbolicSystem) -> Vec<Diagnostic> {
@@ -46,16 +46,8 @@ pub fn diagnose_turns(model: &Model, system: &SymbolicSystem) -> Vec<Diagnostic>
 fn users(model: &Model) -> Vec<((JointId, usize), String)> {
     let mut users = Vec::new();
     for load in &model.loads {
-        let angle = match load.kind {
-            LoadKind::JointSpring { joint, motion_idx, stiffness, .. }
-                if !model.pool.is_zero(stiffness) =>
-            {
-                (joint, motion_idx)
-            }
-            LoadKind::Stop { joint, motion_idx, .. } => (joint, motion_idx),
-            _ => continue,
-        };
-        users.push((angle, format!("load `{}`", load.name)));
+        let angle = load.position_it_follows(&model.pool);
+        users.extend(angle.map(|angle| (angle, format!("load `{}`", load.name))));
     }
     for signal in &model.signals {
         if let Measure::JointPosition(joint, motion_idx) = signal.measure {

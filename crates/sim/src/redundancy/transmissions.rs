@@ -4,7 +4,7 @@ use bksim_expr::{Expr, SymbolId, TapeError};
 use bksim_mbs::constraint::{Constraint, Source};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_mbs::transmission::{Directions, transmission};
-use bksim_model::{Compliance, DriveId, JointId, LoadKind, Model, MotionKind, Space};
+use bksim_model::{Compliance, DriveId, JointId, Model, MotionKind, Space};
 
 use super::block::{Block, CouplingPart, JointPart};
 use super::blocks::blocks;
@@ -313,11 +313,7 @@ fn efforts(model: &Model, system: &SymbolicSystem) -> Vec<(Effort, JointId, usiz
     let drives =
         drives.map(|(k, drive)| (Effort::Drive(DriveId(k)), drive.joint, drive.motion_idx));
     let contacts = system.contacts.iter().enumerate().filter_map(|(k, contact)| {
-        let (LoadKind::Stop { joint, motion_idx, .. }
-        | LoadKind::Friction { joint, motion_idx, .. }) = model.loads[contact.load.0].kind
-        else {
-            return None;
-        };
+        let (joint, motion_idx) = model.loads[contact.load.0].kind.joint_motion()?;
         Some((Effort::Contact(k, contact.load), joint, motion_idx))
     });
     drives.chain(contacts).collect()

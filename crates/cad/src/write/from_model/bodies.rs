@@ -1,7 +1,7 @@
 //! Bodies: shapes, frames with masses, centres of mass, points.
 
 use bksim_model::diagnostic::Diagnostic;
-use bksim_model::{Anchor, BodyId, GROUND, JointId, LoadKind, PointId};
+use bksim_model::{Anchor, BodyId, GROUND, JointId, PointId};
 use toml_edit::{Item, TableLike, Value};
 
 use super::shape::{block, rounded_hull};
@@ -120,13 +120,7 @@ impl Sketch<'_> {
         let origin = Anchor { body, point: None };
         let in_joints =
             self.model.joints.iter().any(|j| [j.predecessor, j.successor].contains(&origin));
-        let in_loads = self.model.loads.iter().any(|load| match load.kind {
-            LoadKind::Force { on, .. } => on == origin,
-            LoadKind::ForceBetween { a, b, .. } | LoadKind::Spring { a, b, .. } => {
-                [a, b].contains(&origin)
-            }
-            _ => false,
-        });
+        let in_loads = self.model.loads.iter().any(|load| load.kind.points().contains(&origin));
         in_joints || in_loads
     }
 
