@@ -140,16 +140,10 @@ impl FourBar {
             ]);
         }
         for (body, from, to, more) in bodies {
-            let _ = write!(
-                text,
-                "\n[bodies.{body}]\nmass = \"1 kg\"\ninertia = \"1 kg*{body}^2/12\"\ncom = [\"{body}/2\", 0]\npoints = {{ {from} = [0, 0], {to} = [\"{body}\", 0]{more} }}\n"
-            );
+            text += &bar(body, [from, to], &more);
         }
         for (joint, from, to) in joints {
-            let _ = write!(
-                text,
-                "\n[joints.{joint}]\ntype = \"revolute\"\nbetween = [\"{from}\", \"{to}\"]\n"
-            );
+            text += &revolute(joint, [from, to]);
         }
         let start = angle(a, b).to_degrees();
         let _ = write!(
@@ -293,4 +287,16 @@ pub(super) fn cognates(wish: &CognateWish) -> Result<Synthesis, DesignError> {
         ("point".to_owned(), vec![point.re, point.im]),
     ];
     Ok(Synthesis { task: "cognates".to_owned(), facts: facts.into_iter().collect(), candidates })
+}
+
+/// The text of a uniform bar of 1 kg, whose length is a parameter of its name, with points at both ends and `more`.
+pub(super) fn bar(name: &str, [from, to]: [&str; 2], more: &str) -> String {
+    format!(
+        "\n[bodies.{name}]\nmass = \"1 kg\"\ninertia = \"1 kg*{name}^2/12\"\ncom = [\"{name}/2\", 0]\npoints = {{ {from} = [0, 0], {to} = [\"{name}\", 0]{more} }}\n"
+    )
+}
+
+/// The text of a revolute joint between two points.
+pub(super) fn revolute(name: &str, [from, to]: [&str; 2]) -> String {
+    format!("\n[joints.{name}]\ntype = \"revolute\"\nbetween = [\"{from}\", \"{to}\"]\n")
 }

@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 
 use serde::Deserialize;
 
-use super::four_bar::FourBar;
+use super::four_bar::{FourBar, bar, revolute};
 use super::function::largest;
 use super::lines::pin;
 use super::{Candidate, DesignError, Point, Synthesis, none, optional};
@@ -114,6 +114,7 @@ fn slider_crank(stroke: f64, alpha: f64) -> Option<Candidate> {
     let height = -offset - a * start.to_radians().sin();
     let along = a * start.to_radians().cos() + (b * b - height * height).sqrt();
     let rod = (height / b).asin().to_degrees();
+    let [crank, coupler] = [bar("crank", ["A", "B"], ""), bar("coupler", ["B", "C"], "")];
     let model = format!(
         r#"name = "slider-crank"
 
@@ -125,19 +126,7 @@ speed = "60 rpm"
 
 [ground]
 points = {{ A = [0, 0], G = [0, "-offset"] }}
-
-[bodies.crank]
-mass = "1 kg"
-inertia = "1 kg*crank^2/12"
-com = ["crank/2", 0]
-points = {{ A = [0, 0], B = ["crank", 0] }}
-
-[bodies.coupler]
-mass = "1 kg"
-inertia = "1 kg*coupler^2/12"
-com = ["coupler/2", 0]
-points = {{ B = [0, 0], C = ["coupler", 0] }}
-
+{crank}{coupler}
 [bodies.slider]
 mass = "1 kg"
 inertia = "1e-3 kg*m^2"
@@ -216,6 +205,9 @@ fn candidate(
     // The crank pin is a slider on the lever.
     let start = if is_lever { 90.0 } else { 10.0 };
     let (x, y) = (r * f64::to_radians(start).cos(), d + r * f64::to_radians(start).sin());
+    let [crank, lever] = [bar("crank", ["O", "C"], ""), bar("lever", ["P", "E"], "")];
+    let pins = revolute("O", ["ground.O", "crank.O"]) + &revolute("C", ["crank.C", "block"]);
+    let pivot = revolute("P", ["ground.P", "lever.P"]);
     let model = format!(
         r#"name = "{name}"
 
@@ -227,40 +219,16 @@ speed = "60 rpm"
 
 [ground]
 points = {{ O = [0, "ground"], P = [0, 0] }}
-
-[bodies.crank]
-mass = "1 kg"
-inertia = "1 kg*crank^2/12"
-com = ["crank/2", 0]
-points = {{ O = [0, 0], C = ["crank", 0] }}
-
+{crank}
 [bodies.block]
 mass = "0.1 kg"
 inertia = "1e-4 kg*m^2"
-
-[bodies.lever]
-mass = "1 kg"
-inertia = "1 kg*lever^2/12"
-com = ["lever/2", 0]
-points = {{ P = [0, 0], E = ["lever", 0] }}
-
-[joints.O]
-type = "revolute"
-between = ["ground.O", "crank.O"]
-
-[joints.C]
-type = "revolute"
-between = ["crank.C", "block"]
-
+{lever}{pins}
 [joints.S]
 type = "prismatic"
 between = ["lever", "block"]
 axis = [1, 0]
-
-[joints.P]
-type = "revolute"
-between = ["ground.P", "lever.P"]
-
+{pivot}
 [drives.motor]
 joint = "O"
 motion = "{start} deg + speed*t"
