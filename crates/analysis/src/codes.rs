@@ -8,7 +8,6 @@ bksim_model::codes! {
     NO_EQUILIBRIUM = "Q005", "no equilibrium";
     UNDETERMINED = "Q006", "unknowns that the equations do not determine";
     WITH_STATES = "Q007", "a question about a mechanism with states or clocks";
-    BY_REACTIONS = "Q008", "code of friction that follows a reaction";
     UNDERCUT = "Q009", "a profile of a cam that is undercut";
     CUTTER = "Q010", "a cutter that does not fit into a hollow";
     UNKNOWN_CAM = "Q011", "a cam that the model has not";

@@ -1,11 +1,13 @@
 //! Functions of a mechanism that leave the program: tapes with the names and units of what goes in and comes out.
 //!
 //! ```text
-//! M(q) v̇ + G(t, q)ᵀ λ = f(t, q, v, u)      terms: M, f, G, γ
+//! M(q) v̇ + G(t, q)ᵀ λ = f(t, q, v, u, λ)   terms: M, f, G, γ, ∂f/∂λ
 //! G v̇ = −γ(t, q, v)                        accelerations: v̇, λ
 //! g(t, q) = 0                              constraints: g, ∂g/∂t
 //! x(t, q), ẋ(t, q, v)                      kinematics: joints, bodies, points
 //! ```
+//!
+//! f depends on multipliers where friction has a coefficient, or expressions read reactions.
 
 mod equations;
 
@@ -14,14 +16,12 @@ use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
 use bksim_mbs::modes::with_branches;
 use bksim_mbs::quantity::coordinate_units;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::diagnostic::{Diagnostic, Rejected};
-use bksim_model::{Load, Measure, Model};
-use bksim_sim::Mechanism;
+use bksim_model::Model;
 use bksim_sim::compiled::{Terms, solved_accelerations, terms};
+use bksim_sim::{Mechanism, pressing_symbols};
 
 pub use equations::{Equations, equations};
 
-use crate::codes;
 use crate::error::AnalysisError;
 use crate::loaded::without_contacts;
 use crate::quantity::pose_quantities;
@@ -63,37 +63,11 @@ pub fn exported(
     let interface = Interface::new(mechanism, inputs)?;
     match part {
         Part::Dynamics => {
-            without_coulomb(&mechanism.model)?;
             without_contacts(&mechanism.model)?;
             interface.dynamics()
         }
         Part::Kinematics => Ok(vec![interface.kinematics()?]),
     }
-}
-
-/// Refuses friction and expressions that follow a reaction: no function of t, q and v has it.
-fn without_coulomb(model: &Model) -> Result<(), AnalysisError> {
-    let is_coulomb = |load: &&Load| load.kind.coulomb().is_some();
-    let measured = model.signals.iter().find_map(|signal| match signal.measure {
-        Measure::Reaction(joint, ..) if model.acts(signal) => Some(&model.joints[joint.0]),
-        _ => None,
-    });
-    if let Some(joint) = measured {
-        let message =
-            format!("equations with the reaction of `{}` cannot be written as code", joint.name);
-        let fault = Diagnostic::error(codes::BY_REACTIONS, message)
-            .at(joint.span.clone(), "its reaction is used in expressions")
-            .note("accelerations and reactions are found together, by iteration")
-            .help("leave out the loads and signals that use it");
-        return Err(Rejected(vec![fault]).into());
-    }
-    let Some(load) = model.loads.iter().find(is_coulomb) else { return Ok(()) };
-    let message = format!("the equations with friction `{}` cannot be written as code", load.name);
-    let fault = Diagnostic::error(codes::BY_REACTIONS, message)
-        .at(load.span.clone(), "follows the reaction of its joint")
-        .note("accelerations and reactions are found together, by iteration")
-        .help("state the friction itself: `force = …` or `torque = …`");
-    Err(Rejected(vec![fault]).into())
 }
 
 /// Arguments and parameters of all functions of a mechanism.
@@ -105,6 +79,8 @@ struct Interface<'a> {
     q: Vec<(SymbolId, Quantity)>,
     v: Vec<(SymbolId, Quantity)>,
     u: Vec<(SymbolId, Quantity)>,
+    /// Multipliers that forces depend on.
+    pressing: Vec<(SymbolId, Quantity)>,
     parameters: Vec<(SymbolId, Quantity)>,
     /// Values of the parameters.
     values: Vec<f64>,
@@ -142,7 +118,13 @@ impl<'a> Interface<'a> {
             u_values.push(values.remove(at));
         }
         let time = (model.time, Quantity::new("t", "s"));
-        Ok(Self { mechanism, system, time, q, v, u, parameters, values, u_values })
+        let used = pressing_symbols(model, &system);
+        let multipliers = system.constraints.iter().zip(&mechanism.compiled.multipliers);
+        let pressing = multipliers
+            .filter(|(row, _)| used.contains(&row.lambda))
+            .map(|(row, known)| (row.lambda, Quantity::new(&known.name, &known.unit)))
+            .collect();
+        Ok(Self { mechanism, system, time, q, v, u, pressing, parameters, values, u_values })
     }
 
     fn model(&self) -> &'a Model {
@@ -199,9 +181,13 @@ impl<'a> Interface<'a> {
     }
 
     fn dynamics(&self) -> Result<Vec<ExportedFunction>, AnalysisError> {
-        let state = [self.q.as_slice(), &self.v, &self.u];
-        let mut functions =
-            vec![self.function(("terms", "M, f, G and gamma"), &state, self.terms())?];
+        let state = [self.q.as_slice(), &self.v, &self.u, &self.pressing];
+        let summary = if self.pressing.is_empty() {
+            "M, f, G and gamma"
+        } else {
+            "M, f, G, gamma and slopes of f by multipliers"
+        };
+        let mut functions = vec![self.function(("terms", summary), &state, self.terms())?];
         if !self.system.constraints.is_empty() {
             let outputs = self.constraints();
             functions.push(self.function(
@@ -210,9 +196,9 @@ impl<'a> Interface<'a> {
                 outputs,
             )?);
         }
-        // Rows that depend on others have no multipliers of their own.
+        // Rows that depend on others have no multipliers of their own; loads that follow multipliers are iterated.
         let start = self.mechanism.start()?;
-        if start.inactive_rows().is_empty() {
+        if start.inactive_rows().is_empty() && self.pressing.is_empty() {
             let Terms { mass, jacobian, force, gamma } = terms(self.model(), &self.system);
             let terms = self.tape(&state, &[mass, jacobian, force, gamma].concat())?;
             if let Some(tape) = solved_accelerations(&self.system, &terms) {
@@ -267,7 +253,20 @@ impl<'a> Interface<'a> {
         for (row, e) in terms.gamma.into_iter().enumerate() {
             outputs.push((e, Quantity::new(&format!("gamma[{row}]"), "")));
         }
+        outputs.extend(self.slopes());
         outputs
+    }
+
+    /// ∂f/∂λ by the multipliers that forces depend on, row by row.
+    fn slopes(&self) -> Vec<(Expr, Quantity)> {
+        let pool = &self.model().pool;
+        let symbols: Vec<SymbolId> = self.pressing.iter().map(|(symbol, _)| *symbol).collect();
+        let rows = self.system.applied_force.iter().enumerate();
+        let row = |(i, &force): (usize, &Expr)| {
+            let slopes = pool.gradient(force, &symbols).into_iter().enumerate();
+            slopes.map(move |(k, e)| (e, Quantity::new(&format!("f_lambda[{i},{k}]"), "")))
+        };
+        rows.flat_map(row).collect()
     }
 
     fn constraints(&self) -> Vec<(Expr, Quantity)> {

@@ -1,16 +1,17 @@
 """Equations of motion of @NAME@ for CasADi.
 
     q' = v
-    M(q) a + G(t, q)^T lambda = f(t, q, v, u)
+    M(q) a + G(t, q)^T lambda = f(t, q, v, u, l)
     G a = -gamma(t, q, v),  g(t, q) = 0
 
     import @MODULE@ as model
-    M, f, G, gamma, g, g_t = model.terms(t, q, v, u, p)
+    M, f, G, gamma, g, g_t = model.terms(t, q, v, u, p)         # ..., p, l) where PRESSING is not empty
     a, multipliers = model.accelerations(t, q, v, u, p)
     x_rate = model.ode(t, x, u, p)        # x = (q, v)
     casadi.integrator("motion", "idas", model.dae, t0, times)
 
-u are the values of INPUTS, p those of PARAMETERS: model.U and model.P. All numbers are in SI units and radians.
+u are the values of INPUTS, p those of PARAMETERS: model.U and model.P; l are the multipliers that f depends on, whose
+places are PRESSING: `accelerations` finds them by Newton's method, and gives nan where it does not settle. All numbers are in SI units and radians.
 `python @FILE@` compares all of this with numbers that bksim computed.
 @NOTES@"""
 
@@ -52,7 +53,9 @@ def entries(inputs, parameters):
 @BODY@
 
 
-N, R = len(COORDINATES), len(MULTIPLIERS)
+N, R, L = len(COORDINATES), len(MULTIPLIERS), len(PRESSING)
+#: Steps of Newton's method to multipliers that f depends on.
+ROUNDS = 12
 P = [value for _, _, value in PARAMETERS]
 U = [value for _, _, value in INPUTS]
 
@@ -66,9 +69,16 @@ def _of(symbol):
     return [symbol(name, n) for name, n in sizes]
 
 
+def _function(name, arguments, results, names):
+    inputs = ["t", "q", "v", "u", "p", "l"][: len(arguments)]
+    return ca.Function(name, arguments, results, inputs, names)
+
+
 def _terms():
-    arguments = _of(ca.SX.sym)
-    values = iter(entries(_elements(ca.vertcat(*arguments[:-1])), _elements(arguments[-1])))
+    t, q, v, u, p = arguments = _of(ca.SX.sym)
+    l = ca.SX.sym("l", L)
+    arguments += [l] * (L > 0)
+    values = iter(entries(_elements(ca.vertcat(t, q, v, u, l)), _elements(p)))
     M, f, G = ca.SX(N, N), ca.SX(N, 1), ca.SX(R, N)
     for i, j in MASS:
         M[i, j] = M[j, i] = next(values)
@@ -77,11 +87,16 @@ def _terms():
     for i, j in JACOBIAN:
         G[i, j] = next(values)
     gamma, g, g_t = (ca.vertcat(*[next(values) for _ in range(R)]) if R else ca.SX(0, 1) for _ in range(3))
-    names = ["M", "f", "G", "gamma", "g", "g_t"]
-    return ca.Function("terms", arguments, [M, f, G, gamma, g, g_t], ["t", "q", "v", "u", "p"], names)
+    slopes = ca.SX(N, R)
+    for i in range(N):
+        for k in PRESSING:
+            slopes[i, k] = next(values)
+    results, names = [M, f, G, gamma, g, g_t], ["M", "f", "G", "gamma", "g", "g_t"]
+    return _function("terms", arguments, results, names), _function("slopes", arguments, [slopes], ["slopes"])
 
 
-terms = _terms()
+#: `slopes` are those of f by the multipliers.
+terms, slopes = _terms()
 
 
 def _aim(v, G, gamma, g, g_t):
@@ -91,10 +106,22 @@ def _aim(v, G, gamma, g, g_t):
 
 def _accelerations():
     arguments = t, q, v, u, p = _of(ca.MX.sym)
-    M, f, G, gamma, g, g_t = terms(*arguments)
-    K = ca.vertcat(ca.horzcat(M, G.T), ca.horzcat(G, ca.MX(R, R)))
-    found = ca.solve(K, ca.vertcat(f, _aim(v, G, gamma, g, g_t)), "qr")
-    return ca.Function("accelerations", arguments, [found[:N], found[N:]], ["t", "q", "v", "u", "p"], ["a", "lambda"])
+
+    def solved(f, S):
+        K = ca.vertcat(ca.horzcat(M, G.T - S), ca.horzcat(G, ca.MX(R, R)))
+        return ca.solve(K, ca.vertcat(f, _aim(v, G, gamma, g, g_t)), "qr")
+
+    M, f, G, gamma, g, g_t = terms(*arguments, *[ca.MX(L, 1)] * (L > 0))
+    found = solved(f, ca.MX(N, R))
+    for _ in range(ROUNDS * (L > 0)):
+        multipliers = found[N:]
+        at = *arguments, multipliers[PRESSING]
+        S = slopes(*at)
+        found = solved(terms(*at)[1] - S @ multipliers, S)
+        moved = ca.norm_inf(found[N:] - multipliers)
+    if L > 0:
+        found = ca.if_else(moved <= 1e-12 * ca.norm_inf(found[N:]), found, ca.MX.nan(N + R, 1))
+    return _function("accelerations", arguments, [found[:N], found[N:]], ["a", "lambda"])
 
 
 accelerations = _accelerations()
@@ -112,7 +139,7 @@ ode = _ode()
 def _dae():
     t, q, v, u, p = _of(ca.SX.sym)
     a, multipliers = ca.SX.sym("a", N), ca.SX.sym("lambda", R)
-    M, f, G, gamma, g, g_t = terms(t, q, v, u, p)
+    M, f, G, gamma, g, g_t = terms(t, q, v, u, p, *[multipliers[PRESSING]] * (L > 0))
     rest = ca.vertcat(M @ a + G.T @ multipliers - f, G @ a - _aim(v, G, gamma, g, g_t))
     return {
         "t": t,
@@ -131,7 +158,7 @@ dae = _dae()
 
 def check():
     """Compares values and motion with those that bksim computed; the largest differences, relative to one and the value."""
-    inputs, parameters = ca.SX.sym("inputs", 1 + 2 * N + len(U)), ca.SX.sym("parameters", len(P))
+    inputs, parameters = ca.SX.sym("inputs", 1 + 2 * N + len(U) + L), ca.SX.sym("parameters", len(P))
     values = ca.vertcat(*entries(_elements(inputs), _elements(parameters)))
     function = ca.Function("entries", [inputs, parameters], [values])
     worst = [0.0, 0.0]

@@ -1,7 +1,7 @@
 """Equations of motion of @NAME@ for JAX.
 
     q' = v
-    M(q) a + G(t, q)^T lambda = f(t, q, v, u)
+    M(q) a + G(t, q)^T lambda = f(t, q, v, u, l)
     G a = -gamma(t, q, v),  g(t, q) = 0
 
     import @MODULE@ as model
@@ -56,7 +56,9 @@ def entries(inputs, parameters):
 @BODY@
 
 
-N, R = len(COORDINATES), len(MULTIPLIERS)
+N, R, L = len(COORDINATES), len(MULTIPLIERS), len(PRESSING)
+#: Steps of Newton's method to multipliers that f depends on.
+ROUNDS = 12
 P = jnp.array([value for _, _, value in PARAMETERS], dtype=float)
 U = jnp.array([value for _, _, value in INPUTS], dtype=float)
 
@@ -69,25 +71,45 @@ def _matrix(places, values, shape):
     return matrix
 
 
-def terms(t, q, v, u=U, p=P):
-    """M, f, G, gamma, g and its rate by time."""
-    inputs = jnp.concatenate([jnp.reshape(jnp.asarray(t, dtype=float), 1), q, v, jnp.asarray(u, dtype=float)])
-    values = jnp.stack([jnp.asarray(value, dtype=float) for value in entries(inputs, jnp.asarray(p, dtype=float))])
+def _parts(t, q, v, u, p, l):
+    """Entries of M, f, G, gamma, g, its rate by time, and of the slopes of f by `l`."""
+    state = [jnp.reshape(jnp.asarray(t, dtype=float), 1), q, v, jnp.asarray(u, dtype=float), l]
+    values = jnp.stack([jnp.asarray(value, dtype=float) for value in entries(jnp.concatenate(state), jnp.asarray(p, dtype=float))])
     parts, at = [], 0
-    for n in (len(MASS), N, len(JACOBIAN), R, R, R):
+    for n in (len(MASS), N, len(JACOBIAN), R, R, R, N * L):
         parts.append(values[at : at + n])
         at += n
+    return parts
+
+
+def terms(t, q, v, u=U, p=P, l=jnp.zeros(L)):
+    """M, f, G, gamma, g and its rate by time; `l` are the multipliers that f depends on, with the places PRESSING."""
+    parts = _parts(t, q, v, u, p, l)
     lower = _matrix(MASS, parts[0], (N, N))
     M = lower + lower.T - jnp.diag(jnp.diag(lower))
-    return M, parts[1], _matrix(JACOBIAN, parts[2], (R, N)), *parts[3:]
+    return M, parts[1], _matrix(JACOBIAN, parts[2], (R, N)), *parts[3:6]
 
 
 def accelerations(t, q, v, u=U, p=P):
-    """Accelerations a and multipliers."""
+    """Accelerations a and multipliers; nan where those that f depends on do not settle."""
     M, f, G, gamma, g, g_t = terms(t, q, v, u, p)
     aim = -gamma - 2 * STABILISATION * (G @ v + g_t) - STABILISATION**2 * g
-    K = jnp.block([[M, G.T], [G, jnp.zeros((R, R))]])
-    found = jnp.linalg.solve(K, jnp.concatenate([f, aim]))
+
+    def solved(f, S):
+        K = jnp.block([[M, G.T - S], [G, jnp.zeros((R, R))]])
+        return jnp.linalg.solve(K, jnp.concatenate([f, aim]))
+
+    found = solved(f, jnp.zeros((N, R)))
+    for _ in range(ROUNDS * (L > 0)):
+        before = found[N:]
+        l = before[jnp.array(PRESSING)]
+        parts = _parts(t, q, v, u, p, l)
+        slopes = jnp.reshape(parts[6], (N, L))
+        S = jnp.zeros((N, R)).at[:, jnp.array(PRESSING)].set(slopes)
+        found = solved(parts[1] - slopes @ l, S)
+        moved = jnp.max(jnp.abs(found[N:] - before))
+    if L > 0:
+        found = jnp.where(moved <= 1e-12 * jnp.max(jnp.abs(found[N:])), found, nan)
     return found[:N], found[N:]
 
 

@@ -2,11 +2,11 @@ function s = @ID@()
 % Equations of motion of @NAME@ for MATLAB and Octave.
 %
 %     q' = v
-%     M(q) a + G(t, q)' lambda = f(t, q, v, u)
+%     M(q) a + G(t, q)' lambda = f(t, q, v, u, l)
 %     G a = -gamma(t, q, v),  g(t, q) = 0
 %
 %     s = @ID@();
-%     [M, f, G, gamma, g, g_t] = s.terms(t, q, v, s.u, s.p);
+%     [M, f, G, gamma, g, g_t] = s.terms(t, q, v, s.u, s.p);      % ..., s.p, l), l = lambda(s.pressing)
 %     [a, lambda] = s.accelerations(t, q, v, s.u, s.p);
 %     [t, x] = ode45(@(t, x) s.ode(t, x, s.u, s.p), [s.t0 1], [s.q0; s.v0]);
 %     s.check()       % compares with numbers that bksim computed
@@ -16,6 +16,7 @@ function s = @ID@()
 s.units = @UNITS@;
 s.rates = @RATES@;
 s.multipliers = @MULTIPLIERS@;
+s.pressing = @PRESSING@;
 s.inputs = @INPUTS@;
 s.u = @U@;
 s.parameters = @PARAMETERS@;
@@ -29,13 +30,17 @@ s.ode = @ode;
 s.check = @check;
 end
 
-function [M, f, G, gamma, g, g_t] = terms(t, q, v, u, p)
+function [M, f, G, gamma, g, g_t, slopes] = terms(t, q, v, u, p, l)
+% l are the multipliers that f depends on, slopes those of f by all multipliers.
 mass = @MASS@;
 jacobian = @JACOBIAN@;
 s = @ID@();
 n = numel(s.coordinates);
 r = numel(s.multipliers);
-values = entries([t; q(:); v(:); u(:)], p);
+if nargin < 6
+    l = zeros(numel(s.pressing), 1);
+end
+values = entries([t; q(:); v(:); u(:); l(:)], p);
 M = zeros(n, n);
 G = zeros(r, n);
 at = size(mass, 1);
@@ -52,6 +57,9 @@ at = at + size(jacobian, 1);
 gamma = values(at + (1:r));
 g = values(at + r + (1:r));
 g_t = values(at + 2 * r + (1:r));
+at = at + 3 * r;
+slopes = zeros(n, r);
+slopes(:, s.pressing) = reshape(values(at + 1:end), [], n)';
 end
 
 function [a, lambda] = accelerations(t, q, v, u, p)
@@ -59,10 +67,23 @@ function [a, lambda] = accelerations(t, q, v, u, p)
 stabilisation = 10;
 [M, f, G, gamma, g, g_t] = terms(t, q, v, u, p);
 n = size(M, 1);
+s = @ID@();
 aim = -gamma - 2 * stabilisation * (G * v(:) + g_t) - stabilisation ^ 2 * g;
 found = [M, G'; G, zeros(size(G, 1))] \ [f; aim];
 a = found(1:n);
 lambda = found(n + 1:end);
+% Newton's method to the multipliers that f depends on.
+for round = 1:40 * ~isempty(s.pressing)
+    [~, f, ~, ~, ~, ~, slopes] = terms(t, q, v, u, p, lambda(s.pressing));
+    found = [M, G' - slopes; G, zeros(size(G, 1))] \ [f - slopes * lambda; aim];
+    moved = max(abs(found(n + 1:end) - lambda));
+    a = found(1:n);
+    lambda = found(n + 1:end);
+    if moved <= 1e-12 * max(abs(lambda))
+        return
+    end
+    assert(round < 40, 'no multipliers that friction agrees with at %g s', t);
+end
 end
 
 function x_rate = ode(t, x, u, p)

@@ -1,7 +1,7 @@
 """Equations of motion of @NAME@ for SymPy.
 
     q' = v
-    M(q) a + G(t, q)^T lambda = f(t, q, v, u)
+    M(q) a + G(t, q)^T lambda = f(t, q, v, u, lambda)
     G a = -gamma(t, q, v),  g(t, q) = 0
 
     import @MODULE@ as model
@@ -48,7 +48,7 @@ def entries(inputs, parameters):
 @BODY@
 
 
-N, R = len(COORDINATES), len(MULTIPLIERS)
+N, R, L = len(COORDINATES), len(MULTIPLIERS), len(PRESSING)
 
 
 def _symbols(table):
@@ -62,7 +62,9 @@ multipliers = _symbols(MULTIPLIERS)
 #: Values of parameters and inputs by symbol.
 VALUES = dict(zip(p + u, [row[2] for row in PARAMETERS + INPUTS]))
 
-_all = [sp.sympify(value) for value in entries([t] + q + v + u, p)]
+#: The multipliers that f depends on.
+pressing = [multipliers[_k] for _k in PRESSING]
+_all = [sp.sympify(value) for value in entries([t] + q + v + u + pressing, p)]
 _values = iter(_all)
 M, f, G = sp.zeros(N, N), sp.zeros(N, 1), sp.zeros(R, N)
 for _i, _j in MASS:
@@ -81,7 +83,7 @@ conditions = G * sp.Matrix(N, 1, a) + gamma
 def check():
     """Compares values with those that bksim computed, and G, gamma with the derivatives of g; the largest relative
     differences."""
-    arguments = [t] + q + v + u
+    arguments = [t] + q + v + u + pressing
     function = sp.lambdify([arguments, p], _all, modules="math", cse=True)
     # g' = G v + g_t and g'' = G a + gamma: derivatives along a motion, where conditions are on positions.
     rate = g.jacobian(q) * sp.Matrix(N, 1, v) + g.diff(t) if R else g
@@ -100,8 +102,10 @@ def check():
     assert worst[0] < 1e-9, f"values differ by {worst[0]}"
     assert worst[1] < 1e-9, f"derivatives differ by {worst[1]}"
     for at, of_q, of_v in [START] + MOTION:
-        values = function([at] + of_q + of_v + [row[2] for row in INPUTS], [row[2] for row in PARAMETERS])
-        open_by = max((abs(x) for x in values[len(values) - 2 * R : len(values) - R]), default=0.0)
+        of_inputs = [row[2] for row in INPUTS] + [1.0] * L
+        values = function([at] + of_q + of_v + of_inputs, [row[2] for row in PARAMETERS])
+        end = len(values) - N * L - R
+        open_by = max((abs(x) for x in values[end - R : end]), default=0.0)
         assert open_by < 1e-8, f"the motion leaves the conditions by {open_by} at {at}"
     return worst
 

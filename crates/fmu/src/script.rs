@@ -1,7 +1,7 @@
 //! The equations of motion as a script of another program: CasADi, JAX, SymPy, MATLAB, Modelica.
 //!
 //! ```text
-//! q′ = v,   M(q) a + G(t, q)ᵀ λ = f(t, q, v, u),   G a = −γ(t, q, v) − 2 s (G v + ∂g/∂t) − s² g
+//! q′ = v,   M(q) a + G(t, q)ᵀ λ = f(t, q, v, u, λ),   G a = −γ(t, q, v) − 2 s (G v + ∂g/∂t) − s² g
 //! ```
 //!
 //! The last two terms draw what integration leaves of g back to zero. Source: J. Baumgarte, Stabilization of
@@ -135,6 +135,7 @@ impl Parts<'_> {
         let place = |[row, column]: &[usize; 2]| format!("({row}, {column})");
         table(&mut tables, "MASS", equations.mass.iter().map(place));
         table(&mut tables, "JACOBIAN", equations.jacobian.iter().map(place));
+        let _ = writeln!(tables, "PRESSING = {:?}", equations.pressing);
         let (t, q, v) = &equations.start;
         let _ = writeln!(
             tables,
@@ -221,6 +222,7 @@ impl Parts<'_> {
             .replace("@V0@", &column(&mut v.iter().copied()))
             .replace("@MASS@", &places(&equations.mass))
             .replace("@JACOBIAN@", &places(&equations.jacobian))
+            .replace("@PRESSING@", &column(&mut equations.pressing.iter().map(|&k| (k + 1) as f64)))
             .replace("@POINT_INPUTS@", &chosen(|point| &point.inputs))
             .replace("@POINT_PARAMETERS@", &chosen(|point| &point.parameters))
             .replace("@POINT_OUTPUTS@", &chosen(|point| &point.outputs))

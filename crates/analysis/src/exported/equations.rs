@@ -5,18 +5,19 @@ use bksim_model::Model;
 use bksim_sim::Mechanism;
 use bksim_sim::compiled::{Terms, terms};
 
-use super::{ExportedFunction, Interface, without_coulomb};
+use super::{ExportedFunction, Interface};
 use crate::error::AnalysisError;
 use crate::loaded::without_memory;
 
 /// The equations of motion as one function, and the place of every output of it.
 ///
 /// ```text
-/// M(q) a + G(t, q)ᵀ λ = f(t, q, v, u),   G a = −γ(t, q, v),   g(t, q) = 0,   q̇ = v
+/// M(q) a + G(t, q)ᵀ λ = f(t, q, v, u, λ),   G a = −γ(t, q, v),   g(t, q) = 0,   q̇ = v
 /// ```
 #[derive(Clone, Debug)]
 pub struct Equations {
-    /// From t, q, v, u: entries of M, f, entries of G, γ, g, ∂g/∂t.
+    /// From t, q, v, u and the pressing multipliers: entries of M, f, entries of G, γ, g, ∂g/∂t, then ∂f/∂λ by these
+    /// multipliers, row by row.
     pub function: ExportedFunction,
     /// Coordinates q.
     pub coordinates: Vec<Quantity>,
@@ -24,6 +25,8 @@ pub struct Equations {
     pub rates: Vec<Quantity>,
     /// Multipliers λ, one for each row that takes part.
     pub multipliers: Vec<Quantity>,
+    /// Places among the multipliers of those that f depends on, ascending.
+    pub pressing: Vec<usize>,
     /// Inputs u with their values.
     pub inputs: Vec<(Quantity, f64)>,
     /// Row and column of the entries of the lower triangle of M.
@@ -49,9 +52,8 @@ pub struct Equations {
 /// a mechanism that has no start, or whose equations are more than functions of its state.
 pub fn equations(mechanism: &Mechanism, inputs: &[String]) -> Result<Equations, AnalysisError> {
     let model = &mechanism.model;
-    without_coulomb(model)?;
     without_memory(model)?;
-    let interface = Interface::new(mechanism, inputs)?;
+    let mut interface = Interface::new(mechanism, inputs)?;
     let start = mechanism.start()?;
     let contacts = &interface.system.contacts;
     let mut is_kept = vec![true; interface.system.constraints.len()];
@@ -61,6 +63,15 @@ pub fn equations(mechanism: &Mechanism, inputs: &[String]) -> Result<Equations, 
     for contact in contacts {
         is_kept[contact.row] = false;
     }
+    // Rows that take no part have no multipliers that forces could follow.
+    let rows = interface.system.constraints.iter().zip(&is_kept);
+    let gone =
+        rows.filter(|(_, is_kept)| !**is_kept).map(|(row, _)| (row.lambda, model.pool.zero()));
+    let gone: Vec<_> = gone.collect();
+    let force = model.pool.substitute_all(&interface.system.applied_force, &gone);
+    interface.pressing.retain(|(lambda, _)| gone.iter().all(|(symbol, _)| symbol != lambda));
+    interface.system.applied_force = force;
+    let contacts = &interface.system.contacts;
     let is_contact = |row: usize| contacts.iter().any(|contact| contact.row == row);
     let multipliers = &interface.unknowns()[interface.q.len()..];
     let rows = || multipliers.iter().enumerate();
@@ -70,13 +81,18 @@ pub fn equations(mechanism: &Mechanism, inputs: &[String]) -> Result<Equations, 
     of_contacts.dedup();
     let mut jacobian = Vec::new();
     let outputs = rows_of(&interface, &is_kept, &mut jacobian);
-    let state = [interface.q.as_slice(), &interface.v, &interface.u];
+    let state = [interface.q.as_slice(), &interface.v, &interface.u, &interface.pressing];
     let summary = "M, f, G, gamma, g and its rate by time, without their zeros";
+    let kept = interface.system.constraints.iter().zip(&is_kept).filter(|(_, is_kept)| **is_kept);
+    let of_pressing = kept
+        .enumerate()
+        .filter(|(_, (row, _))| interface.pressing.iter().any(|(lambda, _)| *lambda == row.lambda));
     Ok(Equations {
         function: interface.function(("equations", summary), &state, outputs)?,
         coordinates: interface.q.iter().map(|(_, quantity)| quantity.clone()).collect(),
         rates: interface.v.iter().map(|(_, quantity)| quantity.clone()).collect(),
         multipliers: rows().filter(|(row, _)| is_kept[*row]).map(|(_, q)| q.clone()).collect(),
+        pressing: of_pressing.map(|(place, _)| place).collect(),
         inputs: interface
             .u
             .iter()
@@ -129,5 +145,6 @@ fn rows_of(
         let kept = rows.into_iter().enumerate().filter(|(row, _)| is_kept[*row]);
         all.extend(kept.map(|(row, e)| (e, format!("{name}[{}]", new_row[row]))));
     }
-    all.into_iter().map(|(e, name)| (e, Quantity::new(&name, ""))).collect()
+    let all = all.into_iter().map(|(e, name)| (e, Quantity::new(&name, "")));
+    all.chain(interface.slopes()).collect()
 }

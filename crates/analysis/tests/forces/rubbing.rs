@@ -1,7 +1,7 @@
 //! Efforts against friction and stops: those of a run, and ranges at rest.
 
 use crate::support::{difference, model};
-use bksim_analysis::{Actuators, AnalysisError, Inverse, Motion, Range, inverse};
+use bksim_analysis::{Actuators, AnalysisError, Inverse, Motion, Part, Range, exported, inverse};
 use bksim_dae::Control;
 use bksim_mbs::constraint::Source as RowSource;
 use bksim_model::file::{Source, read};
@@ -378,4 +378,65 @@ fn a_table_of_efforts_has_numbers_or_an_error() {
     assert!(value.is_infinite(), "{value}");
     let before = Range { from: 0.0, to: 0.4, n: 3 };
     assert!(inverse(model(text), &[], &before, &Actuators::default()).is_ok());
+}
+
+/// A pendulum above its rubbing pin: (I + m l²) θ̈ = m g l sin θ − μ r/√(1 + μ²) |N|, N from the acceleration of its centre.
+#[test]
+fn code_of_friction_by_a_reaction_holds_where_the_motion_does() {
+    let pendulum = model(
+        r#"
+        [bodies.arm]
+        mass = 2.0
+        inertia = 0.05
+        points = { tip = [0, -0.3] }
+
+        [joints.pin]
+        type = "revolute"
+        between = ["ground", "arm.tip"]
+
+        [loads.gravity]
+        type = "gravity"
+        acceleration = [0, -9.81]
+
+        [loads.rub]
+        type = "friction"
+        joint = "pin"
+        mu = 0.2
+        radius = 0.02
+
+        [initial]
+        pin = { angle = 1.0471975511965976, rate = 2.0 }
+        "#,
+    );
+    let mechanism = Mechanism::derive(pendulum, Vec::new()).expect("a mechanism");
+    let start = mechanism.start().expect("a start");
+    let functions = exported(&mechanism, Part::Dynamics, &[]).expect("code");
+    let terms = &functions[0];
+    assert!(terms.signature.outputs.iter().any(|output| output.name == "f_lambda[0,1]"));
+    // Its two forces are arguments, and the mode says that it slides towards larger angles.
+    let modes = start.parameters_with_modes(&mechanism.parameters);
+    let state = [&[start.t][..], &start.q, &start.v, &start.lambda[..2]].concat();
+    let mut out = vec![0.0; terms.tape.n_outputs()];
+    terms.tape.evaluate(&mut terms.tape.workspace(&modes), &state, &mut out);
+    let (mass, rest) = out.split_at(9);
+    let (force, rest) = rest.split_at(3);
+    let jacobian = &rest[..9];
+    let (a, lambda) = (&start.a, &start.lambda);
+    for i in 0..3 {
+        let inertia: f64 = (0..3).map(|j| mass[3 * i + j] * a[j]).sum();
+        let reaction: f64 = (0..3).map(|row| jacobian[3 * row + i] * lambda[row]).sum();
+        assert!((inertia + reaction - force[i]).abs() < 1e-12, "row {i}: {inertia} {reaction}");
+    }
+    let sum: f64 = jacobian[6..].iter().map(|entry| entry.abs()).sum();
+    assert!(sum == 0.0, "it does not stick");
+
+    // The same by hand.
+    let (m, l, g, theta, omega) = (2.0, 0.3, 9.81, start.q[2], start.v[2]);
+    let (sin, cos) = (theta.sin(), theta.cos());
+    let [x, y] = [-l * cos, -l * sin].map(|arm| arm * start.a[2]);
+    let centre = [x + l * sin * omega * omega, y - l * cos * omega * omega];
+    let reaction = (m * centre[0]).hypot(m * (centre[1] + g));
+    let rubbing = 0.2 * 0.02 / 1.04_f64.sqrt() * reaction;
+    let expected = (m * g * l * sin - rubbing) / (0.05 + m * l * l);
+    assert!((a[2] - expected).abs() < 1e-12 * expected.abs(), "{} {expected}", a[2]);
 }

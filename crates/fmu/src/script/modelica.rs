@@ -36,7 +36,8 @@ impl<'b> Names<'b> {
     fn of(parts: &Parts<'_>, body: &'b ScriptBody) -> Self {
         let n = parts.equations.coordinates.len();
         let (q, rest) = body.inputs[1..].split_at(n);
-        let (v, u) = rest.split_at(n);
+        let (v, rest) = rest.split_at(n);
+        let (u, pressing) = rest.split_at(parts.equations.inputs.len());
         let mut taken: BTreeSet<&str> =
             body.inputs.iter().chain(&body.parameters).map(String::as_str).collect();
         taken.extend(body.operations.iter().map(|(name, _)| name.as_str()));
@@ -50,7 +51,10 @@ impl<'b> Names<'b> {
             };
             (0..n).map(named).collect()
         };
-        let multipliers = fresh("lambda", parts.equations.multipliers.len());
+        let mut multipliers = fresh("lambda", parts.equations.multipliers.len());
+        for (name, &place) in pressing.iter().zip(&parts.equations.pressing) {
+            multipliers[place].clone_from(name);
+        }
         Self { q, v, u, a: fresh("acceleration", n), multipliers }
     }
 }
@@ -89,7 +93,7 @@ fn model(
     let equations = parts.equations;
     let mut out = format!(
         "model {id} {}\n  \
-         // q' = v,  M(q) a + G(t, q)^T lambda = f(t, q, v, u),  G a = -gamma - 2 s (G v + g_t) - s^2 g\n  \
+         // q' = v,  M(q) a + G(t, q)^T lambda = f(t, q, v, u, lambda),  G a = -gamma - 2 s (G v + g_t) - s^2 g\n  \
          // All numbers are in SI units and radians; the start is consistent for these parameters.\n",
         text(&format!("Equations of motion of {}", parts.name))
     );
