@@ -286,3 +286,40 @@ fn faults_are_at_the_line_that_they_are_about() {
         let _ = imported("r.adm", &urdf[..cut]);
     }
 }
+
+/// A four-bar in space by MuJoCo's words, its rocker turned by a quarter of a turn that is off by `tilt`.
+fn rounded_four_bar(tilt: f64) -> Imported {
+    let page = include_str!("../../docs/diagnostics/I027.md");
+    let text = page.split("```xml four_bar.xml\n").nth(1).expect("a file");
+    let text = text.split("```").next().expect("its end");
+    let turn = std::f64::consts::FRAC_PI_2 + tilt;
+    imported("four_bar.xml", &text.replace("1.5708 0 0", &format!("{turn:?} 0 0")))
+}
+
+/// Rigid by its digits, the loop moves as that of the exact file, away from the pose of the file, too.
+#[test]
+fn a_flat_loop_moves_though_its_axes_are_rounded() {
+    let initial = "A = { angle = -0.35 }";
+    let exact = rounded_four_bar(0.0).model.expect("a model");
+    assert!(!exact.contains("straightened"), "{exact}");
+    let (mechanism, q, _) = at_start(&exact, initial);
+    let start = mechanism.start().expect("a start");
+    assert_eq!(start.mobility, 1);
+    for tilt in [1e-11, 1e-8, 1e-7, 3.7e-6, -1e-5, 5e-5] {
+        let found = rounded_four_bar(tilt);
+        let faults: Vec<&str> = found.faults.iter().map(|fault| fault.diagnostic.code.0).collect();
+        let told: &[&str] = if tilt > 1e-9 || tilt < 0.0 { &["I027"] } else { &[] };
+        assert_eq!(faults, told, "{tilt}");
+        let text = found.model.expect("a model");
+        let (mechanism, near, _) = at_start(&text, initial);
+        let start = mechanism.start().expect("a start");
+        assert_eq!(start.mobility, 1, "{tilt}");
+        assert!(start.position_residual < 1e-12, "{tilt}: {}", start.position_residual);
+        for (one, other) in q.iter().zip(&near) {
+            assert!((one - other).abs() < 2.0 * tilt.abs(), "{tilt}: {one} {other}");
+        }
+    }
+    // Axes that lean on purpose stay.
+    let leaning = rounded_four_bar(1e-3).model.expect("a model");
+    assert!(!leaning.contains("straightened"), "{leaning}");
+}

@@ -24,4 +24,5 @@ bksim_model::codes! {
     NOT_HELD = "I024", "a model that the format cannot hold";
     OPEN_LOOP = "I025", "a loop that the file leaves open";
     REFUSED_BODY = "I026", "a body that robot programs refuse";
+    STRAIGHTENED = "I027", "axes that are made parallel";
 }

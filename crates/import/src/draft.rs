@@ -81,6 +81,22 @@ impl Table {
         self
     }
 
+    /// The value of a key, as it is written.
+    pub(crate) fn get(&self, key: &str) -> Option<&str> {
+        self.keys.iter().find(|(known, _)| *known == key).map(|(_, value)| value.as_str())
+    }
+
+    /// Gives a key that is there another value.
+    pub(crate) fn set(&mut self, key: &str, value: String) {
+        let known = self.keys.iter_mut().find(|(known, _)| *known == key);
+        known.into_iter().for_each(|(_, old)| old.clone_from(&value));
+    }
+
+    /// True if the table is of a type.
+    pub(crate) fn is(&self, kind: &str) -> bool {
+        self.get("type").is_some_and(|known| known.trim_matches('"') == kind)
+    }
+
     /// A key with a text.
     pub(crate) fn text(self, key: &'static str, value: &str) -> Self {
         self.key(key, quoted(value))

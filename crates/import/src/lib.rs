@@ -37,6 +37,7 @@ mod pmks;
 mod sdf;
 mod shapes;
 mod spatial;
+mod straighten;
 mod urdf;
 mod write;
 mod xml;
@@ -182,6 +183,9 @@ fn finish(
     let mut draft = draft.unwrap_or_default();
     draft.limit_frictions(&mut job);
     draft.write_starts();
+    if !draft.is_planar {
+        straighten::straighten(&mut draft, &mut job);
+    }
     if !job.has_errors() && draft.bodies.is_empty() {
         let start = Place { file: 0, span: 0..0 };
         let help = "import the file that has the links or bodies of the mechanism";

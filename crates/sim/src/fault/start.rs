@@ -155,6 +155,12 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
         );
         let fault = Diagnostic::warning(codes::NO_MOBILITY, message);
         found.push(match superfluous_links(model).as_slice() {
+            [] if !mobility.redundant.is_empty() => fault
+                .note("a flat loop in space is rigid where its axes are parallel but for rounding")
+                .help(
+                    "give axes that are meant parallel all their digits: `bksim doctor` shows how far they are off; else \
+                     remove a body that locks the mechanism, together with its joints",
+                ),
             [] => fault.help("remove a body that locks the mechanism, together with its joints"),
             links => fault
                 .note(format!("{} locks a loop that could move without it", one_of(links)))
