@@ -54,6 +54,13 @@ fn every_manifest_has_what_a_registry_asks_for() {
             let is_shared = value.is_some_and(|table| table["workspace"].as_bool() == Some(true));
             assert!(is_shared, "{}: `{key}` is not that of the workspace", path.display());
         }
+        // Documentation is built once, with all features.
+        let pages = package.get("metadata").and_then(|of| of.get("docs")?.get("rs"));
+        let pages = pages.unwrap_or_else(|| panic!("{}: nothing for docs.rs", path.display()));
+        assert_eq!(words(pages.as_table().expect("a table"), "targets").len(), 1, "{name}");
+        let has_features = manifest.contains_key("features");
+        let has_all = pages.get("all-features").and_then(toml::Value::as_bool) == Some(true);
+        assert_eq!(has_features, has_all, "{}: features on docs.rs", path.display());
     }
 }
 
