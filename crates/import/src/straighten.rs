@@ -1,6 +1,6 @@
-//! Axes that rounding has tilted: those that are all but parallel within a loop are made parallel.
+//! Axes that rounding has tilted: those of a loop, if all of them are all but parallel, are made parallel.
 //!
-//! A flat loop in space moves only while its axes are parallel. Files round axes and orientations to some digits, by which
+//! Such a flat loop in space moves only while its axes are parallel. Files round axes and orientations to some digits, by which
 //! such a loop is a rigid frame; nobody builds one on purpose with axes that differ by less than a hundredth of a degree.
 
 use std::collections::VecDeque;
@@ -12,10 +12,10 @@ use crate::spatial::{Pose, Rotation, Vector, cross, dot, norm, scale, sub, unit}
 
 /// Axes at a smaller angle are meant to be parallel or square, rad.
 const MEANT: f64 = 1e-4;
+/// Loops whose axes are all at smaller angles stay as their files have them, rad: they close around the pose of the file.
+const CLOSING: f64 = 1e-6;
 /// Axes at a smaller angle stay as they are, rad: arithmetic leaves as much.
 const ROUNDING: f64 = 1e-12;
-/// Changes that are larger are reported, rad.
-const REPORTED: f64 = 1e-9;
 
 /// Joints that hold two frames upon each other at zero.
 const FRAMED: [&str; 8] =
@@ -53,16 +53,21 @@ pub(crate) fn straighten(draft: &mut Draft, job: &mut Job<'_>) {
 
     // Axes that are parallel within a loop, over all loops.
     let mut group: Vec<usize> = (0..lines.len()).collect();
+    let angle = |a: usize, b: usize| match (&lines[a], &lines[b]) {
+        (Some(one), Some(other)) => norm(cross(one.along, other.along)),
+        _ => f64::INFINITY,
+    };
     for members in &loops {
         let turning: Vec<usize> = members.iter().copied().filter(|&j| is(j, &TURNING)).collect();
-        for (at, &a) in turning.iter().enumerate() {
-            for &b in &turning[at + 1..] {
-                let (Some(one), Some(other)) = (&lines[a], &lines[b]) else { continue };
-                if norm(cross(one.along, other.along)) < MEANT {
-                    let (from, to) = (group[a].max(group[b]), group[a].min(group[b]));
-                    group.iter_mut().filter(|of| **of == from).for_each(|of| *of = to);
-                }
-            }
+        let pairs = turning.iter().flat_map(|&a| turning.iter().map(move |&b| (a, b)));
+        let largest = pairs.map(|(a, b)| angle(a, b)).fold(0.0, f64::max);
+        if !(CLOSING..MEANT).contains(&largest) {
+            continue;
+        }
+        for pair in turning.windows(2) {
+            let (from, to) =
+                (group[pair[0]].max(group[pair[1]]), group[pair[0]].min(group[pair[1]]));
+            group.iter_mut().filter(|of| **of == from).for_each(|of| *of = to);
         }
     }
     let mut changed: Vec<(usize, Vector, f64)> = Vec::new();
@@ -118,10 +123,10 @@ fn middle(members: &[(usize, Line)]) -> Option<Vector> {
 
 /// Says what is changed by more than other arithmetic would leave.
 fn tell(draft: &Draft, job: &mut Job<'_>, changed: &[(usize, Vector, f64)]) {
-    let largest = changed.iter().map(|(.., angle)| *angle).fold(0.0, f64::max);
-    if largest < REPORTED {
+    if changed.is_empty() {
         return;
     }
+    let largest = changed.iter().map(|(.., angle)| *angle).fold(0.0, f64::max);
     let names: Vec<String> =
         changed.iter().map(|(joint, ..)| format!("`{}`", draft.joints[*joint].name)).collect();
     let message = format!(
@@ -132,7 +137,8 @@ fn tell(draft: &Draft, job: &mut Job<'_>, changed: &[(usize, Vector, f64)]) {
     let first = changed.first().map_or("", |(joint, ..)| draft.joints[*joint].name.as_str());
     let at = job.sources[0].text.find(&format!("\"{first}\"")).map_or(0, |at| at + 1);
     let span = at..at + if at == 0 { 0 } else { first.len() };
-    job.warn(codes::STRAIGHTENED, message, (&Place { file: 0, span }, "one of them"), help);
+    let label = if at == 0 { "" } else { "one of them" };
+    job.warn(codes::STRAIGHTENED, message, (&Place { file: 0, span }, label), help);
 }
 
 /// A joint as an edge, if it lies between two bodies.
