@@ -24,9 +24,11 @@ def real(option: str, value: Any) -> float | None:
 def whole(option: str, value: Any) -> int:
     """A whole number, not below zero."""
     try:
-        number = int(value) if isinstance(value, float) and value.is_integer() else operator.index(value)
+        number = operator.index(value)
     except TypeError:
-        raise TypeError(f"{option} = {value!r}: give a whole number") from None
+        if not (isinstance(value, float) and value.is_integer()):
+            raise TypeError(f"{option} = {value!r}: give a whole number") from None
+        number = int(value)
     if number < 0:
         raise ValueError(f"{option} = {value!r}: give a number from 0 on")
     return number

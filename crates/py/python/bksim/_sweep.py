@@ -231,8 +231,10 @@ def _axis(
     if isinstance(values, str):
         return name, "text", values, []
     is_range = is_sampled and isinstance(values, tuple) and len(values) == 2
-    if isinstance(values, (list, tuple)) and values and all(isinstance(v, str) for v in values):
-        return name, "text", (":" if is_range else ",").join(values), []
+    if isinstance(values, (list, tuple)):
+        texts = [value for value in values if isinstance(value, str)]
+        if texts and len(texts) == len(values):
+            return name, "text", (":" if is_range else ",").join(texts), []
     try:
         numbers = np.atleast_1d(np.asarray(values, dtype=np.float64))
     except (TypeError, ValueError) as error:

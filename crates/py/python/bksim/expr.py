@@ -202,7 +202,7 @@ def _symbol(value: Expr) -> Expr:
     raise TypeError(f"{value!r} is no symbol: make one with symbol({value!r})")
 
 
-def _lowered(value: Operand) -> _bksim.Expr:
+def _lowered(value: Any) -> _bksim.Expr:
     return value._e if isinstance(value, Expr) else _bksim.Expr.number(_plain(value))
 
 
