@@ -1,5 +1,6 @@
 //! Parts that machines are built of: loads and friction, belts and ropes, couplings, cylinders, and the balance of their energy.
 
+mod balance;
 mod beams;
 mod belts;
 mod contacts;

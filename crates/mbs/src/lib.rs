@@ -1,6 +1,7 @@
 //! Mechanisms in symbols: from bodies, joints and loads to the equations of motion.
 
 mod absolute_angles;
+pub mod acting;
 pub mod assemble;
 pub mod belt;
 pub mod constraint;

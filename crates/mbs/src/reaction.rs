@@ -284,16 +284,26 @@ impl Balance<'_> {
 
     /// The accelerations of a body whose centre of mass is at `p_com`.
     fn acceleration(&self, body: BodyId, p_com: &Vector) -> BodyAcceleration {
-        if let Some(accelerations) = &self.accelerations {
-            return accelerations[body.0].clone();
+        match &self.accelerations {
+            Some(accelerations) => accelerations[body.0].clone(),
+            None => acceleration(self.model, self.system, body, p_com),
         }
-        let (model, kinematics) = (self.model, &self.system.kinematics);
-        let twice = |e| kinematics.second_rate(model, kinematics.rate(model, e));
-        let momentum = angular_momentum(model, &kinematics.poses[body.0], body);
-        BodyAcceleration {
-            com: p_com.map(twice),
-            angular_momentum_rate: momentum.map(|e| kinematics.second_rate(model, e)),
-        }
+    }
+}
+
+/// The accelerations of a body whose centre of mass is at `p_com`, derived from positions.
+pub(crate) fn acceleration(
+    model: &Model,
+    system: &SymbolicSystem,
+    body: BodyId,
+    p_com: &Vector,
+) -> BodyAcceleration {
+    let kinematics = &system.kinematics;
+    let twice = |e| kinematics.second_rate(model, kinematics.rate(model, e));
+    let momentum = angular_momentum(model, &kinematics.poses[body.0], body);
+    BodyAcceleration {
+        com: p_com.map(twice),
+        angular_momentum_rate: momentum.map(|e| kinematics.second_rate(model, e)),
     }
 }
 

@@ -36,8 +36,10 @@ pub mod start;
 mod start_error;
 pub mod state;
 mod stepping;
+pub mod values;
 mod whole_sample;
 mod whole_step;
+pub mod wrenches;
 
 pub use linear::dense::solve_square;
 pub use linear::svd::{Entry, Svd};

@@ -1,15 +1,13 @@
-//! [`LoadForces`]: the forces that the loads of a model put on its bodies, as functions of the state.
+//! [`LoadForces`], [`LoadTorques`]: what the loads of a model put on its bodies, as functions of the state.
 
 use crate::compiled::CompiledSystem;
-use crate::input::{InputValues, input_symbols, without_inputs};
-use bksim_expr::{Expr, SymbolId, TapeError};
-
-use crate::function::{Buffers, Function};
+use crate::values::{State, Values};
+use bksim_expr::{Expr, Number, TapeError};
 use bksim_mbs::force::{self, Wrench};
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::spatial;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{BodyId, GROUND, LoadId, Model};
+use bksim_model::{BodyId, GROUND, LoadId, LoadKind, Model};
 
 /// A force of a load on a body that moves.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -34,9 +32,24 @@ pub struct ForceAt {
 #[derive(Clone, Debug)]
 pub struct LoadForces {
     forces: Vec<LoadForce>,
-    function: Function,
-    buffers: Buffers,
-    inputs: InputValues,
+    values: Values,
+}
+
+/// The axis about which the torque of a load is asked for.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct TorqueAxis {
+    /// A torque on a body, or an effort in a rotation of a joint, which is about the axis of that rotation alone.
+    pub load: LoadId,
+    /// The body that the axis is fixed to.
+    pub body: BodyId,
+    /// Unit vector in the frame of that body.
+    pub axis: [f64; 3],
+}
+
+/// The torques of loads about axes of bodies at one set of parameters, N m, with their buffers.
+#[derive(Clone, Debug)]
+pub struct LoadTorques {
+    values: Values,
 }
 
 /// Numbers of a force: its components, and where it acts.
@@ -69,17 +82,8 @@ impl LoadForces {
                 outputs.extend(wrench.at);
             }
         }
-        let outputs = model.pool.substitute_all(&outputs, &system.reaction_values);
-        let coordinates = system.coordinates();
-        let q: Vec<SymbolId> = coordinates.iter().map(|c| c.q).collect();
-        let v: Vec<SymbolId> = coordinates.iter().map(|c| c.v).collect();
-        let lambda: Vec<SymbolId> = system.constraints.iter().map(|c| c.lambda).collect();
-        let arguments = [&[model.time][..], &q, &v, &lambda, &input_symbols(model)];
-        let symbols = model.parameters.iter().map(|p| p.symbol).collect();
-        let symbols = without_inputs(model, symbols);
-        let function = Function::compile(model, &outputs, &arguments, &symbols)?;
-        let buffers = function.buffers(parameters);
-        Ok(Self { forces, function, buffers, inputs: InputValues::new(&compiled.inputs) })
+        let values = Values::compile(model, system, compiled, parameters, (&outputs, &[]))?;
+        Ok(Self { forces, values })
     }
 
     /// Whose forces they are, in the order of [`LoadForces::at`].
@@ -91,17 +95,53 @@ impl LoadForces {
     ///
     /// # Panics
     /// If the state is not as long as in the model.
-    pub fn at(
-        &mut self,
-        (t, q, v): (f64, &[f64], &[f64]),
-        lambda: &[f64],
-    ) -> impl Iterator<Item = ForceAt> {
-        let arguments = [&[t], q, v, lambda, self.inputs.at(t, q, v)];
-        let numbers = self.function.evaluate(&mut self.buffers, &arguments);
+    pub fn at(&mut self, state: State<'_>, lambda: &[f64]) -> impl Iterator<Item = ForceAt> {
+        let numbers = self.values.at(state, &[], lambda, &[]);
         numbers.chunks_exact(NUMBERS).map(|numbers| ForceAt {
             force: std::array::from_fn(|i| numbers[i]),
             point: std::array::from_fn(|i| numbers[3 + i]),
         })
+    }
+}
+
+impl LoadTorques {
+    /// Compiles the torques about these axes; a load that is no torque has none: zero.
+    ///
+    /// # Errors
+    /// [`TapeError`] names a symbol that is neither time, a parameter nor part of the state.
+    ///
+    /// # Panics
+    /// If `parameters` are not as many as in the model.
+    pub fn compile(
+        model: &Model,
+        system: &SymbolicSystem,
+        compiled: &CompiledSystem,
+        parameters: &[f64],
+        axes: &[TorqueAxis],
+    ) -> Result<Self, TapeError> {
+        let (pool, kinematics) = (&model.pool, &system.kinematics);
+        let signals = signal_values(model, kinematics);
+        let about = |of: &TorqueAxis| match &model.loads[of.load.0].kind {
+            LoadKind::Torque { vector, .. } => {
+                let axis = of.axis.map(|x| pool.number(Number::float(x)));
+                let axis = kinematics.poses[of.body.0].rotation.apply(pool, &axis);
+                spatial::dot(pool, vector, &axis)
+            }
+            LoadKind::Effort { value, .. } => *value,
+            _ => pool.zero(),
+        };
+        let outputs: Vec<Expr> = axes.iter().map(about).collect();
+        let outputs = pool.substitute_all(&outputs, &signals);
+        let values = Values::compile(model, system, compiled, parameters, (&outputs, &[]))?;
+        Ok(Self { values })
+    }
+
+    /// The torques at an instant, N m, one for each axis.
+    ///
+    /// # Panics
+    /// If the state is not as long as in the model.
+    pub fn at(&mut self, state: State<'_>, lambda: &[f64]) -> &[f64] {
+        self.values.at(state, &[], lambda, &[])
     }
 }
 
@@ -183,5 +223,16 @@ mod tests {
         close(at[1], [0.0, 15.0], [0.0, 1.0]);
         // (6, −3) along the axes of the body.
         close(at[2], [3.0, 6.0], [0.0, 1.0]);
+
+        // About an axis of the body, and its opposite; gravity is no torque.
+        let axis = |load: usize, z: f64| TorqueAxis {
+            load: LoadId(load),
+            body: BodyId(1),
+            axis: [0.0, 0.0, z],
+        };
+        let axes = [axis(3, 1.0), axis(3, -1.0), axis(0, 1.0)];
+        let mut torques =
+            LoadTorques::compile(&model, &system, &compiled, &[30.0], &axes).expect("compiles");
+        assert_eq!(torques.at((2.0, &[angle], &[rate]), &[]), [7.0, -7.0, 0.0]);
     }
 }
