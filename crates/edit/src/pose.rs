@@ -3,7 +3,9 @@
 use bksim_analysis::{AnalysisError, Drag, DragLimit, Dragged};
 use bksim_mbs::coordinate::Owner;
 use bksim_model::{Axis, BodyId, Measure, Model};
-use bksim_scene::{Attached, Camera, Extras, Form, Scene, Theme, WrittenSolid, picture, svg};
+use bksim_scene::{
+    Attached, Camera, Extras, Form, Scene, Theme, TurnTimes, WrittenSolid, picture, svg,
+};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 use serde_json::Value;
 
@@ -174,12 +176,12 @@ impl Posed {
         let mechanism = self.drag.mechanism();
         let motion = [bodies];
         let scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &motion);
-        written(&scene, &motion)
+        written(&scene, &motion, &[])
     }
 }
 
-/// A scene as JSON, its springs at lengths about those that they have in some poses.
-pub(crate) fn written(scene: &Scene, motion: &[Vec<Pose>]) -> Value {
+/// A scene as JSON, its springs at lengths about those that they have in some poses, its signs turning over at instants.
+pub(crate) fn written(scene: &Scene, motion: &[Vec<Pose>], turned: &[TurnTimes]) -> Value {
     let length = |bodies: &[Pose], ends: &[Attached; 2]| {
         let [a, b] = ends.each_ref().map(|at| bodies[at.body].place(at.position));
         (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
@@ -199,7 +201,7 @@ pub(crate) fn written(scene: &Scene, motion: &[Vec<Pose>]) -> Value {
             _ => None,
         })
         .collect();
-    scene.written(&solids, &lengths, &|_| Vec::new())
+    scene.written(&solids, &lengths, turned, &|_| Vec::new())
 }
 
 /// Origin, rows of the rotation, velocity and angular velocity of each body.

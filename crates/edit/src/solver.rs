@@ -160,7 +160,13 @@ impl Known {
             .unwrap_or_default();
         let part = poses.len().div_ceil(N_POSES).max(1);
         let some: Vec<Vec<Pose>> = poses.iter().step_by(part).cloned().collect();
-        let scene = written(&Scene::of_motion(model, parameters, &some), &some);
+        let scene = Scene::of_motion(model, parameters, &some);
+        let turned =
+            scene.torques(&self.mechanism).ok().flatten().map_or_else(Vec::new, |mut torques| {
+                let at = |s: &&Sample| (s.t, torques.at((s.t, &s.q, &s.v), &s.lambda).to_vec());
+                scene.turn_times(&samples.iter().map(at).collect::<Vec<_>>())
+            });
+        let scene = written(&scene, &some, &turned);
         Moved {
             times: samples.iter().map(|sample| sample.t).collect(),
             frames: poses.iter().flat_map(|bodies| numbers(bodies)).collect(),

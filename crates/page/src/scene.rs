@@ -3,7 +3,7 @@
 use bksim::overlay;
 use bksim::playback::Playback;
 use bksim::sim::redundancy::Uniqueness;
-use bksim_scene::{Attached, Scene};
+use bksim_scene::{Attached, Scene, TurnTimes};
 use serde_json::Value;
 
 use crate::curves::shared_spans;
@@ -12,6 +12,9 @@ use crate::solids;
 
 /// Number of instants at which the lengths of spans are measured.
 const N_INSTANTS: u32 = 200;
+
+/// Number of instants at which torques are examined for their signs.
+const N_TORQUES: u32 = 1000;
 
 /// Number of instants from which the lengths of guides and slots come.
 const N_POSES: usize = 100;
@@ -28,6 +31,7 @@ pub(crate) fn write(
     let read = || playback.log().model_with(&mechanism.parameters);
     overlay::lay_over(&mut scene, &overlay::overlays(&read, curves)?);
     let lengths = lengths(playback, &scene)?;
+    let turned = turned(playback, &scene)?;
 
     let (solids, remark) = solids::take(&scene, budget);
     let solids: Vec<_> = solids
@@ -43,8 +47,23 @@ pub(crate) fn write(
             uniqueness.iter().map(|change| (change.t, is_unique(&change.uniqueness))).collect();
         shared_spans(&changes, span)
     };
-    let written = scene.written(&solids, &lengths, &shared);
+    let written = scene.written(&solids, &lengths, &turned, &shared);
     Ok((written, remark))
+}
+
+/// When the signs of torques turn over.
+fn turned(playback: &mut Playback, scene: &Scene) -> Result<Vec<TurnTimes>, PageError> {
+    let Some(mut torques) = scene.torques(playback.mechanism()).ok().flatten() else {
+        return Ok(Vec::new());
+    };
+    let [first, last] = playback.span();
+    let mut instants = Vec::new();
+    for k in 0..=N_TORQUES {
+        let sample = playback.seek(first + (last - first) * f64::from(k) / f64::from(N_TORQUES))?;
+        let at = torques.at((sample.t, &sample.q, &sample.v), &sample.lambda);
+        instants.push((sample.t, at.to_vec()));
+    }
+    Ok(scene.turn_times(&instants))
 }
 
 /// Shortest and longest distance of the ends of every span.

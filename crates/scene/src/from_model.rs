@@ -76,7 +76,8 @@ impl Scene {
         shapes.extend(sketch.pins());
         shapes.extend(sketch.welds());
         shapes.extend(sketch.drives());
-        shapes.extend(sketch.torques());
+        let (torques, turns) = sketch.torques();
+        shapes.extend(torques);
         shapes.extend(sketch.masses());
         shapes.retain(Shape::is_finite);
         Self {
@@ -85,6 +86,7 @@ impl Scene {
             shapes,
             spans: [sketch.spans(), sketch.strands(), sketch.rope_spans(), sketch.beams()].concat(),
             markers: sketch.markers(),
+            turns,
             pin: sketch.pin,
         }
     }

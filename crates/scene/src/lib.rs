@@ -27,6 +27,7 @@ mod solid;
 mod span;
 mod svg;
 mod theme;
+mod turn;
 pub mod vectors;
 mod written;
 
@@ -42,4 +43,5 @@ pub use section::{CutSide, HalfSpace, Section};
 pub use solid::{Edge, LIGHT, SeenFace, Solid};
 pub use svg::{svg, titled_svg};
 pub use theme::{Paint, SectionPaint, Sizes, Theme};
+pub use turn::{Turn, TurnTimes};
 pub use written::WrittenSolid;

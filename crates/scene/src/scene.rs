@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::Solid;
+use crate::{Solid, Turn};
 
 /// A mechanism as shapes. Bodies are numbered as in the model, the ground first.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
@@ -18,6 +18,9 @@ pub struct Scene {
     pub spans: Vec<Span>,
     /// Joints, named points and centres of mass: they can be labelled, trailed, or bear an arrow.
     pub markers: Vec<Marker>,
+    /// Signs of torques, in the order of their shapes.
+    #[serde(skip)]
+    pub turns: Vec<Turn>,
     /// Radius of a pin, m: the measure of all symbols.
     pub pin: f64,
 }

@@ -173,6 +173,7 @@ impl Scene {
             pin: self.pin,
             shapes: Vec::new(),
             spans: Vec::new(),
+            turns: Vec::new(),
         }
     }
 }

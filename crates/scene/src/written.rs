@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape, Span, Theme};
+use crate::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape, Span, Theme, TurnTimes};
 
 /// Number of lengths at which a span's lines are given; between them the page interpolates.
 const N_LENGTHS: u32 = 9;
@@ -12,12 +12,13 @@ pub type WrittenSolid<'a> = (&'a [[f64; 3]], &'a [Vec<usize>]);
 
 impl Scene {
     /// The scene for a page's script. `solids` has those of the shapes that are some, `lengths` the shortest and
-    /// longest distance of the ends of each span, and `shared` the times in which the reaction of a joint is
-    /// one of many solutions.
+    /// longest distance of the ends of each span, `turned` the instants at which signs turn over, none of a pose, and
+    /// `shared` the times in which the reaction of a joint is one of many solutions.
     pub fn written(
         &self,
         solids: &[Option<WrittenSolid<'_>>],
         lengths: &[[f64; 2]],
+        turned: &[TurnTimes],
         shared: &dyn Fn(usize) -> Vec<[f64; 2]>,
     ) -> Value {
         // Shapes, spans and markers; roles are numbered as they occur.
@@ -30,6 +31,20 @@ impl Scene {
             spans.map(|(span, &range)| spanned(span, range, self.pin, &mut roles)).collect();
         let markers: Vec<Value> =
             self.markers.iter().map(|marker| marked(marker, shared)).collect();
+        let turns: Vec<Value> = self
+            .turns
+            .iter()
+            .zip(self.shapes_of_turns())
+            .enumerate()
+            .map(|(k, (turn, shapes))| {
+                let held = TurnTimes { is_over: turn.is_over, times: Vec::new() };
+                let TurnTimes { is_over, times } = turned.get(k).unwrap_or(&held);
+                json!({
+                    "shapes": shapes, "line": turn.line, "drawnOver": turn.is_over,
+                    "over": is_over, "times": times,
+                })
+            })
+            .collect();
 
         // The paint of the roles in both themes.
         let paint = |theme: Theme| {
@@ -43,6 +58,7 @@ impl Scene {
             "shapes": shapes,
             "spans": spans,
             "markers": markers,
+            "turns": turns,
             "pin": self.pin,
             "themes": { "light": paint(Theme::LIGHT), "dark": paint(Theme::DARK) },
         })

@@ -3,6 +3,7 @@
 use bksim_model::Model;
 use bksim_model::file::{Source, read};
 use bksim_scene::{Camera, Extras, Form, Item, Role, Scene, Theme, picture};
+use bksim_sim::Mechanism;
 use bksim_sim::pose::Pose;
 
 fn scene(text: &str) -> Scene {
@@ -203,5 +204,35 @@ fn a_slide_in_space_lies_along_its_axis_in_both_bodies_and_its_guide_reaches_as_
         assert!(low < 0.0 && high > 0.3 + scene.pin, "{kind}: from {low} to {high}");
         let [x, y, z] = [0, 1, 2].map(|axis| reach(2, axis)).map(|[low, high]| high - low);
         assert!(x > 1.4 * y && (y - z).abs() < 1e-12, "{kind}: {x} by {y} by {z}");
+    }
+}
+
+#[test]
+fn a_torque_that_changes_its_sense_turns_its_arrow_over() {
+    let text = "[bodies.a]\nmass = 1\ninertia = 0.1\npoints = { P = [0, 0], E = [1, 0] }\n\
+                [joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"a.P\"]\n\
+                [loads.m]\ntype = \"torque\"\non = \"a\"\nvalue = \"2 N*m*cos(1 rad/s*t)\"\n";
+    let mechanism = Mechanism::from_toml(text, "cosine").expect("a model");
+    let mut scene = Scene::of(&mechanism.model, &mechanism.parameters);
+    let mut torques = scene.torques(&mechanism).expect("compiles").expect("a sign");
+    let mut at = |t: f64| torques.at((t, &[0.0], &[0.0]), &[]).to_vec();
+    let before = of_role(&scene, Role::Torque);
+    // The arrow about the upper side of the pin is its own mirror image in x.
+    scene.turn(&at(2.0));
+    for ((_, old), (_, new)) in before.iter().zip(of_role(&scene, Role::Torque)) {
+        assert!(
+            old.iter()
+                .zip(&new)
+                .all(|(p, q)| { (p[0] + q[0]).abs() < 1e-12 && (p[1] - q[1]).abs() < 1e-12 })
+        );
+    }
+    assert_ne!(before, of_role(&scene, Role::Torque));
+    assert!(!scene.is_turned_by(&at(4.0)), "still against the angle");
+    let instants: Vec<_> = (0..=70).map(|k| 0.1 * f64::from(k)).map(|t| (t, at(t))).collect();
+    let [times] = &scene.turn_times(&instants)[..] else { panic!("one sign") };
+    assert!(!times.is_over && times.times.len() == 2);
+    for (found, exact) in times.times.iter().zip([0.5, 1.5].map(|part| part * std::f64::consts::PI))
+    {
+        assert!((found - exact).abs() < 1e-3, "{found} is not {exact}");
     }
 }

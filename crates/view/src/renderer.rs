@@ -87,6 +87,14 @@ impl SceneRenderer {
         (self.scene, self.theme) = (scene, *theme);
     }
 
+    /// Takes a scene in the colours that it has, if it is another one than before.
+    pub fn follow(&mut self, scene: &Arc<Scene>) {
+        if !Arc::ptr_eq(scene, &self.scene) {
+            let theme = self.theme;
+            self.set_scene(Arc::clone(scene), &theme);
+        }
+    }
+
     /// The scene.
     pub fn scene(&self) -> &Arc<Scene> {
         &self.scene

@@ -13,6 +13,7 @@ use bksim::analysis::AnalysisError;
 use bksim::model::file::ShownUnits;
 use bksim::overlay;
 use bksim::playback::Playback;
+use bksim::sim::load_forces::LoadTorques;
 use bksim::sim::pose::Pose;
 use bksim::sim::run::{Sample, Unreplayed};
 use bksim_scene::vectors::ArrowKind;
@@ -90,6 +91,8 @@ pub struct Show {
     pub units: ShownUnits,
     playback: Playback,
     scene: Arc<Scene>,
+    /// The torques whose signs are in the scene; `None` if there are none that can be computed.
+    torques: Option<LoadTorques>,
     /// The instant that is shown, s.
     t: f64,
     past: Past,
@@ -107,13 +110,28 @@ impl Show {
         let motion = playback.poses_over_run(N_POSES);
         let mechanism = playback.mechanism();
         let scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &motion);
+        let torques = scene.torques(mechanism).ok().flatten();
         let scene = Arc::new(scene);
         let past = Past::new(&playback.log().segments, &scene);
         let [t, _] = playback.span();
         let options = ShowOptions::default();
         let (patience, arrows, reach, is_whole) = (None, None, None, true);
         let units = ShownUnits::of_model(&playback.log().header.model_text);
-        Self { options, patience, units, playback, scene, t, past, arrows, reach, is_whole }
+        let mut show = Self {
+            options,
+            patience,
+            units,
+            playback,
+            scene,
+            torques,
+            t,
+            past,
+            arrows,
+            reach,
+            is_whole,
+        };
+        show.turn_signs();
+        show
     }
 
     /// Lays curves of the mechanism over it, as [`bksim::overlay::overlays`] reads their texts.
@@ -134,7 +152,7 @@ impl Show {
         &self.playback
     }
 
-    /// The mechanism as shapes.
+    /// The mechanism as shapes, the signs of torques as they are at the instant shown.
     pub fn scene(&self) -> &Arc<Scene> {
         &self.scene
     }
@@ -160,7 +178,19 @@ impl Show {
     /// [`Unreplayed`] when the motion is not that of the mechanism.
     pub fn seek(&mut self, t: f64) -> Result<&Sample, Unreplayed> {
         self.t = self.playback.seek(t)?.t;
+        self.turn_signs();
         Ok(self.playback.sample())
+    }
+
+    /// Turns the signs of torques as these are at the playback's instant; the scene is another one only where one turns
+    /// over.
+    fn turn_signs(&mut self) {
+        let Some(torques) = &mut self.torques else { return };
+        let Sample { t, q, v, lambda, .. } = self.playback.sample();
+        let torques = torques.at((*t, q, v), lambda);
+        if self.scene.is_turned_by(torques) {
+            Arc::make_mut(&mut self.scene).turn(torques);
+        }
     }
 
     /// Poses of the bodies at the instant shown, the ground first.

@@ -78,6 +78,7 @@ function redraw(isMoved) {
     isWaiting = false;
     extras.prepare();
     const numbers = run.at(clock.t);
+    drawing.turnTo(clock.t);
     drawing.draw(numbers, theme, extras.at(clock.t, numbers, theme));
     curves.seek(clock.t);
     showTime();

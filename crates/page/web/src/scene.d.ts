@@ -4,6 +4,7 @@ import type { Scene, Theme } from './live/types';
 export class Drawing {
   constructor(canvas: HTMLCanvasElement, scene: Scene, camera: Camera);
   resize(): void;
+  turnTo(t: number): void;
   draw(numbers: Float64Array, theme: Theme, extras: { trails: unknown[]; arrows: unknown[]; hasNames: boolean }): void;
 }
 export function lengthText(metres: number): string;

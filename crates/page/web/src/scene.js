@@ -48,6 +48,22 @@ export class Drawing {
     this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
   }
 
+  /** Turns the signs of torques as these are at a time: a half turn about the line of each. */
+  turnTo(t) {
+    for (const turn of this.scene.turns ?? []) {
+      const isOver = turn.times.filter((at) => at <= t).length % 2 === (turn.over ? 0 : 1);
+      if (isOver === turn.drawnOver) continue;
+      turn.drawnOver = isOver;
+      const [from, along] = turn.line;
+      for (const line of turn.shapes.flatMap((idx) => this.scene.shapes[idx].lines)) {
+        for (let i = 0; i + 2 < line.length; i += 3) {
+          const height = along.reduce((sum, a, k) => sum + a * (line[i + k] - from[k]), 0);
+          for (const k of [0, 1, 2]) line[i + k] = 2 * (from[k] + height * along[k]) - line[i + k];
+        }
+      }
+    }
+  }
+
   /** Draws one instant; `extras` are trails and arrows, and whether names are shown. */
   draw(numbers, theme, extras) {
     const { context, camera } = this;

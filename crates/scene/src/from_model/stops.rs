@@ -5,7 +5,7 @@ use bksim_model::Joint;
 
 use super::Sketch;
 use super::rail::Rail;
-use super::turns::turns;
+use super::turns::is_rotation;
 use crate::Shape;
 use crate::geometry::{Plane, Point, add, direction, left, length, scaled, sub3, unit};
 
@@ -33,7 +33,7 @@ impl Sketch<'_> {
                 let limit = limit.filter(|&limit| !self.is_moving(limit));
                 let Some(limit) = limit.map(|limit| self.numbers.value(limit)) else { continue };
                 shapes.extend(match &self.rails[joint_id.0] {
-                    _ if turns(joint, motion_idx) => self.turn_stop(joint, limit, sign),
+                    _ if is_rotation(joint, motion_idx) => self.turn_stop(joint, limit, sign),
                     Some(rail) => self.rail_stop(rail, limit, sign),
                     None => Vec::new(),
                 });

@@ -1,15 +1,18 @@
 //! Drives and torques: arrows about joints, as textbooks draw a driven crank and a torque.
 //!
 //! The arrow of a drive points to where the angle or position grows. That of a torque turns in the sense of the torque at
-//! the start of the motion; where that depends on the motion, to where the angle grows.
+//! the start of the motion, or to where the angle grows if that depends on the motion; [`Turn`] has what turns it over.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use bksim_model::{BodyId, Joint, JointId, LoadKind, MotionKind};
+use bksim_model::{BodyId, Joint, JointId, LoadId, LoadKind, MotionKind};
+use bksim_sim::load_forces::TorqueAxis;
 
 use super::Sketch;
-use crate::geometry::{Plane, Point, add, arc, circle, direction, left, scaled, unit3};
-use crate::{Attached, Form, Role, Shape};
+use crate::geometry::{
+    Plane, Point, add, arc, circle, cross3, direction, left, scaled, sub3, unit3,
+};
+use crate::{Attached, Form, Role, Shape, Turn};
 
 /// Radius of the arrow about a driven joint, radii of a pin: outside of a torsion spring.
 const DRIVE: f64 = 5.2;
@@ -28,7 +31,7 @@ impl Sketch<'_> {
         let mut shapes = Vec::new();
         for drive in &self.model().drives {
             let joint = &self.model().joints[drive.joint.0];
-            if !turns(joint, drive.motion_idx) {
+            if !is_rotation(joint, drive.motion_idx) {
                 shapes.extend(self.pushed(drive.joint));
                 continue;
             }
@@ -42,17 +45,17 @@ impl Sketch<'_> {
         shapes
     }
 
-    /// The signs of torques.
-    pub(super) fn torques(&self) -> Vec<Shape> {
-        let mut shapes = Vec::new();
-        for load in &self.model().loads {
+    /// The signs of torques, two shapes for each, and what turns them over.
+    pub(super) fn torques(&self) -> (Vec<Shape>, Vec<Turn>) {
+        let (mut shapes, mut turns) = (Vec::new(), Vec::new());
+        for (load_idx, load) in self.model().loads.iter().enumerate() {
             let of_motion =
                 load.kind.joint_motion().filter(|_| load.kind.stated_effort().is_some());
             let joint = match (load.kind.torque(), of_motion) {
                 (Some((on, from, _)), _) => self.joint_between(from, on),
                 (_, Some((joint, motion_idx))) => {
                     let joint = &self.model().joints[joint.0];
-                    Some(joint).filter(|joint| turns(joint, motion_idx))
+                    Some(joint).filter(|joint| is_rotation(joint, motion_idx))
                 }
                 _ => continue,
             };
@@ -66,10 +69,21 @@ impl Sketch<'_> {
                 (on.0, self.plane_across(com, axis), FRAC_PI_2)
             };
             let about = joint.map(|joint| self.numbers.axis(joint, joint.predecessor.body.0));
-            let radius = (TORQUE, self.sense(&load.kind, about));
-            shapes.extend(self.turned(body, Role::Torque, &plane, radius, side));
+            let sense = self.sense(&load.kind, about);
+            let sign = self.turned(body, Role::Torque, &plane, (TORQUE, sense), side);
+            if !sign.iter().all(Shape::is_finite) {
+                continue;
+            }
+            shapes.extend(sign);
+            let axis = about.unwrap_or_else(|| cross3(plane.u, plane.v));
+            let middle = plane.lift(direction(side));
+            turns.push(Turn {
+                about: TorqueAxis { load: LoadId(load_idx), body: BodyId(body), axis },
+                line: [plane.origin, sub3(middle, plane.origin)],
+                is_over: sense < 0.0,
+            });
         }
-        shapes
+        (shapes, turns)
     }
 
     /// One where a torque turns a joint to where its angle grows at the start, else minus one.
@@ -155,6 +169,6 @@ impl Sketch<'_> {
 }
 
 /// True if this motion of a joint is a rotation.
-pub(super) fn turns(joint: &Joint, motion_idx: usize) -> bool {
+pub(super) fn is_rotation(joint: &Joint, motion_idx: usize) -> bool {
     joint.kind.motions().get(motion_idx) == Some(&MotionKind::Rotation)
 }

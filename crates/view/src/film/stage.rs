@@ -68,6 +68,7 @@ impl Stage {
     pub fn shoot(&mut self, canvas: &mut Canvas, t: f64) -> Result<(Image, Counts), ShootError> {
         let extras = self.at(t)?;
         let Self { show, camera, theme, .. } = &*self;
+        canvas.scene_mut().follow(show.scene());
         let poses = show.poses();
         let frame = Frame { poses, extras: &extras, camera, theme, pixels_per_point: 1.0 };
         Ok(canvas.draw(&frame, self.background())?)

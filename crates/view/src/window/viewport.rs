@@ -98,6 +98,7 @@ impl Viewport {
         let Some(show) = &mut self.show else { return Ok(()) };
         if show.t() != t {
             show.seek(t)?;
+            lock(&self.renderer).follow(show.scene());
             // Another instant is asked for: the hand gives the picture back.
             if let Some(hand) = &mut self.hand {
                 hand.open();

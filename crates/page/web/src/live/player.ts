@@ -132,6 +132,6 @@ export class Player {
     if (!motion) return;
     const isCompared = (element('ghost') as HTMLInputElement).checked && before?.nNumbers === motion.nNumbers;
     this.stage.ghost = isCompared && before ? poseAt(before, t) : null;
-    this.stage.pose(poseAt(motion, t));
+    this.stage.pose(poseAt(motion, t), t);
   }
 }

@@ -118,8 +118,10 @@ export class Stage {
     this.drawing.resize();
   }
 
-  pose(numbers: Float64Array): void {
+  /** Shows poses, those of a motion with the time. */
+  pose(numbers: Float64Array, t: number | null = null): void {
     this.numbers = numbers;
+    if (t !== null) this.drawing?.turnTo(t);
     this.redraw();
   }
 
