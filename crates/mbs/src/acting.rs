@@ -1,4 +1,4 @@
-//! Every wrench on a body by the part of the model that it comes from: what is drawn at a body that is cut free.
+//! Every wrench on a body that is cut free, by the part of the model that it comes from.
 
 use bksim_model::{BeltId, BodyId, ContactId, JointId, JointKind, LoadId, LoadKind, Model, RopeId};
 

@@ -10,7 +10,7 @@ use crate::{Form, Role, Scene};
 /// Shapes of the sign of a torque: the shaft and the head of its arrow.
 const SHAPES: usize = 2;
 
-/// What turns the sign of a torque over: a half turn about a line through the middle of its arrow.
+/// Half turn about a line through the middle of its arrow by which the sign of a torque turns over.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Turn {
     /// Load, body and axis: about it the arrow turns to the left, unless it is turned over.
