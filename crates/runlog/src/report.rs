@@ -44,7 +44,7 @@ pub struct Report {
     pub points: Vec<PointReport>,
     /// The drives.
     pub drives: Vec<DriveReport>,
-    /// The reactions of the joints.
+    /// The reactions of the joints, then the forces of the contacts on their second bodies.
     pub reactions: Vec<ReactionReport>,
     /// The outputs of the model.
     pub outputs: Vec<OutputReport>,
@@ -106,10 +106,10 @@ pub struct DriveReport {
     pub mean_power: f64,
 }
 
-/// The reaction of a joint.
+/// The reaction of a joint, or the force of a contact.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ReactionReport {
-    /// Name of the joint.
+    /// Name of the joint, or `contacts.floor` of a contact.
     pub name: String,
     /// Largest size of the force, N.
     pub force: Extreme,

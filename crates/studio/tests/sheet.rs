@@ -206,11 +206,74 @@ fn a_sheet_says_what_it_leaves_out() {
     let printed = text(&output.stdout);
     assert!(printed.contains("The run of load case high ended early, at t = 0."), "{printed}");
     assert!(!printed.contains("load case low ended early"), "{printed}");
-    assert!(printed.contains("Forces of contacts are not in this sheet"), "{printed}");
+    assert!(printed.contains("contacts.wall"), "{printed}");
     assert!(place.run("sheet bob.toml -o bob.html").status.success());
     let page = fs::read_to_string(place.path().join("bob.html")).expect("a page");
-    assert!(page.contains("ended early") && page.contains("Forces of contacts"));
+    assert!(page.contains("ended early") && page.contains("contacts.wall"));
     place.write("pusher.toml", PUSHER);
     let printed = text(&place.run("sheet pusher.toml").stdout);
     assert!(!printed.contains("ended early") && !printed.contains("contacts"), "{printed}");
+}
+
+/// A bar that falls from its pin on a support: at rest the support bears what the moments about the pin say.
+const RESTING: &str = r#"
+[ground]
+points = { S = ["1 m", "-0.5 m"], T = ["-1 m", "-0.5 m"] }
+
+[bodies.bar]
+mass = "2 kg"
+inertia = "0.2 kg m^2"
+com = ["0.4 m", 0]
+points = { E = ["1 m", 0] }
+
+[joints.A]
+type = "revolute"
+between = ["ground", "bar"]
+
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-10 m/s^2"]
+
+[contacts.floor]
+between = [{ line = ["ground.T", "ground.S"] }, "bar.E"]
+
+[initial]
+A = { angle = "-pi/6", rate = 0 }
+
+[solve]
+t_end = "0.1 s"
+"#;
+
+#[test]
+fn a_contact_bears_a_force_as_a_pin_does() {
+    let place = Scratch::new();
+    place.write("bar.toml", RESTING);
+    // The weight of 20 N at 0.4 of the distance of the support.
+    run(&place, "sheet bar.toml -o bar.csv");
+    let csv = fs::read_to_string(place.path().join("bar.csv")).expect("a table");
+    let row = |name: &str| -> Vec<String> {
+        let line = csv.lines().find(|line| line.starts_with(name)).expect("a row");
+        line.split(',').map(str::to_owned).collect()
+    };
+    assert_eq!(row("contacts.floor")[1..4], ["8", "0", "8"], "{csv}");
+    assert_eq!(row("A")[1..4], ["12", "0", "12"], "{csv}");
+    run(&place, "sheet bar.toml -o bar.html");
+    let page = fs::read_to_string(place.path().join("bar.html")).expect("a page");
+    assert!(page.contains("contacts.floor: 8 N"), "no number at the arrow of the contact");
+    // In the axes of the bar: weight, pin and contact add to nothing.
+    run(&place, "sheet bar.toml -o bar.inp");
+    let cards = fs::read_to_string(place.path().join("bar.inp")).expect("cards");
+    assert!(!cards.contains("not in balance"), "{cards}");
+    assert!(cards.contains("** MASS at 0.4, 0, 0\n** CONTACT_floor at 1, 0, 0\n"), "{cards}");
+    let sum = |freedom: &str| -> f64 {
+        let step = cards.split("*STEP\n").nth(1).expect("a step");
+        let own = step.lines().filter(|line| line.contains(freedom));
+        own.map(|line| {
+            line.rsplit(", ").next().and_then(|x| x.parse::<f64>().ok()).expect("a number")
+        })
+        .sum()
+    };
+    for freedom in [", 1, ", ", 2, "] {
+        assert!(sum(freedom).abs() < 2e-4, "{freedom}: {}", sum(freedom));
+    }
 }

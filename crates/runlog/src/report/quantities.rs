@@ -6,6 +6,7 @@ use bksim_sim::Mechanism;
 use bksim_sim::observable::Observables;
 use bksim_sim::powers::Powers;
 use bksim_sim::run::Sample;
+use bksim_sim::wrenches::{ContactForces, WrenchAt};
 
 use super::Unreported;
 
@@ -17,7 +18,9 @@ pub(super) struct Quantities {
     pub(super) points: Vec<String>,
     /// The motion of each drive among `motions`.
     pub(super) drives: Vec<usize>,
-    n_joints: usize,
+    /// Joints, then contacts.
+    n_bearings: usize,
+    contacts: Option<ContactForces>,
     n_outputs: usize,
     observables: Observables,
     /// Values of the observables.
@@ -65,7 +68,8 @@ impl Quantities {
         });
         Ok(Self {
             drives: drives.collect(),
-            n_joints: model.joints.len(),
+            n_bearings: model.joints.len() + model.contacts.len(),
+            contacts: ContactForces::compile(mechanism)?,
             n_outputs: model.named_signals.iter().filter(|signal| signal.is_output).count(),
             seen: vec![0.0; observables.len()],
             observables: Observables::compile(model, system, &observables, parameters)?,
@@ -75,12 +79,20 @@ impl Quantities {
         })
     }
 
+    /// Reactions of joints and contacts on their second bodies: force, N, and moment, N m; that of a contact about the point
+    /// where it presses.
+    pub(super) fn bearings(&mut self, sample: &Sample, modes: &[f64]) -> Vec<[f64; 6]> {
+        let of_contacts = self.contacts.as_mut().map(|contacts| contacts.at(sample, modes));
+        let of_contacts = of_contacts.iter().flatten().map(WrenchAt::six);
+        sample.reactions.iter().copied().chain(of_contacts).collect()
+    }
+
     /// Places of the first numbers of points, drives, reactions, outputs and energies.
     pub(super) fn places(&self) -> [usize; 5] {
         let points = 3 * self.motions.len();
         let drives = points + 2 * self.points.len();
         let reactions = drives + 2 * self.drives.len();
-        let outputs = reactions + 2 * self.n_joints;
+        let outputs = reactions + 2 * self.n_bearings;
         [points, drives, reactions, outputs, outputs + self.n_outputs]
     }
 
@@ -125,7 +137,7 @@ impl Quantities {
             let rate = self.seen[3 * motion + 1];
             out[drives + 2 * idx..][..2].copy_from_slice(&[effort, effort * rate]);
         }
-        for (idx, six) in sample.reactions.iter().take(self.n_joints).enumerate() {
+        for (idx, six) in self.bearings(sample, modes).iter().enumerate() {
             out[reactions + 2 * idx..][..2].copy_from_slice(&[size(&six[..3]), size(&six[3..])]);
         }
         out[of_outputs..energies].copy_from_slice(outputs);

@@ -2,8 +2,9 @@
 
 use bksim_mbs::contact::{Contact, Law};
 use bksim_mbs::power::Actor;
-use bksim_model::MotionKind;
+use bksim_model::{ContactId, Model, MotionKind};
 use bksim_sim::Mechanism;
+use bksim_sim::redundancy::Uniqueness;
 use bksim_sim::run::Unreplayed;
 
 use super::quantities::{N_ENERGIES, Quantities};
@@ -218,11 +219,12 @@ impl Survey<'_> {
         Ok(turns)
     }
 
-    /// The reaction of a joint and the pose at an instant.
+    /// The reaction of a joint or contact and the pose at an instant.
     fn pin_force(&mut self, joint: usize, t: f64) -> Result<PinForce, Unreplayed> {
         let mut row = vec![0.0; self.quantities.count()];
         self.at(t, &mut row)?;
-        let reaction = self.playback.sample().reactions[joint];
+        let Self { playback, quantities, .. } = self;
+        let reaction = quantities.bearings(playback.sample(), playback.modes())[joint];
         // Driven motions come first.
         let Quantities { motions, drives, .. } = &self.quantities;
         let others = (0..motions.len()).filter(|idx| !drives.contains(idx));
@@ -270,6 +272,27 @@ fn may_hit(mechanism: &Mechanism) -> bool {
     system.contacts.iter().any(is_stop) || has_kinks && !model.drives.is_empty()
 }
 
+/// Names of what bears forces: joints, then contacts as `contacts.floor`.
+fn names(mechanism: &Mechanism) -> Vec<String> {
+    let Model { joints, contacts, .. } = &mechanism.model;
+    let contacts = contacts.iter().map(|contact| format!("contacts.{}", contact.name));
+    joints.iter().map(|joint| joint.name.clone()).chain(contacts).collect()
+}
+
+/// True if the reaction of a joint, or the forces of a contact, are the same in every solution of the equilibrium.
+fn is_unique(playback: &Playback, bearing: usize) -> bool {
+    let Mechanism { model, system, .. } = playback.mechanism();
+    playback.uniqueness().iter().all(|change| {
+        let Uniqueness { reactions, contacts, .. } = &change.uniqueness;
+        let Some(contact) = bearing.checked_sub(reactions.len()) else {
+            return reactions[bearing].iter().all(|&unique| unique);
+        };
+        let is_own = |of: &Contact| model.loads[of.load.0].contact() == Some(ContactId(contact));
+        let rows = system.contacts.iter().zip(contacts);
+        rows.filter(|(of, _)| is_own(of)).all(|(_, &unique)| unique)
+    })
+}
+
 /// The report of a run.
 ///
 /// # Errors
@@ -288,14 +311,9 @@ pub fn report(playback: &mut Playback) -> Result<Report, Unreported> {
     };
     let efforts = drives.iter().map(|drive| signal("drives", &drive.name));
     let signals = efforts.chain(outputs.iter().map(|it| signal("outputs", &it.name))).collect();
-    let joints: Vec<String> =
-        playback.mechanism().model.joints.iter().map(|joint| joint.name.clone()).collect();
-    let is_unique: Vec<bool> = (0..joints.len())
-        .map(|joint| {
-            let mut changes = playback.uniqueness().iter();
-            changes.all(|change| change.uniqueness.reactions[joint].iter().all(|&unique| unique))
-        })
-        .collect();
+    let bearings = names(playback.mechanism());
+    let is_unique: Vec<bool> =
+        (0..bearings.len()).map(|bearing| is_unique(playback, bearing)).collect();
     let span = playback.span();
     let mut survey = Survey {
         playback,
@@ -334,7 +352,7 @@ pub fn report(playback: &mut Playback) -> Result<Report, Unreported> {
         });
     }
     let mut reactions = Vec::new();
-    for (idx, name) in joints.into_iter().enumerate() {
+    for (idx, name) in bearings.into_iter().enumerate() {
         let place = of_reactions + 2 * idx;
         let force = survey.largest(place, |x| x)?;
         reactions.push(ReactionReport {

@@ -10,6 +10,8 @@ use std::path::Path;
 
 use bksim::model::file::ShownUnits;
 use bksim::report::{PinTable, Report, json_of, pin_table, report, worst_cases};
+use bksim::sim::run::Unreplayed;
+use bksim::sim::wrenches::{ContactForces, WrenchAt};
 use bksim_cli::args::ModelArgs;
 use bksim_cli::args::sheet::Sheet;
 use bksim_cli::exit::{Failure, Status};
@@ -36,7 +38,22 @@ struct CaseRun {
     changes: Vec<(String, String)>,
     report: Report,
     show: Show,
+    contacts: Option<ContactForces>,
     is_complete: bool,
+}
+
+impl CaseRun {
+    /// Reactions of all joints, then those of contacts with the points where they press, at an instant.
+    fn bearings(&mut self, t: f64) -> Result<(Vec<[f64; 6]>, Vec<[f64; 3]>), Unreplayed> {
+        self.show.seek(t)?;
+        let playback = self.show.playback();
+        let contacts = self.contacts.as_mut();
+        let contacts = contacts.map(|of| of.at(playback.sample(), playback.modes()));
+        let contacts = contacts.unwrap_or_default();
+        let of_contacts = contacts.iter().map(WrenchAt::six);
+        let all = playback.sample().reactions.iter().copied().chain(of_contacts).collect();
+        Ok((all, contacts.iter().map(|contact| contact.point).collect()))
+    }
 }
 
 /// The runs of all cases, and in which units they are shown.
@@ -117,7 +134,7 @@ fn case_table(runs: &Runs) -> Vec<Vec<String>> {
     std::iter::once(heads).chain(runs.cases.iter().map(row)).collect()
 }
 
-/// Remarks on the tables: runs that ended early, and forces of contacts that they leave out.
+/// Remarks on the tables: runs that ended early.
 fn remarks(runs: &Runs) -> Vec<String> {
     let early = runs.cases.iter().filter(|case| !case.is_complete).map(|case| {
         let of_case = if case.name.is_empty() {
@@ -132,12 +149,7 @@ fn remarks(runs: &Runs) -> Vec<String> {
             t.unit
         )
     });
-    let has_contacts = runs
-        .cases
-        .first()
-        .is_some_and(|case| !case.show.playback().mechanism().model.contacts.is_empty());
-    let contacts = "Forces of contacts are not in this sheet: `contacts.NAME.force` in `[outputs]` shows them.";
-    early.chain(has_contacts.then(|| contacts.to_owned())).collect()
+    early.collect()
 }
 
 pub(crate) fn run(args: &Sheet, as_json: bool, nesting: usize) -> Result<Status, Failure> {
@@ -257,8 +269,10 @@ fn runs(
             let units = shown_units(args.run.reading.shown(path), &header.model_text, stated)?;
             first = Some((playback.mechanism().model.name.clone(), units, file, diagnostics));
         }
+        let contacts = ContactForces::compile(playback.mechanism());
+        let contacts = contacts.map_err(|e| unplayable(path, "reported", &e))?;
         let show = Show::new(playback);
-        cases.push(CaseRun { name, title, changes, report, show, is_complete });
+        cases.push(CaseRun { name, title, changes, report, show, contacts, is_complete });
     }
     let (model, units, label, diagnostics) = first.expect("there is a case");
     Ok(Found { runs: Runs { model, cases, units }, label, diagnostics })

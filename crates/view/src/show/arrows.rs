@@ -5,6 +5,7 @@ use std::time::Instant;
 use bksim::playback::Playback;
 use bksim::sim::load_forces::LoadForces;
 use bksim::sim::run::Unreplayed;
+use bksim::sim::wrenches::{ContactForces, WrenchAt};
 use bksim_scene::vectors::{
     ArrowKind, ArrowScale, VectorAt, applied_forces, arrows, reactions, velocities,
 };
@@ -18,7 +19,9 @@ use super::reach::{INSTANTS, instant};
 pub(super) struct Arrows {
     /// The forces of the loads; `None` if they have none that can be computed.
     loads: Option<LoadForces>,
-    /// Largest size of each reaction over the run, N.
+    /// The forces of the contacts; `None` of a model without contacts.
+    contacts: Option<ContactForces>,
+    /// Largest size of each reaction and of the force of each contact over the run, N.
     reactions: Vec<f64>,
     /// Largest size of each applied force over the run, N.
     applied: Vec<f64>,
@@ -37,9 +40,10 @@ impl Arrows {
         let (model, parameters) = (&mechanism.model, &mechanism.parameters);
         let loads =
             LoadForces::compile(model, &mechanism.system, &mechanism.compiled, parameters).ok();
+        let contacts = ContactForces::compile(mechanism).ok().flatten();
         let extent = extent(reach);
         let (reactions, applied, velocities) = (Vec::new(), Vec::new(), Vec::new());
-        Self { loads, reactions, applied, velocities, extent, n_seen: 0 }
+        Self { loads, contacts, reactions, applied, velocities, extent, n_seen: 0 }
     }
 
     /// True if the largest vectors of the run are known, and with them the scales.
@@ -58,8 +62,8 @@ impl Arrows {
         while !self.is_known() {
             playback.seek(instant(playback.span(), self.n_seen))?;
             let (sample, poses) = (playback.sample(), playback.poses());
-            let uniqueness = playback.uniqueness_at(sample.t);
-            raise(&mut self.reactions, reactions(scene, poses, sample, uniqueness));
+            let reactions = self.reactions_at(playback, scene);
+            raise(&mut self.reactions, reactions);
             raise(&mut self.velocities, velocities(scene, poses));
             if let Some(loads) = &mut self.loads {
                 raise(&mut self.applied, applied_forces(loads, sample));
@@ -70,6 +74,19 @@ impl Arrows {
             }
         }
         Ok(())
+    }
+
+    /// The reactions of joints, then the forces of contacts on their second bodies, at the playback's instant.
+    fn reactions_at(&mut self, playback: &Playback, scene: &Scene) -> Vec<VectorAt> {
+        let (sample, poses) = (playback.sample(), playback.poses());
+        let uniqueness = playback.uniqueness_at(sample.t);
+        let contacts = self.contacts.as_mut();
+        let contacts = contacts.map(|contacts| contacts.at(sample, playback.modes()));
+        let of_contact =
+            |w: &WrenchAt| VectorAt { point: w.point, vector: w.force, is_unique: true };
+        let mut all: Vec<VectorAt> = reactions(scene, poses, sample, uniqueness).collect();
+        all.extend(contacts.iter().flatten().map(of_contact));
+        all
     }
 
     /// The kinds of arrows that are shown, each to a scale of its own.
@@ -108,8 +125,7 @@ impl Arrows {
                     all.extend(arrows(kind.color, kind.scale, applied_forces(loads, sample)));
                 }
                 ("reaction", _) => {
-                    let uniqueness = playback.uniqueness_at(sample.t);
-                    let reactions = reactions(scene, poses, sample, uniqueness);
+                    let reactions = self.reactions_at(playback, scene);
                     all.extend(arrows(kind.color, kind.scale, reactions));
                 }
                 _ => (),

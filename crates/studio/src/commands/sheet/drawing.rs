@@ -11,6 +11,8 @@ use bksim_plot::{ROOM, Size};
 use bksim_scene::{Camera, MarkerKind, StandardView, Theme, picture, svg};
 use bksim_view::show::{Show, ShowOptions};
 
+use super::CaseRun;
+
 /// Pixels of 1/96 inch in a metre.
 const PER_METRE: f64 = 96.0 / 0.0254;
 /// The scales of drawings: paper to nature.
@@ -139,27 +141,29 @@ pub(super) fn with_dimensions(
 
 /// The mechanism at an instant with the reactions as arrows and their sizes, in a picture of this width.
 pub(super) fn with_forces(
-    show: &mut Show,
+    case: &mut CaseRun,
     t: f64,
     units: &ShownUnits,
     width: f64,
 ) -> Result<Drawing, Unreplayed> {
+    let (reactions, contacts) = case.bearings(t)?;
+    let (show, report) = (&mut case.show, &case.report);
     show.options = ShowOptions { reactions: true, ..ShowOptions::default() };
     show.seek(t)?;
     let (camera, scale) = camera(show, width)?;
     show.seek(t)?;
     let mut drawn = drawn(show, &camera)?;
     let unit = units.of("N");
-    let reactions = show.playback().sample().reactions.clone();
     let largest = reactions.iter().map(|r| r[0].hypot(r[1]).hypot(r[2])).fold(0.0, f64::max);
     let mut words = String::new();
-    for (joint, pin) in pins(show).into_iter().enumerate() {
-        let (Some(pin), Some(&[fx, fy, fz, ..])) = (pin, reactions.get(joint)) else { continue };
+    let points = pins(show).into_iter().chain(contacts.into_iter().map(Some));
+    for ((pin, &[fx, fy, fz, ..]), bearing) in points.zip(&reactions).zip(&report.reactions) {
+        let Some(pin) = pin else { continue };
         let size = fx.hypot(fy).hypot(fz);
         if size <= 1e-9 * largest {
             continue;
         }
-        let name = &show.playback().mechanism().model.joints[joint].name;
+        let name = &bearing.name;
         let shown = six_digits(unit.of_si(size), 100.0 * unit.of_si(size));
         let text = format!("{name}: {} {}", number(shown), unit.unit);
         // Where the arrow does not go.

@@ -35,7 +35,7 @@ pub(super) fn of(runs: &mut Runs) -> Result<Document, Unreplayed> {
     let title = if has_cases { format!("{title} over all cases") } else { title.to_owned() };
     blocks.extend([Block::Heading(title), Block::Table(shown(&runs.largest()))]);
     blocks.push(Block::Text(
-        "Forces are those on the second body of a joint, along the axes of the ground; the direction is counted from x. \
+        "Forces are those on the second body of a joint or a contact, along the axes of the ground; the direction is counted from x. \
          Six digits of each force are shown, and its components to the same digit."
             .to_owned(),
     ));
@@ -83,7 +83,7 @@ fn poses(runs: &mut Runs) -> Result<Vec<Block>, Unreplayed> {
     let mut blocks = Vec::new();
     for (case, t, joints) in instants.into_iter().take(POSES) {
         let case = &mut runs.cases[case];
-        let drawn = with_forces(&mut case.show, t, &units, ROOM)?;
+        let drawn = with_forces(case, t, &units, ROOM)?;
         let names: Vec<String> = joints.into_iter().map(|(name, _)| name).collect();
         let caption = format!(
             "Largest force of {} at {}; scale {}.",
@@ -127,9 +127,9 @@ fn figure(case: &mut CaseRun, units: &ShownUnits) -> Result<Figure, Unreplayed> 
     joints.sort_unstable();
     let mut curves: Vec<Vec<[f64; 2]>> = vec![Vec::new(); joints.len()];
     for t in instants(case, INSTANTS) {
-        let sample = case.show.seek(t)?;
+        let (reactions, _) = case.bearings(t)?;
         for (curve, &joint) in curves.iter_mut().zip(&joints) {
-            let [fx, fy, fz, ..] = sample.reactions[joint];
+            let [fx, fy, fz, ..] = reactions[joint];
             curve.push([time.of_si(t), force.of_si(fx.hypot(fy).hypot(fz))]);
         }
     }

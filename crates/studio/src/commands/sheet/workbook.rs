@@ -150,10 +150,10 @@ fn over_time(runs: &mut Runs) -> Result<(Vec<String>, Vec<Vec<Cell>>), Unreplaye
         let span = case.report.span[0].abs().max(case.report.span[1].abs());
         for t in instants(case, INSTANTS) {
             let name = case.name.clone();
-            let sample = case.show.seek(t)?;
+            let (reactions, _) = case.bearings(t)?;
             let mut row = if has_cases { vec![Cell::Text(name)] } else { Vec::new() };
             row.push(Cell::Number(six_digits(time.of_si(t), time.of_si(span))));
-            for (reaction, peak) in sample.reactions.iter().zip(&peaks) {
+            for (reaction, peak) in reactions.iter().zip(&peaks) {
                 let [fx, fy, fz, ..] = *reaction;
                 let scale = force.of_si(*peak);
                 let of = |x: f64| Cell::Number(six_digits(force.of_si(x), scale));
