@@ -1,10 +1,11 @@
-//! Diagnostic codes in another language than English: title, meaning and cure of each; and the help of the command line.
+//! Diagnostic codes in another language than English: title, meaning and cure of each; the help of the command line;
+//! the texts of the window.
 //!
-//! The texts are data, `docs/vi/diagnostics.toml` and `docs/vi/help.toml`. Examples and outputs are those of the English pages,
+//! The texts are data, `docs/vi/diagnostics.toml`, `docs/vi/help.toml` and `docs/vi/window.toml`. Examples and outputs are those of the English pages,
 //! so that a page says the same in both languages.
 
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
+use std::sync::{LazyLock, PoisonError, RwLock};
 
 use crate::explain;
 
@@ -16,6 +17,18 @@ pub enum Language {
     English,
     /// Vietnamese, next to the English.
     Vietnamese,
+}
+
+static SPOKEN: RwLock<Language> = RwLock::new(Language::English);
+
+/// Sets the language of everything that is shown or printed for people from now on.
+pub fn speak(language: Language) {
+    *SPOKEN.write().unwrap_or_else(PoisonError::into_inner) = language;
+}
+
+/// The language of everything that is shown or printed for people.
+pub fn spoken() -> Language {
+    *SPOKEN.read().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Language {
@@ -52,6 +65,19 @@ static VIETNAMESE_HELP: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     let text = include_str!("../docs/vi/help.toml");
     toml::from_str(text).expect("a table of the repository, which a test reads")
 });
+
+static VIETNAMESE_WINDOW: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
+    let text = include_str!("../docs/vi/window.toml");
+    toml::from_str(text).expect("a table of the repository, which a test reads")
+});
+
+/// A text of the window in a language; `None` in English, and for texts that there are not.
+pub fn window_text(english: &str, language: Language) -> Option<&'static str> {
+    match language {
+        Language::English => None,
+        Language::Vietnamese => VIETNAMESE_WINDOW.get(english).map(String::as_str),
+    }
+}
 
 /// A text of the command line's help, in English without the full stop, in a language; `None` in English, and for texts
 /// that there are not.

@@ -21,7 +21,6 @@ pub mod progress;
 mod quiet;
 pub mod render;
 pub mod source;
-mod spoken;
 mod typed;
 #[cfg(unix)]
 mod unfinished;
@@ -148,7 +147,7 @@ pub fn run_with(arguments: &[OsString], studio: Studio<'_>) -> u8 {
     let parsed = with_groups(with_language(Cli::command()), Language::English)
         .try_get_matches_from(arguments)
         .and_then(|matches| {
-            spoken::speak(language(&matches));
+            bksim::translation::speak(language(&matches));
             Cli::from_arg_matches(&matches)
         });
     let cli = match parsed {

@@ -36,7 +36,7 @@ use self::document::Document;
 use self::faults::{Shown, judge};
 use self::starts::{Number, Started, Starts};
 use crate::exit::{Failure, Status};
-use crate::spoken::speak;
+use bksim::translation::speak;
 
 /// Serves one client until it says goodbye.
 ///

@@ -13,8 +13,8 @@ use serde_json::{Map, Value};
 
 use crate::exit::Failure;
 use crate::quiet::is_quiet;
-use crate::spoken::language;
 use crate::visible::{Styles, visible, visible_json};
+use bksim::translation::spoken as language;
 
 /// Prints text and a line end; what a terminal would obey in it is written out.
 ///
@@ -24,8 +24,8 @@ pub fn text(text: &str) -> Result<(), Failure> {
     put(&visible(&translated(text), Styles::None))
 }
 
-/// An answer in the language of the command, but for its tables, which have it already.
-fn translated(text: &str) -> Cow<'_, str> {
+/// An answer in the language that is spoken, but for its tables, which have it already.
+pub fn translated(text: &str) -> Cow<'_, str> {
     let language = language();
     if language == Language::English {
         return text.into();

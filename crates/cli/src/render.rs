@@ -13,8 +13,8 @@ use serde_json::{Value, json};
 use crate::exit::Failure;
 use crate::output;
 use crate::quiet::is_quiet;
-use crate::spoken::language;
 use crate::visible::{Styles, visible};
+use bksim::translation::spoken as language;
 
 /// Prints diagnostics to stderr.
 pub fn print_all(source: &Text, faults: &[Diagnostic]) {

@@ -32,6 +32,7 @@ mod options;
 mod overlay;
 mod panel;
 mod report;
+mod said;
 mod server;
 mod source;
 mod style;

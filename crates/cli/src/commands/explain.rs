@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::args::text::Explain;
 use crate::exit::{Failure, Status};
 use crate::output::{self, table};
-use crate::spoken::language;
+use bksim::translation::spoken as language;
 
 pub(crate) fn run(args: &Explain, as_json: bool) -> Result<Status, Failure> {
     let Some(code) = &args.code else {

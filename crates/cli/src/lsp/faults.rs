@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use super::document::Document;
 use crate::commands::check::{at_start, lacks_masses_alone, of_positions_alone};
-use crate::spoken::language;
+use bksim::translation::spoken as language;
 
 /// Starts of models with more bodies are left to commands: an editor does not wait for them.
 const MOST_BODIES: usize = 300;

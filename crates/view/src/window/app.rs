@@ -14,6 +14,7 @@ use super::measure::Measure;
 use super::options::WindowOptions;
 use super::panel::CurvePanel;
 use super::report::{Outcome, Report};
+use super::said::said;
 use super::source::{Loader, News};
 use super::values::{ValuePanel, Wish};
 use super::viewport::Viewport;
@@ -283,7 +284,7 @@ impl<'a> App<'a> {
         }
         if let Some(part) = self.loader.task.part() {
             let words = if has_motion { "loading again" } else { "loading" };
-            overlay::progress(ui, picture, part, words);
+            overlay::progress(ui, picture, part, said(words));
             ui.ctx().request_repaint_after_secs(0.05);
         }
         if self.is_help_open {

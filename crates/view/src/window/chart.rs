@@ -22,6 +22,7 @@ use super::icon::{self, Icon};
 use super::measure::Measure;
 use super::options::WindowOptions;
 use super::report::{Outcome, WindowError};
+use super::said::said;
 use super::{number, run, style};
 
 /// Space around panels, points.
@@ -85,7 +86,7 @@ impl Chart {
                 }
                 let is_dark = ui.visuals().dark_mode;
                 let words = if is_dark { "Light" } else { "Dark" };
-                if ui.button(words).on_hover_text("light, dark (D)").clicked() {
+                if ui.button(said(words)).on_hover_text(said("light, dark (D)")).clicked() {
                     style::toggle_theme(ui.ctx());
                 }
             });
@@ -155,12 +156,12 @@ const HELP: [(&str, &str); 9] = [
 /// The list of keys; false when it is to be closed.
 fn help(ui: &Ui) -> bool {
     let modal = egui::Modal::new(ui.scope_id().with("help")).show(ui.ctx(), |ui| {
-        ui.label(RichText::new("Keys and mouse").heading());
+        ui.label(RichText::new(said("Keys and mouse")).heading());
         ui.add_space(6.0);
         egui::Grid::new("keys").num_columns(2).spacing(vec2(24.0, 3.0)).show(ui, |ui| {
             for (name, words) in HELP {
-                ui.label(RichText::new(name).strong());
-                ui.label(words);
+                ui.label(RichText::new(said(name)).strong());
+                ui.label(said(words));
                 ui.end_row();
             }
         });

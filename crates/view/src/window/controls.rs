@@ -6,6 +6,7 @@ use super::action::Action;
 use super::choices::{Choices, moving};
 use super::clock::{Clock, SPEEDS};
 use super::icon::{self, Icon};
+use super::said::said;
 use super::{cutting, number, style};
 use bksim_scene::{Scene, StandardView};
 
@@ -77,7 +78,7 @@ fn scrub_bar(ui: &mut Ui, clock: &mut Clock) {
     painter.circle_filled(pos2(x, rail.center().y), if is_held { 7.0 } else { 6.0 }, accent);
 
     let kind = egui::Role::Slider;
-    response.widget_info(|| egui::WidgetInfo::labeled(kind, true, "time"));
+    response.widget_info(|| egui::WidgetInfo::labeled(kind, true, said("time")));
     if let Some(pointer) = response.hover_pos() {
         let [first, last] = clock.span();
         let t = first + part_at(pointer.x).clamp(0.0, 1.0) * (last - first);
@@ -140,18 +141,18 @@ fn tools(
         ("Values", switches.values, "values of parameters (P)", Action::Values),
         ("Live", switches.live, "let it move, and pull at it (M)", Action::Live),
     ] {
-        if ui.selectable_label(is_on, words).on_hover_text(help).clicked() {
+        if ui.selectable_label(is_on, said(words)).on_hover_text(said(help)).clicked() {
             actions.push(action);
         }
     }
-    ui.menu_button("Show", |ui| show_menu(ui, choices, scene, actions))
+    ui.menu_button(said("Show"), |ui| show_menu(ui, choices, scene, actions))
         .response
-        .on_hover_text("labels, arrows, trails, light and dark");
+        .on_hover_text(said("labels, arrows, trails, light and dark"));
     if scene.is_some_and(|scene| !scene.is_planar) {
-        ui.menu_button("View", |ui| {
+        ui.menu_button(said("View"), |ui| {
             for (view, key) in StandardView::ALL.into_iter().zip(["2", "3", "4", "5"]) {
                 ui.horizontal(|ui| {
-                    if ui.button(view.word()).clicked() {
+                    if ui.button(said(view.word())).clicked() {
                         actions.push(Action::Look(view));
                         ui.close();
                     }
@@ -162,10 +163,10 @@ fn tools(
             }
         })
         .response
-        .on_hover_text("front, right, top, isometric (2, 3, 4, 5)");
-        ui.menu_button("Section", |ui| cutting::menu(ui, &mut choices.cutting, actions))
+        .on_hover_text(said("front, right, top, isometric (2, 3, 4, 5)"));
+        ui.menu_button(said("Section"), |ui| cutting::menu(ui, &mut choices.cutting, actions))
             .response
-            .on_hover_text("cut by a plane (X, Y, Z)");
+            .on_hover_text(said("cut by a plane (X, Y, Z)"));
     }
     ui.menu_button(RichText::new(number::speed(clock.speed())), |ui| {
         for factor in SPEEDS.into_iter().rev() {
@@ -177,7 +178,7 @@ fn tools(
         }
     })
     .response
-    .on_hover_text("speed (Up, Down)");
+    .on_hover_text(said("speed (Up, Down)"));
 }
 
 /// The menu of additions, and of the points that can leave trails.
@@ -193,7 +194,7 @@ fn show_menu(ui: &mut Ui, choices: &mut Choices, scene: Option<&Scene>, actions:
     ];
     for (words, key, mut is_on, action) in switches {
         ui.horizontal(|ui| {
-            if ui.checkbox(&mut is_on, words).changed() {
+            if ui.checkbox(&mut is_on, said(words)).changed() {
                 actions.push(action);
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -203,7 +204,7 @@ fn show_menu(ui: &mut Ui, choices: &mut Choices, scene: Option<&Scene>, actions:
     }
     let Some(scene) = scene else { return };
     ui.separator();
-    ui.menu_button("Trail of …", |ui| {
+    ui.menu_button(said("Trail of …"), |ui| {
         let names: Vec<&str> = moving(scene).collect();
         let height = ui.text_style_height(&egui::TextStyle::Body) + 6.0;
         egui::ScrollArea::vertical().max_height(260.0).show_rows(

@@ -6,6 +6,7 @@ use egui::{Align, Layout, Ui};
 
 use super::action::Action;
 use super::number;
+use super::said::said;
 
 /// Steps of the keys over the whole mechanism.
 const STEPS: f64 = 50.0;
@@ -79,7 +80,7 @@ pub(super) fn menu(ui: &mut Ui, cutting: &mut Cutting, actions: &mut Vec<Action>
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         ui.horizontal(|ui| {
             let mut is_on = cutting.plane.is_some_and(|plane| plane.normal() == along(axis));
-            if ui.checkbox(&mut is_on, format!("across {name}")).changed() {
+            if ui.checkbox(&mut is_on, format!("{} {name}", said("across"))).changed() {
                 actions.push(Action::Section(axis));
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.weak(name.to_uppercase()));
@@ -93,10 +94,10 @@ pub(super) fn menu(ui: &mut Ui, cutting: &mut Cutting, actions: &mut Vec<Action>
     if ui.add(slider).changed() {
         plane.offset = unit.to_si(offset);
     }
-    ui.label(format!("at {} {}", number::value(offset), unit.unit));
-    ui.radio_value(&mut plane.side, CutSide::Nearer, "leave out the nearer side");
+    ui.label(format!("{} {} {}", said("at"), number::value(offset), unit.unit));
+    ui.radio_value(&mut plane.side, CutSide::Nearer, said("leave out the nearer side"));
     let is_fixed = plane.side == CutSide::Above;
-    if ui.radio(is_fixed, "leave out a fixed side").clicked() {
+    if ui.radio(is_fixed, said("leave out a fixed side")).clicked() {
         // Once more: the other one.
         *plane = if is_fixed { plane.reversed() } else { *plane };
         plane.side = CutSide::Above;

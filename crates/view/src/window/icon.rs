@@ -2,6 +2,7 @@
 
 use egui::{Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2};
 
+use super::said::said;
 use super::style;
 
 /// A sign on a button.
@@ -34,6 +35,7 @@ pub(super) fn button(ui: &mut Ui, icon: Icon, is_on: bool, words: &str) -> Respo
         let sign = Rect::from_center_size(rect.center(), Vec2::splat(14.0));
         icon.paint(ui.painter(), sign, Stroke::new(1.6, color));
     }
+    let words = said(words);
     let kind = egui::Role::Button;
     response.widget_info(|| egui::WidgetInfo::labeled(kind, true, words));
     response.on_hover_text(words)

@@ -5,6 +5,7 @@ use bksim_scene::{Camera, Scene, Theme};
 use egui::{Align2, FontId, Margin, Painter, Rect, RichText, Stroke, Ui, pos2, vec2};
 
 use super::action::{BINDINGS, MOUSE};
+use super::said::said;
 use super::{number, style};
 use bksim::sim::pose::Pose;
 
@@ -59,7 +60,7 @@ pub(super) fn fault(ui: &Ui, picture: Rect, text: &str, beneath: Beneath) {
         let red = ui.visuals().error_fg_color;
         frame(ui).stroke(Stroke::new(1.5, red)).show(ui, |ui| {
             ui.set_width((width - 27.0).max(80.0));
-            ui.label(RichText::new(beneath.title()).strong().color(red));
+            ui.label(RichText::new(said(beneath.title())).strong().color(red));
             ui.add_space(2.0);
             // A motion stays visible below it.
             let part = if beneath == Beneath::Nothing { 0.8 } else { 0.28 };
@@ -123,7 +124,7 @@ pub(super) fn scales(
     let arrows = arrows.iter().flat_map(|kind| {
         let samples = kind.scale.samples();
         samples.into_iter().map(|(size, metres)| {
-            let words = format!("{} {}", kind.name, number::quantity(size, kind.unit));
+            let words = format!("{} {}", said(kind.name), number::quantity(size, kind.unit));
             (style::color32(kind.color), scale * metres, words)
         })
     });
@@ -167,7 +168,7 @@ pub(super) fn help(ui: &Ui) -> bool {
     let modal = modal.show(ui.ctx(), |ui| {
         ui.set_width(330.0);
         ui.spacing_mut().interact_size.y = 17.0;
-        ui.label(RichText::new("Keys and mouse").heading());
+        ui.label(RichText::new(said("Keys and mouse")).heading());
         ui.add_space(6.0);
         let height = ui.ctx().content_rect().height() - 110.0;
         let height = height.max(80.0);
@@ -176,8 +177,8 @@ pub(super) fn help(ui: &Ui) -> bool {
             egui::Grid::new("keys").num_columns(2).spacing(vec2(24.0, 3.0)).show(ui, |ui| {
                 let keys = BINDINGS.iter().filter_map(|binding| binding.help);
                 for (name, words) in keys.chain(MOUSE) {
-                    ui.label(RichText::new(name).strong());
-                    ui.label(words);
+                    ui.label(RichText::new(said(name)).strong());
+                    ui.label(said(words));
                     ui.end_row();
                 }
             });

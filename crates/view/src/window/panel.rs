@@ -6,6 +6,7 @@ use egui_plot::{AxisHints, Line, LineStyle, Plot, PlotPoints, VLine};
 
 use super::clock::Clock;
 use super::curves::{Curve, Curves};
+use super::said::said;
 use super::{grid, number, style};
 use crate::show::Show;
 
@@ -35,15 +36,15 @@ impl CurvePanel {
     pub(super) fn ui(&mut self, ui: &mut Ui, show: &Show, clock: &mut Clock) {
         let Self { curves, search, .. } = self;
         ui.horizontal(|ui| {
-            ui.label(RichText::new("Curves").strong());
+            ui.label(RichText::new(said("Curves")).strong());
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.menu_button("Channels", |ui| channels(ui, curves, search, show));
+                ui.menu_button(said("Channels"), |ui| channels(ui, curves, search, show));
             });
         });
         let groups = curves.groups();
         if groups.is_empty() {
             ui.add_space(8.0);
-            ui.weak("Choose channels to see them over time.");
+            ui.weak(said("Choose channels to see them over time."));
             return;
         }
         ui.spacing_mut().interact_size.y = ROW;
@@ -83,7 +84,7 @@ fn legend(ui: &mut Ui, color: Color32, curve: &Curve, show: &Show) {
             ui.label(RichText::new(format!("{value} {unit}")).monospace());
             if curve.is_shared(show.playback()) {
                 let words = "one of many solutions of the equilibrium; dashed in the plot";
-                ui.label(RichText::new("not unique").italics()).on_hover_text(words);
+                ui.label(RichText::new(said("not unique")).italics()).on_hover_text(said(words));
             }
             ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
                 ui.add(egui::Label::new(&curve.name).truncate());
@@ -148,7 +149,7 @@ fn plot(ui: &mut Ui, group_idx: usize, group: &[(usize, &Curve)], height: f32, c
 /// The list of channels, with a field that searches it.
 fn channels(ui: &mut Ui, curves: &mut Curves, search: &mut String, show: &Show) {
     ui.set_width(260.0);
-    let field = egui::TextEdit::singleline(search).hint_text("search");
+    let field = egui::TextEdit::singleline(search).hint_text(said("search"));
     ui.add(field.desired_width(f32::INFINITY));
     let playback = show.playback();
     let searched = search.to_lowercase();
@@ -159,7 +160,7 @@ fn channels(ui: &mut Ui, curves: &mut Curves, search: &mut String, show: &Show) 
         .map(|(_, name, field)| (name, field.description.clone()))
         .collect();
     if names.is_empty() {
-        ui.weak("no channel has this in its name");
+        ui.weak(said("no channel has this in its name"));
     }
     let height = ui.text_style_height(&egui::TextStyle::Body) + 8.0;
     let list = egui::ScrollArea::vertical().max_height(320.0).auto_shrink([false, true]);

@@ -4,6 +4,7 @@ use bksim_scene::Theme;
 use egui::{Color32, CornerRadius, FontFamily, FontId, Stroke, TextStyle, Visuals};
 
 use super::options::Look;
+use super::said;
 pub(super) use crate::words::color32;
 
 /// The theme of the picture in a light or dark window.
@@ -18,6 +19,7 @@ pub(super) fn accent(theme: &Theme) -> Color32 {
 
 /// Gives both themes of the window their look, and the window one of them.
 pub(super) fn set(context: &egui::Context, look: Look) {
+    said::load_letters(context);
     context.options_mut(|options| options.fallback_theme = egui::Theme::Light);
     context.set_theme(match look {
         Look::System => egui::ThemePreference::System,

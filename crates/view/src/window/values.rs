@@ -7,6 +7,8 @@ use egui::{RichText, Slider, Ui};
 
 use crate::show::Show;
 
+use super::said::said;
+
 /// The panel of values.
 #[derive(Debug, Default)]
 pub(super) struct ValuePanel {
@@ -63,22 +65,22 @@ impl ValuePanel {
 
     /// Shows the panel, with buttons to keep changes if `n_unsaved` parameters have other values than in the file.
     pub(super) fn ui(&mut self, ui: &mut Ui, takes_values: bool, n_unsaved: usize) -> Vec<Wish> {
-        ui.label(RichText::new("Values").strong());
+        ui.label(RichText::new(said("Values")).strong());
         if self.rows.is_empty() || !takes_values {
             ui.add_space(8.0);
-            ui.weak(if takes_values {
+            ui.weak(said(if takes_values {
                 "The model has no parameters that are numbers."
             } else {
                 "A log keeps its values: open its model to change them."
-            });
+            }));
             return Vec::new();
         }
         let mut wishes = Vec::new();
         ui.add_enabled_ui(n_unsaved > 0, |ui| {
             ui.horizontal(|ui| {
-                let save = ui.button("Save in the file").on_hover_text("Ctrl + S");
+                let save = ui.button(said("Save in the file")).on_hover_text("Ctrl + S");
                 wishes.extend(save.clicked().then_some(Wish::Save));
-                wishes.extend(ui.button("Undo all").clicked().then_some(Wish::Revert));
+                wishes.extend(ui.button(said("Undo all")).clicked().then_some(Wish::Revert));
             });
         });
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
