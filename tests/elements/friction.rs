@@ -2,7 +2,7 @@
 
 use crate::support::elements::Quantity::{Acceleration, Measure};
 use crate::support::elements::{check, check_rows, column, number, reference, text};
-use crate::support::{Measures, Within, at, close, coordinate, derive, model, reaction, solve};
+use crate::support::{Measures, Within, at, close, coordinate, derive, model, reaction, signal, solve};
 
 fn within(absolute: f64) -> Within {
     Within { relative: 0.0, absolute }
@@ -353,4 +353,34 @@ fn friction_of_a_joint_that_bears_nothing_holds_nothing() {
             close(&format!("{method}, y at {t} s"), found[1], expected[1], within);
         }
     }
+}
+
+/// A square thread of two starts with a collar, by the numbers of Shigley, *Mechanical Engineering Design*, example 8-1, and
+/// flanks that lean by his equation (8-5).
+#[test]
+fn a_screw_with_a_collar_and_flanks_takes_the_torque_of_shigley() {
+    let text = |flank: f64, rate: f64| {
+        format!(
+            "[ground]\npoints = {{ O = [0, 0, 0] }}\n[bodies.nut]\nmass = 1\ninertia = [0.01, 0.01, 0.01]\n\
+             [joints.S]\ntype = \"screw\"\nbetween = [\"ground.O\", \"nut\"]\naxis = [0, 0, 1]\nlead = \"8 mm\"\n\
+             [loads]\nthread = {{ type = \"friction\", joint = \"S\", mu = 0.08, radius = \"15 mm\", \
+             flank_angle = \"{flank} deg\", collar_mu = 0.08, collar_radius = \"20 mm\" }}\n\
+             load = {{ type = \"force\", on = \"nut\", vector = [0, 0, \"-6.4 kN\"] }}\n\
+             [drives]\nturn = {{ joint = \"S\", motion = \"{rate} rad/s*t\" }}\n\
+             [outputs]\ntorque = \"drives.turn\"\n[solve]\nt_end = 0.1\n"
+        )
+    };
+    let torque = |flank: f64, rate: f64| {
+        let mechanism = derive(model(&text(flank, rate)));
+        let motion = solve(&mechanism);
+        signal(&mechanism, at(&motion, 0.1), "torque")
+    };
+    close("raising", torque(0.0, 1.0), 26.18, within(0.005));
+    close("lowering", -torque(0.0, -1.0), 9.77, within(0.005));
+    let (slope, mu) = (0.008 / (std::f64::consts::TAU * 0.015), 0.08 / 14.5_f64.to_radians().cos());
+    let collar = 6400.0 * 0.08 * 0.02;
+    let raising = 96.0 * (slope + mu) / (1.0 - slope * mu) + collar;
+    let lowering = 96.0 * (mu - slope) / (1.0 + slope * mu) + collar;
+    close("raising", torque(14.5, 1.0), raising, within(1e-9));
+    close("lowering", -torque(14.5, -1.0), lowering, within(1e-9));
 }

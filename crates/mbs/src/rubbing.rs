@@ -5,7 +5,7 @@
 //! sleeve     F = μ (|N₁| + |N₂|)             N₁, N₂ = N/2 ± (a × M)/l at its ends, a along the motion
 //! journal    F = μ r/√(1 + μ²) |N|           the moment of a force at the rim, N with its friction
 //! track      F = μ |N| |c′|                  the force on the parameter s of the curve c, N across c′
-//! thread     F = μ r (1 + m²) |λ|/(1 − ς sign(λ) μ m)     m = p/r the slope of the thread
+//! thread     F = μ r (1 + m²) |λ|/(1 − ς sign(λ) μ m) + c |λ|   m = p/r the slope of the thread, c the arm of its collar
 //! touch      F = μ |λ|                             λ the force along the normal of curves that touch
 //! teeth      F = μ H |λ|                           λ the force of the coupling, H its loss factor
 //! ```
@@ -91,7 +91,7 @@ pub(crate) fn friction(
             let force = row.map_or(pool.zero(), |row| pool.symbol_expr(row.lambda));
             pool.product([mu, loss, magnitude(pool, vec![force])])
         }
-        Surface::Thread { radius } => {
+        Surface::Thread { radius, collar } => {
             let lead = joint.kind.lead().expect("only screws have threads");
             let axial = rows.filter(|row| row.direction == "screw").map(|row| row.lambda);
             let axial = axial.map(|lambda| pool.symbol_expr(lambda)).next().unwrap_or(pool.zero());
@@ -100,7 +100,8 @@ pub(crate) fn friction(
             let sense = pool.call(Function::Sign, &[axial]).expect("one argument");
             let part = pool.product([slip, sense, mu, slope]);
             let factor = pool.div(pool.add(pool.one(), square(slope)), pool.sub(pool.one(), part));
-            pool.product([mu, radius, factor, magnitude(pool, vec![axial])])
+            let arm = pool.add(pool.product([mu, radius, factor]), collar);
+            pool.mul(arm, magnitude(pool, vec![axial]))
         }
     }
 }

@@ -339,6 +339,8 @@ pub enum Surface {
     Thread {
         /// Mean radius, m.
         radius: Expr,
+        /// Friction of its collar over the axial force, m; zero where it has none.
+        collar: Expr,
     },
     /// A curve along which the successor's point slides, in a slot or on a wire.
     Track,
@@ -363,13 +365,14 @@ impl FrictionLaw {
         match *self {
             Self::Stated { sliding, sticking } => vec![sliding, sticking],
             Self::Coulomb { sliding, sticking, surface } => {
-                let size = match surface {
-                    Surface::Guide { length } => length,
-                    Surface::Journal { radius } | Surface::Thread { radius } => Some(radius),
-                    Surface::Teeth { loss, .. } => Some(loss),
-                    Surface::Track | Surface::Touch { .. } => None,
+                let sizes = match surface {
+                    Surface::Guide { length } => [length, None],
+                    Surface::Journal { radius } => [Some(radius), None],
+                    Surface::Thread { radius, collar } => [Some(radius), Some(collar)],
+                    Surface::Teeth { loss, .. } => [Some(loss), None],
+                    Surface::Track | Surface::Touch { .. } => [None; 2],
                 };
-                [Some(sliding), Some(sticking), size].into_iter().flatten().collect()
+                [sliding, sticking].into_iter().chain(sizes.into_iter().flatten()).collect()
             }
         }
     }

@@ -22,6 +22,9 @@ pub(super) struct Connections<'a> {
     pub(super) couplings: &'a [Coupling],
 }
 
+/// Keys of the thread of a screw.
+const THREAD_KEYS: [&str; 3] = ["flank_angle", "collar_mu", "collar_radius"];
+
 impl Reader<'_> {
     /// Friction of a motion: `force` where it slides, `torque` where it turns, or `mu`.
     pub(super) fn read_friction(
@@ -95,8 +98,63 @@ impl Reader<'_> {
     ) -> Option<FrictionLaw> {
         let coefficients = self.coefficients(fields);
         let surface = self.surface(fields, (joint, motion_idx), location);
-        let ([sliding, sticking], surface) = (coefficients?, surface?);
+        let flank = self.flank(fields, surface);
+        let ([sliding, sticking], surface, flank) = (coefficients?, surface?, flank?);
+        // A flank that leans bears the load over its cosine.
+        let [sliding, sticking] = [sliding, sticking].map(|mu| match flank {
+            Some(angle) => self.pool.div(mu, self.pool.cos(angle)),
+            None => mu,
+        });
         Some(FrictionLaw::Coulomb { sliding, sticking, surface })
+    }
+
+    /// The angle of the flanks of a thread, `Some(None)` where it is not stated.
+    #[expect(clippy::option_option, reason = "at fault, not stated, or stated")]
+    fn flank(&mut self, fields: &Fields<'_>, surface: Option<Surface>) -> Option<Option<Expr>> {
+        let is_thread = matches!(surface?, Surface::Thread { .. });
+        for entry in THREAD_KEYS.iter().filter_map(|key| fields.entry(key)) {
+            if !is_thread {
+                let message = format!("{} has `{}`, but no thread", fields.owner, entry.key);
+                let fault = Diagnostic::error(codes::NO_SURFACE, message)
+                    .at(entry.key_span.clone(), "of a `screw` joint alone")
+                    .help("remove it, or name a joint of type `screw`");
+                self.report(fault);
+                return None;
+            }
+        }
+        let Some(node) = fields.get("flank_angle") else { return Some(None) };
+        let what = fields.what("flank_angle");
+        let angle = self.scalar(node, Quantity::ANGLE, &what, Scope::Constant)?;
+        if let Some(value) = angle.value {
+            let [least, most] = [0.0, std::f64::consts::FRAC_PI_2].map(Constant::written);
+            let is_above = self.constants.is_not_below(value, least);
+            if !(self.constants.is_above(most, value) && is_above) {
+                let degrees = short(value.look().to_degrees());
+                let message = format!("{what} is {degrees} deg");
+                let fault = Diagnostic::error(codes::NO_SURFACE, message)
+                    .at(angle.span.clone(), "not from 0 to below 90 deg")
+                    .help("write half of the angle of the thread: \"30 deg\" of a metric one, \"15 deg\" of a trapezoidal one");
+                self.report(fault);
+                return None;
+            }
+        }
+        Some(Some(angle.expr))
+    }
+
+    /// The arm of the friction that the collar of a screw has of the axial force, m.
+    fn collar(&mut self, fields: &Fields<'_>) -> Option<Expr> {
+        let [mu_key, radius_key] = [THREAD_KEYS[1], THREAD_KEYS[2]];
+        if !fields.has(mu_key) && !fields.has(radius_key) {
+            return Some(self.pool.zero());
+        }
+        let mu = fields.require(self, mu_key, "write for example `collar_mu = 0.1`")?;
+        let mu = self.friction(fields, mu_key, mu, Quantity::NUMBER)?;
+        let help = "write for example `collar_radius = \"20 mm\"`, the mean one of its ring";
+        let radius = fields.require(self, radius_key, help)?;
+        let what = fields.what(radius_key);
+        let radius = self.scalar(radius, Quantity::LENGTH, &what, Scope::Constant)?;
+        let is_good = self.check_positive(&what, &radius, Quantity::LENGTH);
+        is_good.then_some(self.pool.mul(mu.expr, radius.expr))
     }
 
     /// `mu` and `static`.
@@ -232,10 +290,10 @@ impl Reader<'_> {
             fields.require(self, "radius", "write for example `radius = \"5 mm\"`: that of the pin, or the mean one of the thread");
             return None;
         };
-        Some(match kind {
-            "screw" => Surface::Thread { radius },
-            _ => Surface::Journal { radius },
-        })
+        if kind != "screw" {
+            return Some(Surface::Journal { radius });
+        }
+        Some(Surface::Thread { radius, collar: self.collar(fields)? })
     }
 
     pub(super) fn friction(

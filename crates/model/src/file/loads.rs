@@ -40,6 +40,9 @@ pub(super) const LOADS: [(&str, &[&str]); 8] = [
             "coupling",
             "pressure_angle",
             "loss",
+            "flank_angle",
+            "collar_mu",
+            "collar_radius",
         ],
     ),
 ];
