@@ -236,18 +236,21 @@ fn a_linkage_with_play_begins_closed_and_keeps_near_to_the_one_without() {
              [outputs]\nx = \"slider.x\"\n[solve]\nt_end = 0.3\nevery = 0.02\n"
         )
     };
-    let place = |pin: &str, guide: &str| {
-        let mechanism = derive(model(&text(pin, guide)));
+    let place = |pin: &str, guide: &str, along: &str| {
+        let text = text(pin, guide).replace("axis = [1, 0]", along);
+        let mechanism = derive(model(&text));
         let motion = solve(&mechanism);
         let times = (0..16).map(|k| 0.02 * f64::from(k));
         times.map(|t| signal(&mechanism, at(&motion, t), "x")).collect::<Vec<f64>>()
     };
-    let rigid = place("", "");
-    for (pin, guide) in [
-        (", clearance = \"0.2 mm\"", ""),
-        ("", ", clearance = \"0.2 mm\", length = \"60 mm\", width = \"20 mm\""),
+    let loose_guide = ", clearance = \"0.2 mm\", length = \"60 mm\", width = \"20 mm\"";
+    for (pin, guide, along) in [
+        (", clearance = \"0.2 mm\"", "", "axis = [1, 0]"),
+        ("", loose_guide, "axis = [1, 0]"),
+        ("", loose_guide, "direction = \"10 deg\""),
     ] {
-        let loose = place(pin, guide);
+        let rigid = place("", "", along);
+        let loose = place(pin, guide, along);
         close("start", loose[0], rigid[0], Within { relative: 1e-12, absolute: 1e-12 });
         let apart = loose.iter().zip(&rigid).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(1e-6 < apart && apart < 5e-4, "{apart} m with{pin}{guide}");
@@ -259,7 +262,7 @@ fn a_linkage_with_play_begins_closed_and_keeps_near_to_the_one_without() {
 fn a_slide_with_play_rests_on_its_guide_at_any_slope() {
     let element = "[joints.J]\ntype = \"prismatic\"\nbetween = [\"ground.F\", \"part.G\"]\ndirection = \"10 deg\"\nangle = \"40 deg\"\n\
                    clearance = \"2 mm\"\nlength = \"100 mm\"\nmu = 1\n";
-    let text = with_play("", element, "J = { position1 = \"0.002 m*sin(10 deg)\", position2 = \"-0.002 m*cos(10 deg)\", angle = \"40 deg\" }\n\
+    let text = with_play("", element, "J = { position1 = 0, position2 = \"-0.002 m\", angle = \"40 deg\" }\n\
                                        part = { vx = 0, vy = 0, rate = 0 }")
         .replace("points = { O", "points = { F = { at = [0, 0], rpy = [0, 0, \"20 deg\"] }, O")
         .replace("points = { A", "points = { G = { at = [0, 0], rpy = [0, 0, \"-30 deg\"] }, A")

@@ -17,7 +17,7 @@ use crate::body::{Anchor, Body, FixedTurn, Point};
 use crate::contact::{EdgesForm, Round, Shape};
 use crate::diagnostic::Diagnostic;
 use crate::ids::{PointId, Vector};
-use crate::joint::motion_words;
+use crate::joint::{Joint, motion_words};
 use crate::measure::{Initial, Measure};
 
 /// Keys of play, which need a clearance.
@@ -90,6 +90,35 @@ impl Reader<'_> {
         Some(Play { name: name.to_owned(), ends, clearance, form, restitution, friction, span })
     }
 
+    /// Turns the frames of slides that are along neither x nor y: their coordinates are along the slide and across.
+    pub(super) fn turn_slides(
+        &mut self,
+        bodies: &mut [(Option<Body>, BodyFacts)],
+        joints: &mut [Option<Joint>],
+    ) {
+        for play in self.plays.clone() {
+            let Form::Slide { axes: [axis @ [x, y, _], _], .. } = play.form else { continue };
+            let joint = self.names.joint(&play.name).and_then(|id| joints[id.0].as_mut());
+            let Some(joint) = joint.filter(|_| !self.pool.is_zero(x) && !self.pool.is_zero(y))
+            else {
+                continue;
+            };
+            let zero = self.pool.zero();
+            let turn =
+                FixedTurn { axis: [zero, zero, self.pool.one()], angle: self.pool.atan2(y, x) };
+            let [predecessor, successor] = play.ends.map(|end| {
+                let place = self.point_along(bodies, end, axis, [zero, zero], &play.name);
+                let body = bodies[place.body.0].0.as_mut();
+                let point = body.zip(place.point).and_then(|(body, id)| body.points.get_mut(id.0));
+                if let Some(point) = point {
+                    point.orientation.push(turn.clone());
+                }
+                place
+            });
+            (joint.predecessor, joint.successor) = (predecessor, successor);
+        }
+    }
+
     /// Starts joints with play in the middle of it and without motion in it, unless the author states where they, or
     /// the bodies, are: the contacts alone would leave the mechanism open.
     pub(super) fn start_in_play(&self, initial: &mut Vec<Initial>) {
@@ -100,12 +129,10 @@ impl Reader<'_> {
             let is_zero = |axis: Expr| self.pool.is_zero(axis);
             let middle: Vec<(usize, Expr)> = match play.form {
                 Form::Pin(_) => vec![(0, zero), (1, zero)],
-                Form::Slide { angle, axes: [[x, y, _], _], .. } => match (is_zero(x), is_zero(y)) {
-                    (_, true) => vec![(1, zero), (2, angle)],
-                    (true, _) => vec![(0, zero), (2, angle)],
-                    // The way across is no coordinate.
-                    _ => continue,
-                },
+                Form::Slide { angle, axes: [[x, ..], _], .. } => {
+                    let across = usize::from(!is_zero(x));
+                    vec![(across, zero), (2, angle)]
+                }
             };
             let bodies = play.ends.map(|end| end.body);
             let is_known = |of: &Initial, is_rate: bool| match of.measure {

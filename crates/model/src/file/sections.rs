@@ -90,6 +90,7 @@ impl Reader<'_> {
         let mut bodies = self.read_bodies(root);
         let mut joints = self.read_joints(root);
         self.build_flexible(root, &mut bodies, &mut joints);
+        self.turn_slides(&mut bodies, &mut joints);
         self.joint_ends = joints
             .iter()
             .map(|joint| joint.as_ref().map(|j| [j.predecessor, j.successor]))
