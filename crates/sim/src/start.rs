@@ -233,7 +233,10 @@ pub fn start_at(
     if !at.is_finite() {
         return Err(StartError::NotFinite { q, v });
     }
-    let mut multipliers = compiled.multiplier_system(&dependence.dependent);
+    // Contacts are open until their modes are found: with all of them closed many bodies are one full matrix.
+    let contacts = equations.n_bilateral..compiled.nc();
+    let inactive: Vec<usize> = dependence.dependent.iter().copied().chain(contacts).collect();
+    let mut multipliers = compiled.multiplier_system(&inactive);
     if let Some(coordinates) = multipliers.motion_without_inertia(&at, &jacobian) {
         return Err(StartError::NoInertia { coordinates, q });
     }
