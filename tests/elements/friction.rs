@@ -2,7 +2,9 @@
 
 use crate::support::elements::Quantity::{Acceleration, Measure};
 use crate::support::elements::{check, check_rows, column, number, reference, text};
-use crate::support::{Measures, Within, at, close, coordinate, derive, model, reaction, signal, solve};
+use crate::support::{
+    Measures, Within, at, close, coordinate, derive, model, reaction, signal, solve,
+};
 
 fn within(absolute: f64) -> Within {
     Within { relative: 0.0, absolute }

@@ -262,11 +262,15 @@ fn a_linkage_with_play_begins_closed_and_keeps_near_to_the_one_without() {
 fn a_slide_with_play_rests_on_its_guide_at_any_slope() {
     let element = "[joints.J]\ntype = \"prismatic\"\nbetween = [\"ground.F\", \"part.G\"]\ndirection = \"10 deg\"\nangle = \"40 deg\"\n\
                    clearance = \"2 mm\"\nlength = \"100 mm\"\nmu = 1\n";
-    let text = with_play("", element, "J = { position1 = 0, position2 = \"-0.002 m\", angle = \"40 deg\" }\n\
-                                       part = { vx = 0, vy = 0, rate = 0 }")
-        .replace("points = { O", "points = { F = { at = [0, 0], rpy = [0, 0, \"20 deg\"] }, O")
-        .replace("points = { A", "points = { G = { at = [0, 0], rpy = [0, 0, \"-30 deg\"] }, A")
-        .replace("30 N", "0 N")
+    let text = with_play(
+        "",
+        element,
+        "J = { position1 = 0, position2 = \"-0.002 m\", angle = \"40 deg\" }\n\
+                                       part = { vx = 0, vy = 0, rate = 0 }",
+    )
+    .replace("points = { O", "points = { F = { at = [0, 0], rpy = [0, 0, \"20 deg\"] }, O")
+    .replace("points = { A", "points = { G = { at = [0, 0], rpy = [0, 0, \"-30 deg\"] }, A")
+    .replace("30 N", "0 N")
         + "[outputs]\npress = \"contacts.J_right.force\"\nrub = \"contacts.J_right.friction\"\nleft = \"contacts.J_left.gap\"\n";
     let mechanism = derive(model(&text));
     let motion = solve(&mechanism);

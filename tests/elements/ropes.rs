@@ -134,3 +134,95 @@ fn a_rope_is_the_same_as_constraint_as_spring_and_by_hand() {
     close("fall on a stiff rope", at(&motion, 0.5).q[0], -0.5 * g / 5.0 * 0.25, loose);
     close("pull of a stiff rope", signal(&mechanism, at(&motion, 0.5), "rope_pull"), pull, loose);
 }
+
+/// A pendulum on a string of 1 m, with what the string meets below its fixed end.
+fn pendulum(node: &str, keys: &str, x: f64, t_end: f64) -> String {
+    format!(
+        "[ground]\npoints = {{ O = [0, 0], P = [0, -0.5] }}\n\
+         [bodies.bob]\nmass = 2\nfree = true\npoints = {{ C = [0, 0] }}\n\
+         [couplings.string]\ntype = \"rope\"\nover = [\"ground.O\", {{ pulley = \"ground.P\", {node} }}, \"bob.C\"]\n\
+         {keys}\n[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n\
+         [initial]\nbob = {{ x = {x}, y = {}, vx = 0, vy = 0 }}\n\
+         [outputs]\nx = \"bob.x\"\ny = \"bob.y\"\npull = \"couplings.string\"\n\
+         [solve]\nt_end = {t_end}\nevery = {}\nrtol = 1e-11\natol = 1e-12\n",
+        -(1.0 - x * x).sqrt(),
+        t_end / 100.0
+    )
+}
+
+/// Period of a pendulum that swings to this angle, s, by the arithmetic-geometric mean.
+fn period(length: f64, angle: f64) -> f64 {
+    let (mut a, mut b) = (1.0, (angle / 2.0).cos());
+    for _ in 0..20 {
+        (a, b) = (0.5 * (a + b), (a * b).sqrt());
+    }
+    std::f64::consts::TAU * (length / 9.81).sqrt() / a
+}
+
+/// Galileo's pendulum: its string meets a peg, swings on at half its length to the same height, and comes back.
+#[test]
+fn a_string_meets_a_peg_and_leaves_it_again() {
+    let angle = 40_f64.to_radians();
+    let rise = 1.0 - angle.cos();
+    let above = (1.0 - 2.0 * rise).acos();
+    let whole = 0.5 * (period(1.0, angle) + period(0.5, above));
+    let eye = "radius = 0, turn = \"left\", leaves = true";
+    let within = Within { relative: 0.0, absolute: 2e-8 };
+    for keys in ["", "slack = true"] {
+        let mechanism = derive(model(&pendulum(eye, keys, -angle.sin(), whole)));
+        let motion = solve(&mechanism);
+        let end = motion.samples.last().expect("a sample");
+        close("x", signal(&mechanism, end, "x"), -angle.sin(), within);
+        close("y", signal(&mechanism, end, "y"), -angle.cos(), within);
+        // From side to side it takes half of both periods.
+        let there = pendulum(eye, keys, -angle.sin(), 0.5 * whole);
+        let mechanism = derive(model(&there));
+        let motion = solve(&mechanism);
+        let end = motion.samples.last().expect("a sample");
+        close("x", signal(&mechanism, end, "x"), 0.5 * above.sin(), within);
+        close("y", signal(&mechanism, end, "y"), -0.5 - 0.5 * above.cos(), within);
+        close("pull", signal(&mechanism, end, "pull"), 2.0 * 9.81 * above.cos(), within);
+        assert!(motion.summary.energy.worst_error < 1e-9, "{}", motion.summary.energy.worst_error);
+    }
+}
+
+/// Around a post of some size: as long as it is wound on as the string that is held to it, beside it straight.
+#[test]
+fn a_string_leaves_a_round_post_where_it_is_straight() {
+    for (turn, x) in [("left", 0.6), ("right", -0.6)] {
+        let post = |leaves: &str| {
+            let node = format!("radius = 0.02, turn = \"{turn}\"{leaves}");
+            let mechanism = derive(model(&pendulum(&node, "", x, 2.0)));
+            let motion = solve(&mechanism);
+            let all: Vec<[f64; 2]> = (motion.samples.iter())
+                .map(|sample| ["x", "y"].map(|name| signal(&mechanism, sample, name)))
+                .collect();
+            (all, motion.summary.left.map(|(t, _)| t))
+        };
+        let (held, left) = post("");
+        let (free, none) = post(", leaves = true");
+        let left = left.expect("it would leave");
+        assert_eq!(none, None);
+        // Straight from the eye to the bob it is as long as the tangents and the arc were at the start.
+        let sine: f64 = 0.02 / 0.5;
+        let [dx, dy] = [0.6, 0.5 - 0.8];
+        let far = f64::hypot(dx, dy);
+        let directions = [sine.asin(), (dx / -dy).atan() + (0.02_f64 / far).asin()];
+        let length = (0.25_f64 - 0.0004).sqrt()
+            + (far * far - 0.0004).sqrt()
+            + 0.02 * (directions[1] + directions[0]);
+        let (mut around, mut beside) = (0, 0);
+        for (k, ([hx, hy], [x, y])) in held.iter().zip(&free).enumerate() {
+            let t = 0.02 * f64::from(u8::try_from(k).expect("100 samples"));
+            if t < left - 0.02 {
+                close("as held", *x, *hx, Within { relative: 0.0, absolute: 1e-8 });
+                close("as held", *y, *hy, Within { relative: 0.0, absolute: 1e-8 });
+                around += 1;
+            } else if t > left + 0.02 && t < left + 0.5 {
+                close("straight", x.hypot(*y), length, Within { relative: 0.0, absolute: 1e-8 });
+                beside += 1;
+            }
+        }
+        assert!(around > 10 && beside > 10, "{around}, {beside}");
+    }
+}

@@ -13,6 +13,7 @@ use crate::constraint::{Constraint, Source};
 use crate::force::Wrench;
 use crate::kinematics::Kinematics;
 use crate::kinematics::bending::bearer;
+use crate::signal::signal_values;
 
 /// The wrenches of the part of this number with a pull of one.
 pub(crate) fn section_wrenches(
@@ -103,14 +104,36 @@ fn wrenches_of(
     rope: RopeId,
     spans: Range<usize>,
 ) -> Vec<Wrench> {
-    let rope = &model.ropes[rope.0];
-    let of_span = |k: usize| {
-        let nodes = [&rope.nodes[k], &rope.nodes[k + 1]];
+    let (pool, rope) = (&model.pool, &model.ropes[rope.0]);
+    let between = |ends: [usize; 2]| {
+        let nodes = ends.map(|k| &rope.nodes[k]);
         let centers = nodes.map(|node| kinematics.anchor(model, node.center));
         let bodies = nodes.map(|node| bearer(model, node.center));
-        span_wrenches(&model.pool, centers, centers, bodies, nodes.map(|node| node.radius))
+        span_wrenches(pool, centers, centers, bodies, nodes.map(|node| node.radius))
     };
-    spans.flat_map(of_span).collect()
+    if rope.nodes.iter().all(|node| !node.leaves) {
+        return spans.flat_map(|k| between([k, k + 1])).collect();
+    }
+    // Spans to what the rope may leave while it touches that, and the span beside it while it does not.
+    let signals = signal_values(model, kinematics);
+    let touches = |k: usize| {
+        let turn = rope.nodes[k].turn.filter(|_| rope.nodes[k].leaves)?;
+        let turn = pool.substitute(turn, &signals);
+        Some(pool.call(Function::Ge, &[turn, pool.zero()]).expect("two arguments"))
+    };
+    let part = |ends: [usize; 2], share: Expr| -> Vec<Wrench> {
+        between(ends).iter().map(|wrench| wrench.scaled(pool, share)).collect()
+    };
+    let of_span = |k: usize| match touches(k).or_else(|| touches(k + 1)) {
+        Some(touches) => part([k, k + 1], touches),
+        None => between([k, k + 1]),
+    };
+    let inner = spans.start + 1..spans.end;
+    let beside = inner.filter_map(|k| {
+        touches(k).map(|touches| part([k - 1, k + 1], pool.sub(pool.one(), touches)))
+    });
+    let beside: Vec<Wrench> = beside.flatten().collect();
+    spans.flat_map(of_span).chain(beside).collect()
 }
 
 /// The wrenches of the parts of an elastic rope, none of another; `signals` are the measures as expressions.

@@ -29,6 +29,13 @@ pub struct RopeNode {
     pub center: Anchor,
     /// Radius, m: positive where the rope turns left around it, below zero where it turns right; zero of a point.
     pub radius: Expr,
+    /// True if the rope turns left around it.
+    pub is_left: bool,
+    /// Turn of the rope about a pulley, rad, on and on from the start: an expression of signals. The rope touches where
+    /// this is not below zero.
+    pub turn: Option<Expr>,
+    /// True if the rope leaves it where the turn is below zero, else it is held to it.
+    pub leaves: bool,
 }
 
 /// A part of a rope with one pull.

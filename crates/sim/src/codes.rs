@@ -52,4 +52,5 @@ bksim_model::codes! {
     NO_FINITE_NUMBER = "R023", "a result without a finite value";
     LOG_FULL = "R024", "a log that has reached its limit";
     PARADOX = "R025", "friction that leaves no unique motion";
+    ROPE_LEAVES = "R026", "a rope that leaves a pulley";
 }

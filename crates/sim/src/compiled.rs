@@ -29,6 +29,7 @@ use crate::pressing::{Bearing, PressingMultipliers, bearings, pressing_symbols};
 use crate::redundancy::{
     Effort, MovingInstant, Redundancy, SelfStress, Transmissions, Uniqueness, Yields, resting,
 };
+use crate::rope_turns::RopeTurns;
 use crate::sampled::{SampledSignals, Sampling};
 use crate::whole_sample::{SampleParts, WholeSample};
 use crate::whole_step::{StepParts, WholeStep};
@@ -50,6 +51,8 @@ pub struct CompiledSystem {
     pub sources: Vec<Source>,
     /// Constraint rows of ropes that stay taut.
     pub(crate) taut_ropes: Vec<usize>,
+    /// Turns of ropes about pulleys that they are held to.
+    pub(crate) rope_turns: Option<RopeTurns>,
     /// Names of the joints, in file order; reactions follow it.
     pub joints: Vec<String>,
     /// The couplings, each with its force or moment.
@@ -196,6 +199,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
             let rows = 0..system.constraints.len();
             rows.filter(|&row| is_rope(system.constraints[row].source)).collect()
         },
+        rope_turns: RopeTurns::compile(model, system, &q, &parameters)?,
         joints: model.joints.iter().map(|j| j.name.clone()).collect(),
         couplings: coupling_quantities(model),
         drives: drive_quantities(model),

@@ -28,6 +28,7 @@ pub mod powers;
 mod pressing;
 pub mod quantities;
 pub mod redundancy;
+mod rope_turns;
 pub mod run;
 pub mod sampled;
 pub mod sensitivity;

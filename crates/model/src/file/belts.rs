@@ -368,13 +368,13 @@ impl Reader<'_> {
     }
 
     /// Cross product and dot product of two directions.
-    fn between_directions(&self, a: [Expr; 2], b: [Expr; 2]) -> [Expr; 2] {
+    pub(super) fn between_directions(&self, a: [Expr; 2], b: [Expr; 2]) -> [Expr; 2] {
         let pool = &self.pool;
         let cross = pool.sub(pool.mul(a[0], b[1]), pool.mul(a[1], b[0]));
         [cross, pool.add(pool.mul(a[0], b[0]), pool.mul(a[1], b[1]))]
     }
 
-    fn angle_of(&self, sine: Expr, cosine: Expr) -> Expr {
+    pub(super) fn angle_of(&self, sine: Expr, cosine: Expr) -> Expr {
         self.pool.call(Function::Atan2, &[sine, cosine]).expect("two arguments")
     }
 

@@ -96,6 +96,7 @@ crate::codes! {
     NO_PLAY = "M130", "keys of play without a clearance";
     UNKNOWN_CASE = "M135", "a load case that the model has not";
     NO_CHANGE = "M136", "a load case that changes nothing of the model";
+    NOT_LEFT = "M137", "a place that a rope cannot leave";
     HERTZ = "M142", "hertz where an angle is counted in radians";
 }
 

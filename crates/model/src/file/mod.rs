@@ -60,6 +60,7 @@ mod joint_types;
 mod joints;
 mod latched;
 mod laws;
+mod leaving;
 mod letters;
 mod loads;
 mod lookup;

@@ -14,6 +14,7 @@ use bksim_expr::{Expr, Function};
 
 use super::belts::{Strand, Twin, Wheel};
 use super::codes;
+use super::leaving::Beside;
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Value};
 use super::units::Quantity;
@@ -33,7 +34,8 @@ pub(super) const ROPE_KEYS: &[&str] =
     &["type", "over", "length", "EA", "stiffness", "damping", "slack", "restitution"];
 
 /// Keys of what a rope goes over; `pulley` and `drum` are the same thing inside and at an end.
-const NODE_KEYS: [&str; 7] = ["pulley", "drum", "radius", "turn", "slips", "mu", "static"];
+const NODE_KEYS: [&str; 8] =
+    ["pulley", "drum", "radius", "turn", "slips", "mu", "static", "leaves"];
 
 /// The senses in which a rope goes around a pulley.
 const TURNS: [(&str, bool); 2] = [("left", true), ("right", false)];
@@ -48,6 +50,8 @@ struct Stop {
     holds: bool,
     /// Coefficients of friction where it slips under a large difference of pulls.
     mu: Option<[Expr; 2]>,
+    /// True if the rope may leave it.
+    leaves: bool,
 }
 
 /// How a rope resists being longer.
@@ -107,6 +111,11 @@ impl Reader<'_> {
             );
             return None;
         }
+        let marks: Vec<(bool, bool)> =
+            stops.iter().map(|stop| (stop.leaves, stop.mu.is_some())).collect();
+        if !self.check_leaves(&marks, fields) {
+            return None;
+        }
         Some(self.lay_rope(name, fields, &stops, &give?, length))
     }
 
@@ -117,7 +126,14 @@ impl Reader<'_> {
         let Value::Table(table) = &node.value else {
             let center = self.anchor(node, &what, &fields.owner)?;
             let wheel = self.rope_wheel(center, zero, false, node, fields)?;
-            return Some(Stop { wheel, center, is_left: true, holds: is_end, mu: None });
+            return Some(Stop {
+                wheel,
+                center,
+                is_left: true,
+                holds: is_end,
+                mu: None,
+                leaves: false,
+            });
         };
         let owner = format!("`over` of {}", fields.owner);
         let own = Fields::open(self, table, owner, node.span.clone(), &NODE_KEYS);
@@ -152,9 +168,10 @@ impl Reader<'_> {
         let mu = self.rope_friction(&own, is_end || is_eye)?;
         let center = center?;
         let holds = is_end || !(slips || is_eye || center.body == GROUND || mu.is_some());
+        let leaves = self.rope_leaves(&own, (is_end, holds))?;
         let signed = if is_left { radius.expr } else { self.pool.neg(radius.expr) };
         let wheel = self.rope_wheel(center, signed, holds || mu.is_some(), node, fields)?;
-        Some(Stop { wheel, center, is_left, holds, mu })
+        Some(Stop { wheel, center, is_left, holds, mu, leaves })
     }
 
     /// Coefficients of the friction of a rope, `Some(None)` where they are not stated.
@@ -315,10 +332,25 @@ impl Reader<'_> {
         length: Option<Expr>,
     ) -> Vec<Coupling> {
         let n_spans = stops.len() - 1;
-        let spans: Vec<Strand> =
+        let mut spans: Vec<Strand> =
             (0..n_spans).map(|k| self.strand(&stops[k].wheel, &stops[k + 1].wheel)).collect();
-        // Arcs around what the rope goes over.
+        let mut turns = vec![None; stops.len()];
+        for k in 1..n_spans {
+            let wheels = [&stops[k - 1].wheel, &stops[k].wheel, &stops[k + 1].wheel];
+            let beside = Beside { wheels, is_left: stops[k].is_left };
+            let [before, after] = &mut spans[k - 1..=k] else { unreachable!("two spans") };
+            if stops[k].leaves {
+                turns[k] = Some(self.leave(&beside, [before, after]));
+            } else if !self.pool.is_zero(stops[k].wheel.radius) {
+                let first = self.wrap(stops[k].is_left, before, after).first;
+                turns[k] = Some(self.turn_about(beside.is_left, [before, after], first));
+            }
+        }
+        // Arcs around what the rope goes over; that of a place which it may leave is in the span before it.
         let arc = |reader: &Self, k: usize| {
+            if stops[k].leaves {
+                return Twin { now: reader.pool.zero(), first: reader.pool.zero() };
+            }
             let wrap = reader.wrap(stops[k].is_left, &spans[k - 1], &spans[k]);
             let radius = stops[k].wheel.radius;
             let radius = if stops[k].is_left { radius } else { reader.pool.neg(radius) };
@@ -430,8 +462,11 @@ impl Reader<'_> {
             }
             sections.push(RopeSection { name: own, spans: from..to, excess, pull });
         }
-        let nodes =
-            stops.iter().map(|s| RopeNode { center: s.center, radius: s.wheel.radius }).collect();
+        let node = |(stop, turn): (&Stop, Option<Expr>)| {
+            let Stop { center, is_left, leaves, .. } = *stop;
+            RopeNode { center, radius: stop.wheel.radius, is_left, turn, leaves }
+        };
+        let nodes = stops.iter().zip(turns).map(node).collect();
         let span = fields.location(&["over"]);
         self.ropes.push(Rope { name: name.to_owned(), nodes, sections, length, span });
         couplings

@@ -9,7 +9,9 @@ use crate::geometry::{Plane, arc};
 use crate::{Attached, Form, Role, Shape, Span, SpanKind};
 
 /// A rope where the start puts what it goes over.
-struct Laid {
+struct Laid<'a> {
+    /// What the rope touches there.
+    touched: Vec<&'a RopeNode>,
     /// Centres and radii in the world, m; radii below zero where the rope turns right.
     nodes: Vec<([f64; 2], f64)>,
     /// Where each span leaves one and meets the next.
@@ -40,7 +42,7 @@ impl Sketch<'_> {
                 let (from, to) = (angle(pair[0][1]), angle(pair[1][0]));
                 let turn = (radius.signum() * (to - from)).rem_euclid(std::f64::consts::TAU);
                 let points = arc(center, radius.abs(), from, from + radius.signum() * turn);
-                shapes.extend(self.on_carrier(&rope.nodes[k + 1], &points));
+                shapes.extend(self.on_carrier(laid.touched[k + 1], &points));
             }
         }
         shapes
@@ -53,7 +55,7 @@ impl Sketch<'_> {
             let Some(laid) = self.laid_rope(rope) else { continue };
             for (k, touching) in laid.spans.iter().enumerate() {
                 let end = |node: usize, [x, y]: [f64; 2]| {
-                    let body = self.carrier_of(&rope.nodes[node]);
+                    let body = self.carrier_of(laid.touched[node]);
                     let pose = self.numbers.first_pose(body)?;
                     Some(Attached { body, position: position_on(pose, [x, y, 0.0]) })
                 };
@@ -88,15 +90,29 @@ impl Sketch<'_> {
     }
 
     /// A rope at the first instant, if that is known and its spans have a way.
-    fn laid_rope(&self, rope: &Rope) -> Option<Laid> {
+    fn laid_rope<'a>(&self, rope: &'a Rope) -> Option<Laid<'a>> {
         let node = |node: &RopeNode| {
             let at = self.numbers.attached(node.center);
             let [x, y, _] = self.numbers.first_pose(at.body)?.place(at.position);
             Some(([x, y], self.numbers.value(node.radius)))
         };
-        let nodes = rope.nodes.iter().map(node).collect::<Option<Vec<_>>>()?;
+        let all = rope.nodes.iter().map(node).collect::<Option<Vec<_>>>()?;
+        // What the rope may leave it touches where it is bent around it; neighbours are always touched.
+        let touches = |k: usize| {
+            if !rope.nodes[k].leaves {
+                return Some(true);
+            }
+            let [from, to] = [[k - 1, k], [k, k + 1]].map(|[a, b]| span_between(all[a], all[b]));
+            let ([ax, ay], [bx, by]) = (from?.direction, to?.direction);
+            let cross = ax * by - ay * bx;
+            Some(if rope.nodes[k].is_left { cross >= 0.0 } else { cross <= 0.0 })
+        };
+        let kept = (0..all.len()).map(|k| Some(touches(k)?.then_some(k)));
+        let kept: Vec<usize> = kept.collect::<Option<Vec<_>>>()?.into_iter().flatten().collect();
+        let nodes: Vec<_> = kept.iter().map(|&k| all[k]).collect();
+        let touched = kept.into_iter().map(|k| &rope.nodes[k]).collect();
         let span = |pair: &[([f64; 2], f64)]| Some(span_between(pair[0], pair[1])?.touching);
         let spans = nodes.windows(2).map(span).collect::<Option<Vec<_>>>()?;
-        Some(Laid { nodes, spans })
+        Some(Laid { touched, nodes, spans })
     }
 }

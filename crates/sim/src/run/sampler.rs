@@ -14,6 +14,7 @@ use super::stepper::Stepper;
 use super::summary::Summary;
 use super::work::{StepWork, WorkOver, WorkTolerance};
 use crate::compiled::CompiledSystem;
+use crate::function::Buffers;
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::sampled::Tick;
 use crate::start::Start;
@@ -44,6 +45,9 @@ pub(crate) struct Sampler {
     driving: Option<(f64, LoadId)>,
     /// Constraint rows of ropes that stay taut.
     taut_ropes: Vec<usize>,
+    /// Place of a rope that it would have left, by its number, and when, s.
+    left: Option<(f64, usize)>,
+    turns: Option<Buffers>,
     /// Up to where the present step has been passed, if it has been begun.
     passed: Option<f64>,
     /// Work at its start, J, and what its quadrature keeps to.
@@ -77,6 +81,8 @@ impl Sampler {
             second_angles: compiled.second_angles.clone(),
             driving: None,
             taut_ropes: compiled.taut_ropes.clone(),
+            left: None,
+            turns: None,
             passed: None,
             work_start: 0.0,
             work_tolerance: WorkTolerance { rtol: options.rtol, atol: options.atol, turnover: 0.0 },
@@ -413,6 +419,11 @@ impl Sampler {
         let driving = mechanism.fill_slip_friction(*t, q, v, lambda);
         self.driving = self.driving.or(driving.map(|load| (*t, load)));
         let compiled = mechanism.compiled();
+        if let (Some(turns), None) = (&compiled.rope_turns, self.left) {
+            let make = || turns.buffers(mechanism.parameters());
+            let left = turns.left(self.turns.get_or_insert_with(make), *t, q);
+            self.left = left.map(|number| (*t, number));
+        }
         compiled.share(mechanism.parameters(), (*t, q), &|_| true, (reactions, lambda));
         measure_contacts(compiled, &mut mechanism.evaluator, &mut self.sample);
     }
@@ -422,6 +433,7 @@ impl Sampler {
         let through = self.driven.map_or(0.0, |[.., sum]| sum);
         summary.energy.scale = summary.energy.scale.max(through);
         summary.driving = summary.driving.or(self.driving);
+        summary.left = summary.left.or(self.left);
         let Sample { t, lambda, .. } = &self.sample;
         let rounding = -1e-9 * largest(lambda);
         let pushing = || self.taut_ropes.iter().find(|&&row| lambda[row] < rounding);

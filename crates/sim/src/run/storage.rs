@@ -192,6 +192,11 @@ impl Summary {
             saver.real(t);
             saver.count(row);
         }
+        saver.flag(self.left.is_some());
+        if let Some((t, place)) = self.left {
+            saver.real(t);
+            saver.count(place);
+        }
         save_noise(&self.noise, saver);
         saver.flag(self.slowness.is_some());
         if let Some(slowness) = &self.slowness {
@@ -244,6 +249,8 @@ impl Summary {
         let nc = compiled.nc();
         let pushing = loader.flag()?.then(|| Ok((loader.real()?, loader.index(nc)?)));
         let pushing = pushing.transpose()?;
+        let left = loader.flag()?.then(|| Ok((loader.real()?, loader.count()?)));
+        let left = left.transpose()?;
         let noise = load_noise(loader)?;
         let slowness = loader.flag()?.then(|| Slowness::load(loader, compiled.nq())).transpose()?;
         // A length that is too large fails at the first number that is missing.
@@ -278,6 +285,7 @@ impl Summary {
             pole,
             driving,
             pushing,
+            left,
             noise,
             slowness,
             largest,

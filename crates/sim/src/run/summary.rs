@@ -38,6 +38,8 @@ pub struct Summary {
     pub driving: Option<(f64, LoadId)>,
     /// The constraint row of a taut rope that has pushed, with the first sample at which it did, s.
     pub pushing: Option<(f64, usize)>,
+    /// The place, by its number, that a rope held to it would have left, with the first sample at which it would, s.
+    pub left: Option<(f64, usize)>,
     /// That the run takes far more steps than expected, if it does.
     pub slowness: Option<Slowness>,
     /// Repeated explicit steps whose error has not fallen with their size.
