@@ -8,7 +8,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::built::{self, json_all};
 use crate::laws;
+use bksim::answered::{Role, answered};
 use bksim::model::diagnostic::Diagnostic;
+use bksim::translation::{Language, page, spoken};
 use bksim_load::{InputError, Text};
 use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -155,7 +157,7 @@ fn panic_words(panic: &(dyn Any + Send)) -> String {
 #[pyfunction]
 #[pyo3(signature = (code, lang = "en"))]
 pub(crate) fn explain(code: &str, lang: &str) -> Option<String> {
-    bksim::translation::page(code, bksim::translation::Language::of_locale(lang))
+    page(code, Language::of_locale(lang))
 }
 
 /// Panics, so that tests can see what becomes of it.
@@ -164,4 +166,22 @@ pub(crate) fn explain(code: &str, lang: &str) -> Option<String> {
 pub(crate) fn panic_for_tests(py: Python<'_>, words: Bound<'_, PyString>) -> PyResult<()> {
     let words = words.to_string();
     guard(py, move || -> Result<(), Fault> { std::panic::panic_any(words) })
+}
+
+/// Sets the language of what is shown for people, by a locale such as `vi_VN.UTF-8`.
+#[pyfunction]
+pub(crate) fn speak(locale: &str) {
+    bksim::translation::speak(Language::of_locale(locale));
+}
+
+/// A heading, a label or a sentence in the language that is spoken; the text itself where it is English.
+#[pyfunction]
+pub(crate) fn said(text: &str) -> String {
+    answered(text, Role::Heading, spoken())
+}
+
+/// An answer of several lines in the language that is spoken.
+#[pyfunction]
+pub(crate) fn said_answer(text: &str) -> String {
+    bksim_cli::output::translated(text).into_owned()
 }

@@ -116,6 +116,9 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(command::command, m)?)?;
     m.add_function(wrap_pyfunction!(document::examples, m)?)?;
     m.add_function(wrap_pyfunction!(fault::explain, m)?)?;
+    m.add_function(wrap_pyfunction!(fault::speak, m)?)?;
+    m.add_function(wrap_pyfunction!(fault::said, m)?)?;
+    m.add_function(wrap_pyfunction!(fault::said_answer, m)?)?;
     m.add_function(wrap_pyfunction!(fault::panic_for_tests, m)?)?;
     Ok(())
 }

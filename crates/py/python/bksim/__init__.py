@@ -74,6 +74,7 @@ from ._samples import Samples
 from ._solution import Solution, open
 from ._sampled import Sampled
 from ._stepping import SavedState, Stepping
+from ._said import speak
 from ._sweep import Failure, Sweep, sweep
 from ._values import Inputs, Parameters
 
@@ -159,6 +160,7 @@ __all__ = [
     "load",
     "loads",
     "open",
+    "speak",
     "sweep",
     "optimize",
     "synthesize",

@@ -54,10 +54,13 @@ __all__ = [
     "picture",
     "render",
     "report",
+    "said",
+    "said_answer",
     "save_log",
     "saved_again",
     "si_unit",
     "solve",
+    "speak",
     "static_of",
     "to_toml",
     "unit_word",
@@ -387,6 +390,9 @@ def figure(
 def command(arguments: list[str]) -> int: ...
 def examples() -> list[tuple[str, str]]: ...
 def explain(code: str, lang: str = "en") -> str | None: ...
+def speak(locale: str) -> None: ...
+def said(text: str) -> str: ...
+def said_answer(text: str) -> str: ...
 def _panic(words: str) -> None: ...
 
 _Operand: TypeAlias = Union["Expr", int, float]

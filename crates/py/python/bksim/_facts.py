@@ -8,6 +8,7 @@ from typing import Any
 
 from ._errors import Diagnostic, diagnostics_of
 from ._html import table
+from ._said import said
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Check:
 
     def _rows(self) -> list[list[str]]:
         def counted(what: str, names: tuple[str, ...]) -> list[str]:
-            return [what, str(len(names)), " ".join(names)]
+            return [said(what), str(len(names)), " ".join(names)]
 
         rows = [
             counted("bodies", self.bodies),
@@ -49,12 +50,12 @@ class Check:
             counted("drives", self.drives),
             counted("coordinates", self.coordinates),
             counted("cut joints", self.cut_joints),
-            ["constraints", str(self.constraints), f"{self.rank} independent"],
-            ["Grübler count", str(self.gruebler), ""],
-            ["true mobility", str(self.mobility), ""],
+            [said("constraints"), str(self.constraints), said(f"{self.rank} independent")],
+            [said("Grübler count"), str(self.gruebler), ""],
+            [said("true mobility"), str(self.mobility), ""],
             counted("redundant joints", self.redundant_joints),
         ]
-        return rows + [["warning", fault.code, fault.message] for fault in self.diagnostics]
+        return rows + [[said("warning"), fault.code, fault.message] for fault in self.diagnostics]
 
     def __str__(self) -> str:
         rows = self._rows()

@@ -27,6 +27,7 @@ from ._progress import Progress
 from ._questions import Questions
 from ._reading import read
 from ._facts import Check, Start
+from ._said import said
 from ._sampled import Sampled, held
 from ._solution import Solution
 from ._stepping import Stepping
@@ -437,7 +438,7 @@ class Model(Questions):
         try:
             engine = self._engine()
         except ModelError as refused:
-            return f"<bksim.Model {self._text()[2]!r}, refused: {first_line(refused)}>"
+            return said("<bksim.Model {}, refused: {}>").format(repr(self._text()[2]), first_line(refused))
         coordinates = counted(len(engine.coordinates()), "coordinate", "coordinates")
         return f"<bksim.Model {engine.name!r}: {coordinates}, {counted(len(engine.joints()), 'joint', 'joints')}>"
 

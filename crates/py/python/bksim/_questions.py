@@ -45,7 +45,7 @@ class Answer(Mapping[str, NDArray[np.float64]]):
         return len(self._places)
 
     def __str__(self) -> str:
-        return self._text
+        return _bksim.said_answer(self._text)
 
     def __repr__(self) -> str:
         n_rows = self._values.shape[1]

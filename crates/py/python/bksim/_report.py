@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ._html import table
+from ._said import said
 
 Table = tuple[str, list[list[str]]]
 """A table with its name; the first row is its head."""
@@ -27,7 +28,8 @@ class Report:
     @classmethod
     def of(cls, title: str, values: str, tables: list[Table]) -> Report:
         """A report from an object of JSON and tables."""
-        return cls(title, json.loads(values), tuple(tables))
+        own = tuple((said(name), [[said(cell) for cell in rows[0]], *rows[1:]]) for name, rows in tables)
+        return cls(title, json.loads(values), own)
 
     def __getitem__(self, key: str) -> Any:
         return self.values[key]

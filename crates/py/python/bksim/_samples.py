@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from . import _bksim
 from ._named import Array, Named, resolved, short_names, unknown
-from ._text import small_table
+from ._said import said
+from ._text import counted, small_table
 
 if TYPE_CHECKING:
     import pandas
+    import polars
     import pyarrow
     import xarray
 
@@ -176,8 +178,8 @@ class Samples:
         return unit
 
     def _title(self) -> str:
-        n, at = len(self._columns), "one instant" if self._is_one else f"{len(self._t)} instants"
-        return f"bksim.Samples: {n} quantities of {self._engine.name!r} at {at}"
+        n, at = len(self._columns), counted(1 if self._is_one else len(self._t), "instant", "instants")
+        return said("bksim.Samples: {} of {} at {}").format(counted(n, "quantity", "quantities"), repr(self._engine.name), at)
 
     def __repr__(self) -> str:
         columns = [("t", "s", self._t)]
@@ -195,6 +197,13 @@ class Samples:
         frame.index = pandas.Index(self._t, name="t")
         frame.attrs["units"] = {"t": "s"} | {name: unit for name, unit, _ in self._columns}
         return frame
+
+    def to_polars(self) -> polars.DataFrame:
+        """A data frame of Polars with a row per instant: ``t``, then every quantity; :meth:`unit` has their units, SI."""
+        import polars
+
+        columns = {"t": self._t} | {name: self._table[k] for name, k in self._row.items()}
+        return polars.DataFrame(columns)
 
     def to_xarray(self) -> xarray.Dataset:
         """A dataset over ``t`` with a variable per quantity, its unit and what it is in ``attrs``."""

@@ -23,6 +23,7 @@ from ._gradient import gradient
 from ._named import Array, Named, resolved, unknown
 from ._progress import Progress
 from ._report import Report
+from ._said import said
 from ._samples import Samples
 from ._show import INSTANTS, Animation, Picture, Plot
 from ._text import counted
@@ -403,7 +404,8 @@ class Solution(Samples):
         first, last = self.span
         n = len(self._t)
         how = "" if self.success else f", {self._run.ending}"
-        return f"bksim.Solution {self._engine.name!r}: {counted(n, 'sample', 'samples')}, {first:g} s to {last:g} s{how}"
+        span = said("{} s to {} s").format(f"{first:g}", f"{last:g}")
+        return f"bksim.Solution {self._engine.name!r}: {counted(n, 'sample', 'samples')}, {span}{how}"
 
     def _repr_html_(self) -> str:
         from html import escape

@@ -10,6 +10,7 @@ import numpy as np
 
 from . import _bksim
 from ._named import Array, Named, resolved, short_names, unknown
+from ._said import said
 
 
 class SavedState:
@@ -131,4 +132,4 @@ class Stepping:
         return copy.deepcopy(self)
 
     def __repr__(self) -> str:
-        return f"<bksim.Stepping {self._run.engine.name!r} at t = {self.t:g} s>"
+        return said("<bksim.Stepping {} at t = {} s>").format(repr(self._run.engine.name), f"{self.t:g}")

@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 
 from . import _bksim
 from ._html import table
+from ._said import said
 from ._text import counted, small_table
 
 if TYPE_CHECKING:
     import pandas
+    import polars
     import pyarrow
 
     from ._model import Model
@@ -331,6 +333,14 @@ class Sweep:
         frame.attrs["units"] = self._about.units
         return frame
 
+    def to_polars(self) -> polars.DataFrame:
+        """A data frame of Polars with a row per case; what failed is null. :meth:`to_arrow` has the units."""
+        import polars
+
+        frame = polars.from_arrow(self._rows.arrow())
+        assert isinstance(frame, polars.DataFrame)
+        return frame
+
     def to_arrow(self) -> pyarrow.Table:
         """An Arrow table; units are in the metadata of its fields. What failed is null."""
         import pyarrow
@@ -342,11 +352,13 @@ class Sweep:
 
     def _title(self) -> str:
         n_failed = len(self) - int(np.count_nonzero(self.ok))
-        failed = f", {n_failed} failed" if n_failed else ""
+        failed = ", " + said(f"{n_failed} failed") if n_failed else ""
         n_all = self._about.n_cases
-        cases = counted(n_all, "case", "cases") if self.is_whole else f"{len(self)} of {counted(n_all, 'case', 'cases')}"
-        varied = ", ".join(self.inputs)
-        return f"bksim.Sweep {self._about.model!r}: {cases} over {varied}{failed}"
+        cases = counted(n_all, "case", "cases")
+        if not self.is_whole:
+            cases = said("{} of {}").format(len(self), cases)
+        title = said("bksim.Sweep {}: {} over {}")
+        return title.format(repr(self._about.model), cases, ", ".join(self.inputs)) + failed
 
     def __repr__(self) -> str:
         if self._rows.path is not None:

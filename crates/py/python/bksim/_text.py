@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from ._said import said
+
 WIDTH = 96
 """Characters of a line."""
 
@@ -15,7 +17,7 @@ SHOWN = (3, 2)
 
 def counted(n: int, one: str, many: str) -> str:
     """So many things: ``1 body``, ``3 bodies``."""
-    return f"{n} {one if n == 1 else many}"
+    return said(f"{n} {one if n == 1 else many}")
 
 
 def small_table(columns: Sequence[tuple[str, str, Any]]) -> str:

@@ -15,6 +15,7 @@ from . import _bksim
 from ._checked import real
 from ._errors import ModelError
 from ._assigned import Value
+from ._said import said
 from ._sampled import Sampled
 
 NO_VALUE = frozenset({"M020", "M021", "M022", "M024", "M030", "M031", "M032", "M033"})
@@ -126,7 +127,7 @@ class Parameters(MutableMapping[str, float]):
             known = self._values()
         except ModelError as refused:
             set_to = ", ".join(f"{name} = {value}" for name, value in self._model._overrides.items())
-            return f"<refused with {set_to or 'its own values'}: {first_line(refused)}>"
+            return said("<refused with {}: {}>").format(set_to or said("its own values"), first_line(refused))
         rows = (f"{name}: {value:g} {unit}".strip() for name, (value, unit) in known.items())
         return "{" + ", ".join(rows) + "}"
 
