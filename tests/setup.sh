@@ -8,6 +8,8 @@ cd "$(dirname "$0")/.."
 
 python3 -m venv target/venv
 target/venv/bin/pip install -q -r tests/requirements.txt
+# Pyright fetches its own program when it first runs.
+target/venv/bin/python -m pyright --version >/dev/null
 
 missing=()
 has() { command -v "$1" >/dev/null; }

@@ -72,6 +72,9 @@ fn the_package_is_typed_documented_and_tested() {
     run("docstrings", &folder, &[&doctest[..], &settings, &[package]].concat());
     run("mypy", &folder, &["-m", "mypy", "--strict", "-p", "bksim"]);
     run("programs", &folder, &["-m", "mypy", "--strict", "tests/typed.py"]);
+    let own = python();
+    let own = own.to_str().expect("a path");
+    run("pyright", &folder, &["-m", "pyright", "--pythonpath", own]);
     let stubtest = ["-m", "mypy.stubtest", "bksim._bksim"];
     run("stubtest", &folder, &stubtest);
 }

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _bksim
+from ._frames import columns_of
 
 if TYPE_CHECKING:
     from ._model import Model
@@ -84,7 +85,8 @@ def fit(
 ) -> Design:
     """Finds parameters, initial values and unknowns of sensors from measured curves.
 
-    ``data`` is the path of a table, its text, or columns by their headings, ``{"t [s]": t, "theta [deg]": theta}``;
+    ``data`` is the path of a table, its text, columns by their headings, ``{"t [s]": t, "theta [deg]": theta}``, or a data
+    frame of pandas or Polars, a dataset of xarray or a table of Arrow, with headings of that kind or units of its own;
     a list of them is several runs, and ``(table, {"m": "2 kg"})`` one with other values of parameters. Without
     further arguments the question is the section ``[fit]`` of the model.
 
@@ -206,12 +208,11 @@ def _written(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, int):
         return str(value)
-    if isinstance(value, Sequence) or hasattr(value, "tolist"):
-        items = value.tolist() if hasattr(value, "tolist") else value
-        if isinstance(items, list) or isinstance(items, tuple):
-            return "[" + ", ".join(_written(item) for item in items) + "]"
-        value = items
-    return repr(float(value))
+    # Arrays and numbers of NumPy have lists and numbers in them.
+    items: Any = value.tolist() if hasattr(value, "tolist") else value
+    if isinstance(items, (list, tuple)):
+        return "[" + ", ".join(_written(item) for item in items) + "]"
+    return repr(float(items))
 
 
 def _measured(run: Any, number: int) -> tuple[str, str, list[tuple[str, str]]]:
@@ -220,9 +221,10 @@ def _measured(run: Any, number: int) -> tuple[str, str, list[tuple[str, str]]]:
     if isinstance(run, tuple):
         run, values = run
     of_run = [(name, str(value)) for name, value in values.items()]
-    if isinstance(run, Mapping):
-        columns = [list(column) for column in run.values()]
+    found = columns_of(run)
+    if found is not None:
+        columns = [list(column) for column in found.values()]
         rows = [",".join(repr(float(cell)) for cell in row) for row in zip(*columns, strict=True)]
-        return f"run {number}", "\n".join([",".join(run), *rows, ""]), of_run
+        return f"run {number}", "\n".join([",".join(found), *rows, ""]), of_run
     text, name = _text_of(run)
     return name, text, of_run
