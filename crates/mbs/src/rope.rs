@@ -114,9 +114,9 @@ fn wrenches_of(
     if rope.nodes.iter().all(|node| !node.leaves) {
         return spans.flat_map(|k| between([k, k + 1])).collect();
     }
-    // Spans to what the rope may leave while it touches that, and the span beside it while it does not.
+    // Spans to what the rope may leave while they are in contact, and the straight span past it while they are not.
     let signals = signal_values(model, kinematics);
-    let touches = |k: usize| {
+    let in_contact = |k: usize| {
         let turn = rope.nodes[k].turn.filter(|_| rope.nodes[k].leaves)?;
         let turn = pool.substitute(turn, &signals);
         Some(pool.call(Function::Ge, &[turn, pool.zero()]).expect("two arguments"))
@@ -124,16 +124,16 @@ fn wrenches_of(
     let part = |ends: [usize; 2], share: Expr| -> Vec<Wrench> {
         between(ends).iter().map(|wrench| wrench.scaled(pool, share)).collect()
     };
-    let of_span = |k: usize| match touches(k).or_else(|| touches(k + 1)) {
-        Some(touches) => part([k, k + 1], touches),
+    let of_span = |k: usize| match in_contact(k).or_else(|| in_contact(k + 1)) {
+        Some(in_contact) => part([k, k + 1], in_contact),
         None => between([k, k + 1]),
     };
     let inner = spans.start + 1..spans.end;
-    let beside = inner.filter_map(|k| {
-        touches(k).map(|touches| part([k - 1, k + 1], pool.sub(pool.one(), touches)))
+    let straight = inner.filter_map(|k| {
+        in_contact(k).map(|in_contact| part([k - 1, k + 1], pool.sub(pool.one(), in_contact)))
     });
-    let beside: Vec<Wrench> = beside.flatten().collect();
-    spans.flat_map(of_span).chain(beside).collect()
+    let straight: Vec<Wrench> = straight.flatten().collect();
+    spans.flat_map(of_span).chain(straight).collect()
 }
 
 /// The wrenches of the parts of an elastic rope, none of another; `signals` are the measures as expressions.

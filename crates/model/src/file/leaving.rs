@@ -17,7 +17,7 @@ use crate::diagnostic::Diagnostic;
 
 /// A node that the rope may leave, between its neighbours.
 pub(super) struct Beside<'a> {
-    /// What the rope touches before the node, the node, and what it touches after it.
+    /// The wheel before the node, that of the node, and the one after it.
     pub(super) wheels: [&'a Wheel; 3],
     /// True if the rope turns left around the node.
     pub(super) is_left: bool,

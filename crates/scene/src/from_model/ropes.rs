@@ -10,7 +10,7 @@ use crate::{Attached, Form, Role, Shape, Span, SpanKind};
 
 /// A rope where the start puts what it goes over.
 struct Laid<'a> {
-    /// What the rope touches there.
+    /// The nodes that the rope is in touch with.
     touched: Vec<&'a RopeNode>,
     /// Centres and radii in the world, m; radii below zero where the rope turns right.
     nodes: Vec<([f64; 2], f64)>,
