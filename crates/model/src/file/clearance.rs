@@ -111,7 +111,7 @@ impl Reader<'_> {
                 let body = bodies[place.body.0].0.as_mut();
                 let point = body.zip(place.point).and_then(|(body, id)| body.points.get_mut(id.0));
                 if let Some(point) = point {
-                    point.orientation.push(turn.clone());
+                    point.orientation.push(turn);
                 }
                 place
             });
