@@ -112,3 +112,12 @@ pub enum SolidForm {
     /// Triangles between corners.
     Mesh(Mesh),
 }
+
+/// Whether motion is confined to the plane z = const.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Space {
+    /// All rotation axes along z, all translations in the plane.
+    Planar,
+    /// No restriction.
+    Spatial,
+}

@@ -2,10 +2,10 @@
 
 use bksim_expr::Expr;
 
+use crate::body::Space;
 use crate::body::{Anchor, FixedTurn};
 use crate::diagnostic::Span;
 use crate::ids::{CurveId, Vector};
-use crate::model::Space;
 use crate::questions::{data_of_kinds, sorts_of_kinds};
 
 mod types;

@@ -47,7 +47,7 @@ mod table;
 
 pub use assembly::{AssemblyChoice, ChosenAssembly, FoundAssembly};
 pub use belt::{Belt, BeltWheel};
-pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm};
+pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm, Space};
 pub use compliance::Compliance;
 pub use contact::{Base, ContactPair, EdgesForm, Place, Reach, Round, Shape};
 pub use coupling::{Coupling, CouplingKind, Flanks, Rack, Wheels};
@@ -67,7 +67,7 @@ pub use measure::{
 };
 pub use measure_names::{ENERGIES, free_motion_names, reaction_words};
 pub use mesh::{Mesh, MeshFault, MeshMoments};
-pub use model::{CoordinatePolicy, Model, Parameter, Space};
+pub use model::{CoordinatePolicy, Model, Parameter};
 pub use range::StatedRange;
 pub use rope::{Rope, RopeNode, RopeSection};
 pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};

@@ -1,10 +1,11 @@
 //! Measures by the names that expressions of a model file use, and their units.
 
 use crate::body::Body;
+use crate::body::Space;
 use crate::ids::{BodyId, ContactId, DriveId, JointId, PointId, StateId};
 use crate::joint::{MotionKind, motion_words};
 use crate::measure::{Axis, ContactPart, Frame, Initial, LinePart, Measure, Resultant};
-use crate::model::{Model, Space};
+use crate::model::Model;
 use crate::state::NamedSignal;
 
 /// A word of the model file, and what it measures of a body or its point.

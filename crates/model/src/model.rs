@@ -10,7 +10,7 @@ use bksim_expr::{Expr, Pool, PoolSnapshot, SymbolId};
 
 use crate::assembly::ChosenAssembly;
 use crate::belt::Belt;
-use crate::body::Body;
+use crate::body::{Body, Space};
 use crate::compliance::Compliance;
 use crate::contact::ContactPair;
 use crate::coupling::Coupling;
@@ -216,15 +216,6 @@ pub struct Parameter {
     pub unit: String,
     /// Position of the value in the model text.
     pub span: Span,
-}
-
-/// Whether motion is confined to the plane z = const.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Space {
-    /// All rotation axes along z, all translations in the plane.
-    Planar,
-    /// No restriction.
-    Spatial,
 }
 
 /// The choice of the joints that are cut.

@@ -13,11 +13,11 @@ use bksim_expr::{Expr, SymbolId};
 use super::bodies::BodyFacts;
 use super::codes;
 use super::reader::Reader;
-use crate::body::Body;
+use crate::body::{Body, Space};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::Vector;
 use crate::message::short;
-use crate::model::{Model, Space};
+use crate::model::Model;
 
 /// The largest radius of gyration over the reach of a body whose centre of mass is apart from its points: that of a disc all of
 /// whose points are within a tenth of its radius, √½/0.1; and of one at whose centre of mass there is a point: a flywheel, of which

@@ -8,12 +8,11 @@ use super::reader::{Fields, Reader};
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
 use super::value::Scope;
-use crate::body::{Anchor, Body};
+use crate::body::{Anchor, Body, Space};
 use crate::contact::{Base, ContactPair, EdgesForm, Place, Reach, Round, Shape};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::{BodyId, ContactId};
 use crate::load::{Load, LoadKind, Opposed};
-use crate::model::Space;
 
 /// Keys of a contact.
 pub(super) const CONTACT_KEYS: [&str; 5] = ["between", "mu", "static", "rolling", "restitution"];

@@ -8,12 +8,12 @@ use super::tree::{Entry, Table, Value};
 use super::units::{self, FileUnits, find_unit};
 use super::words::closest;
 use super::{MAX_DIAGNOSTICS, Source, codes};
-use crate::body::Body;
+use crate::body::{Body, Space};
 use crate::diagnostic::Diagnostic;
 use crate::io::Io;
 use crate::joint::Joint;
 use crate::load::Load;
-use crate::model::{CoordinatePolicy, Model, Space};
+use crate::model::{CoordinatePolicy, Model};
 
 /// Sections of a model file, in the order in which they are documented.
 pub const SECTIONS: &[&str] = &[

@@ -1,7 +1,7 @@
 //! The table of the types of joints: a row for each kind, with what is true of all joints of it.
 
 use super::MotionKind::{self, Rotation as R, Translation as T};
-use crate::model::Space;
+use crate::body::Space;
 
 /// Facts that all joints of one kind share.
 #[derive(Clone, Copy, Debug)]

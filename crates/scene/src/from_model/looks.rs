@@ -9,7 +9,7 @@ pub(super) struct Look {
     pub(super) n_pins: usize,
     /// Symbol of the ground where it holds the joint.
     pub(super) on_ground: Option<Symbol>,
-    /// What slides on a rail of the first body.
+    /// The part that slides on a rail of the first body.
     pub(super) rail: Option<OnRail>,
     /// True if its pin has the direction of an axis, which both bodies have.
     pub(super) has_axle: bool,
@@ -26,7 +26,7 @@ pub(super) enum Symbol {
     Wall,
 }
 
-/// What slides on a rail.
+/// A part that slides on a rail.
 #[derive(Clone, Copy)]
 pub(super) enum OnRail {
     Block,
