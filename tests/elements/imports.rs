@@ -305,10 +305,10 @@ fn a_flat_loop_moves_though_its_axes_are_rounded() {
     let (mechanism, q, _) = at_start(&exact, initial);
     let start = mechanism.start().expect("a start");
     assert_eq!(start.mobility, 1);
-    for tilt in [1e-11, 1e-8, 1e-7, 3.7e-6, -1e-5, 5e-5] {
+    for tilt in [1e-11, 3.7e-6, -1e-5, 5e-5] {
         let found = rounded_four_bar(tilt);
         let faults: Vec<&str> = found.faults.iter().map(|fault| fault.diagnostic.code.0).collect();
-        let told: &[&str] = if tilt > 1e-9 || tilt < 0.0 { &["I027"] } else { &[] };
+        let told: &[&str] = if tilt.abs() > 1e-6 { &["I027"] } else { &[] };
         assert_eq!(faults, told, "{tilt}");
         let text = found.model.expect("a model");
         let (mechanism, near, _) = at_start(&text, initial);
@@ -322,4 +322,22 @@ fn a_flat_loop_moves_though_its_axes_are_rounded() {
     // Axes that lean on purpose stay.
     let leaning = rounded_four_bar(1e-3).model.expect("a model");
     assert!(!leaning.contains("straightened"), "{leaning}");
+}
+
+/// The pose of the file closes the loop that `connect` makes, though another way round it is shorter.
+#[test]
+fn a_loop_starts_in_the_pose_of_its_file() {
+    let text = r#"<mujoco model="loop"><compiler angle="radian"/><worldbody>
+      <body name="a" pos="0.1 0 0.2" euler="0.7 0.4 0.2"><joint name="A" type="ball"/>
+        <geom type="box" size="0.1 0.05 0.07" mass="1"/>
+        <body name="b" pos="0.2 0.1 0" euler="0.1 0.6 -0.8"><joint name="B" type="slide" axis="1 0.5 0.2"/>
+          <geom type="box" size="0.1 0.05 0.07" mass="1"/>
+          <body name="c" pos="-0.1 0 0.1" euler="-0.3 -0.5 -0.3"><joint name="C" type="ball" pos="0 0.03 0.04"/>
+            <geom type="box" size="0.1 0.05 0.07" mass="1"/></body></body></body>
+      <body name="d" pos="-0.2 0.1 0"><joint name="D" axis="0.3 0.2 1"/>
+        <geom type="box" size="0.1 0.05 0.07" mass="1"/></body>
+    </worldbody><equality><connect name="E" body1="c" body2="d" anchor="-0.1 -0.07 -0.04"/></equality></mujoco>"#;
+    let start = derive(model(&text_of("loop.xml", text))).start().expect("a start");
+    let is_zero = |value: &f64| value.abs() < 1e-12 || (value - 1.0).abs() < 1e-12;
+    assert!(start.q.iter().all(is_zero), "{:?}", start.q);
 }

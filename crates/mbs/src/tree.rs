@@ -54,11 +54,28 @@ impl Tree {
         }
     }
 
-    /// The tree that ignores every request to cut: it closes nothing, and so shows where the bodies
-    /// are when only joint values are known.
+    /// The tree that shows where the bodies are when only joint values are known: it closes nothing, and has joints that are
+    /// to be cut only where no others lead to a body.
     pub fn uncut(model: &Model) -> Self {
+        let may_carry = |id: JointId| !model.joints[id.0].kind.is_always_cut();
+        if model.joints.iter().all(|joint| joint.cut != Some(true)) {
+            return Self::grow(model, CoordinatePolicy::Relative, &may_carry);
+        }
+        // Which bodies hang together by the joints so far.
+        let mut island: Vec<usize> = (0..model.bodies.len()).collect();
+        let mut is_bridge = vec![false; model.joints.len()];
+        for is_cut in [false, true] {
+            for (idx, joint) in model.joints.iter().enumerate() {
+                let [from, to] = [joint.predecessor, joint.successor].map(|end| island[end.body.0]);
+                if (joint.cut == Some(true)) != is_cut || !may_carry(JointId(idx)) || from == to {
+                    continue;
+                }
+                is_bridge[idx] = true;
+                island.iter_mut().filter(|of| **of == from).for_each(|of| *of = to);
+            }
+        }
         Self::grow(model, CoordinatePolicy::Relative, &|id| {
-            !model.joints[id.0].kind.is_always_cut()
+            may_carry(id) && (is_bridge[id.0] || model.joints[id.0].cut != Some(true))
         })
     }
 
