@@ -88,8 +88,9 @@ impl Table {
 
     /// Gives a key that is there another value.
     pub(crate) fn set(&mut self, key: &str, value: String) {
-        let known = self.keys.iter_mut().find(|(known, _)| *known == key);
-        known.into_iter().for_each(|(_, old)| old.clone_from(&value));
+        if let Some((_, old)) = self.keys.iter_mut().find(|(known, _)| *known == key) {
+            *old = value;
+        }
     }
 
     /// True if the table is of a type.
