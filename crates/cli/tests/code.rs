@@ -157,9 +157,9 @@ fn code_of_examples_has_no_warnings_and_the_same_bits_on_every_processor() {
             let place = Scratch::new();
             let model = format!("{CRATE}/../../examples/{example}/model.toml");
             let output = place.run(&format!("code {model} -o code --part {part}"));
-            // Friction that follows a reaction is refused, and says so.
+            // Outlines that may touch are refused, and say so.
             if !output.status.success() {
-                assert!(text(&output.stderr).contains("[Q008]"), "{}", text(&output.stderr));
+                assert!(text(&output.stderr).contains("[Q007]"), "{}", text(&output.stderr));
                 continue;
             }
             let folder = place.path().join("code");
