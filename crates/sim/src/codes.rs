@@ -53,4 +53,5 @@ bksim_model::codes! {
     LOG_FULL = "R024", "a log that has reached its limit";
     PARADOX = "R025", "friction that leaves no unique motion";
     ROPE_LEAVES = "R026", "a rope that leaves a pulley";
+    ROPE_WOUND = "R027", "a rope that goes nearly once around a pulley";
 }

@@ -55,20 +55,10 @@ fn amplitude<'s>(
         SyntaxKind::Binary { operator: Operator::Multiply | Operator::Divide, .. } => {
             let (mut above, mut under) = (Vec::new(), Vec::new());
             factors(syntax, root, &mut above, &mut under);
-            let has_unit = |idx: &usize| match &syntax.nodes[*idx].kind {
-                SyntaxKind::Quantity { .. } | SyntaxKind::Unit { .. } => true,
-                SyntaxKind::Name(name) => {
-                    !matches!(name.as_str(), "t" | "pi") && parameter(name).is_none()
-                }
-                SyntaxKind::Call { name, .. } => !PURE.contains(&name.as_str()),
-                _ => false,
+            let of_time = |all: &[usize]| -> Option<i32> {
+                all.iter().map(|idx| time_power(syntax, *idx, parameter)).sum()
             };
-            if above.iter().chain(&under).any(has_unit) {
-                return None;
-            }
-            let of_time =
-                |all: &[usize]| all.iter().map(|idx| time_power(syntax, *idx)).sum::<i32>();
-            let power = power + of_time(&above) - of_time(&under);
+            let power = power + of_time(&above)? - of_time(&under)?;
             above.into_iter().find_map(|idx| amplitude(syntax, idx, power, parameter))
         }
         SyntaxKind::Call { name, arguments, .. }
@@ -98,16 +88,23 @@ fn factors(syntax: &Syntax, root: usize, above: &mut Vec<usize>, under: &mut Vec
     }
 }
 
-/// The power of the time that a factor is: 2 of `t^2`.
-fn time_power(syntax: &Syntax, idx: usize) -> i32 {
-    let is_time =
-        |idx: usize| matches!(&syntax.nodes[idx].kind, SyntaxKind::Name(name) if name == "t");
+/// The power of the time that a factor is, 2 of `t^2` and 1 of `3 s`; `None` of one with another unit.
+fn time_power(syntax: &Syntax, idx: usize, parameter: &dyn Fn(&str) -> Option<f64>) -> Option<i32> {
     match &syntax.nodes[idx].kind {
-        SyntaxKind::Binary { operator: Operator::Power, left, right, .. } if is_time(*left) => {
-            let SyntaxKind::Number(exponent) = &syntax.nodes[*right].kind else { return 0 };
-            [1, 2, 3].into_iter().find(|n| exponent.to_f64() == f64::from(*n)).unwrap_or(0)
+        SyntaxKind::Quantity { factors, .. } => match factors.as_slice() {
+            [only] if ["s", "ms", "min", "h"].contains(&only.name.as_str()) => Some(only.exponent),
+            _ => None,
+        },
+        SyntaxKind::Name(name) if name == "t" => Some(1),
+        SyntaxKind::Name(name) => (name == "pi" || parameter(name).is_some()).then_some(0),
+        SyntaxKind::Call { name, .. } => PURE.contains(&name.as_str()).then_some(0),
+        SyntaxKind::Binary { operator: Operator::Power, left, right, .. } => {
+            let SyntaxKind::Number(exponent) = &syntax.nodes[*right].kind else { return Some(0) };
+            let whole = [1, 2, 3].into_iter().find(|n| exponent.to_f64() == f64::from(*n));
+            Some(time_power(syntax, *left, parameter)? * whole.unwrap_or(0))
         }
-        _ => i32::from(is_time(idx)),
+        SyntaxKind::Unit { .. } => None,
+        _ => Some(0),
     }
 }
 

@@ -17,7 +17,7 @@
 use super::pole;
 use crate::codes;
 use crate::held_assembly::AssemblyChange;
-use crate::rope_turns::rope_left;
+use crate::rope_turns::{rope_left, rope_wound};
 use crate::run::Summary;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::system::SymbolicSystem;
@@ -104,6 +104,7 @@ pub fn diagnose_worth(
 
     faults.extend(summary.driving.map(|(t, load)| friction_drives(model, load, t)));
     faults.extend(summary.pushing.and_then(|(t, row)| rope_pushes(model, system, row, t)));
+    faults.extend(summary.wound.and_then(|(place, turn)| rope_wound(model, place, turn)));
     faults.extend(summary.left.and_then(|(t, place)| rope_left(model, place, t)));
     faults.extend(below_noise(model, options, summary));
     faults.extend(another_assembly(model, &summary.assembly_changes, |t| {

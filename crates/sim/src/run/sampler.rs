@@ -47,6 +47,8 @@ pub(crate) struct Sampler {
     taut_ropes: Vec<usize>,
     /// Place of a rope that it would have left, by its number, and when, s.
     left: Option<(f64, usize)>,
+    /// Place that a rope goes nearly once around at the start, by its number, and the turn, rad.
+    wound: Option<(usize, f64)>,
     turns: Option<Buffers>,
     /// Up to where the present step has been passed, if it has been begun.
     passed: Option<f64>,
@@ -82,6 +84,7 @@ impl Sampler {
             driving: None,
             taut_ropes: compiled.taut_ropes.clone(),
             left: None,
+            wound: None,
             turns: None,
             passed: None,
             work_start: 0.0,
@@ -420,15 +423,21 @@ impl Sampler {
         self.driving = self.driving.or(driving.map(|load| (*t, load)));
         let compiled = mechanism.compiled();
         if let (Some(turns), None) = (&compiled.rope_turns, self.left) {
-            let make = || turns.buffers(mechanism.parameters());
-            let left = turns.left(self.turns.get_or_insert_with(make), *t, q);
-            self.left = left.map(|number| (*t, number));
+            let is_first = self.turns.is_none();
+            let buffers = self.turns.get_or_insert_with(|| turns.buffers(mechanism.parameters()));
+            self.left = turns.left(buffers, *t, q).map(|number| (*t, number));
+            if is_first {
+                self.wound = turns.nearly_round(buffers, *t, q);
+            }
         }
         compiled.share(mechanism.parameters(), (*t, q), &|_| true, (reactions, lambda));
         measure_contacts(compiled, &mut mechanism.evaluator, &mut self.sample);
     }
 
     fn hand_out(&mut self, summary: &mut Summary, observer: &mut dyn Observer) -> Control {
+        if summary.n_samples == 0 {
+            summary.wound = self.wound;
+        }
         summary.take(&self.sample, self.potential_start, &self.second_angles);
         let through = self.driven.map_or(0.0, |[.., sum]| sum);
         summary.energy.scale = summary.energy.scale.max(through);

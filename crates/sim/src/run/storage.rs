@@ -197,6 +197,11 @@ impl Summary {
             saver.real(t);
             saver.count(place);
         }
+        saver.flag(self.wound.is_some());
+        if let Some((place, turn)) = self.wound {
+            saver.count(place);
+            saver.real(turn);
+        }
         save_noise(&self.noise, saver);
         saver.flag(self.slowness.is_some());
         if let Some(slowness) = &self.slowness {
@@ -251,6 +256,8 @@ impl Summary {
         let pushing = pushing.transpose()?;
         let left = loader.flag()?.then(|| Ok((loader.real()?, loader.count()?)));
         let left = left.transpose()?;
+        let wound = loader.flag()?.then(|| Ok((loader.count()?, loader.real()?)));
+        let wound = wound.transpose()?;
         let noise = load_noise(loader)?;
         let slowness = loader.flag()?.then(|| Slowness::load(loader, compiled.nq())).transpose()?;
         // A length that is too large fails at the first number that is missing.
@@ -286,6 +293,7 @@ impl Summary {
             driving,
             pushing,
             left,
+            wound,
             noise,
             slowness,
             largest,

@@ -40,6 +40,8 @@ pub struct Summary {
     pub pushing: Option<(f64, usize)>,
     /// The place, by its number, that a rope held to it would have left, with the first sample at which it would, s.
     pub left: Option<(f64, usize)>,
+    /// The place, by its number, that a rope goes nearly once around at the start, and the turn, rad.
+    pub wound: Option<(usize, f64)>,
     /// That the run takes far more steps than expected, if it does.
     pub slowness: Option<Slowness>,
     /// Repeated explicit steps whose error has not fallen with their size.
