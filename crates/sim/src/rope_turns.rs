@@ -12,7 +12,7 @@ use crate::function::{Buffers, Function};
 
 /// A turn below this, rad, is no rounding of one that is zero.
 const STRAIGHT: f64 = -1e-9;
-/// A turn above this at the start, rad, is more likely that of a rope which touches the other side.
+/// A turn above this at the start, rad, is more likely that of a rope on the other side.
 const NEARLY_ROUND: f64 = 5.0;
 
 /// The turns of all ropes about what they go over and do not leave, as a function of positions.
@@ -83,7 +83,7 @@ pub(crate) fn rope_wound(model: &Model, number: usize, turn: f64) -> Option<Diag
     );
     let fault = Diagnostic::warning(codes::ROPE_WOUND, message);
     Some(fault.at(rope.span.clone(), "this rope").help(format!(
-        "write `turn = \"{other}\"` of this place for a rope that touches its other side, or leave `turn = \"{own}\"` if it is right"
+        "write `turn = \"{other}\"` of this place for a rope on its other side, or leave `turn = \"{own}\"` if it is right"
     )))
 }
 

@@ -23,6 +23,13 @@ pub(crate) const LARGEST_DENSE: usize = 200;
 
 /// The shortest x that comes nearest to G x = r; NaN where an entry is not finite.
 pub(crate) fn shortest_solution(rows: &SparseRows, r: &[f64]) -> Vec<f64> {
+    // Rows of zeros, those of open contacts, say nothing of x; where bodies may touch there are many.
+    let is_zero = |row: &usize| rows.row(*row).iter().all(|&(_, g)| g == 0.0);
+    let (zeros, others): (Vec<usize>, Vec<usize>) = (0..rows.n_rows()).partition(is_zero);
+    if !zeros.is_empty() {
+        let r: Vec<f64> = others.iter().map(|&row| r[row]).collect();
+        return shortest_solution(&rows.select(&others), &r);
+    }
     if rows.n_columns.max(rows.n_rows()) > LARGEST_DENSE {
         return rows.shortest_solution(r);
     }
