@@ -57,7 +57,7 @@ fn path_of(places: &Places<'_>, name: &str) -> Option<String> {
     let plain = [&["initial", first][..], rest].concat();
     let found = [plain, with_guess]
         .into_iter()
-        .find(|path| places.find(path).is_some_and(|place| place.is_value()));
+        .find(|path| places.find(path).is_some_and(crate::scan::Place::is_value));
     found.map(|path| path.join("."))
 }
 

@@ -154,7 +154,7 @@ impl Loader {
         let (takes_values, save) = (source.takes_values, source.save.take());
         let Source { files, load, .. } = source;
         task.begin();
-        thread::spawn(move || keep_loading(files, load, &shared, &sender, changes, &wake));
+        thread::spawn(move || keep_loading(&files, load, &shared, &sender, changes, &wake));
         Self { task, takes_values, save, news, changed }
     }
 
@@ -205,7 +205,7 @@ impl Drop for Loader {
 
 /// Loads, waits for a change, and loads again, until nobody listens.
 fn keep_loading(
-    files: Vec<PathBuf>,
+    files: &[PathBuf],
     mut load: Load,
     task: &Arc<Task>,
     news: &Sender<News>,
@@ -226,7 +226,7 @@ fn keep_loading(
         }
     };
     if let Some(watch) = &mut watch {
-        watch.set_files(&files);
+        watch.set_files(files);
     }
     loop {
         task.begin();
