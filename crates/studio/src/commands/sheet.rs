@@ -42,9 +42,12 @@ struct CaseRun {
     is_complete: bool,
 }
 
+/// Reactions of all joints, then those of contacts, and the points where contacts press.
+type Bearings = (Vec<[f64; 6]>, Vec<[f64; 3]>);
+
 impl CaseRun {
-    /// Reactions of all joints, then those of contacts with the points where they press, at an instant.
-    fn bearings(&mut self, t: f64) -> Result<(Vec<[f64; 6]>, Vec<[f64; 3]>), Unreplayed> {
+    /// Reactions at an instant.
+    fn bearings(&mut self, t: f64) -> Result<Bearings, Unreplayed> {
         self.show.seek(t)?;
         let playback = self.show.playback();
         let contacts = self.contacts.as_mut();

@@ -157,16 +157,13 @@ impl Body {
                 continue;
             }
             let (name, is_place) = set_of(model, actor);
-            match sets.iter_mut().find(|set| set.name == name) {
-                Some(set) => {
-                    let at = if is_place { set.n_points } else { set.wrenches.len() };
-                    set.wrenches.insert(at, wrench);
-                    set.n_points += usize::from(is_place);
-                }
-                None => {
-                    let (wrenches, n_points) = (vec![wrench], usize::from(is_place));
-                    sets.push(Set { name, wrenches, n_points, joint: None });
-                }
+            if let Some(set) = sets.iter_mut().find(|set| set.name == name) {
+                let at = if is_place { set.n_points } else { set.wrenches.len() };
+                set.wrenches.insert(at, wrench);
+                set.n_points += usize::from(is_place);
+            } else {
+                let (wrenches, n_points) = (vec![wrench], usize::from(is_place));
+                sets.push(Set { name, wrenches, n_points, joint: None });
             }
         }
         let all: Vec<Wrench> = sets.iter().flat_map(|set| set.wrenches.clone()).collect();
