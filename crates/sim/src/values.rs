@@ -1,4 +1,4 @@
-//! [`Values`]: expressions of an instant at one set of parameters, with the modes that hold there.
+//! Expressions of an instant at one set of parameters, with the modes that hold there.
 
 use bksim_expr::{Expr, SymbolId, TapeError};
 use bksim_mbs::system::SymbolicSystem;
