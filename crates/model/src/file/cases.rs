@@ -3,6 +3,7 @@
 //! A case is merged over the tree of the text before anything else is read. Its values keep their own positions, so that
 //! a fault in one is shown where it is written, and whatever a file can say can be changed by a case.
 
+use super::naming::CASE_KEYS;
 use super::promote::leads_to_value;
 use super::reader::{Fields, Reader};
 use super::tree::{Entry, Node, Table, Value};
@@ -11,8 +12,6 @@ use super::{CASE, SECTIONS, Source, codes, syntax};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::load_case::LoadCase;
 
-/// Keys of a load case.
-pub(super) const CASE_KEYS: [&str; 2] = ["title", "set"];
 /// Sections that no case changes: they are read before, or are questions about all cases.
 const FIXED: [&str; 7] = ["name", "drawing", "use", "units", "space", "ranges", "cases"];
 /// Words of a start, which may be stated in a case alone.

@@ -1,6 +1,6 @@
 //! Keys of other programs, or of other tables: where what they say is written here.
 
-use super::cases::CASE_KEYS;
+use super::naming::CASE_KEYS;
 use super::tree::{Entry, Value};
 use super::words::closest;
 

@@ -33,6 +33,9 @@ pub const OWNERS: [(&str, &str); 11] = [
     ("acceleration", "coordinates"),
 ];
 
+/// Keys of a load case.
+pub(super) const CASE_KEYS: [&str; 2] = ["title", "set"];
+
 /// Keys whose texts are words of the format.
 const WORDS: [&str; 18] = [
     "type",

@@ -2,12 +2,12 @@
 //! itself, so that what it knows and what an editor offers are one.
 
 use super::bodies::{BODY_KEYS, GROUND_KEYS};
-use super::cases::CASE_KEYS;
 use super::couplings::{CONDITION_KEYS, COUPLINGS};
 use super::curves::CURVES;
 use super::io::IO_KEYS;
 use super::joint_types::{DISTANCE, DISTANCE_KEYS};
 use super::loads::{DRIVE_KEYS, LOADS};
+use super::naming::CASE_KEYS;
 use super::outlines::CONTACT_KEYS;
 use super::sampled::CLOCK_KEYS;
 use super::sections::SECTIONS;
