@@ -55,8 +55,9 @@ const SYNONYMS: [(&str, &str); 34] = [
 ];
 
 /// Words of other programs for options, and the option that does it here.
-const OPTIONS: [(&str, &[&str]); 6] = [
+const OPTIONS: [(&str, &[&str]); 7] = [
     ("t-end", &["duration", "time", "until", "end", "tend", "tmax", "stop-time", "end-time"]),
+    ("at", &["t", "instant", "moment", "frame"]),
     ("every", &["dt", "interval", "sample", "sampling", "output-interval"]),
     ("step", &["timestep", "time-step", "step-size", "stepsize"]),
     ("rtol", &["tol", "precision", "reltol", "accuracy"]),
@@ -128,7 +129,8 @@ fn option(word: &str, arguments: &[OsString]) -> Option<Failure> {
         format!("did you mean `--{ours}{}`?", value.unwrap_or_default())
     } else {
         // Options of a run are keys of the model, too.
-        let key = (*ours != "output" && find("set").is_some()).then(|| ours.replace('-', "_"))?;
+        let is_key = ["t-end", "every", "step", "rtol"].contains(ours);
+        let key = (is_key && find("set").is_some()).then(|| ours.replace('-', "_"))?;
         format!("set it as a key of the model: `--set solve.{key}=VALUE`")
     };
     Some(Failure::usage(format!("`{}` has no option `{word}`", command.get_name()), &help))
@@ -193,6 +195,9 @@ mod tests {
         assert!(format!("{found:?}").contains("--t-end <S>"), "{found:?}");
         let found = option("--t-end", &typed("bksim report a.toml --t-end 2"));
         assert!(format!("{found:?}").contains("--set solve.t_end=VALUE"), "{found:?}");
+        let found = option("--t", &typed("bksim render a.toml --t 2"));
+        assert!(format!("{found:?}").contains("--at <S>"), "{found:?}");
+        assert!(option("--t", &typed("bksim solve a.toml --t 2")).is_none());
         // A list of parts takes no changes.
         assert!(option("--duration", &typed("bksim parts --duration 2")).is_none());
     }
