@@ -74,7 +74,12 @@ fn amplitude<'s>(
 const PURE: [&str; 8] = ["sin", "cos", "tan", "exp", "tanh", "sign", "sinh", "cosh"];
 
 /// The factors of a product above and under its fraction line.
-fn factors(syntax: &Syntax, root: usize, above: &mut Vec<usize>, under: &mut Vec<usize>) {
+pub(super) fn factors(
+    syntax: &Syntax,
+    root: usize,
+    above: &mut Vec<usize>,
+    under: &mut Vec<usize>,
+) {
     match &syntax.nodes[root].kind {
         SyntaxKind::Binary { operator: Operator::Multiply, left, right, .. } => {
             factors(syntax, *left, above, under);

@@ -1,53 +1,80 @@
 //! Turns a second that are read as radians: `rate = "1 Hz"`, `sin(5 Hz*t)`.
 
-use bksim_expr::{BinaryOperator, Syntax, SyntaxKind};
+use std::ops::Range;
+
+use bksim_expr::{BinaryOperator as Operator, Syntax, SyntaxKind};
 
 use super::codes;
+use super::degrees::factors;
 use super::reader::Reader;
 use super::tree::Quoted;
 use super::units::Quantity;
 use crate::diagnostic::Diagnostic;
 
-/// Units of turns in time, with those that count each turn as 2π.
-const TURNS: [(&str, &str, &str); 2] = [("Hz", "rev/s", "rad/s"), ("kHz", "rev/ms", "rad/ms")];
+/// Units in which people count turns, by name and exponent, then as turns and as what is read.
+const TURNS: [(&str, i32, &str, &str); 3] =
+    [("Hz", 1, "rev/s", "rad/s"), ("kHz", 1, "rev/ms", "rad/ms"), ("min", -1, "rpm", "rad/min")];
 
-/// The node of a number in hertz that is a factor of a term of the expression at `root`, with its row of [`TURNS`]; `None`
-/// where π makes an angle of it.
-fn bare_hertz(syntax: &Syntax, root: usize) -> Option<(usize, usize)> {
-    use BinaryOperator::{Add, Divide, Multiply, Subtract};
+/// Turns in time as they are written.
+struct Counted {
+    span: Range<usize>,
+    /// Bytes of the number.
+    number: Range<usize>,
+    /// Row of [`TURNS`].
+    row: usize,
+}
+
+/// The first term of the expression at `root` that counts turns; none of those in which π, a unit of angles or a parameter
+/// may make an angle of them.
+fn bare_turns(syntax: &Syntax, root: usize) -> Option<Counted> {
+    match &syntax.nodes[root].kind {
+        SyntaxKind::Binary {
+            operator: Operator::Add | Operator::Subtract, left, right, ..
+        } => {
+            return bare_turns(syntax, *left).or_else(|| bare_turns(syntax, *right));
+        }
+        SyntaxKind::Negate(operand) => return bare_turns(syntax, *operand),
+        _ => (),
+    }
+    let (mut above, mut under) = (Vec::new(), Vec::new());
+    factors(syntax, root, &mut above, &mut under);
+    let row_of = |name: &str, exponent| {
+        TURNS.iter().position(|(known, own, ..)| *known == name && *own == exponent)
+    };
     let mut found = None;
-    let mut pending = vec![root];
-    while let Some(idx) = pending.pop() {
-        match &syntax.nodes[idx].kind {
-            SyntaxKind::Binary {
-                operator: Add | Subtract | Multiply | Divide,
-                left,
-                right,
-                ..
-            } => {
-                pending.extend([*right, *left]);
-            }
-            SyntaxKind::Negate(operand) => pending.push(*operand),
-            SyntaxKind::Name(name) if name == "pi" => return None,
-            kind @ (SyntaxKind::Quantity { factors, .. } | SyntaxKind::Unit { factors, .. }) => {
-                if let SyntaxKind::Unit { operand, .. } = kind {
-                    pending.push(*operand);
+    let mut number = None;
+    for (idx, sign) in
+        above.into_iter().map(|idx| (idx, 1)).chain(under.into_iter().map(|idx| (idx, -1)))
+    {
+        let node = &syntax.nodes[idx];
+        match &node.kind {
+            SyntaxKind::Number(_) if sign > 0 => number = Some(node.span.clone()),
+            SyntaxKind::Number(_) => (),
+            SyntaxKind::Name(name) if name == "t" => (),
+            SyntaxKind::Quantity { factors, value_span, .. } => {
+                let [only] = factors.as_slice() else { return None };
+                match row_of(&only.name, sign * only.exponent) {
+                    // The unit of `60/min` stands alone, and has the number before it.
+                    Some(row) if value_span.is_empty() => {
+                        let number = number.clone()?;
+                        found = Some(Counted { span: number.start..node.span.end, number, row });
+                    }
+                    Some(row) => {
+                        let (span, number) = (node.span.clone(), value_span.clone());
+                        found = Some(Counted { span, number, row });
+                    }
+                    None if only.name == "s" => (),
+                    None => return None,
                 }
-                if let [only] = factors.as_slice()
-                    && only.exponent == 1
-                    && let Some(row) = TURNS.iter().position(|(name, ..)| *name == only.name)
-                {
-                    found = Some((idx, row));
-                }
             }
-            _ => (),
+            _ => return None,
         }
     }
     found
 }
 
 impl Reader<'_> {
-    /// Warns of hertz in an angle, an angular velocity or the argument of a sine, which count radians.
+    /// Warns of hertz, and of what is per minute, in an angle, an angular velocity or the argument of a sine, which count radians.
     pub(super) fn check_hertz(
         &mut self,
         syntax: &Syntax,
@@ -64,11 +91,10 @@ impl Reader<'_> {
         });
         let roots: Vec<usize> = whole.into_iter().chain(arguments).collect();
         for root in roots {
-            let Some((idx, row)) = bare_hertz(syntax, root) else { continue };
-            let (hertz, turns, radians) = TURNS[row];
-            let span = syntax.nodes[idx].span.clone();
-            let written = &quoted.text[span.clone()];
-            let [turns, read] = [turns, radians].map(|unit| written.replace(hertz, unit));
+            let Some(Counted { span, number, row }) = bare_turns(syntax, root) else { continue };
+            let (.., turns, radians) = TURNS[row];
+            let (written, number) = (&quoted.text[span.clone()], &quoted.text[number]);
+            let [turns, read] = [turns, radians].map(|unit| format!("{number} {unit}"));
             let place =
                 if whole == Some(root) { what.to_owned() } else { format!("a sine in {what}") };
             let fault = Diagnostic::warning(
