@@ -1,6 +1,6 @@
 //! Axes that rounding has tilted: those of a loop, if all of them are all but parallel, are made parallel.
 //!
-//! Such a flat loop in space moves only while its axes are parallel. Files round axes and orientations to some digits, by which
+//! A flat loop in space moves only while its axes are parallel. Files round axes and orientations to some digits, by which
 //! such a loop is a rigid frame; nobody builds one on purpose with axes that differ by less than a hundredth of a degree.
 
 use std::collections::VecDeque;

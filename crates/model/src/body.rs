@@ -113,7 +113,7 @@ pub enum SolidForm {
     Mesh(Mesh),
 }
 
-/// Whether motion is confined to the plane z = const.
+/// Space in which bodies move: a plane z = const, or all three dimensions.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Space {
     /// All rotation axes along z, all translations in the plane.
