@@ -155,6 +155,8 @@ fn half_turn(model: &Model, gap: Gap) -> Option<String> {
 fn oblique_axes(model: &Model, around: &[JointId]) -> Option<String> {
     const PARALLEL: f64 = 1e-9;
     const NEARLY: f64 = 0.3;
+    /// Angle that a direction of three digits may be off, rad.
+    const ROUNDED: f64 = 2e-3;
     let turning: Vec<JointId> =
         around.iter().copied().filter(|j| model.joints[j.0].kind.is_pin()).collect();
     if turning.len() < 3 || turning.len() < around.len() {
@@ -176,9 +178,15 @@ fn oblique_axes(model: &Model, around: &[JointId]) -> Option<String> {
     let is_parallel = angles.iter().any(|(.., angle)| *angle < PARALLEL);
     let oblique = angles.iter().filter(|(.., angle)| (PARALLEL..NEARLY).contains(angle));
     let (a, b, angle) = oblique.max_by(|a, b| a.2.total_cmp(&b.2)).filter(|_| is_parallel)?;
+    let rounded = if *angle < ROUNDED {
+        "; where digits were rounded away, write the direction as a formula: \
+         `axis = [\"cos(30 deg)\", \"sin(30 deg)\", 0]`"
+    } else {
+        ""
+    };
     Some(format!(
         "the axes of joints `{}` and `{}` are {}° apart on the body between them: in a loop with \
-         parallel axes all must be parallel, unless one of these joints is `spherical`",
+         parallel axes all must be parallel, unless one of these joints is `spherical`{rounded}",
         name(model, *a),
         name(model, *b),
         estimate(angle.to_degrees())
