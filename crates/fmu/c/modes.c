@@ -101,7 +101,8 @@ static int bk_try_modes(bk_model *m) {
 }
 
 typedef struct {
-    int of;          /* a switch, or BK_NK and the contact */
+    int is_contact;
+    int of;                /* which of the contacts, or of the switches */
     int n_choices;
     double choices[3][3];  /* the numbers of the mode */
 } bk_open_mode;

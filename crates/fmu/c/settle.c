@@ -8,6 +8,7 @@ static int bk_open_modes(bk_model *m, const bk_instant *at, bk_open_mode *open) 
     for (k = 0; k < BK_NK; k++) {
         const double u = m->w.indicators[k];
         if (fabs(u) <= (bk_is_timed[k] ? 0.0 : BK_RATE_BAND + 1e-12 * fabs(u)) || at->fired[k]) {
+            open[n].is_contact = 0;
             open[n].of = k;
             open[n].n_choices = 2;
             open[n].choices[0][0] = m->s.p[BK_NOWN + k];
@@ -24,7 +25,8 @@ static int bk_open_modes(bk_model *m, const bk_instant *at, bk_open_mode *open) 
         }
         memset(one->choices, 0, sizeof one->choices);
         count = bk_is_friction[k] ? 3 : 2;
-        one->of = BK_NK + k;
+        one->is_contact = 1;
+        one->of = k;
         one->n_choices = count;
         /* One that has just let go does not hold, unless nothing else is consistent. */
         j = at->fired[BK_NK + k] && bk_was_active(at, k) ? 1 : 0;
@@ -56,12 +58,12 @@ static int bk_agrees(bk_model *m, const bk_open_mode *open, int n, double scale)
     bk_rates(x, m->s.p, rates);
     bk_indicate(m, m->s.lambda);
     for (i = 0; i < n; i++) {
-        const int k = open[i].of - BK_NK;
+        const int k = open[i].of;
         int is_right;
-        if (k < 0) {
-            const double rate = rates[open[i].of];
+        if (!open[i].is_contact) {
+            const double rate = rates[k];
             const double size = fmax(fabs(rate), a + bk_largest(m->s.v, BK_NQ));
-            is_right = m->s.p[BK_NOWN + open[i].of] * rate >= -1e-9 * size;
+            is_right = m->s.p[BK_NOWN + k] * rate >= -1e-9 * size;
         } else {
             const double force = m->s.lambda[bk_contact_row[k]], rate = rates[BK_NK + k];
             const double limit = fmax(m->w.indicators[BK_NK + 4 * k + 3], 0.0);
@@ -92,12 +94,12 @@ static int bk_choose_modes(bk_model *m, const bk_instant *at) {
             int is_held = 0;
             for (i = 0; i < n; i++) {
                 const double *mode = open[i].choices[choice[i]];
-                const int k = open[i].of - BK_NK;
-                if (k < 0) {
-                    m->s.p[BK_NOWN + open[i].of] = mode[0];
+                const int k = open[i].of;
+                if (!open[i].is_contact) {
+                    m->s.p[BK_NOWN + k] = mode[0];
                 } else {
                     bk_set_contact(m, k, mode[0], mode[1], mode[2]);
-                    is_held |= mode[0] != 0.0 && at->fired[open[i].of] && bk_was_active(at, k);
+                    is_held |= mode[0] != 0.0 && at->fired[BK_NK + k] && bk_was_active(at, k);
                 }
             }
             if ((pass == 2 || !is_held) && bk_try_modes(m)) {

@@ -133,7 +133,11 @@ impl Core {
         if self.sizes.n_switches + self.sizes.n_contacts > 0 {
             ints("is_timed", tables.timed.iter().map(|&timed| usize::from(timed)).collect());
             ints("contact_row", tables.contacts.iter().map(|contact| contact.0).collect());
-            ints("contact_at", tables.contacts.iter().map(|contact| contact.1).collect());
+            // Compilers look at what cannot be reached too: without contacts the place is one that there is.
+            let at = tables.contacts.iter().map(|contact| contact.1);
+            let at: Vec<usize> =
+                at.chain(tables.contacts.is_empty().then_some(self.sizes.n_own)).collect();
+            ints("contact_at", at);
             let friction = tables.contacts.iter().map(|contact| usize::from(contact.2));
             ints("is_friction", friction.collect());
         }
