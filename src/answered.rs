@@ -10,6 +10,7 @@
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
+use crate::pieces::{filled, key_of, pieces};
 use crate::translation::Language;
 
 struct Catalogue {
@@ -46,7 +47,8 @@ pub fn answered(text: &str, role: Role, language: Language) -> String {
 }
 
 fn found(text: &str, role: Role, catalogue: &Catalogue) -> Option<String> {
-    let (key, values) = key_of(text);
+    let pieces = pieces(text);
+    let (key, values) = key_of(&pieces);
     let is_open = role == Role::Heading || key.contains([' ', '#', '*']);
     let of_words = || is_open.then(|| catalogue.words.get(&key)).flatten();
     if let Some(words) = catalogue.cells.get(&key).or_else(of_words) {
@@ -61,60 +63,6 @@ fn found(text: &str, role: Role, catalogue: &Catalogue) -> Option<String> {
         let all = own.map(|(part, words)| words.unwrap_or_else(|| part.to_owned()));
         is_any.then(|| all.collect::<Vec<_>>().join(between))
     })
-}
-
-/// A text with `#` for its numbers and `*` for names between backticks, and these.
-fn key_of(text: &str) -> (String, Vec<&str>) {
-    let (mut key, mut values) = (String::new(), Vec::new());
-    let mut rest = text;
-    while let Some(c) = rest.chars().next() {
-        let is_first = !key.ends_with(|c: char| c.is_alphanumeric() || matches!(c, '_' | '.'));
-        let length = match c {
-            '`' => rest[1..].find('`').map_or(0, |at| at + 2),
-            _ if is_first => length_of_number(rest),
-            _ => 0,
-        };
-        if length > 0 {
-            key.push(if c == '`' { '*' } else { '#' });
-            values.push(&rest[..length]);
-            rest = &rest[length..];
-        } else {
-            key.push(c);
-            rest = &rest[c.len_utf8()..];
-        }
-    }
-    (key, values)
-}
-
-/// Bytes of the number that a text begins with: `12`, `-2.5e-16`, `−3`.
-fn length_of_number(text: &str) -> usize {
-    let after_sign = text.strip_prefix(['-', '−', '+']).unwrap_or(text);
-    let digits =
-        |text: &str| text.len() - text.trim_start_matches(|c: char| c.is_ascii_digit()).len();
-    let mut rest = &after_sign[digits(after_sign)..];
-    if rest.len() == after_sign.len() {
-        return 0;
-    }
-    if let Some(after) = rest.strip_prefix('.').filter(|after| digits(after) > 0) {
-        rest = &after[digits(after)..];
-    }
-    if let Some(after) = rest.strip_prefix('e') {
-        let after = after.strip_prefix(['-', '+']).unwrap_or(after);
-        if digits(after) > 0 {
-            rest = &after[digits(after)..];
-        }
-    }
-    text.len() - rest.len()
-}
-
-/// Words with the values of a text in the places of `#` and `*`.
-fn filled(words: &str, values: &[&str]) -> String {
-    let mut values = values.iter();
-    let put = |c: char| match c {
-        '#' | '*' => values.next().map_or_else(|| c.to_string(), |value| (*value).to_owned()),
-        _ => c.to_string(),
-    };
-    words.chars().map(put).collect()
 }
 
 #[cfg(test)]
@@ -144,7 +92,7 @@ mod tests {
             let places = |text: &str| text.matches(['#', '*']).collect::<String>();
             assert_eq!(places(english), places(words), "{english}");
             assert!(!words.trim().is_empty() && words != english, "{english}");
-            assert_eq!(key_of(english).0, *english, "{english} has a number");
+            assert_eq!(key_of(&pieces(english)).0, *english, "{english} has a number");
         }
     }
 }

@@ -73,10 +73,12 @@ pub mod design_codes;
 #[cfg(feature = "drawings")]
 mod drawing;
 mod explain;
+pub mod messages;
 pub mod modal;
 pub mod options;
 pub mod overlay;
 pub mod panels;
+mod pieces;
 pub mod reading;
 pub mod section;
 pub mod sweep_codes;

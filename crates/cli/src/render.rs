@@ -5,7 +5,6 @@ use std::io::Write;
 use annotate_snippets::{Group, Level, Renderer};
 use anstream::adapter::strip_str;
 use bksim::model::diagnostic::Diagnostic;
-use bksim::translation::{Translation, translation};
 use bksim_load::{Text, WIDTH, styled, titled};
 pub use bksim_load::{json_all, plain as plain_text};
 use serde_json::{Value, json};
@@ -14,38 +13,12 @@ use crate::exit::Failure;
 use crate::output;
 use crate::quiet::is_quiet;
 use crate::visible::{Styles, visible};
-use bksim::translation::spoken as language;
 
 /// Prints diagnostics to stderr.
 pub fn print_all(source: &Text, faults: &[Diagnostic]) {
     for fault in faults.iter().filter(|fault| fault.is_error() || !is_quiet()) {
-        match translation(fault.code.0, language()) {
-            Some(words) => to_stderr(&styled(source, &with_translation(fault, words))),
-            None => to_stderr(&styled(source, fault)),
-        }
+        to_stderr(&styled(source, fault));
     }
-}
-
-/// A diagnostic with its meaning and cure in another language after the English.
-fn with_translation(fault: &Diagnostic, words: &Translation) -> Diagnostic {
-    let notes = [&words.title, &words.meaning, &words.cure].map(|text| wrapped(text));
-    notes.into_iter().fold(fault.clone(), Diagnostic::note)
-}
-
-/// A text in lines that fit next to the mark of a note.
-fn wrapped(text: &str) -> String {
-    let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
-        let line = lines.last_mut().expect("one line at least");
-        if !line.is_empty() && line.chars().count() + word.chars().count() >= WIDTH - 20 {
-            lines.push(word.to_owned());
-        } else {
-            let space = if line.is_empty() { "" } else { " " };
-            line.push_str(space);
-            line.push_str(word);
-        }
-    }
-    lines.join("\n")
 }
 
 /// A warning about a file that is no model, on stderr.

@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 use anstream::adapter::strip_str;
+use bksim::messages::{self, phrase, worded};
 use bksim::model::diagnostic::{Diagnostic, Label, Severity};
+use bksim::translation::Translation;
 use serde_json::{Value, json};
 
 use crate::text::{Located, Text, line_and_column};
@@ -15,10 +17,15 @@ pub const WIDTH: usize = 120;
 /// One diagnostic as text with an excerpt, styled for a terminal.
 pub fn styled(source: &Text, fault: &Diagnostic) -> String {
     let level = match fault.severity {
-        Severity::Error => Level::ERROR,
-        Severity::Warning => Level::WARNING,
+        Severity::Error => named(Level::ERROR, "error"),
+        Severity::Warning => named(Level::WARNING, "warning"),
     };
-    let Located { path, text, fault } = source.locate(fault);
+    let (fault, explanation) = worded(fault);
+    let notes_of =
+        |words: &Translation| [&words.title, &words.meaning, &words.cure].map(|text| wrapped(text));
+    let explained = explanation.into_iter().flat_map(notes_of);
+    let fault = explained.fold(fault, Diagnostic::note);
+    let Located { path, text, fault } = source.locate(&fault);
     let fault = &fault;
     let path = path.display().to_string();
     let mut group = level
@@ -47,6 +54,27 @@ pub fn styled(source: &Text, fault: &Diagnostic) -> String {
     if fault.labels.is_empty() { without_margin(&rendered) } else { rendered }
 }
 
+/// A level by its word in the language that is spoken.
+fn named(level: Level<'static>, english: &'static str) -> Level<'static> {
+    level.with_name(messages::level(english))
+}
+
+/// A text in lines that fit next to the mark of a note.
+fn wrapped(text: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let line = lines.last_mut().expect("one line at least");
+        if !line.is_empty() && line.chars().count() + word.chars().count() >= WIDTH - 20 {
+            lines.push(word.to_owned());
+        } else {
+            let space = if line.is_empty() { "" } else { " " };
+            line.push_str(space);
+            line.push_str(word);
+        }
+    }
+    lines.join("\n")
+}
+
 /// A message without an excerpt needs no empty margin line below its title.
 fn without_margin(rendered: &str) -> String {
     let is_margin = |line: &&str| strip_str(line).to_string().trim() == "|";
@@ -55,10 +83,10 @@ fn without_margin(rendered: &str) -> String {
 
 fn notes<'a>(mut group: Group<'a>, fault: &'a Diagnostic) -> Group<'a> {
     for note in &fault.notes {
-        group = group.element(Level::NOTE.message(note));
+        group = group.element(named(Level::NOTE, "note").message(note));
     }
     if let Some(help) = &fault.help {
-        group = group.element(Level::HELP.message(help));
+        group = group.element(named(Level::HELP, "help").message(help));
     }
     group
 }
@@ -212,9 +240,11 @@ impl<'t> Lines<'t> {
 
 /// A message without an excerpt, styled for a terminal.
 pub fn titled(message: &str, help: Option<&str>) -> String {
-    let mut group = Group::with_title(Level::ERROR.primary_title(message));
+    let message = phrase(message);
+    let help = help.map(phrase);
+    let mut group = Group::with_title(named(Level::ERROR, "error").primary_title(message));
     if let Some(help) = help {
-        group = group.element(Level::HELP.message(help));
+        group = group.element(named(Level::HELP, "help").message(help));
     }
     without_margin(&Renderer::styled().term_width(WIDTH).render(&[group]))
 }

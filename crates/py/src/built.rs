@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use bksim::messages::{level, worded};
 use bksim::model::diagnostic::{Diagnostic, Severity};
 use bksim_load::{Text, json, plain};
 use serde_json::{Value, json};
@@ -20,17 +21,18 @@ pub(crate) fn words(source: &Text, fault: &Diagnostic) -> String {
         return plain(source, fault);
     }
     let severity = match fault.severity {
-        Severity::Error => "error",
-        Severity::Warning => "warning",
+        Severity::Error => level("error"),
+        Severity::Warning => level("warning"),
     };
+    let (fault, _) = worded(fault);
     let mut lines = vec![format!("{severity}[{}]: {}", fault.code.0, fault.message)];
     for label in &fault.labels {
         let part = part(&source.text, &label.span);
         let colon = if label.text.is_empty() { "" } else { ": " };
         lines.push(format!("  --> {part}{colon}{}", label.text));
     }
-    lines.extend(fault.notes.iter().map(|note| format!("   = note: {note}")));
-    lines.extend(fault.help.iter().map(|help| format!("   = help: {help}")));
+    lines.extend(fault.notes.iter().map(|note| format!("   = {}: {note}", level("note"))));
+    lines.extend(fault.help.iter().map(|help| format!("   = {}: {help}", level("help"))));
     lines.join("\n")
 }
 

@@ -9,6 +9,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use crate::built::{self, json_all};
 use crate::laws;
 use bksim::answered::{Role, answered};
+use bksim::messages::phrase;
 use bksim::model::diagnostic::Diagnostic;
 use bksim::translation::{Language, page, spoken};
 use bksim_load::{InputError, Text};
@@ -67,13 +68,13 @@ impl Fault {
             }
             Self::Model(message, diagnostics) => made(py, "model", &message, &diagnostics),
             Self::Assembly(message, diagnostics) => made(py, "assembly", &message, &diagnostics),
-            Self::Limit(message) => made(py, "limit", &message, "[]"),
-            Self::Log(message) => made(py, "log", &message, "[]"),
-            Self::Drawing(message) => made(py, "drawing", &message, "[]"),
+            Self::Limit(message) => made(py, "limit", &phrase(&message), "[]"),
+            Self::Log(message) => made(py, "log", &phrase(&message), "[]"),
+            Self::Drawing(message) => made(py, "drawing", &phrase(&message), "[]"),
             Self::Internal(message) => made(py, "internal", &message, "[]"),
-            Self::File(message) => PyOSError::new_err(message),
-            Self::Value(message) => PyValueError::new_err(message),
-            Self::Name(message) => PyKeyError::new_err(message),
+            Self::File(message) => PyOSError::new_err(phrase(&message)),
+            Self::Value(message) => PyValueError::new_err(phrase(&message)),
+            Self::Name(message) => PyKeyError::new_err(phrase(&message)),
             Self::Python(error) => error,
         }
     }

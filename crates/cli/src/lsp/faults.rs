@@ -3,18 +3,17 @@
 use std::ops::Range;
 
 use bksim::analysis::Positions;
+use bksim::messages::{level, worded};
 use bksim::model::Model;
 use bksim::model::cure::{Cure, cures};
 use bksim::model::diagnostic::{Diagnostic, Severity};
 use bksim::model::file::Limits;
-use bksim::translation::translation;
 use bksim::{Mechanism, Rejected};
 use bksim_load::{InputError, Request, Text, load_text};
 use serde_json::{Value, json};
 
 use super::document::Document;
 use crate::commands::check::{at_start, lacks_masses_alone, of_positions_alone};
-use bksim::translation::spoken as language;
 
 /// Starts of models with more bodies are left to commands: an editor does not wait for them.
 const MOST_BODIES: usize = 300;
@@ -119,7 +118,10 @@ pub(super) fn derived(document: &Document, nesting: usize) -> Option<Mechanism> 
 }
 
 fn one(source: &Text, fault: &Diagnostic, document: &Document, pages: Option<&str>) -> Shown {
-    let located = source.locate(fault);
+    // Cures are found by the English.
+    let english = source.locate(fault).fault;
+    let (fault, explanation) = worded(fault);
+    let located = source.locate(&fault);
     let is_here = located.path == document.path;
     let first = located.fault.labels.first().filter(|_| is_here);
     let span: Range<usize> = first.map_or(0..0, |label| label.span.clone());
@@ -128,9 +130,10 @@ fn one(source: &Text, fault: &Diagnostic, document: &Document, pages: Option<&st
     if let Some(more) = more {
         message = format!("{message}: {more}");
     }
-    let notes = located.fault.notes.iter().map(|note| format!("\nnote: {note}"));
-    message.extend(notes.chain(located.fault.help.iter().map(|help| format!("\nhelp: {help}"))));
-    if let Some(words) = translation(fault.code.0, language()) {
+    let line = |what: &'static str, text: &String| format!("\n{}: {text}", level(what));
+    let notes = located.fault.notes.iter().map(|note| line("note", note));
+    message.extend(notes.chain(located.fault.help.iter().map(|help| line("help", help))));
+    if let Some(words) = explanation {
         let notes = [&words.title, &words.meaning, &words.cure];
         message.extend(notes.map(|note| format!("\n{note}")));
     }
@@ -144,6 +147,6 @@ fn one(source: &Text, fault: &Diagnostic, document: &Document, pages: Option<&st
     if let Some(pages) = pages {
         json["codeDescription"] = json!({ "href": pages.replace("{code}", fault.code.0) });
     }
-    let cures = if is_here { cures(&document.text, &located.fault) } else { Vec::new() };
+    let cures = if is_here { cures(&document.text, &english) } else { Vec::new() };
     Shown { span, json, cures }
 }
