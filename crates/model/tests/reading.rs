@@ -105,6 +105,55 @@ fn bare_numbers_are_in_the_units_of_the_file() {
     assert_eq!(start[1], 0.005);
 }
 
+/// A coefficient of friction, teeth, a ratio and a share, in a file whose bare lengths are millimetres.
+#[test]
+fn parameters_without_unit_are_pure_numbers_where_they_are_multiplied() {
+    let units = "[units]\nlength = \"mm\"\nforce = \"kN\"\n";
+    let text = format!(
+        "{units}[parameters]\nmu = 0.1\nz1 = 18\nz2 = 54\nF = \"120 N\"\ni = \"z2/z1\"\ns = 0.5\n\
+         [signals.share]\nvalue = \"2*F*s/(1 + s^2)\"\n\
+         [loads.f]\ntype = \"force\"\non = \"b\"\nvector = [\"mu*F*i + share\", 3]\n{FLOATING}"
+    );
+    let reading = read(&Source::new(&text, "test"));
+    assert!(reading.diagnostics.is_empty(), "{:?}", reading.diagnostics);
+    let model = reading.model.expect("a model");
+    let bksim_model::LoadKind::Force { vector, .. } = &model.loads[0].kind else {
+        panic!("a force")
+    };
+    assert_close(value(&model, vector[0]), 0.1 * 120.0 * 3.0 + 2.0 * 120.0 * 0.5 / 1.25);
+    assert_close(value(&model, vector[1]), 3000.0);
+
+    // Where that does not fit, the fault says which numbers were taken so.
+    let text = format!(
+        "{units}[parameters]\na = 50\nI = \"1 kg*a^2\"\n[bodies.c]\nmass = \"1 kg\"\ninertia = \"I\"\n{FLOATING}"
+    );
+    let reading = read(&Source::new(&text, "test"));
+    let fault = reading.diagnostics.iter().find(|fault| fault.code.0 == "M031").expect("a fault");
+    assert_eq!(fault.notes, ["`a` has no unit, and is a pure number where multiplied"]);
+}
+
+#[test]
+fn motions_that_are_rates_and_rates_that_are_values_are_cured() {
+    let help = |motion: &str| {
+        let text = format!(
+            "[bodies.b]\nmass = 1\ninertia = 1\n[joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"b\"]\n\
+             [drives.d]\njoint = \"A\"\nmotion = \"{motion}\"\n"
+        );
+        let faults = read(&Source::new(&text, "test")).diagnostics;
+        faults.into_iter().next().and_then(|fault| fault.help)
+    };
+    for (motion, cured) in [
+        ("100 rpm", "100 rpm*t"),
+        ("2*pi rad/s + 3 rad/s", "(2*pi rad/s + 3 rad/s)*t"),
+        ("-60 deg*t", "-60 deg/s*t"),
+        ("t*60 deg", "t*60 deg/s"),
+    ] {
+        let found = help(motion).unwrap_or_default();
+        assert!(found.ends_with(&format!("write \"{cured}\"")), "{motion}: {found}");
+        assert_eq!(help(cured), None, "{cured}");
+    }
+}
+
 #[test]
 fn electrical_units_make_mechanical_ones() {
     let text = format!(

@@ -37,9 +37,20 @@ pub(super) struct Context<'c> {
 }
 
 impl Reader<'_> {
-    /// Lowers a whole expression. Every fault in it is reported; `None` when there was one, here
+    /// Lowers a whole expression of any dimension. Every fault in it is reported; `None` when there was one, here
     /// or in a parameter that it uses.
     pub(super) fn lower(
+        &mut self,
+        syntax: &Syntax,
+        quoted: &Quoted<'_>,
+        what: &str,
+        scope: Scope,
+    ) -> Option<Lowered> {
+        self.lower_as(syntax, quoted, (what, scope), None)
+    }
+
+    /// Lowers an expression, with parameters as they are.
+    pub(super) fn lower_once(
         &mut self,
         syntax: &Syntax,
         quoted: &Quoted<'_>,
@@ -356,29 +367,37 @@ impl Reader<'_> {
     ) -> Option<Kind> {
         let is_coefficient =
             |other: &Lowered| other.varies() && self.units.is_si() && scope != Scope::Output;
+        // With a number in the place of the other factor.
+        let combine_at = |a: &Lowered, known: Dimension| match a.kind {
+            Kind::Bare => combine(Dimension::NONE, known),
+            Kind::Known(_) => combine(known, Dimension::NONE),
+        };
         let kind = match (a.kind, b.kind) {
             (Kind::Known(first), Kind::Known(second)) => Kind::Known(combine(first, second)),
             (Kind::Bare, Kind::Known(known)) | (Kind::Known(known), Kind::Bare) => {
                 let (bare, other) = if a.kind == Kind::Bare { (a, b) } else { (b, a) };
                 if bare.is_literal && !is_coefficient(other) {
-                    let (first, second) = match a.kind {
-                        Kind::Bare => (Dimension::NONE, known),
-                        Kind::Known(_) => (known, Dimension::NONE),
-                    };
-                    Kind::Known(combine(first, second))
+                    Kind::Known(combine_at(a, known))
                 } else if known == Dimension::NONE || self.units.is_si() {
                     Kind::Bare
-                } else {
+                } else if scope == Scope::Output {
                     self.needs_unit(bare, known);
                     return None;
+                } else {
+                    self.take_as_pure(bare);
+                    Kind::Known(combine_at(a, known))
                 }
             }
             (Kind::Bare, Kind::Bare) => {
-                if !a.is_literal && !b.is_literal && !self.units.is_si() {
+                if a.is_literal || b.is_literal || self.units.is_si() {
+                    Kind::Bare
+                } else if scope == Scope::Output {
                     self.needs_unit(a, Dimension::NONE);
                     return None;
+                } else {
+                    [a, b].into_iter().for_each(|bare| self.take_as_pure(bare));
+                    PURE
                 }
-                Kind::Bare
             }
         };
         Some(kind)
@@ -398,9 +417,13 @@ impl Reader<'_> {
         match (base.kind, exponent) {
             (Kind::Bare, Some(1.0)) | (PURE, _) => Some(base.kind),
             (Kind::Bare, _) if base.is_literal || self.units.is_si() => Some(Kind::Bare),
-            (Kind::Bare, _) => {
+            (Kind::Bare, _) if context.scope == Scope::Output => {
                 self.needs_unit(base, Dimension::NONE);
                 None
+            }
+            (Kind::Bare, _) => {
+                self.take_as_pure(base);
+                Some(PURE)
             }
             (Kind::Known(dimension), exponent) => {
                 let power = exponent.and_then(|exponent| dimension.power(exponent));

@@ -303,7 +303,7 @@ impl<'a> Reader<'a> {
             joint_ends: Vec::new(),
             joint_bodies: Vec::new(),
             topology_unknown: false,
-            is_unit_missing: false,
+            read_as_pure: Vec::new(),
             recorded: None,
             constants: Constants::new(&[]),
             formulas: &[],

@@ -37,13 +37,7 @@ impl Reader<'_> {
             Value::Text(_) => {
                 let quoted = node.text(self.text)?;
                 let syntax = self.parse(&quoted, what, quantity.example)?;
-                self.is_unit_missing = false;
-                let lowered = self.lower(&syntax, &quoted, what, scope);
-                if lowered.is_none() {
-                    self.find_needed_unit(quantity, |reader| {
-                        reader.lower(&syntax, &quoted, what, scope)
-                    });
-                }
+                let lowered = self.lower_as(&syntax, &quoted, (what, scope), Some(quantity));
                 written = Some((syntax, quoted));
                 lowered?
             }
@@ -57,7 +51,10 @@ impl Reader<'_> {
             self.check_hertz(syntax, quoted, quantity, what);
         }
         let is_bare = lowered.kind == Kind::Bare;
-        let (expr, value) = match self.factor_without_unit(node, &lowered, quantity) {
+        let help = self
+            .factor_without_unit(node, &lowered, quantity)
+            .or_else(|| Self::factor_of_time(written.as_ref(), &lowered, quantity));
+        let (expr, value) = match help {
             Some(help) => {
                 self.report(self.unfit(&lowered, quantity, what).help(help));
                 return None;
@@ -179,7 +176,8 @@ impl Reader<'_> {
             _ => format!("in {found}"),
         };
         let location = lowered.unit_span.clone().unwrap_or_else(|| lowered.span.clone());
-        Diagnostic::error(codes::WRONG_DIMENSION, message).at(location, label)
+        let fault = Diagnostic::error(codes::WRONG_DIMENSION, message).at(location, label);
+        self.pure_numbers().into_iter().fold(fault, Diagnostic::note)
     }
 
     /// The help where a factor that is written as a number lacks its unit: `2*pi*t` for an angle is
@@ -208,6 +206,36 @@ impl Reader<'_> {
         WrittenUnit::parse(&unit)?;
         let (before, after) = (quoted.text.get(..end)?, quoted.text.get(end..)?);
         Some(format!("the number needs its unit: write \"{before} {unit}{after}\""))
+    }
+
+    /// The help where a motion is a rate, or its rate a value: `100 rpm` for `100 rpm*t`, `60 deg*t` for `60 deg/s*t`.
+    /// `None` where that is not the fault.
+    fn factor_of_time(
+        written: Option<&(Syntax, Quoted<'_>)>,
+        lowered: &Lowered,
+        quantity: Quantity,
+    ) -> Option<String> {
+        let Kind::Known(found) = lowered.kind else { return None };
+        let (syntax, quoted) = written?;
+        let text = quoted.text.trim();
+        let (needed, time) = (quantity.dimension(), Quantity::TIME.dimension());
+        let is_motion = needed == Dimension::NONE || needed == Quantity::LENGTH.dimension();
+        if !is_motion {
+            return None;
+        }
+        if found == needed.over(time) && !lowered.varies() {
+            let whole = if syntax.nodes.len() == 1 { text.to_owned() } else { format!("({text})") };
+            return Some(format!("a rate times the time is a motion: write \"{whole}*t\""));
+        }
+        let mut quantities = syntax.nodes.iter().filter_map(|node| match &node.kind {
+            SyntaxKind::Quantity { factors, .. } => factors.last(),
+            _ => None,
+        });
+        let (unit, None) = (quantities.next()?, quantities.next()) else { return None };
+        let (before, after) =
+            (quoted.text.get(..unit.span.end)?, quoted.text.get(unit.span.end..)?);
+        (found == needed.times(time))
+            .then(|| format!("the number needs the unit of a rate: write \"{before}/s{after}\""))
     }
 
     /// True of a name that the model gives, which no unit is then.

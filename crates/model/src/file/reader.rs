@@ -102,8 +102,8 @@ pub(super) struct Reader<'a> {
     pub(super) joint_bodies: Vec<Option<[BodyId; 2]>>,
     /// True if a joint could not be read, so that the topology is not known.
     pub(super) topology_unknown: bool,
-    /// True if the value that is read lacks the unit of a parameter.
-    pub(super) is_unit_missing: bool,
+    /// Parameters without unit that were multiplied as pure numbers, in a file with units of its own.
+    pub(super) read_as_pure: Vec<usize>,
     /// Formulas that are no part of the text, and those that could be read.
     pub(super) formulas: &'a [Formula<'a>],
     pub(super) found: Vec<Expr>,
@@ -326,6 +326,7 @@ impl<'t> Fields<'t> {
                 let fault = Diagnostic::error(codes::UNKNOWN_KEY, message);
                 let help = match free.as_slice() {
                     [] => "remove it".to_owned(),
+                    [only] => format!("remove it, or write `{only}`"),
                     free => format!("remove it, or write {}", suggest("", free)),
                 };
                 reader.report(fault.at(entry.key_span.clone(), "not a key here").help(help));
