@@ -32,6 +32,22 @@ fn every_part_solves_by_itself_and_says_what_it_is() {
     }
 }
 
+/// The units of a file are no matter of its parts.
+#[test]
+fn every_part_is_the_same_in_a_file_with_units() {
+    for part in LIBRARY {
+        let with = |units: &str| {
+            let text =
+                format!("{units}[use.it]\npart = \"{}\"\n[solve]\nt_end = \"1 s\"\n", part.name);
+            let mechanism = derive(model(&whole(&text)));
+            mechanism.model.parameters.iter().map(|p| (p.value, p.unit.clone())).collect::<Vec<_>>()
+        };
+        let [si, own] =
+            [with(""), with("[units]\nlength = \"mm\"\nforce = \"kN\"\nangle = \"deg\"\n")];
+        assert_eq!(si, own, "{}", part.name);
+    }
+}
+
 const HATCH: &str = r#"
 [bodies.hatch]
 mass = "15 kg"

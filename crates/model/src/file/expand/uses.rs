@@ -173,6 +173,11 @@ impl Expander<'_> {
             Ok(text) => text,
             Err(Unopened { why, help }) => {
                 let usual = "name a model file in the folder of the model, or below it";
+                let file = path.rsplit(['/', ':']).next().unwrap_or_default();
+                let of_library = LibraryPart::named(file.trim_end_matches(".toml"));
+                let help = of_library
+                    .map(|part| format!("write `part = \"{}\"`: it comes with bksim", part.name))
+                    .or(help);
                 self.report(
                     Diagnostic::error(codes::BAD_PART, format!("the part `{path}` {why}"))
                         .at(node.span.clone(), "this file")
