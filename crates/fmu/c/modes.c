@@ -59,8 +59,8 @@ static void bk_events(bk_model *m, double *z) {
     }
 }
 
-/* Raises every indicator by its rounding, and by what it lacks to zero now. */
-static void bk_raise(bk_model *m) {
+/* Raises every indicator by its rounding, and by what it lacks to zero now; `fired` are those that fell below zero. */
+static void bk_raise(bk_model *m, const char *fired) {
     double z[BK_ROOM(BK_NZ)] = {0};
     double size = 0.0;
     int k;
@@ -75,7 +75,12 @@ static void bk_raise(bk_model *m) {
     }
     for (k = 0; k < BK_NT; k++) {
         const double band = bk_is_active(m, k) ? 1e-9 * size : bk_is_friction[k] ? BK_RATE_BAND : BK_POSITION_BAND;
-        m->s.raise[BK_NK + k] = band + fmax(-z[BK_NK + k], 0.0);
+        double *raise = m->s.raise + BK_NK + k;
+        /* A gap that opens slowly falls below zero again by the errors of the integrator, without an impact: from
+         * event to event it gets more room, until that covers them. */
+        const int is_again = fired[BK_NK + k] && !bk_is_active(m, k) && !bk_is_friction[k];
+        const double room = is_again ? fmin(4.0 * *raise, 1e-6 * fmax(bk_largest(m->s.q, BK_NQ), 1.0)) : 0.0;
+        *raise = fmax(band, room) + fmax(-z[BK_NK + k], 0.0);
     }
 }
 

@@ -179,7 +179,7 @@ static int bk_switch(bk_model *m, const char *fired) {
             continue;
         }
 #endif
-        bk_raise(m);
+        bk_raise(m, fired);
         return BK_OK;
     }
     return BK_NO_MODES;

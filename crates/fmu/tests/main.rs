@@ -217,6 +217,9 @@ fn an_importer_of_others_runs_units() {
     files.push(unit_file(folder.path(), crank, Version::Three));
     let ball = core_of(&text_of("tests/fixtures/falling-ball.toml"), "ball", &Request::default());
     files.push(unit_file(folder.path(), ball, Version::Two));
+    let rattle =
+        core_of(&text_of("examples/gear-rattle/model.toml"), "rattle", &Request::default());
+    files.push(unit_file(folder.path(), rattle, Version::Three));
     for version in [Version::Three, Version::Two] {
         let pushed = pendulum("u = \"0 N m\"\n")
             + "[loads.motor]\ntype = \"torque\"\njoint = \"pin\"\nvalue = \"u\"\n";
