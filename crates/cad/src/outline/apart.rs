@@ -2,10 +2,11 @@
 //! way, the strokes that hang together with them are left to themselves.
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 use super::boxes::BoxTree;
 use super::{Chain, Chains, OutlineError, Stroke, chain};
-use crate::geometry::vector::distance;
+use crate::geometry::vector::{distance, sub};
 use crate::geometry::{Bounds, Curve, Path, Point};
 
 /// A stroke that lies on another one.
@@ -74,19 +75,28 @@ pub fn chain_apart(strokes: &[Stroke], tolerance: f64) -> Apart {
 /// The strokes that lie on another stroke over their whole length; closed ones only on one that is the same.
 pub fn doubled(strokes: &[Stroke], tolerance: f64) -> Vec<Doubled> {
     let boxes: Vec<Bounds> = strokes.iter().map(|stroke| stroke.path.bounds()).collect();
-    let tree = BoxTree::anywhere(&boxes);
+    let is_sound: Vec<bool> = strokes.iter().map(|stroke| stroke.path.check().is_ok()).collect();
+    let sound = (0..strokes.len()).filter(|&idx| is_sound[idx]);
+    let (lines, others): (Vec<usize>, Vec<usize>) =
+        sound.partition(|&idx| straight(&strokes[idx]).is_some());
+    let lines = Lines::of(strokes, lines);
+    let tree = BoxTree::anywhere(&others.iter().map(|&idx| boxes[idx]).collect::<Vec<_>>());
     let mut found: Vec<Doubled> = Vec::new();
     let mut is_copy = vec![false; strokes.len()];
-    let is_sound: Vec<bool> = strokes.iter().map(|stroke| stroke.path.check().is_ok()).collect();
     for copy in 0..strokes.len() {
         let path = &strokes[copy].path;
         if boxes[copy].diagonal() <= tolerance || !is_sound[copy] {
             continue;
         }
         let samples = samples(path);
-        let mut near = Vec::new();
         // Most boxes that meet cannot hold a stroke on which all of this one is.
-        tree.covering(&Bounds::of(samples.iter().copied()), tolerance, |idx| near.push(idx));
+        let own = Bounds::of(samples.iter().copied());
+        let mut near = Vec::new();
+        lines.along(&samples, tolerance, |idx| {
+            let around = boxes[idx].grown(tolerance);
+            near.extend((around.contains(own.min) && around.contains(own.max)).then_some(idx));
+        });
+        tree.covering(&own, tolerance, |k| near.push(others[k]));
         near.sort_unstable();
         let is_covered = |kept: &usize| {
             let other = &strokes[*kept].path;
@@ -96,7 +106,6 @@ pub fn doubled(strokes: &[Stroke], tolerance: f64) -> Vec<Doubled> {
             }
             *kept != copy
                 && !is_copy[*kept]
-                && is_sound[*kept]
                 && is_along(other, &samples, tolerance)
                 // Of two that are equal, the later one is the copy.
                 && if path.is_closed {
@@ -111,6 +120,66 @@ pub fn doubled(strokes: &[Stroke], tolerance: f64) -> Vec<Doubled> {
         }
     }
     found
+}
+
+/// Both ends of a stroke that is one straight line.
+fn straight(stroke: &Stroke) -> Option<[Point; 2]> {
+    match stroke.path.curves[..] {
+        [Curve::Segment { from, to }] if from != to => Some([from, to]),
+        _ => None,
+    }
+}
+
+/// Straight strokes by direction and place, so that few are asked however many cross: (θ, ρ) of the line
+/// `−x sin θ + y cos θ = ρ` about the centre of them all, with θ from 0 to π.
+struct Lines {
+    tree: BoxTree,
+    strokes: Vec<usize>,
+    centre: Point,
+    reach: f64,
+}
+
+impl Lines {
+    /// The strokes with these indices, all straight.
+    fn of(all: &[Stroke], strokes: Vec<usize>) -> Self {
+        let ends: Vec<[Point; 2]> = strokes.iter().filter_map(|&idx| straight(&all[idx])).collect();
+        let around = Bounds::of(ends.as_flattened().iter().copied());
+        let mut lines = Self {
+            tree: BoxTree::in_order(&[]),
+            strokes,
+            centre: around.centre(),
+            reach: around.diagonal(),
+        };
+        let boxes: Vec<Bounds> = ends.iter().map(|&ends| Bounds::of([lines.place(ends)])).collect();
+        lines.tree = BoxTree::anywhere(&boxes);
+        lines
+    }
+
+    /// θ and ρ of the line through two points.
+    fn place(&self, [from, to]: [Point; 2]) -> Point {
+        let [x, y] = sub(to, from);
+        let angle = y.atan2(x);
+        let angle = if angle < 0.0 { angle + PI } else { angle };
+        let [x, y] = sub(from, self.centre);
+        [angle, y * angle.cos() - x * angle.sin()]
+    }
+
+    /// Calls `visit` with every stroke on whose line all of these points may be, within a tolerance.
+    fn along(&self, points: &[Point], tolerance: f64, mut visit: impl FnMut(usize)) {
+        const ROUNDING: f64 = 1e-12;
+        let Some(&first) = points.first() else { return };
+        let away = |point: &&Point| distance(first, **point);
+        let Some(&last) = points.iter().max_by(|a, b| away(a).total_cmp(&away(b))) else { return };
+        // A line within the tolerance of both ends turns by no more than this about either.
+        let turn = (2.0 * tolerance / distance(first, last)).min(1.0).asin() + ROUNDING;
+        let shift = tolerance + (turn + ROUNDING) * (self.reach + distance(first, self.centre));
+        let [angle, offset] = self.place([first, last]);
+        // The same line has another angle and sign half a turn on.
+        for [angle, offset] in [[angle, offset], [angle + PI, -offset], [angle - PI, -offset]] {
+            let [low, high] = [-1.0, 1.0].map(|side| [angle + side * turn, offset + side * shift]);
+            self.tree.meeting(&Bounds::of([low, high]), |k| visit(self.strokes[k]));
+        }
+    }
 }
 
 /// True if two boxes are the same, but for twice the tolerance on each side.

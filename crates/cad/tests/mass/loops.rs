@@ -5,7 +5,7 @@ use super::shapes::{
 };
 use bksim_cad::codes;
 use bksim_cad::geometry::{Path, Point};
-use bksim_cad::outline::{Outline, OutlineError, chain, nest};
+use bksim_cad::outline::{Outline, OutlineError, chain, doubled, nest};
 use std::f64::consts::{PI, TAU};
 
 fn fault(paths: impl IntoIterator<Item = Path>) -> OutlineError {
@@ -205,4 +205,34 @@ fn a_hundred_thousand_lines_chain() {
     let Some(OutlineError::Open { ends }) = chains.open_error() else { panic!("open chains") };
     assert_eq!(ends.len(), 100_000);
     assert!(nest(&chains.closed, 1e-7).is_err());
+}
+
+/// Lines in all directions, each with its copy, turned round, or the middle of it; every third is beyond the tolerance.
+#[test]
+fn lines_on_lines_are_found_among_many_that_cross() {
+    let mut dice = Dice(11);
+    let mut next = || 1000.0 * dice.roll() - 500.0;
+    let mut paths = Vec::new();
+    for k in 0_u16..600 {
+        // Along the axes too, where the angle is 0 or π.
+        let [a, b] = match k % 4 {
+            0 => [[next(), 0.1 * f64::from(k)], [next(), 0.1 * f64::from(k)]],
+            1 => [[0.1 * f64::from(k), next()], [0.1 * f64::from(k), next()]],
+            _ => [[next(), next()], [next(), next()]],
+        };
+        let off = [0.0, 0.5, 3.0][usize::from(k % 3)] * TOLERANCE;
+        let at = |t: f64| [a[0] + t * (b[0] - a[0]) + off, a[1] + t * (b[1] - a[1]) - off];
+        paths.push(line(a, b));
+        paths.push(if k % 2 == 0 { line(at(1.0), at(0.0)) } else { line(at(0.25), at(0.5)) });
+    }
+    let is_on = |copy: usize, kept: usize| {
+        let ends = [paths[copy].start_point(), paths[copy].end_point()].into_iter().flatten();
+        ends.map(|end| paths[kept].distance(end)).fold(0.0, f64::max) <= TOLERANCE
+    };
+    let expected: Vec<[usize; 2]> =
+        (0..600).map(|k| [2 * k, 2 * k + 1]).filter(|&[kept, copy]| is_on(copy, kept)).collect();
+    assert!(expected.len() > 350, "{}", expected.len());
+    let found = doubled(&strokes(paths.clone()), TOLERANCE);
+    let found: Vec<[usize; 2]> = found.iter().map(|it| [it.kept, it.copy]).collect();
+    assert_eq!(found, expected);
 }
