@@ -32,6 +32,10 @@ pub(crate) fn solved(shape: &Shape, terms: &Tape) -> Option<Tape> {
 
 fn record(shape: &Shape, terms: &Tape) -> Option<(Composition, Vec<Value>, Vec<Value>)> {
     let Shape { nq, nc, ref mass, ref jacobian, .. } = *shape;
+    // Where bodies may touch in many places, planning all of them would take long.
+    if least_updates(shape) > LARGEST {
+        return None;
+    }
     let rows: Vec<usize> = (0..nc).collect();
     let has_inertia = |i: usize| mass.contains(&(i, i));
     let elimination = Elimination::new(shape, &rows);
@@ -53,4 +57,11 @@ fn record(shape: &Shape, terms: &Tape) -> Option<(Composition, Vec<Value>, Vec<V
     let matrix = matrix.split_at(mass.len());
     let (solution, factors) = elimination.record(&mut recorder, matrix, &right_side);
     Some((recorder, solution, factors))
+}
+
+/// Updates that an elimination of all rows has at least: every coordinate comes before all of its rows.
+fn least_updates(shape: &Shape) -> usize {
+    let mut n_rows = vec![0; shape.nq];
+    shape.jacobian.iter().for_each(|&(_, i)| n_rows[i] += 1);
+    n_rows.iter().map(|n| n * (n + 1) / 2).sum()
 }
