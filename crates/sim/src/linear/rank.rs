@@ -69,9 +69,9 @@ pub(crate) fn sparse_dependent_rows(jacobian: &SparseRows, smallness: Smallness)
     Dependence { rank: basis.independent.len(), dependent, involved }
 }
 
-/// Up to `n` rows, ascending, each the one of which the most is left without those chosen before it: rows
-/// that are far from depending on each other. Rows of zeros are never chosen.
-pub(crate) fn best_rows(rows: &SparseRows, n: usize) -> Vec<usize> {
+/// Up to `n` rows, ascending: those that are `kept`, which are independent, then each the one of which the most is left
+/// without those chosen before it, so that they are far from depending on each other. Rows of zeros are never chosen.
+pub(crate) fn best_rows(rows: &SparseRows, kept: &[usize], n: usize) -> Vec<usize> {
     let mut rests: Vec<Vec<(usize, f64)>> =
         (0..rows.n_rows()).map(|row| rows.row(row).to_vec()).collect();
     let square = |row: &[(usize, f64)]| row.iter().map(|(_, g)| g * g).sum::<f64>();
@@ -80,7 +80,8 @@ pub(crate) fn best_rows(rows: &SparseRows, n: usize) -> Vec<usize> {
     while chosen.len() < n {
         let largest = (0..rests.len())
             .max_by(|&a, &b| square(&rests[a]).total_cmp(&square(&rests[b])).then(b.cmp(&a)));
-        let Some(best) = largest.filter(|&best| square(&rests[best]) > 0.0) else { break };
+        let next = kept.get(chosen.len()).copied().or(largest);
+        let Some(best) = next.filter(|&best| square(&rests[best]) > 0.0) else { break };
         let norm = square(&rests[best]).sqrt();
         let direction: Vec<_> = rests[best].iter().map(|&(i, g)| (i, g / norm)).collect();
         chosen.push(best);

@@ -60,6 +60,12 @@ impl<'a> PhaseMechanism<'a> {
         self.switching.modes_now()
     }
 
+    /// Rows of the contacts that are closed or stick.
+    pub(super) fn closed_rows(&self) -> Vec<usize> {
+        let contacts = self.compiled.indicators.contacts.iter().zip(&self.modes_now().contacts);
+        contacts.filter(|(_, mode)| mode.is_active()).map(|(contact, _)| contact.row).collect()
+    }
+
     /// The modes as numbers.
     pub(crate) fn modes(&self) -> &[f64] {
         self.switching.modes()

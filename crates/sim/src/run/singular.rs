@@ -294,15 +294,18 @@ impl Dip {
 const BETTER: f64 = 4.0;
 
 /// The rows to be inactive in place of `inactive` at a position where others hold the motion far
-/// better; `None` where there are none.
+/// better; `None` where there are none. Rows of closed contacts bear what their modes ask for: none of `closed` is exchanged.
 pub(super) fn better_rows(
     evaluator: &mut Evaluator,
     (t, q): (f64, &[f64]),
     inactive: &[usize],
+    closed: &[usize],
 ) -> Option<Vec<usize>> {
-    let all = finite(evaluator.constraints(t, q).jacobian_rows())?;
+    let (left_out, kept): (Vec<usize>, Vec<usize>) =
+        closed.iter().copied().partition(|row| inactive.contains(row));
+    let all = finite(evaluator.constraints(t, q).jacobian_rows())?.without(&left_out);
     let now: Vec<usize> = (0..all.n_rows()).filter(|row| !inactive.contains(row)).collect();
-    let chosen = best_rows(&all, now.len());
+    let chosen = best_rows(&all, &kept, now.len());
     if chosen.len() != now.len() || chosen == now {
         return None;
     }

@@ -105,13 +105,11 @@ impl<'a> Run<'a> {
     /// The rows to be inactive from here on, where others than the active ones hold the motion better.
     fn other_rows(&mut self, multipliers: &MultiplierSystem) -> Option<Vec<usize>> {
         let Self { mechanism, reached, .. } = self;
-        // Rows of closed contacts bear what their modes ask for: none is exchanged. Those of open ones are zero.
-        let is_closed = mechanism.modes_now().contacts.iter().any(|mode| mode.is_active());
-        let has_choice = !mechanism.inactive.is_empty() && !is_closed;
-        if !has_choice || multipliers.rank_margin() >= NOTICEABLE {
+        if mechanism.inactive.is_empty() || multipliers.rank_margin() >= NOTICEABLE {
             return None;
         }
-        better_rows(&mut mechanism.evaluator, (reached.t, &reached.q), &mechanism.inactive)
+        let (closed, at) = (mechanism.closed_rows(), (reached.t, &*reached.q));
+        better_rows(&mut mechanism.evaluator, at, &mechanism.inactive, &closed)
     }
 
     /// Samples the step just taken at the instants that are due up to `t`, if it reaches that far;
