@@ -350,13 +350,11 @@ impl MultiplierSystem {
         Ok(())
     }
 
-    /// Whether the multipliers are unique: every row takes part, or is empty as those of open contacts
-    /// are. Mechanisms with few rows take the smallest multipliers wherever a row is inactive, which is the
-    /// same but for rounding.
+    /// Whether the multipliers are unique: every row takes part, or is empty as those of open contacts are.
     fn is_unique(&self, at: &DynamicsAt) -> bool {
         let nc = at.shape.nc;
-        if self.active.len() == nc || self.nq <= LARGEST_DENSE && nc <= MANY_ROWS {
-            return self.active.len() == nc;
+        if self.active.len() == nc {
+            return true;
         }
         let mut takes_part = vec![false; nc];
         self.active.iter().for_each(|&row| takes_part[row] = true);
