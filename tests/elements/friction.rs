@@ -2,6 +2,9 @@
 
 use crate::support::elements::Quantity::{Acceleration, Measure};
 use crate::support::elements::{check, check_rows, column, number, reference, text};
+use bksim::model::LoadId;
+use bksim::sim::hybrid::ChangeKind;
+
 use crate::support::{
     Measures, Within, at, close, coordinate, derive, model, reaction, signal, solve,
 };
@@ -385,4 +388,30 @@ fn a_screw_with_a_collar_and_flanks_takes_the_torque_of_shigley() {
     let lowering = 96.0 * (mu - slope) / (1.0 + slope * mu) + collar;
     close("raising", torque(14.5, 1.0), raising, within(1e-9));
     close("lowering", -torque(14.5, -1.0), lowering, within(1e-9));
+}
+
+/// A block is pressed on a wall, then pulled off it: 8 N cos 2t against 3 N of friction. The wall leaves it to the hold of
+/// friction, and it slides from cos 2t = −3/8 on.
+#[test]
+fn friction_takes_over_from_a_stop_that_is_left_and_lets_go_once() {
+    let text = "[bodies.block]\nmass = 2\ninertia = 1\n[joints]\n\
+         slide = { type = \"prismatic\", between = [\"ground\", \"block\"], axis = [1, 0] }\n[loads]\n\
+         wall = { type = \"stop\", joint = \"slide\", max = 0 }\n\
+         rub = { type = \"friction\", joint = \"slide\", force = \"3 N\" }\n\
+         pull = { type = \"force\", on = \"block\", vector = [\"8 N*cos(2 rad/s*t)\", 0] }\n\
+         [initial]\nslide = { position = 0, velocity = 0 }\n[solve]\nt_end = 1.2\nevery = 0.05\nrtol = 1e-10\n";
+    let begins = (-0.375_f64).acos() / 2.0;
+    for method in ["auto", "radau"] {
+        let mechanism = derive(model(&format!("{text}method = \"{method}\"\n")));
+        let motion = solve(&mechanism);
+        let changes = &motion.summary.changes;
+        let kinds: Vec<ChangeKind> = changes.iter().map(|change| change.kind).collect();
+        let [wall, rub] = [LoadId(0), LoadId(1)];
+        let expected = [ChangeKind::Part(wall), ChangeKind::Stick(rub), ChangeKind::Slide(rub)];
+        assert_eq!(kinds, expected, "{method}: {changes:?}");
+        close("slides from", changes[2].t, begins, within(1e-8));
+        let v = Measures::new(&mechanism, &["slide.velocity"]).at(at(&motion, 1.2))[0];
+        let fallen = 2.0 * (2.4_f64.sin() - (2.0 * begins).sin()) + 1.5 * (1.2 - begins);
+        close("velocity", v, fallen, within(1e-8));
+    }
 }

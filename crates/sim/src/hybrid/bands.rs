@@ -1,6 +1,7 @@
 //! [`Bands`]: how near to zero an indicator counts as zero.
 
 use crate::modes::indicators::{EventIndicators, IndicatorValues};
+use crate::multiplier::largest;
 
 /// Sizes below which indicators are zero, at one tolerance.
 #[derive(Clone, PartialEq, Debug)]
@@ -24,6 +25,8 @@ const ROUNDING_OF_POSITION: f64 = 64.0 * f64::EPSILON;
 /// An event is located where its function has passed the band; bands this much wider hold all that is
 /// zero there.
 const SLACK: f64 = 4.0;
+/// Rates by which the run lets held rows drift, in those that come to rest.
+const DRIFT: f64 = 10.0;
 
 impl Bands {
     /// The bands for an absolute tolerance, with the rounding of these values of the switches.
@@ -49,6 +52,11 @@ impl Bands {
     /// φ′ > 0 beyond rounding: bodies run into a stop.
     pub(super) fn is_approaching(&self, rate: f64) -> bool {
         rate > SLACK * self.rate
+    }
+
+    /// The rate of a motion that other rows hold: no more than the run lets them drift by, m/s or rad/s.
+    pub(super) fn drift(&self, v: &[f64]) -> f64 {
+        DRIFT * self.rest[1] * largest(v).max(1.0)
     }
 
     /// φ′ = 0 or p′ = 0 up to rounding.

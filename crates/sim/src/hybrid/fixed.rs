@@ -6,6 +6,7 @@
 
 use bksim_dae::{Loader, Saver, SolveError};
 
+use super::consistent::NoConsistentModes;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::linear::matrix::Matrix;
@@ -42,6 +43,8 @@ pub(crate) struct Matrices {
 
 /// Rows that follow from others must agree with them in acceleration to this part of its size.
 const AGREEMENT: f64 = 1e-6;
+/// A drive may jump by this part of the size of the state before it counts as a jump.
+pub(super) const JUMP: f64 = 1e-6;
 /// Newton steps of a projection.
 const CORRECTIONS: usize = 4;
 
@@ -130,6 +133,26 @@ impl<'a> FixedModes<'a> {
         if multipliers.factor(&evaluator.dynamics(t, q, v)).is_ok() {
             multipliers.project(evaluator, t, (q, v), CORRECTIONS);
         }
+    }
+
+    /// Moves q onto all active rows, which must be near.
+    ///
+    /// # Errors
+    /// [`NoConsistentModes::Jump`] where they are not.
+    pub(super) fn put_onto_rows(
+        &mut self,
+        t: f64,
+        q: &mut [f64],
+        v: &[f64],
+    ) -> Result<(), NoConsistentModes> {
+        let gaps = self.gaps(t, q).iter().map(|g| g.abs()).enumerate();
+        let worst = gaps.max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((row, by)) = worst.filter(|(_, by)| *by > JUMP * largest(q).max(1.0)) {
+            return Err(NoConsistentModes::Jump { row, by });
+        }
+        let inactive = self.inactive_rows(t, q);
+        self.project(t, q, &mut v.to_vec(), &inactive);
+        Ok(())
     }
 }
 

@@ -17,7 +17,7 @@ use super::complementarity::{
     holds, leaves_to_its_side, pushes, slips_against_friction, stays_apart,
 };
 use super::consistent::{ConsistentModes, Hit, ImpactRecord, Instant, NoConsistentModes};
-use super::fixed::FixedModes;
+use super::fixed::{FixedModes, JUMP};
 use super::impact::{ImpactEquations, Rubbing, independent_without};
 use super::mode_sets::ModeSets;
 use super::undecided::{Undecided, differ, none_consistent};
@@ -30,10 +30,6 @@ use crate::multiplier::largest;
 pub(super) const ROUNDING: f64 = 1e-9;
 /// Part of the largest velocity that is rounding of a difference.
 const ROUNDING_OF_RATE: f64 = 2.0 * f64::EPSILON;
-/// A drive may jump by this part of the size of the state before it counts as a jump.
-const JUMP: f64 = 1e-6;
-/// Rates by which the run lets held stops drift, in those that come to rest.
-const DRIFT: f64 = 10.0;
 /// The end of an outline is known to this, m.
 const OF_END: f64 = 1e-12;
 /// Impacts that may follow one another at one instant.
@@ -181,8 +177,8 @@ impl<'a> ModeSearch<'a> {
 
     /// True where a stop that was held until now has the rate of one: no more than a run lets it drift by.
     fn is_kept(&self, k: usize, state: ContactState) -> bool {
-        let drift = DRIFT * self.at.bands.rest[1] * largest(&self.at.v).max(1.0);
         let is_stop = matches!(state, ContactState::Stop { .. });
+        let drift = self.at.bands.drift(&self.at.v);
         is_stop && self.at.before.contacts[k].is_active() && state.rate().abs() <= drift
     }
 
@@ -224,7 +220,7 @@ impl<'a> ModeSearch<'a> {
         let mut fixed = self.fixed(&modes);
 
         // Onto the stops themselves, which the event has passed by rounding.
-        onto_rows(&mut fixed, t, &mut self.at.q, &self.at.v)?;
+        fixed.put_onto_rows(t, &mut self.at.q, &self.at.v)?;
 
         // The rows that hold throughout, and whether the velocities break them.
         let rows: Vec<usize> = closed.iter().map(|&k| self.contacts()[k].row).collect();
@@ -299,7 +295,7 @@ impl<'a> ModeSearch<'a> {
 
     /// The modes that a contact at rest may have, held first; `None` for a stop that is open.
     fn choices(&self, contact: usize, state: ContactState) -> Option<Vec<ContactMode>> {
-        let before = self.at.before.contacts[contact];
+        let (before, own) = (self.at.before.contacts[contact], Indicator::Contact(contact));
         let mut modes = match state {
             ContactState::Friction { position, .. } => {
                 let position = match before {
@@ -313,11 +309,22 @@ impl<'a> ModeSearch<'a> {
             }
             ContactState::Stop { .. } => return None,
         };
+        // A stop that friction has kept from moving, which now lets go, bears nothing yet: it closes only where it must.
+        if before == ContactMode::Open && self.has_let_go() && !self.has_fired(own) {
+            modes.rotate_left(1);
+        }
         // A contact that has just let go does not hold, unless nothing else is consistent.
-        if self.has_fired(Indicator::Contact(contact)) && before.is_active() {
+        if self.has_fired(own) && before.is_active() {
             modes.rotate_left(1);
         }
         Some(modes)
+    }
+
+    /// True where friction that stuck has just reached its limit.
+    fn has_let_go(&self) -> bool {
+        let contacts = self.at.before.contacts.iter().enumerate();
+        let mut stuck = contacts.filter(|(_, mode)| matches!(mode, ContactMode::Stick(_)));
+        stuck.any(|(k, _)| self.has_fired(Indicator::Contact(k)))
     }
 
     /// The first consistent combination of choices.
@@ -479,21 +486,4 @@ impl<'a> ModeSearch<'a> {
         let Self { impact_work, hits, impacts, .. } = self;
         ConsistentModes { modes, q, v, a, lambda, inactive, impact_work, hits, impacts }
     }
-}
-
-/// Moves q onto all active rows, which must be near.
-fn onto_rows(
-    fixed: &mut FixedModes<'_>,
-    t: f64,
-    q: &mut [f64],
-    v: &[f64],
-) -> Result<(), NoConsistentModes> {
-    let gaps = fixed.gaps(t, q).iter().map(|g| g.abs()).enumerate();
-    let worst = gaps.max_by(|a, b| a.1.total_cmp(&b.1));
-    if let Some((row, by)) = worst.filter(|(_, by)| *by > JUMP * largest(q).max(1.0)) {
-        return Err(NoConsistentModes::Jump { row, by });
-    }
-    let inactive = fixed.inactive_rows(t, q);
-    fixed.project(t, q, &mut v.to_vec(), &inactive);
-    Ok(())
 }

@@ -125,15 +125,19 @@ struct SignedIndicators<'a> {
 impl SignedIndicators<'_> {
     /// Raises every indicator by its band, and by what it lacks to zero at the start of the phase:
     /// that is on the right side whatever rounding says.
+    ///
+    /// Friction that begins to slip at rest may be of a motion that other rows hold, which drifts as they do.
     fn raise(&mut self, bands: &Bands, (t, q, v): (f64, &[f64], &[f64])) {
         let mut start = vec![0.0; self.bands.len()];
         let force = self.signed_into(t, q, v, &mut start);
-        let of_contact = |mode: &ContactMode| match mode {
+        let rates = &start[self.modes.signs.len()..];
+        let of_contact = |(mode, &rate): (&ContactMode, &f64)| match mode {
             ContactMode::Open => bands.position,
+            ContactMode::Slip(_) if bands.is_at_rest(rate) => bands.drift(v),
             ContactMode::Slip(_) => bands.rate,
             ContactMode::Closed | ContactMode::Stick(_) => FORCE_BAND * force,
         };
-        let of_contacts = self.modes.contacts.iter().map(of_contact);
+        let of_contacts = self.modes.contacts.iter().zip(rates).map(of_contact);
         let all = bands.kinks.iter().copied().chain(of_contacts);
         let raised = all.zip(&start).map(|(band, &value)| band + (-value).max(0.0));
         self.bands = raised.collect();
