@@ -12,6 +12,7 @@ use rand_pcg::Pcg64;
 use crate::assur::{Apart, Proof};
 use crate::curve::independent_rows;
 use crate::error::AnalysisError;
+use crate::platform::Reached;
 use crate::positions::Positions;
 use crate::rows::{Clock, RANK_TOLERANCE, Rows, wrapped};
 
@@ -73,7 +74,10 @@ pub(crate) fn assemblies_of(positions: &Positions) -> Result<Assemblies, Analysi
     let mut found = vec![start.clone()];
     let proof = match Apart::of(positions, &measures)? {
         Some(mut apart) => proved(positions, &mut apart, (&mut rows, &u), &mut found),
-        None => None,
+        None => match Reached::of(positions, &measures, &u)? {
+            Some(reached) => of_platform(positions, reached, (&mut rows, &u), &mut found),
+            None => None,
+        },
     };
     let mut n_moving = 0;
     if proof.is_none() {
@@ -125,12 +129,40 @@ fn proved(
         if !apart.is_at(&rows.unscaled(&x), places) {
             return None;
         }
-        let is_turn = rows.is_turn.clone();
-        let tidy = |(i, x): (usize, &f64)| if is_turn[i] { wrapped(*x) } else { *x };
-        found.push(x.iter().enumerate().map(tidy).collect());
+        found.push(tidied(rows, &x));
     }
     // Each once, the start among them.
     (found.len() == ways.len()).then_some(proof)
+}
+
+/// Adds to `found` all poses of a platform on six legs; none where the start is not among them, or one is not reached.
+fn of_platform(
+    positions: &Positions,
+    mut reached: Reached,
+    (rows, u): (&mut Rows, &[f64]),
+    found: &mut Vec<Vec<f64>>,
+) -> Option<Proof> {
+    let start = rows.scaled(&positions.q);
+    let reach = &mut reached.reach;
+    for there in &reached.real {
+        if found.iter().any(|x| reach.is_at(&rows.unscaled(x), there)) {
+            continue;
+        }
+        let guess = reach.coordinates(&start, there)?;
+        let x = closed(rows, positions.t(), guess, u)?;
+        if !reach.is_at(&rows.unscaled(&x), there) {
+            return None;
+        }
+        found.push(tidied(rows, &x));
+    }
+    let n = reached.real.len();
+    (found.len() == n).then(|| Proof::of_platform(reached.platform, n))
+}
+
+/// Coordinates with angles within half a turn.
+fn tidied(rows: &Rows, x: &[f64]) -> Vec<f64> {
+    let all = x.iter().zip(&rows.is_turn);
+    all.map(|(x, &is_turn)| if is_turn { wrapped(*x) } else { *x }).collect()
 }
 
 /// Positions on all rows from many guesses, in units of the mechanism: samples of every branch, of as many
@@ -227,9 +259,7 @@ fn search(
                 continue;
             }
             last_new = k;
-            // Angles within half a turn.
-            let tidy = |(i, x): (usize, &f64)| if is_turn[i] { wrapped(*x) } else { *x };
-            found.push(x.iter().enumerate().map(tidy).collect());
+            found.push(tidied(rows, &x));
         }
     }
     Ok(n_moving)

@@ -30,6 +30,7 @@ use self::order::{Group, Step};
 use self::place::{Place, turned};
 use self::structure::Structure;
 use crate::error::AnalysisError;
+use crate::platform::Platform;
 use crate::positions::Positions;
 use crate::rows::wrapped;
 use crate::scalar::Scalars;
@@ -48,6 +49,8 @@ pub struct Proof {
     pub triads: Vec<Triad>,
     /// Other groups, in the order in which they close.
     pub larger: Vec<Larger>,
+    /// The platform in space that the mechanism is, in place of groups.
+    pub platform: Option<Platform>,
     /// Number of assemblies.
     pub n: usize,
     /// Conditions more than needed: what they ask for holds to rounding in every assembly.
@@ -98,6 +101,20 @@ pub struct Larger {
 }
 
 impl Proof {
+    /// The proof by all poses of a platform, `n` of them real.
+    pub(crate) fn of_platform(platform: Platform, n: usize) -> Self {
+        Self {
+            dyads: Vec::new(),
+            triads: Vec::new(),
+            larger: Vec::new(),
+            platform: Some(platform),
+            n,
+            n_redundant: 0,
+            margin: f64::INFINITY,
+            refuted_by: None,
+        }
+    }
+
     /// True where no group can have more closures than were found.
     pub(crate) fn is_complete(&self) -> bool {
         let is_all = |group: &Larger| {
@@ -107,7 +124,7 @@ impl Proof {
                 .zip(&group.solved)
                 .all(|(bound, found)| found.len() as u64 == *bound)
         };
-        self.larger.iter().all(is_all)
+        self.larger.iter().all(is_all) && self.platform.iter().all(Platform::is_complete)
     }
 }
 
@@ -299,7 +316,7 @@ impl Apart {
         }
         let n_redundant = self.steps.iter().map(|step| step.n_redundant).sum();
         let margin = f64::INFINITY;
-        Proof { dyads, triads, larger, n: 0, n_redundant, margin, refuted_by: None }
+        Proof { dyads, triads, larger, platform: None, n: 0, n_redundant, margin, refuted_by: None }
     }
 
     /// True where the coordinates show these places.

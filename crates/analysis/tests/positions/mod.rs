@@ -7,5 +7,6 @@ mod held_assembly;
 mod interval_search;
 mod kinematics;
 mod limits;
+mod platforms;
 mod polygons;
 mod trusses;

@@ -1,9 +1,9 @@
 //! `bksim kinematics`: positions with their rates over a range, limits, assemblies.
 
 use bksim::analysis::{
-    AnalysisError, Closing, Drive, Dyad, Kinematics, Larger, LimitsRequest, Prescribed, Proof,
-    Range, Root, Solution, Table, Triad, assemblies, assembly_panels, closing, kinematics_along,
-    limits, quantity,
+    AnalysisError, Closing, Drive, Dyad, Kinematics, Larger, LimitsRequest, Platform, Prescribed,
+    Proof, Range, Root, Solution, StudyPoint, Table, Triad, assemblies, assembly_panels, closing,
+    kinematics_along, limits, quantity,
 };
 use bksim::expr::PoolSnapshot;
 use bksim::model::Model;
@@ -278,7 +278,17 @@ fn proof_json(proof: &Proof) -> Value {
         let solved = group.solved.iter().map(|all| all.iter().map(solution).collect::<Vec<_>>());
         json!({ "bodies": group.bodies, "bounds": group.bounds, "solutions": solved.collect::<Vec<_>>() })
     };
+    let point = |point: &StudyPoint| json!({ "numbers": point.numbers, "radius": point.radius, "assembly": point.is_assembly });
+    let platform = |platform: &Platform| {
+        json!({
+            "bodies": platform.bodies,
+            "legs": platform.legs,
+            "bound": platform.bound,
+            "solutions": platform.solved.iter().map(point).collect::<Vec<_>>(),
+        })
+    };
     json!({
+        "platform": proof.platform.as_ref().map(platform),
         "larger": proof.larger.iter().map(larger).collect::<Vec<_>>(),
         "dyads": proof.dyads.iter().map(dyad).collect::<Vec<_>>(),
         "triads": proof.triads.iter().map(triad).collect::<Vec<_>>(),
