@@ -30,7 +30,8 @@ pub use data::DataFile;
 pub use error::DesignError;
 pub use fit::{Curve, Fit, FitWish, Unidentifiable, Unknown, fit};
 pub use optimize::{
-    Choice, ConditionAt, EndOfStart, Front, FrontPoint, OptimizeWish, Optimized, Optimum, optimize,
+    Choice, ConditionAt, EndOfStart, Finished, Front, FrontPoint, OptimizeWish, Optimized, Optimum,
+    Unfinished, optimize,
 };
 pub use synthesis::{Candidate, Synthesis, general_solutions, synthesize};
 pub use tolerance::{

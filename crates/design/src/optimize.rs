@@ -6,6 +6,7 @@ mod front;
 mod peaks;
 mod search;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use bksim::model::file::stated_ranges;
@@ -49,6 +50,8 @@ pub struct OptimizeWish {
     pub starts: Option<u64>,
     /// Points to begin from in place of the model's values; what one leaves out is the model's.
     pub from: Vec<Vec<(String, String)>>,
+    /// Searches of a front that was stopped: it goes on after them.
+    pub resume: Option<Unfinished>,
 }
 
 /// The section `[optimize]`.
@@ -90,7 +93,7 @@ enum Varied {
 const EXAMPLE: &str = "write it as `minimize = \"max(drives.motor.effort)\"` and `vary = { l1 = [\"80 mm\", \"120 mm\"] }` below `[optimize]`";
 
 /// A quantity at its optimum.
-#[derive(Clone, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Optimum {
     /// A parameter or initial value.
     pub name: String,
@@ -103,13 +106,13 @@ pub struct Optimum {
     /// Value as it is written into the model.
     pub written: String,
     /// `lower` or `upper` where it is at its bound.
-    pub at_bound: Option<&'static str>,
+    pub at_bound: Option<Cow<'static, str>>,
     /// Change of the objective where that bound is moved by one unit of SI.
     pub worth: f64,
 }
 
 /// A condition at the optimum.
-#[derive(Clone, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ConditionAt {
     /// Condition as written, with its case.
     pub condition: String,
@@ -126,10 +129,10 @@ pub struct ConditionAt {
 }
 
 /// The answer.
-#[derive(Clone, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Optimized {
     /// `minimize` or `maximize`.
-    pub goal: &'static str,
+    pub goal: Cow<'static, str>,
     /// Formula of the objective.
     pub objective: String,
     /// SI unit.
@@ -155,22 +158,43 @@ pub struct Optimized {
     /// Iterations of the start that ended here.
     pub iterations: usize,
     /// How slopes were found.
-    pub slopes: &'static str,
+    pub slopes: Cow<'static, str>,
     /// Where each start is, to go on from there; none of catalogues and fronts.
     pub ends: Vec<EndOfStart>,
     /// Best combinations of rows of catalogues, the best first.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub choices: Vec<Choice>,
     /// Points of the front of two objectives, by the first of them.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub front: Option<Front>,
+    /// What a front that was stopped goes on from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unfinished: Option<Unfinished>,
     /// The text of the model with the values of the optimum.
     #[serde(skip)]
     pub model: String,
 }
 
+/// The finished searches of a front that was stopped.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Unfinished {
+    /// Check sum of the question with its model.
+    pub question: u32,
+    /// In the order in which a front makes them.
+    pub searches: Vec<Finished>,
+}
+
+/// One search of a front.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Finished {
+    /// Its answer; `None` where conditions cannot be met.
+    pub answer: Option<Box<Optimized>>,
+    /// The text of the model with it.
+    pub text: String,
+}
+
 /// The last point of a start.
-#[derive(Clone, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct EndOfStart {
     /// The varied quantities, SI.
     pub quantities: BTreeMap<String, f64>,
@@ -181,7 +205,7 @@ pub struct EndOfStart {
 }
 
 /// One row of each catalogue.
-#[derive(Clone, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Choice {
     /// The rows by the names of their catalogues.
     pub rows: BTreeMap<String, String>,
@@ -192,7 +216,7 @@ pub struct Choice {
 }
 
 /// Trade of two objectives: of no point can one be made smaller but the other grows.
-#[derive(Clone, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Front {
     /// The second objective.
     pub against: String,
@@ -205,7 +229,7 @@ pub struct Front {
 }
 
 /// A point of a front.
-#[derive(Clone, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct FrontPoint {
     /// Both objectives, SI.
     pub values: [f64; 2],
@@ -256,6 +280,7 @@ impl OptimizeWish {
             cases: found.cases.into_iter().map(|(name, values)| (name, case(values))).collect(),
             starts: found.starts,
             from: found.from.into_iter().map(case).collect(),
+            resume: None,
         })
     }
 }

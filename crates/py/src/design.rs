@@ -13,7 +13,8 @@ use crate::sweep::watched;
 type Measured = (String, String, Vec<(String, String)>);
 
 /// The answer to `optimize`, `fit`, `tolerance` or `synthesize` as JSON, with the model that it gives, if it gives one.
-/// `question` is the section of that name; of `synthesize` `text` is.
+/// `question` is the section of that name; of `synthesize` `text` is. `data` are measurements, of `optimize` the unfinished
+/// front of an earlier answer.
 #[pyfunction]
 pub(crate) fn design_answer(
     py: Python<'_>,
@@ -38,6 +39,10 @@ pub(crate) fn design_answer(
                         Ok(OptimizeWish { from: wish.from, starts: wish.starts, ..of_model })
                     }
                     _ => Ok(wish),
+                })
+                .map(|wish| {
+                    let front = data.first().and_then(|(_, of, _)| serde_json::from_str(of).ok());
+                    OptimizeWish { resume: front, ..wish }
                 })
                 .and_then(|wish| bksim_design::optimize(&source, &wish, watch))
                 .map(|found| (json(&found), model(&found.model))),

@@ -1,8 +1,13 @@
 //! The front of two objectives: the first is least while the second is held below a bound, which moves from one end to
 //! the other (the ε-constraint method; Haimes, Lasdon and Wismer 1971).
+//!
+//! A front is a sequence of searches, each of which follows from those before. One that was stopped has the finished ones in its
+//! answer; given them, it takes their answers in place of searches and goes on, so that nothing shows the interruption.
+
+use std::cell::RefCell;
 
 use super::choices::best;
-use super::{Front, FrontPoint, OptimizeWish, Optimized};
+use super::{Finished, Front, FrontPoint, OptimizeWish, Optimized, Unfinished};
 use crate::base::{Source, Watch};
 use crate::codes;
 use crate::error::DesignError;
@@ -20,11 +25,13 @@ pub(super) fn front(
     watch: Watch<'_>,
 ) -> Result<Optimized, DesignError> {
     let n = wish.points.unwrap_or(N_POINTS);
+    let journal = Journal::of(source, wish, watch)?;
     let first = wish.minimize.clone().unwrap_or_default();
     let alone = |objective: &str| OptimizeWish {
         minimize: Some(objective.to_owned()),
         against: None,
         from: Vec::new(),
+        resume: None,
         ..wish.clone()
     };
     // The value of the other objective at an optimum: nothing varies.
@@ -35,16 +42,16 @@ pub(super) fn front(
             subject_to: Vec::new(),
             ..alone(objective)
         };
-        best(&Source { text: at.model.clone(), ..source.clone() }, &plain, watch)
+        journal.best(&Source { text: at.model.clone(), ..source.clone() }, &plain)
     };
     // Of all places where one is least, that where the other one is least, too.
     let end = |least: &str, other: &str| -> Result<Optimized, DesignError> {
-        let found = best(source, &alone(least), watch)?;
+        let found = journal.best(source, &alone(least))?;
         let mut wish = alone(other);
         let bound = found.after + SLACK * found.after.abs().max(f64::MIN_POSITIVE);
         wish.subject_to.push(format!("{least} <= {bound} {}", found.unit));
         let from = Source { text: found.model.clone(), ..source.clone() };
-        match best(&from, &wish, watch) {
+        match journal.best(&from, &wish) {
             Ok(other) => Ok(Optimized {
                 objective: found.objective,
                 unit: found.unit,
@@ -66,7 +73,8 @@ pub(super) fn front(
         Ok((value(against, &first_end)?, other, of_first))
     };
     let Some((of_second, other, of_first)) = unless_stopped(other_end())? else {
-        return Ok(Optimized { stopped: true, ends: Vec::new(), ..first_end });
+        let unfinished = Some(journal.unfinished());
+        return Ok(Optimized { stopped: true, ends: Vec::new(), unfinished, ..first_end });
     };
     let ends = [first_end, other];
     let (high, low, unit) = (of_second.after, ends[1].after, of_second.unit);
@@ -88,7 +96,7 @@ pub(super) fn front(
         let bound = high + share * (low - high);
         let mut wish = alone(&first);
         wish.subject_to.push(format!("{against} <= {bound} {unit}"));
-        let one = best(&Source { text: text.clone(), ..source.clone() }, &wish, watch);
+        let one = journal.best(&Source { text: text.clone(), ..source.clone() }, &wish);
         let Some(one) = unless_stopped(one)? else { break };
         text.clone_from(&one.model);
         evaluations += one.evaluations;
@@ -125,9 +133,65 @@ pub(super) fn front(
     }
     chosen.ends.clear();
     chosen.stopped = (watch.stop)();
+    chosen.unfinished = chosen.stopped.then(|| journal.unfinished());
     chosen.evaluations = evaluations;
     chosen.front = Some(Front { against: against.to_owned(), unit, points, compromise });
     Ok(chosen)
+}
+
+/// The searches of a front, finished ones first.
+struct Journal<'a> {
+    watch: Watch<'a>,
+    question: u32,
+    searches: RefCell<Vec<Finished>>,
+    /// Answers that are known and have not been taken.
+    known: RefCell<std::vec::IntoIter<Finished>>,
+}
+
+impl<'a> Journal<'a> {
+    fn of(source: &Source, wish: &OptimizeWish, watch: Watch<'a>) -> Result<Self, DesignError> {
+        let asked = format!("{source:?} {:?}", OptimizeWish { resume: None, ..wish.clone() });
+        let question = crc32fast::hash(asked.as_bytes());
+        let known = match &wish.resume {
+            Some(resume) if resume.question != question => {
+                let message = "the front that was stopped is of another question, or another model";
+                let help = "ask the question that it was, with the model as it was then, or begin again without `--resume`";
+                return Err(DesignError::fault(codes::BAD_QUESTION, message, help));
+            }
+            Some(resume) => resume.searches.clone(),
+            None => Vec::new(),
+        };
+        let known = RefCell::new(known.into_iter());
+        Ok(Self { watch, question, searches: RefCell::default(), known })
+    }
+
+    /// The best of a question, from the known answers as long as there are any.
+    fn best(&self, source: &Source, wish: &OptimizeWish) -> Result<Optimized, DesignError> {
+        let known = self.known.borrow_mut().next();
+        let is_known = known.is_some();
+        let found = match known {
+            Some(Finished { answer: Some(answer), text }) => {
+                Ok(Optimized { model: text, ..*answer })
+            }
+            // Who goes on after a fault does so again.
+            Some(_) => Err(DesignError::Stopped),
+            None => best(source, wish, self.watch),
+        };
+        // What a signal cut short is searched again.
+        if !is_known && (self.watch.stop)() {
+            return found;
+        }
+        let text = found.as_ref().map_or_else(|_| String::new(), |found| found.model.clone());
+        let answer = found.as_ref().ok().cloned().map(Box::new);
+        self.searches.borrow_mut().push(Finished { answer, text });
+        found
+    }
+
+    fn unfinished(&self) -> Unfinished {
+        let mut searches = self.searches.borrow().clone();
+        searches.extend(self.known.borrow().clone());
+        Unfinished { question: self.question, searches }
+    }
 }
 
 /// `None` of what was stopped before it had anything.

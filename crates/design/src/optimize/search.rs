@@ -307,7 +307,7 @@ impl Search<'_> {
                     before: range.stated.value,
                     after: point[k],
                     written: written(point[k], &range.unit),
-                    at_bound,
+                    at_bound: at_bound.map(Into::into),
                     worth: if at_bound.is_some() { worth * per_goal / span } else { 0.0 },
                 }
             })
@@ -347,7 +347,7 @@ impl Search<'_> {
         let patches: Vec<(String, String)> =
             quantities.iter().map(|q| (q.name.clone(), q.written.clone())).collect();
         Ok(Optimized {
-            goal,
+            goal: goal.into(),
             objective: objective.to_owned(),
             unit: units[self.rows.len()].unit.clone(),
             before: before.as_deref().map(objective_of),
@@ -360,10 +360,11 @@ impl Search<'_> {
             starts: [ends.len(), n_same],
             evaluations: evaluations.into_inner(),
             iterations: best.n_iterations,
-            slopes: "differences of fourth order",
+            slopes: "differences of fourth order".into(),
             ends: ends.iter().map(|end| self.end_of(end, best.violation)).collect(),
             choices: Vec::new(),
             front: None,
+            unfinished: None,
             model: source.with_values(&patches)?,
         })
     }

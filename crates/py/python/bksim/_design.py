@@ -51,10 +51,12 @@ def optimize(
 
     ``model`` is a model, its text, or the path of its file. Without arguments the question is its section
     ``[optimize]``; with any, they are the whole question. ``resume`` is an earlier answer to the same question: the search
-    goes on from where its starts are.
+    goes on from where its starts are, that for a front after its last finished point.
 
     Raises ModelError for faults of the model or the question, and where nothing meets the conditions.
     """
+    front = None if resume is None else resume.get("unfinished")
+    ends = None if resume is None or front else resume["ends"]
     question = {
         "minimize": minimize,
         "maximize": maximize,
@@ -62,12 +64,12 @@ def optimize(
         "subject_to": subject_to,
         "over": over,
         "cases": cases,
-        "starts": starts if resume is None else 0,
+        "starts": starts if ends is None else 0,
         "choose": choose,
         "points": points,
-        "from": None if resume is None else [end["quantities"] for end in resume["ends"]],
+        "from": None if ends is None else [end["quantities"] for end in ends],
     }
-    return _answer("optimize", model, question, [])
+    return _answer("optimize", model, question, [("front", json.dumps(front), [])] if front else [])
 
 
 def fit(

@@ -17,7 +17,9 @@ use bksim_cli::progress::StopWish;
 use bksim_cli::render;
 use bksim_cli::source::{Loaded, Text, load_geometry, read_bytes};
 use bksim_cli::waiting::{searching, waiting};
-use bksim_design::{DataFile, DesignError, FitWish, OptimizeWish, Source, ToleranceWish, Watch};
+use bksim_design::{
+    DataFile, DesignError, FitWish, OptimizeWish, Source, ToleranceWish, Unfinished, Watch,
+};
 use bksim_plot::{Figure, Format, Theme};
 use serde::Serialize;
 use serde_json::Value;
@@ -172,8 +174,10 @@ pub(crate) fn optimize(args: &Optimize, as_json: bool, nesting: usize) -> Result
         return Err(Failure::usage("one objective has no front to draw", help));
     }
     if let Some(path) = &args.resume {
-        wish.starts = Some(0);
-        wish.from = ends_of(path)?;
+        match ends_of(path, wish.against.is_some())? {
+            Earlier::Ends(ends) => (wish.starts, wish.from) = (Some(0), ends),
+            Earlier::Front(front) => wish.resume = Some(front),
+        }
     }
     let found = asked
         .answered("optimizing", |watch| bksim_design::optimize(&asked.source, &wish, watch))?;
@@ -183,20 +187,29 @@ pub(crate) fn optimize(args: &Optimize, as_json: bool, nesting: usize) -> Result
     asked.told("optimize", &found, &text, (Some(&found.model), figure))
 }
 
-/// Where the starts of an earlier answer are, from its `--json`.
-fn ends_of(path: &Path) -> Result<Vec<Vec<(String, String)>>, Failure> {
+/// What a search goes on from.
+enum Earlier {
+    /// Where its starts are.
+    Ends(Vec<Vec<(String, String)>>),
+    Front(Unfinished),
+}
+
+/// What an earlier answer has to go on from, from its `--json`.
+fn ends_of(path: &Path, is_front: bool) -> Result<Earlier, Failure> {
     let bytes = read_bytes(path)?;
-    let answer: Value = serde_json::from_slice(&bytes).unwrap_or(Value::Null);
+    let mut answer: Value = serde_json::from_slice(&bytes).unwrap_or(Value::Null);
     let ends = answer["ends"].as_array().into_iter().flatten();
     let values = |end: &Value| -> Option<Vec<(String, String)>> {
         let one = |(name, value): (&String, &Value)| (name.clone(), value.to_string());
         Some(end["quantities"].as_object()?.iter().map(one).collect())
     };
     let ends: Option<Vec<_>> = ends.map(values).collect();
-    ends.filter(|ends| !ends.is_empty()).ok_or_else(|| Failure::Input {
+    let ends = ends.filter(|ends| !ends.is_empty() && !is_front).map(Earlier::Ends);
+    let front = || serde_json::from_value(answer["unfinished"].take()).ok().map(Earlier::Front);
+    ends.or_else(front).ok_or_else(|| Failure::Input {
         path: path.to_owned(),
         what: "has no search to go on with".to_owned(),
-        help: Some("give what `bksim optimize MODEL --json` printed; searches over catalogues and fronts begin again".to_owned()),
+        help: Some("give what `bksim optimize MODEL --json` printed, of a front when it was stopped; searches over catalogues begin again".to_owned()),
     })
 }
 

@@ -32,7 +32,7 @@ pub(super) fn optimized(name: &str, found: &Optimized) -> String {
                 q.name.clone(),
                 in_unit(q.before, &q.unit),
                 in_unit(q.after, &q.unit),
-                q.at_bound.unwrap_or("").to_owned(),
+                q.at_bound.clone().unwrap_or_default().into_owned(),
                 per(q.worth, &found.unit, &q.unit),
             ]
         })
