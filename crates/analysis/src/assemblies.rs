@@ -246,13 +246,7 @@ fn search(
         }
         let x = guess(rows, start, &mut random);
         let Some(x) = closed(rows, positions.t(), x, u) else { continue };
-        let is_turn = rows.is_turn.clone();
-        let is_same = |other: &Vec<f64>| {
-            (0..x.len()).all(|i| {
-                let off = x[i] - other[i];
-                (if is_turn[i] { wrapped(off) } else { off }).abs() < 1e-6
-            })
-        };
+        let is_same = |other: &Vec<f64>| rows.is_same(&x, other, 1e-6);
         if aligned.holds(positions.t(), &rows.unscaled(&x)) && !found.iter().any(is_same) {
             if can_move(rows, positions.t(), &x, u) {
                 n_moving += 1;

@@ -47,7 +47,7 @@ impl Platform {
 
 /// A platform with the ways to its poses.
 pub(crate) struct Reached {
-    /// What is known of it.
+    /// All that is known of the platform.
     pub(crate) platform: Platform,
     /// Displacements of all real solutions.
     pub(crate) real: Vec<Displacement>,

@@ -42,6 +42,8 @@ pub(crate) struct Rows {
     pub(crate) unit_of_column: Vec<f64>,
     /// Whether whole turns of a coordinate mean nothing.
     pub(crate) is_turn: Vec<bool>,
+    /// First coordinates of quaternions, of which both signs mean the same.
+    quaternions: Vec<usize>,
     unit_of_row: Vec<f64>,
     /// Rows whose values one turn apart mean the same.
     is_angle: Vec<bool>,
@@ -158,6 +160,10 @@ impl Rows {
             n_all: expressions.len(),
             n_prescribed: prescribed.len(),
             unit_of_column: coordinates.iter().map(|c| unit(&!is_length(c))).collect(),
+            quaternions: (0..coordinates.len())
+                .filter(|&i| coordinates[i].kind == CoordinateKind::Quaternion)
+                .step_by(4)
+                .collect(),
             is_turn: coordinates.iter().map(|c| c.kind == CoordinateKind::Angle).collect(),
             unit_of_row: is_unit.iter().map(unit).collect(),
             is_angle,
@@ -198,6 +204,25 @@ impl Rows {
     /// Coordinates in units of the mechanism.
     pub(crate) fn scaled(&self, q: &[f64]) -> Vec<f64> {
         q.iter().zip(&self.unit_of_column).map(|(q, unit)| q / unit).collect()
+    }
+
+    /// True of coordinates that show one pose: each no farther from the other than this, but for whole turns and the sign of
+    /// quaternions.
+    pub(crate) fn is_same(&self, x: &[f64], y: &[f64], near: f64) -> bool {
+        let is_near = |i: usize, sign: f64| {
+            let off = x[i] - sign * y[i];
+            (if self.is_turn[i] { wrapped(off) } else { off }).abs() < near
+        };
+        let mut i = 0;
+        while i < x.len() {
+            let of = if self.quaternions.contains(&i) { i..i + 4 } else { i..i + 1 };
+            let is_turned = of.len() == 4 && of.clone().all(|i| is_near(i, -1.0));
+            if !is_turned && !of.clone().all(|i| is_near(i, 1.0)) {
+                return false;
+            }
+            i = of.end;
+        }
+        true
     }
 
     /// Rows at coordinates in units of the mechanism; `u` are the prescribed values, SI.

@@ -167,7 +167,7 @@ pub struct Optimized {
     /// Points of the front of two objectives, by the first of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub front: Option<Front>,
-    /// What a front that was stopped goes on from.
+    /// Finished searches of a front that was stopped.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unfinished: Option<Unfinished>,
     /// The text of the model with the values of the optimum.
@@ -187,7 +187,7 @@ pub struct Unfinished {
 /// One search of a front.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Finished {
-    /// Its answer; `None` where conditions cannot be met.
+    /// The optimum; `None` where conditions cannot be met.
     pub answer: Option<Box<Optimized>>,
     /// The text of the model with it.
     pub text: String,

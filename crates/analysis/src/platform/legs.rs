@@ -4,7 +4,7 @@
 //! between than pins about the line through both ends. What is held moves as one. Everything is measured in the start, in
 //! world axes.
 
-use bksim_model::{GROUND, Joint, JointKind, Measure, Model, MotionKind, Space};
+use bksim_model::{Joint, JointKind, Measure, Model, MotionKind, Space};
 use nalgebra::Vector3;
 
 use crate::error::AnalysisError;
@@ -35,7 +35,7 @@ struct Placed {
     parts: [usize; 2],
     points: [Vector3<f64>; 2],
     axis: Vector3<f64>,
-    /// What it allows once held motions are taken away.
+    /// Motions without those that are held.
     left: Left,
 }
 
@@ -156,7 +156,7 @@ fn leg(joints: &[Placed], chain: Vec<usize>, base: usize, size: f64) -> Option<L
     is_leg.then_some(Leg { ends: [from, to], joints: chain })
 }
 
-/// What each joint allows without the motions that drives and measures hold; none where this is not known.
+/// The motions of each joint without those that drives and measures hold; none where these are not known.
 fn left_motions(model: &Model, held: &[Measure]) -> Option<Vec<Left>> {
     let drives = model.drives.iter();
     let mut still: Vec<(usize, usize)> =
@@ -210,6 +210,5 @@ fn placed(positions: &Positions, left: &[Left]) -> Result<Vec<Placed>, AnalysisE
             left: *left,
         }
     };
-    debug_assert_eq!(GROUND.0, 0, "the ground's part is named after it");
     Ok(model.joints.iter().zip(left).enumerate().map(joint).collect())
 }

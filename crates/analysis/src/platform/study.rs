@@ -306,7 +306,7 @@ impl Start {
         }
     }
 
-    /// Its legs, other combinations of them for other seeds.
+    /// Forms of the legs, other combinations of them for other seeds.
     fn mixed(&self, seed: u64) -> Vec<DMatrix<C>> {
         let mut random = Pcg64::seed_from_u64(seed);
         let mixing = DMatrix::from_fn(6, 6, |_, _| number(&mut random));

@@ -1,4 +1,4 @@
-//! Platforms on six legs against published ones, and against their legs' lengths.
+//! Platforms in space against published ones, and against their legs' lengths.
 
 use crate::support::geometry;
 use bksim_analysis::{Assemblies, Assembly, Platform, assemblies};
@@ -169,4 +169,50 @@ fn a_platform_on_driven_cylinders_has_the_poses_of_its_lengths() {
     let of_links = found(&posed, 1.2);
     assert_eq!(driven.assemblies.len(), of_links.assemblies.len());
     check(&posed, &driven);
+}
+
+/// A body whose orientation is a quaternion: both signs are one pose.
+#[test]
+fn a_quaternion_and_its_negative_are_one_assembly() {
+    const TRIPOD: &str = r#"
+space = "spatial"
+[ground.points]
+B0 = [1, 0, 0]
+B1 = [-0.5, 0.8, 0]
+B2 = [-0.5, -0.8, 0.1]
+B3 = [0.6, 0.7, 0]
+B4 = [-0.9, 0.1, 0]
+O = [0.1, 0, 1.0]
+[bodies.top]
+mass = 1
+inertia = [1, 1, 1]
+[bodies.top.points]
+P0 = [0.4, 0, 0]
+P1 = [-0.2, 0.3, 0]
+P2 = [-0.2, -0.3, 0.05]
+[joints.pivot]
+type = "spherical"
+cut = true
+between = ["ground.O", "top"]
+[joints.leg0]
+type = "link"
+between = ["ground.B0", "top.P0"]
+length = 1.12
+[joints.leg1]
+type = "link"
+between = ["ground.B1", "top.P1"]
+length = 1.187
+[joints.leg2]
+type = "link"
+between = ["ground.B2", "top.P2"]
+length = 1.146
+[initial]
+top = { guess = { x = 0.1, y = 0.05, z = 1.0 } }
+"#;
+    let found = assemblies(geometry(TRIPOD)).expect("assemblies");
+    assert_eq!(found.assemblies.len(), 2);
+    let ways: Vec<f64> = (found.assemblies.iter())
+        .map(|pose| pose.pose.iter().find(|(name, ..)| name == "top.P1.x").expect("a point").1)
+        .collect();
+    assert!((ways[0] - ways[1]).abs() > 1e-3, "{ways:?}");
 }

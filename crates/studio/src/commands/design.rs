@@ -187,14 +187,14 @@ pub(crate) fn optimize(args: &Optimize, as_json: bool, nesting: usize) -> Result
     asked.told("optimize", &found, &text, (Some(&found.model), figure))
 }
 
-/// What a search goes on from.
+/// The beginning of a search that goes on.
 enum Earlier {
     /// Where its starts are.
     Ends(Vec<Vec<(String, String)>>),
     Front(Unfinished),
 }
 
-/// What an earlier answer has to go on from, from its `--json`.
+/// The beginning of a search after an earlier answer, from its `--json`.
 fn ends_of(path: &Path, is_front: bool) -> Result<Earlier, Failure> {
     let bytes = read_bytes(path)?;
     let mut answer: Value = serde_json::from_slice(&bytes).unwrap_or(Value::Null);
