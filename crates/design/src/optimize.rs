@@ -28,7 +28,7 @@ pub(crate) type NamedCase = (String, Vec<(String, String)>);
 /// Question of an optimum: what is to be least or largest, what varies, and what must hold.
 #[derive(Clone, Debug, Default)]
 pub struct OptimizeWish {
-    /// An output as of a sweep: `rms(drives.motor.effort)`.
+    /// An output as of a sweep: `rms(drives.motor)`.
     pub minimize: Option<String>,
     /// A second output that is to be small, too: the answer is then a front.
     pub against: Option<String>,
@@ -90,7 +90,7 @@ enum Varied {
     Names(Vec<String>),
 }
 
-const EXAMPLE: &str = "write it as `minimize = \"max(drives.motor.effort)\"` and `vary = { l1 = [\"80 mm\", \"120 mm\"] }` below `[optimize]`";
+const EXAMPLE: &str = "write it as `minimize = \"max(drives.motor)\"` and `vary = { l1 = [\"80 mm\", \"120 mm\"] }` below `[optimize]`";
 
 /// A quantity at its optimum.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
