@@ -69,7 +69,8 @@ def optimize(
         "points": points,
         "from": None if ends is None else [end["quantities"] for end in ends],
     }
-    return _answer("optimize", model, question, [("front", json.dumps(front), [])] if front else [])
+    earlier = [("front", json.dumps(front), [])] if front else []
+    return _answer("optimize", model, question, earlier)
 
 
 def fit(
