@@ -150,7 +150,9 @@ struct Journal<'a> {
 
 impl<'a> Journal<'a> {
     fn of(source: &Source, wish: &OptimizeWish, watch: Watch<'a>) -> Result<Self, DesignError> {
-        let asked = format!("{source:?} {:?}", OptimizeWish { resume: None, ..wish.clone() });
+        let Source { text, fixed, changes, .. } = source;
+        let plain = OptimizeWish { resume: None, ..wish.clone() };
+        let asked = format!("{text} {fixed:?} {changes:?} {plain:?}");
         let question = crc32fast::hash(asked.as_bytes());
         let known = match &wish.resume {
             Some(resume) if resume.question != question => {
