@@ -6,6 +6,7 @@ import 'uplot/dist/uPlot.min.css';
 
 import { css } from './colors.js';
 import { decoded } from './motion.js';
+import { numberText, tickTexts } from './numbers.js';
 import { isWithin } from './spans.js';
 
 /** Dashes, which distinguish curves of one colour once the palette is used up. */
@@ -255,30 +256,4 @@ function overview(channels) {
   const first = states.filter((channel) => channel.unit === unit).slice(0, 4);
   const energies = ['energy.kinetic', 'energy.potential', 'energy.total'];
   return [...first, ...channels.filter(({ name }) => energies.includes(name))];
-}
-
-/** A number of four significant digits. */
-export function numberText(value) {
-  if (!Number.isFinite(value)) return '–';
-  const size = Math.abs(value);
-  const text =
-    size !== 0 && (size < 1e-3 || size >= 1e5) ? value.toExponential(2) : value.toPrecision(4);
-  return shortened(text);
-}
-
-/** A number with a true minus sign and no plus in its exponent. */
-function shortened(text) {
-  return text.replace('e+', 'e').replaceAll('-', '−');
-}
-
-/** Labels of the ticks of one axis, with enough digits to differ. */
-function tickTexts(ticks) {
-  const largest = Math.max(...ticks.map(Math.abs));
-  const step = ticks.length > 1 ? Math.abs(ticks[1] - ticks[0]) : largest;
-  if (largest >= 1e5 || (largest < 1e-3 && largest > 0)) {
-    const digits = Math.max(0, Math.ceil(Math.log10(largest / step)));
-    return ticks.map((x) => (x === 0 ? '0' : shortened(x.toExponential(Math.min(digits, 4)))));
-  }
-  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  return ticks.map((x) => shortened(x.toFixed(Math.min(digits, 6))));
 }

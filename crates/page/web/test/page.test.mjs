@@ -16,6 +16,8 @@ import pixelmatch from 'pixelmatch';
 import { chromium } from 'playwright-core';
 import { PNG } from 'pngjs';
 
+import { tickTexts } from '../src/numbers.js';
+
 const plan = JSON.parse(fs.readFileSync(process.env.BKSIM_PAGES, 'utf8'));
 const references = process.env.BKSIM_REFERENCES;
 
@@ -257,6 +259,17 @@ test('what is rounding on the scale of its curve is shown as zero', () => {
       }
     }
   });
+});
+
+test('labels of ticks are where their ticks are', () => {
+  for (const step of [1, 2, 2.5, 5, 0.25, 0.1, 2.5e-6, 2.5e5, 1e7]) {
+    const ticks = [-5, -4, -3, -2, -1, 0, 1, 2, 3].map((k) => k * step);
+    for (const [k, text] of tickTexts(ticks).entries()) {
+      const shown = Number(text.replaceAll('−', '-'));
+      assert.ok(Math.abs(shown - ticks[k]) < 1e-6 * step, `${text} at ${ticks[k]}`);
+    }
+  }
+  assert.deepEqual(tickTexts([-10, -7.5, -5, -2.5, 0]), ['−10.0', '−7.5', '−5.0', '−2.5', '0.0']);
 });
 
 test('it plays, pauses, steps and loops', () =>
