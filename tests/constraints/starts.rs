@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::support::coordinate;
+use crate::support::{Within, close, coordinate, derive, model, solve};
 
 use bksim::Mechanism;
 use bksim::model::diagnostic::Diagnostic;
@@ -380,4 +380,34 @@ fn angles_of_cut_joints_in_space_are_stated_within_half_a_turn_and_loads_by_them
     let coordinates = mechanism.system.coordinates();
     let pivot = coordinates.iter().position(|c| c.name == "pivot_angle").expect("a coordinate");
     assert!((found.q[pivot] - 0.75 * TAU).abs() < 1e-12);
+}
+
+/// Friction that slides at the start: on a slope, in a pin, and under a box.
+#[test]
+fn multipliers_of_a_start_are_those_of_its_first_sample() {
+    let gravity = "[loads.g]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n[solve]\nt_end = 0.01\n";
+    let slope = "[bodies.b]\nmass = 3\n[joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"b\"]\n\
+                 axis = [\"cos(20 deg)\", \"sin(20 deg)\"]\n\
+                 [loads.f]\ntype = \"friction\"\njoint = \"S\"\nmu = 0.3\n[initial]\nS = { velocity = 2 }\n";
+    let pin = "[bodies.b]\nmass = 2\ninertia = 0.1\ncom = [0.3, 0]\n\
+               [joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"b\"]\n\
+               [loads.f]\ntype = \"friction\"\njoint = \"A\"\nmu = 0.1\nradius = 0.01\n[initial]\nA = { rate = 3 }\n";
+    let case = "[ground]\npoints = { A = [-5, 0], B = [5, 0] }\n\
+                [bodies.b]\nmass = 3\ninertia = 0.1\nfree = true\npoints = { a = [-0.2, -0.1], b = [0.2, -0.1], c = [0, 0.1] }\n\
+                [contacts.floor]\nbetween = [{ line = [\"ground.A\", \"ground.B\"] }, { outline = [\"b.a\", \"b.b\", \"b.c\"] }]\nmu = 0.25\n\
+                [initial]\nb = { x = 0, y = 0.1, vx = 1 }\n";
+    let weight = 3.0 * 9.81;
+    let on_slope = -0.3 * weight * 20f64.to_radians().cos();
+    // The force of the pin follows from its friction, which follows from it.
+    let cases = [(slope, Some(on_slope)), (pin, None), (case, Some(-0.25 * weight))];
+    for (text, expected) in cases {
+        let mechanism = derive(model(&format!("{text}{gravity}")));
+        let motion = solve(&mechanism);
+        let found = motion.start.sampled_multipliers(&mechanism.compiled, &mechanism.parameters);
+        assert_eq!(found, motion.samples[0].lambda, "{text}");
+        let friction = found.last().copied().expect("a multiplier");
+        assert!(friction < -1e-3, "it acts against the motion: {friction}\n{text}");
+        let expected = expected.unwrap_or(friction);
+        close("friction", friction, expected, Within { relative: 1e-12, absolute: 0.0 });
+    }
 }

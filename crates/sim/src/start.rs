@@ -24,7 +24,7 @@ use crate::pressing::Bearing;
 use crate::redundancy::{self, Redundancy, RepeatedCondition, Uniqueness};
 use crate::sampled::NoSignal;
 pub use crate::start_error::{Conflict, Gap, Moved, Rival, StartError};
-use crate::state::State;
+use crate::state::{AccelerationRef, State, StateRef};
 use bksim_expr::TapeError;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::system::SymbolicSystem;
@@ -41,7 +41,7 @@ pub struct Start {
     pub v: Vec<f64>,
     /// Accelerations, nq.
     pub a: Vec<f64>,
-    /// Multipliers, nc; the smallest ones when they are not unique.
+    /// Multipliers, nc; the smallest ones when they are not unique, and zero for friction that slides.
     pub lambda: Vec<f64>,
     /// How far each stated or guessed value was moved.
     pub moved: Vec<Moved>,
@@ -88,6 +88,21 @@ impl Start {
     /// the start, in the order of `SymbolicSystem::parameters`.
     pub fn parameters_with_modes(&self, parameters: &[f64]) -> Vec<f64> {
         self.modes.parameters_with_modes(parameters)
+    }
+
+    /// Multipliers as samples have them: those of friction that slides are its forces, which are loads in the
+    /// equations and zero in [`Start::lambda`], and those that compliances decide are shared by them.
+    pub fn sampled_multipliers(&self, compiled: &CompiledSystem, parameters: &[f64]) -> Vec<f64> {
+        let Self { t, q, v, a, modes, .. } = self;
+        let all = modes.parameters_with_modes(parameters);
+        let mut lambda = self.lambda.clone();
+        let mut reactions = vec![[0.0; 6]; compiled.joints.len()];
+        let acceleration = AccelerationRef { a, lambda: &self.lambda };
+        let mut evaluator = compiled.evaluator(&all);
+        evaluator.reactions_into(StateRef { t: *t, q, v }, acceleration, &mut reactions);
+        compiled.indicators.at(&all).fill_slip_friction(modes, (*t, q, v), &mut lambda);
+        compiled.share(&all, (*t, q), &|_| true, (&mut reactions, &mut lambda));
+        lambda
     }
 
     /// Constraint rows that take part in a dependency: their multipliers are not unique.

@@ -58,7 +58,7 @@ fn report(mechanism: &Mechanism, start: &Start) -> String {
         let multipliers = &compiled.multipliers;
         let columns = [
             headed("multiplier", multipliers.iter().map(|m| m.name.clone()).collect()),
-            headed("value", column(&start.lambda)),
+            headed("value", column(&start.sampled_multipliers(compiled, &mechanism.parameters))),
             headed("unit", multipliers.iter().map(|m| m.unit.clone()).collect()),
             headed("of", multipliers.iter().map(|m| m.description.clone()).collect()),
         ];

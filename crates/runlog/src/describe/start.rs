@@ -11,6 +11,7 @@ use bksim_sim::Mechanism;
 /// Values by name, what was given and what became of it, residuals.
 pub fn start(mechanism: &Mechanism, start: &Start) -> Value {
     let compiled = &mechanism.compiled;
+    let lambda = start.sampled_multipliers(compiled, &mechanism.parameters);
     let moved = |m: &Moved| {
         json!({
             "name": m.name, "given": m.stated, "found": m.found,
@@ -28,7 +29,7 @@ pub fn start(mechanism: &Mechanism, start: &Start) -> Value {
         "q": by_name(&compiled.coordinates, &start.q),
         "v": by_name(&compiled.coordinates, &start.v),
         "a": by_name(&compiled.coordinates, &start.a),
-        "lambda": by_name(&compiled.multipliers, &start.lambda),
+        "lambda": by_name(&compiled.multipliers, &lambda),
         "lambda_not_unique": not_unique,
         "not_unique": Channels::new(mechanism).not_unique(&start.uniqueness),
         "initial": start.moved.iter().map(moved).collect::<Vec<_>>(),
