@@ -411,3 +411,33 @@ fn multipliers_of_a_start_are_those_of_its_first_sample() {
         close("friction", friction, expected, Within { relative: 1e-12, absolute: 0.0 });
     }
 }
+
+/// A condition on a rate that is zero and stays so is as written; one that the motion makes true at once holds.
+#[test]
+fn conditions_on_rates_at_rest() {
+    let cases = [
+        ("if(S.velocity > 0, 10, 0)", 0.0),
+        ("if(S.velocity >= 0, 10, 0)", 10.0),
+        ("if(S.velocity < 0, -10, 0)", 0.0),
+        ("if(S.velocity <= 0, -10, 0)", -10.0),
+        ("if(0 < S.velocity, 10, 0)", 0.0),
+        ("if(S.velocity > 0, 5, -5)", -5.0),
+        ("if(S.velocity > 0, 10, 1)", 10.0),
+        ("if(S.velocity < 0, -10, 1)", 1.0),
+        ("if(b.vx > 0 and S.position < 1, 10, 0)", 0.0),
+        ("if(t > 0, 10, 0)", 10.0),
+    ];
+    for (force, expected) in cases {
+        let text = format!(
+            "[bodies.b]\nmass = 1\n[joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"b\"]\naxis = [1, 0]\n\
+             [loads.f]\ntype = \"force\"\non = \"b\"\nvector = [\"{force}\", 0]\n[solve]\nt_end = 0.1\n"
+        );
+        let mechanism = derive(model(&text));
+        let start = mechanism.start().expect("a start");
+        close(force, start.a[0], expected, Within { relative: 1e-12, absolute: 1e-12 });
+        if expected == 0.0 {
+            let end = solve(&mechanism).samples.last().expect("a sample").q[0];
+            close("stays", end, 0.0, Within { relative: 0.0, absolute: 1e-12 });
+        }
+    }
+}

@@ -67,19 +67,18 @@ fn switching_roots(system: &mut SymbolicSystem) -> Vec<&mut Expr> {
 }
 
 /// The equations that are integrated with the sign of its own function in place of every mode of a kink: each state takes
-/// its own branches. Modes of contacts stay parameters.
+/// its own branches, and where a function is zero, conditions are as written. Modes of contacts stay parameters.
 ///
 /// # Panics
-/// Never: a comparison has two operands.
+/// Never: a sign has one operand.
 pub fn with_branches(pool: &Pool, system: &SymbolicSystem) -> SymbolicSystem {
     let mut branching = system.integrated().clone();
     let mut signs: Vec<(SymbolId, Expr)> = Vec::new();
     for switch in &branching.switches {
         // A function may have the mode of one before it in it.
         let function = pool.substitute(switch.function, &signs);
-        let is_positive = pool.call(Function::Ge, &[function, pool.zero()]);
-        let is_positive = is_positive.expect("a comparison has two operands");
-        signs.push((switch.mode, pool.select(is_positive, pool.one(), pool.neg(pool.one()))));
+        let sign = pool.call(Function::Sign, &[function]).expect("one argument");
+        signs.push((switch.mode, sign));
     }
     let roots = switching_roots(&mut branching);
     let exprs: Vec<Expr> = roots.iter().map(|root| **root).collect();
@@ -118,22 +117,27 @@ impl Kinks<'_> {
         use Function::{Abs, Ge, Gt, Le, Lt, Max, Min, Sign};
         let pool = self.pool;
         let difference = |a, b| pool.sub(a, b);
-        let half = |mode| pool.mul(pool.rational(1, 2), pool.add(pool.one(), mode));
+        // A condition is 1 where it holds and 0 elsewhere, at zero as it is written; `if` then takes one branch only.
+        let holds = |mode| pool.call(Gt, &[mode, pool.zero()]);
+        let holds_at_zero = |mode| pool.call(Ge, &[mode, pool.zero()]);
         Some(match (function, operands) {
-            (Abs, &[a]) => pool.mul(self.mode_of(a)?, a),
-            (Sign, &[a]) => self.mode_of(a)?,
-            (Min, &[a, b]) => pool.select(half(self.mode_of(difference(a, b))?), b, a),
-            (Max, &[a, b]) => pool.select(half(self.mode_of(difference(a, b))?), a, b),
-            // A condition is 1 where it holds and 0 elsewhere; `if` then takes one branch only.
-            (Gt | Ge, &[a, b]) => half(self.mode_of(difference(a, b))?),
-            (Lt | Le, &[a, b]) => half(self.mode_of(difference(b, a))?),
+            // Its slope is that of one side where it is zero, as those of `min` and `max` are.
+            (Abs, &[a]) => pool.select(holds_at_zero(self.mode_of(a, None)?)?, a, pool.neg(a)),
+            (Sign, &[a]) => self.mode_of(a, None)?,
+            (Min, &[a, b]) => pool.select(holds(self.mode_of(difference(a, b), None)?)?, b, a),
+            (Max, &[a, b]) => pool.select(holds(self.mode_of(difference(a, b), None)?)?, a, b),
+            (Gt, &[a, b]) => holds(self.mode_of(difference(a, b), Some(-1.0))?)?,
+            (Ge, &[a, b]) => holds_at_zero(self.mode_of(difference(a, b), Some(1.0))?)?,
+            (Lt, &[a, b]) => holds(self.mode_of(difference(b, a), Some(-1.0))?)?,
+            (Le, &[a, b]) => holds_at_zero(self.mode_of(difference(b, a), Some(1.0))?)?,
             _ => return None,
         })
     }
 
     /// σ of `u`, or −σ of −u; `None` when `u` keeps its value between events, or depends on multipliers: these have
-    /// no rates by which a mode could be found, and the friction that depends on them is continuous.
-    fn mode_of(&mut self, u: Expr) -> Option<Expr> {
+    /// no rates by which a mode could be found, and the friction that depends on them is continuous. `at_zero` is the
+    /// sign with which a condition is as written where u is zero.
+    fn mode_of(&mut self, u: Expr, at_zero: Option<f64>) -> Option<Expr> {
         let pool = self.pool;
         let symbols = pool.symbols_of(u);
         let moves = symbols.iter().any(|symbol| self.state.contains(symbol));
@@ -141,20 +145,24 @@ impl Kinks<'_> {
         if presses || !moves && !symbols.contains(&self.time) {
             return None;
         }
+        // Time does not rest.
+        let at_zero = at_zero.filter(|_| moves);
         let opposite = pool.neg(u);
-        for known in &self.switches {
+        for known in &mut self.switches {
             let mode = pool.symbol_expr(known.mode);
             if known.function == u {
+                known.at_zero = known.at_zero.or(at_zero);
                 return Some(mode);
             }
             if known.function == opposite {
+                known.at_zero = known.at_zero.or(at_zero.map(|sign| -sign));
                 return Some(pool.neg(mode));
             }
         }
         // Not an identifier, so that no name of the model can meet it.
         let mode = pool.symbol(&format!("'mode{}", self.switches.len()));
         let symbol = pool.symbol_id(mode).expect("a symbol was just made");
-        self.switches.push(Switch { function: u, mode: symbol, is_timed: !moves });
+        self.switches.push(Switch { function: u, mode: symbol, is_timed: !moves, at_zero });
         Some(mode)
     }
 }
@@ -181,7 +189,9 @@ mod tests {
     fn each_kink_becomes_the_branch_that_its_mode_selects() {
         let x = "S.position";
         let cases = [
-            (format!("1 N/m*abs({x})"), "'mode0*S_position", 1),
+            (format!("1 N/m*abs({x})"), "if(ge('mode0, 0), S_position, -S_position)", 1),
+            (format!("1 N*if({x} > 0, 2, 1)"), "if(gt('mode0, 0), 2, 1)", 1),
+            (format!("1 N*if({x} <= 0, 2, 1)"), "if(ge(-'mode0, 0), 2, 1)", 1),
             (format!("1 N*sign({x})"), "'mode0", 1),
             (format!("1 N/m*(abs({x}) + 2*max({x}, 0))"), "", 1),
             (format!("1 N/m*(max(0, {x}) + min({x}, 0))"), "", 1),

@@ -134,7 +134,7 @@ impl SymbolicSystem {
 }
 
 /// A kink or jump of an expression.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Switch {
     /// u(t, q, v), with the modes of kinks inside it: where it changes sign the expression kinks.
     pub function: Expr,
@@ -142,4 +142,7 @@ pub struct Switch {
     pub mode: SymbolId,
     /// True if u depends on time alone.
     pub is_timed: bool,
+    /// The value of σ with which the first condition on the sign of u is as written where u is zero; `None` without
+    /// one, and for u that depends on time alone.
+    pub at_zero: Option<f64>,
 }

@@ -254,13 +254,14 @@ impl CompiledSystem {
         self.indicators.idle().parameters_with_modes(parameters)
     }
 
-    /// `parameters`, which may end with modes, with the branches that kinks take at a state; contacts stay as they are.
+    /// `parameters`, which may end with modes, with the branches that kinks take at a state, where conditions on zero are
+    /// as written; contacts stay as they are.
     pub fn branches_at(&self, parameters: &[f64], state: StateRef<'_>) -> Vec<f64> {
         let (own, numbers) = parameters.split_at(self.n_parameters);
         let modes = self.indicators.modes_from_numbers(numbers);
         let modes = modes.unwrap_or_else(|| self.indicators.idle());
         let StateRef { t, q, v } = state;
-        self.indicators.with_signs_at(modes, own, (t, q, v)).parameters_with_modes(own)
+        self.indicators.with_signs_at(modes, own, (t, q, v), &|_| 0.0).parameters_with_modes(own)
     }
 
     /// The functions at the given parameter values, in the order of the model's parameters; modes

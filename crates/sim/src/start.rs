@@ -475,6 +475,12 @@ fn modes_of_start(
             before.contacts[k] = ContactMode::Closed;
         }
     }
+    // Functions that are zero up to rounding are: conditions on them are as written unless the motion leads away.
+    for (k, u) in values.kinks.iter().enumerate() {
+        if u.abs() <= bands.kinks[k] {
+            before.signs[k] = compiled.indicators.at_zero[k];
+        }
+    }
     let before = &before;
     let instant = Instant { compiled, parameters, t, q, v, before, fired: &[], bands };
     latched_modes(instant, holding, consistent_modes_without_impact)

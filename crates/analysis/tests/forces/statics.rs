@@ -353,3 +353,36 @@ fn what_friction_alone_could_hold_is_refused_with_the_friction_by_name() {
     assert!(fault.contains("without friction `rub`"), "{fault}");
     assert_eq!(found("0 m/s").expect("it sticks").equilibria.len(), 1);
 }
+
+/// A mass on a spring of 100 N/m, with a load that depends on a rate: where nothing moves, conditions are as written.
+#[test]
+fn loads_that_switch_by_a_rate_are_as_written_at_rest() {
+    let cases = [
+        ("if(b.vx > 0, 10, 0)", 0.0),
+        ("if(b.vx >= 0, 10, 0)", 0.1),
+        ("if(S.velocity > 0, 5, -5)", -0.05),
+        ("if(S.velocity > 0, 10, 0) + if(S.velocity < 0, -20, 0)", 0.0),
+        ("if(S.velocity > 0, 10, 2) + if(S.velocity >= 0, 3, 0)", 0.05),
+        ("2 + 10*sign(S.velocity)", 0.02),
+        ("if(S.position < 0.5 and S.velocity < 0, 10, 0)", 0.0),
+    ];
+    for (force, expected) in cases {
+        for axis in ["[1, 0]", "[\"cos(20 deg)\", \"sin(20 deg)\"]"] {
+            let text = format!(
+                "[bodies.b]\nmass = 1\n[joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"b\"]\naxis = {axis}\n\
+                 [loads]\nk = {{ type = \"spring\", joint = \"S\", stiffness = 100, length = 0 }}\n\
+                 f = {{ type = \"force\", on = \"b\", vector = [\"({force})*cos(0)\", 0] }}\n"
+            );
+            let expected = expected * if axis == "[1, 0]" { 1.0 } else { 20f64.to_radians().cos() };
+            let found = statics(model(&text), &[], &[]).expect("an equilibrium");
+            let places = found.table().column("S.position").expect("a position");
+            assert_eq!(places.len(), 1, "{force}: {places:?}");
+            assert!((places[0] - expected).abs() < 1e-12, "{force}: {places:?}");
+            // What the guide bears is that of the same force.
+            let across = -found.equilibria[0].reactions[0][0];
+            let along = 100.0 * expected / if axis == "[1, 0]" { 1.0 } else { 20f64.to_radians().cos() };
+            let bears = if axis == "[1, 0]" { 0.0 } else { along * 20f64.to_radians().sin().powi(2) };
+            assert!((across - bears).abs() < 1e-9, "{force}: {across} and {bears}");
+        }
+    }
+}

@@ -32,6 +32,8 @@ pub(crate) struct EventIndicators {
     rates: Function,
     /// Whether each switch depends on time alone.
     pub(crate) timed: Vec<bool>,
+    /// By switch: σ where u is zero and stays so, as the author wrote the condition.
+    pub(crate) at_zero: Vec<f64>,
     pub(crate) contacts: Vec<CompiledContact>,
     /// Of friction of a contact: the stops whose forces press it together.
     pub(crate) pressed_by: Vec<Vec<usize>>,
@@ -161,6 +163,7 @@ impl EventIndicators {
             idle_lambda: vec![0.0; lambda.len()],
             rates: Function::compile(model, &rates, &[&t, &q, &v, &a], &parameters)?,
             timed: system.switches.iter().map(|switch| switch.is_timed).collect(),
+            at_zero: system.switches.iter().map(|switch| switch.at_zero.unwrap_or(1.0)).collect(),
             pressed_by: (system.contacts.iter())
                 .map(|contact| pressed_by(model, &system.contacts, contact))
                 .collect(),
@@ -193,27 +196,36 @@ impl EventIndicators {
         }
     }
 
-    /// The modes with the signs that the switches have at a state and these values held, all contacts idle.
+    /// The modes with the signs that the switches have at a state and these values held, all contacts idle. Where
+    /// functions are zero, the first conditions on them are as written.
     pub(crate) fn decided(
         &self,
         held: Held,
         parameters: &[f64],
         (t, q, v): (f64, &[f64], &[f64]),
     ) -> Modes {
-        self.with_signs_at(Modes { held, ..self.idle() }, parameters, (t, q, v))
+        let modes = Modes { held, ..self.idle() };
+        self.with_signs_at(modes, parameters, (t, q, v), &|k| self.at_zero[k])
     }
 
-    /// `modes` with the signs that the switches have at a state.
+    /// `modes` with the signs that the switches have at a state, and with those of `at_zero` where functions are zero:
+    /// with zero itself every condition is as written.
     pub(crate) fn with_signs_at(
         &self,
         mut modes: Modes,
         parameters: &[f64],
         (t, q, v): (f64, &[f64], &[f64]),
+        at_zero: &dyn Fn(usize) -> f64,
     ) -> Modes {
         // A function may have the mode of one before it in it.
         for _ in 0..=modes.signs.len() {
             let values = self.at(&modes.parameters_with_modes(parameters)).values(t, q, v).clone();
-            let signs = values.kinks.iter().map(|&u| if u < 0.0 { -1.0 } else { 1.0 }).collect();
+            let sign = |(k, &u): (usize, &f64)| match u {
+                u if u < 0.0 => -1.0,
+                u if u == 0.0 => at_zero(k),
+                _ => 1.0,
+            };
+            let signs = values.kinks.iter().enumerate().map(sign).collect();
             if modes.signs == signs {
                 break;
             }
