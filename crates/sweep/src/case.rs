@@ -4,12 +4,14 @@ use std::ops::Range;
 
 use bksim::dae::Control;
 use bksim::model::SolveOptions;
-use bksim::sim::run::Sample;
+use bksim::record::Channels;
+use bksim::sim::hybrid::Passage;
+use bksim::sim::run::{Observer, Replay, Sample, StateSensitivity};
 use bksim::sim::start::Start;
 use bksim::{Mechanism, Rejected, Simulation};
 
 use crate::input::{Quantity, overrides};
-use crate::output::Reducer;
+use crate::output::{Outputs, Reducer};
 use crate::row::{Ending, Row};
 use crate::sampling::samples_for;
 use crate::study::Study;
@@ -39,6 +41,37 @@ struct Ready {
     place: usize,
     simulation: Simulation,
     start: Start,
+}
+
+/// What takes the outputs of a case from its run.
+struct CaseObserver<'a> {
+    reducer: &'a mut Reducer,
+    outputs: &'a Outputs,
+    channels: &'a Channels,
+    simulation: &'a Simulation,
+    /// Where an event was passed: functions that need not be made again for the next one.
+    replay: Option<Replay<'a>>,
+}
+
+impl Observer for CaseObserver<'_> {
+    fn sample(&mut self, sample: &Sample, _: &[StateSensitivity]) -> Control {
+        self.reducer.take(self.outputs, self.channels, sample);
+        Control::Continue
+    }
+
+    fn passage(&mut self, passage: &Passage) {
+        if !self.outputs.has_extremes() {
+            return;
+        }
+        let simulation = self.simulation;
+        let replay = self
+            .replay
+            .get_or_insert_with(|| Replay::new(simulation.compiled(), simulation.parameters()));
+        let around = replay.around(passage).into_iter().flatten();
+        for sample in around.filter(Sample::is_finite) {
+            self.reducer.take_between(self.outputs, self.channels, &sample);
+        }
+    }
 }
 
 impl<'a> Worker<'a> {
@@ -161,13 +194,15 @@ impl<'a> Worker<'a> {
         for (reducer, Ready { simulation, .. }) in reducers.iter_mut().zip(ready) {
             reducer.begin(outputs, simulation.parameters());
         }
-        let observer = |reducer: &mut Reducer, sample: &Sample| {
-            reducer.take(outputs, channels, sample);
-            Control::Continue
-        };
-        let observers = reducers.iter_mut();
-        let mut observers: Vec<_> =
-            observers.map(|reducer| move |sample: &Sample| observer(reducer, sample)).collect();
+        let mut observers: Vec<_> = (reducers.iter_mut().zip(ready))
+            .map(|(reducer, Ready { simulation, .. })| CaseObserver {
+                reducer,
+                outputs,
+                channels,
+                simulation,
+                replay: None,
+            })
+            .collect();
         let members: Vec<(&Simulation, &Start)> =
             ready.iter().map(|Ready { simulation, start, .. }| (simulation, start)).collect();
         let outcomes = Simulation::run_together(&members, &mut observers, stop);

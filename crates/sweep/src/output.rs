@@ -31,9 +31,9 @@ use reduce::Reduced;
 pub enum Take {
     /// Value at the end of the run.
     Final,
-    /// Smallest sample.
+    /// Smallest sample, or value on either side of an event.
     Min,
-    /// Largest sample.
+    /// Largest sample, or value on either side of an event.
     Max,
     /// The largest less the smallest.
     PeakToPeak,
@@ -47,6 +47,12 @@ pub enum Take {
     First,
     /// Value at a time, s.
     At(f64),
+}
+
+impl Take {
+    fn is_extreme(self) -> bool {
+        matches!(self, Self::Min | Self::Max | Self::PeakToPeak)
+    }
 }
 
 /// One number of a run.
@@ -105,6 +111,11 @@ impl Outputs {
     /// Names and units.
     pub fn all(&self) -> &[Output] {
         &self.all
+    }
+
+    /// Whether some are extremes of what may jump at an event.
+    pub(crate) fn has_extremes(&self) -> bool {
+        self.takes.iter().any(|(take, _)| take.is_extreme())
     }
 
     /// The takes, each with the output that asks for it, as it was written.
@@ -168,6 +179,16 @@ impl Reducer {
             reduced.take(sample.t, value);
         }
         self.t = sample.t;
+    }
+
+    /// Takes what there is between two samples, on one side of an event: extremes count it.
+    pub(crate) fn take_between(&mut self, outputs: &Outputs, channels: &Channels, sample: &Sample) {
+        let values = self.quantities.at(channels, sample);
+        for (reduced, &(take, quantity)) in self.reduced.iter_mut().zip(&outputs.takes) {
+            if take.is_extreme() {
+                reduced.take(sample.t, values[quantity]);
+            }
+        }
     }
 
     /// Writes the outputs of the run that has ended.

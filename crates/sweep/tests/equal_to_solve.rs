@@ -4,14 +4,35 @@ use bksim::Mechanism;
 use bksim::analysis::compliances;
 use bksim::dae::Control;
 use bksim::model::file::{Source, read};
-use bksim::sim::run::Sample;
+use bksim::sim::hybrid::Passage;
+use bksim::sim::run::{Observer, Replay, Sample, StateSensitivity};
 use bksim_sweep::{Ending, Monitor, Request, Row, Study};
 
 use crate::common::{plan, press};
 
-/// The solution of the model by itself: values of parameters, and start and samples or the code of
-/// its fault.
-fn solve(text: &str, set: &[(String, String)]) -> Result<(Mechanism, Vec<Sample>), &'static str> {
+/// A run with its samples, and what there is on both sides of its events.
+#[derive(Default)]
+struct Taken {
+    samples: Vec<Sample>,
+    passages: Vec<Passage>,
+}
+
+impl Observer for Taken {
+    fn sample(&mut self, sample: &Sample, _: &[StateSensitivity]) -> Control {
+        self.samples.push(sample.clone());
+        Control::Continue
+    }
+
+    fn passage(&mut self, passage: &Passage) {
+        self.passages.push(passage.clone());
+    }
+}
+
+/// The solution of the model by itself: values of parameters, samples with those around events, or the code of its
+/// fault.
+type Solved = Result<(Mechanism, [Vec<Sample>; 2]), &'static str>;
+
+fn solve(text: &str, set: &[(String, String)]) -> Solved {
     let reading = read(&Source { overrides: set, ..Source::new(text, "press") });
     let Some(model) = reading.model else {
         let error = reading.diagnostics.iter().find(|fault| fault.is_error());
@@ -20,13 +41,14 @@ fn solve(text: &str, set: &[(String, String)]) -> Result<(Mechanism, Vec<Sample>
     let mechanism = Mechanism::derive(model, Vec::new()).expect("equations");
     let start = mechanism.start().map_err(|rejected| rejected.0[0].code.0)?;
     let simulation = mechanism.simulation().expect("equations");
-    let mut samples = Vec::new();
-    let mut keep = |sample: &Sample| {
-        samples.push(sample.clone());
-        Control::Continue
-    };
-    match simulation.run(&start, &mut keep, &|| false) {
-        Ok(_) => Ok((mechanism, samples)),
+    let mut taken = Taken::default();
+    match simulation.run(&start, &mut taken, &|| false) {
+        Ok(_) => {
+            let mut replay = Replay::new(&mechanism.compiled, &mechanism.parameters);
+            let mut around = |passage| replay.around(passage).expect("an event of this run");
+            let between = taken.passages.iter().flat_map(&mut around).collect();
+            Ok((mechanism, [taken.samples, between]))
+        }
         Err(failure) => Err(simulation.diagnose(&failure).code.0),
     }
 }
@@ -46,7 +68,7 @@ fn check(text: &str, axes: &[(&str, &str)]) -> usize {
     let mut n_failed = 0;
     for row in &rows {
         let set = study.settings(row.case);
-        let (mechanism, samples) = match solve(text, &set) {
+        let (mechanism, [samples, between]) = match solve(text, &set) {
             Ok(solved) => solved,
             Err(code) => {
                 let fault = row.ending.fault().unwrap_or_else(|| panic!("{set:?} is refused"));
@@ -68,11 +90,12 @@ fn check(text: &str, axes: &[(&str, &str)]) -> usize {
         let joint = mechanism.compiled.joints.iter().position(|j| j == "rod").expect("a joint");
         let last = samples.last().expect("samples");
         let total = |s: &Sample| s.energy.kinetic + s.energy.potential;
+        let all = || samples.iter().chain(&between);
         let at = samples.iter().find(|s| s.t == 0.1).expect("a sample at 0.1 s");
         let expected = [
             last.q[index_of("x")],
-            samples.iter().map(total).fold(f64::NEG_INFINITY, f64::max),
-            samples.iter().map(|s| s.reactions[joint][0]).fold(f64::INFINITY, f64::min),
+            all().map(total).fold(f64::NEG_INFINITY, f64::max),
+            all().map(|s| s.reactions[joint][0]).fold(f64::INFINITY, f64::min),
             at.q[index_of("theta")],
         ];
         assert_eq!(row.outputs.len(), expected.len());
@@ -99,7 +122,7 @@ fn samples_that_no_output_needs_change_no_bit() {
         request.outputs = vec!["final(state.x)".to_owned(), "theta@0.07".to_owned()];
         let study = Study::prepare(request).expect("a study");
         for row in rows(&study) {
-            let (mechanism, samples) = solve(&text, &study.settings(row.case)).expect("a motion");
+            let (mechanism, [samples, _]) = solve(&text, &study.settings(row.case)).expect("a motion");
             let x = mechanism.compiled.coordinates.iter().position(|c| c.name == "x");
             let last = samples.last().expect("samples");
             let expected = last.q[x.expect("a name")];
@@ -196,4 +219,41 @@ fn joints_that_yield_share_in_rows_what_they_share_in_solutions() {
     request.compliance = vec![("D".to_owned(), "1 N/m".to_owned())];
     let refused = Study::prepare(request).expect_err("no such joint");
     assert_eq!(refused.0[0].code.0, "Q002");
+}
+
+/// A tool that is driven at 1 m/s against a force that jumps where it has come to `s`: the peak is on one side of
+/// the event, between two samples.
+#[test]
+fn extremes_count_both_sides_of_an_event() {
+    let text = |force: &str| {
+        format!(
+            "[parameters]\ns = 0.5\n[bodies.b]\nmass = 1\n\
+             [joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"b\"]\naxis = [1, 0]\n\
+             [drives.go]\njoint = \"S\"\nmotion = \"1 m/s*t\"\n\
+             [loads.f]\ntype = \"force\"\non = \"b\"\nvector = [\"-({force})\", 0]\n\
+             [solve]\nt_end = 1\nevery = 0.1\n"
+        )
+    };
+    let [before, after]: [fn(f64) -> f64; 2] = [|s| 100.0 * s, |s| 100.0 * (1.0 - s)];
+    for (force, peak) in [
+        ("if(S.position < s, 100*S.position, 0)", before),
+        ("if(S.position < s, 0, 100*(1 - S.position))", after),
+    ] {
+        let mut request = Request::new(&text(force), "tool", plan(&[("s", "0.23:0.77:4")]));
+        request.outputs =
+            ["max(drives.go)", "peak_to_peak(drives.go)", "min(-drives.go)", "final(drives.go)"]
+                .map(str::to_owned)
+                .to_vec();
+        let study = Study::prepare(request).expect("a study");
+        let found = rows(&study);
+        assert_eq!(found.len(), 4);
+        for (k, row) in (0..).zip(&found) {
+            let expected = peak(0.23 + 0.18 * f64::from(k));
+            let [max, span, min, last] = row.outputs[..] else { panic!("{row:?}") };
+            for value in [max, span, -min] {
+                assert!((value - expected).abs() < 1e-7, "{force}: {value} is not {expected}");
+            }
+            assert!(last.abs() < 1e-9, "{force}: {last} at the end");
+        }
+    }
 }

@@ -494,3 +494,42 @@ vary = { q = ["0 m", "0.5 m"] }
     is_close(value(&found, "q"), 1.0 / 6.0, 2e-4);
     is_close(found.after, 0.75_f64.sqrt(), 1e-6);
 }
+
+/// A tool against a force that ends where it has come to p = 0.4 + 0.1 s: its peak f(s) = 100 p (1 + 4 (s − 0.6)²) is just
+/// before that event, between samples.
+#[test]
+fn a_least_peak_at_a_load_that_jumps() {
+    let found = solved(
+        r#"
+[parameters]
+s = 0.5
+p = "0.4 + 0.1*s"
+[bodies.b]
+mass = 1
+[joints.S]
+type = "prismatic"
+between = ["ground", "b"]
+axis = [1, 0]
+[drives.go]
+joint = "S"
+motion = "1 m/s*t"
+[loads.f]
+type = "force"
+on = "b"
+vector = ["-if(S.position < p, 100*S.position*(1 + 4*(s - 0.6)^2), 0)", 0]
+[outputs]
+effort = "drives.go"
+[solve]
+t_end = 1
+every = 0.07
+[optimize]
+minimize = "max(abs(outputs.effort))"
+vary = { s = [0.3, 0.9] }
+"#,
+    );
+    // f′ = 0 at u = s − 0.6.
+    let u = (-368.0 + f64::sqrt(368.0 * 368.0 - 4800.0)) / 240.0;
+    is_close(value(&found, "s"), 0.6 + u, 1e-5);
+    is_close(found.after, (46.0 + 10.0 * u) * (1.0 + 4.0 * u * u), 1e-7);
+    assert!(found.converged, "{found:?}");
+}

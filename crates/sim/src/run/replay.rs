@@ -6,6 +6,7 @@ use super::observer::Segment;
 use super::sample::{Energy, Sample};
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
+use crate::hybrid::Passage;
 use crate::modes::Modes;
 use crate::modes::indicators::IndicatorEvaluator;
 use crate::multiplier::MultiplierSystem;
@@ -92,6 +93,26 @@ impl<'a> Replay<'a> {
             self.compiled.share(&parameters, (t, q), &|_| true, (reactions, lambda));
         }
         Ok(sample)
+    }
+
+    /// The samples at an event: the last instant before it, and the first one after it.
+    ///
+    /// # Errors
+    /// [`Unreplayed`] when the event is not one of this mechanism.
+    pub fn around(&mut self, passage: &Passage) -> Result<[Sample; 2], Unreplayed> {
+        let Passage { state, before, inactive, after, .. } = passage;
+        let mut side = |q: &[f64], v: &[f64], modes: &Modes, dependent: &[usize]| {
+            let segment = Segment {
+                t0: state.t,
+                t1: state.t,
+                values: [q, v].concat(),
+                modes: modes.parameters_with_modes(&[]),
+                dependent: dependent.to_vec(),
+            };
+            self.at(&segment, state.t).cloned()
+        };
+        let first = side(&state.q, &state.v, before, inactive)?;
+        Ok([first, side(&after.q, &after.v, &after.modes, &after.inactive)?])
     }
 
     /// The sample that [`Replay::at`] has made last.
