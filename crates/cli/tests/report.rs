@@ -408,3 +408,20 @@ fn all_load_cases_are_done_one_after_the_other() {
     assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
     assert!(text(&output.stderr).contains("has no load cases"), "{}", text(&output.stderr));
 }
+
+/// A wheel that turns evenly against a steady torque: no instant is that of its largest rate or effort.
+#[test]
+fn what_is_steady_has_no_instant() {
+    let place = Scratch::new();
+    let wheel = "[bodies.wheel]\nmass = 1\ninertia = 0.3\n[joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"wheel\"]\n\
+                 [drives.motor]\njoint = \"A\"\nmotion = \"25.13*t\"\n\
+                 [loads.brake]\ntype = \"torque\"\non = \"wheel\"\nvalue = \"-416.67\"\n[solve]\nt_end = 1\n";
+    place.write("wheel.toml", wheel);
+    let said = run(&place, "report wheel.toml");
+    let rate = said.lines().find(|line| line.contains("25.13 rad/s")).expect("a rate");
+    assert!(!rate.contains(" s "), "{rate}");
+    let effort = said.lines().find(|line| line.contains("416.67 N*m")).expect("an effort");
+    assert!(!effort.contains(" s "), "{effort}");
+    let found = report(&place, "wheel.toml");
+    assert_eq!(found["drives"][0]["peak"]["t"], 0.0, "{found}");
+}

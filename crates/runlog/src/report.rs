@@ -29,8 +29,10 @@ pub use tables::{Row, tables};
 pub struct Extreme {
     /// In the unit of the quantity.
     pub value: f64,
-    /// s.
+    /// s; the start of the run where the value is the same throughout.
     pub t: f64,
+    /// True where the value is the same throughout, but for rounding.
+    pub is_steady: bool,
 }
 
 /// All numbers of one run.

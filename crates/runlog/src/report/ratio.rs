@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     fn turns(of: &[(f64, f64)]) -> Vec<Extreme> {
-        of.iter().map(|&(t, value)| Extreme { value, t }).collect()
+        of.iter().map(|&(t, value)| Extreme { value, t, is_steady: false }).collect()
     }
 
     #[test]

@@ -28,6 +28,9 @@ const N_GOLDEN: usize = 44;
 /// Part of stroke and largest rate within which the end of a run repeats its start.
 const REPEATS: f64 = 1e-6;
 
+/// Part of a value within which one that is the same throughout a run differs by rounding.
+const STEADY: f64 = 1e-9;
+
 /// Rank margin below which reactions and accelerations are those of a singular pose, rounding in place of a
 /// result: its constraint Jacobian has a singular value of a hundredth of what it has elsewhere.
 const SINGULAR: f64 = 1e-4;
@@ -147,7 +150,14 @@ impl Survey<'_> {
             if is_more { next } else { best }
         };
         let idx = (1..n).fold(0, best);
-        let mut extreme = Extreme { value: self.value(idx, place), t: self.instants[idx] };
+        let mut extreme =
+            Extreme { value: self.value(idx, place), t: self.instants[idx], is_steady: false };
+        // Of what stays as it is, rounding would choose the instant.
+        let values = (0..n).map(|instant| self.value(instant, place));
+        let is_same = |value: f64| (value - extreme.value).abs() <= STEADY * extreme.value.abs();
+        if values.filter(|value| !value.is_nan()).all(is_same) {
+            return Ok(Extreme { t: self.instants[0], is_steady: true, ..extreme });
+        }
         // Golden section between the neighbours.
         let mut ends = [self.instants[idx.saturating_sub(1)], self.instants[(idx + 1).min(n - 1)]];
         let golden = f64::midpoint(5f64.sqrt(), -1.0);
@@ -162,7 +172,7 @@ impl Survey<'_> {
         for _ in 0..N_GOLDEN {
             for (&t, &value) in inner.iter().zip(&values) {
                 if of(value) > of(extreme.value) {
-                    extreme = Extreme { value, t };
+                    extreme = Extreme { value, t, is_steady: false };
                 }
             }
             let t = if of(values[0]) >= of(values[1]) {
@@ -214,7 +224,7 @@ impl Survey<'_> {
                 if row[rate] * value < 0.0 { low = middle } else { high = middle }
             }
             self.at(high, &mut row)?;
-            turns.push(Extreme { value: row[place], t: high });
+            turns.push(Extreme { value: row[place], t: high, is_steady: false });
         }
         Ok(turns)
     }

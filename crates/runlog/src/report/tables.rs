@@ -77,10 +77,11 @@ impl Writing<'_> {
         format!("{} {}", number(self.time.of_si(t)), self.time.unit)
     }
 
-    /// A value and its instant; none of what is zero but for rounding.
+    /// A value and its instant; none of what is zero but for rounding, or the same throughout.
     fn extreme(&self, extreme: Extreme, si: &str) -> [String; 2] {
         let is_zero = self.floored(extreme.value, si) == 0.0;
-        let instant = if is_zero { String::new() } else { self.instant(extreme.t) };
+        let has_instant = !is_zero && !extreme.is_steady;
+        let instant = if has_instant { self.instant(extreme.t) } else { String::new() };
         [self.value(extreme.value, si), instant]
     }
 }
@@ -97,7 +98,7 @@ fn pin_forces(report: &Report, w: &Writing<'_>) -> Vec<Row> {
     let n_parts = if is_spatial { 3 } else { 2 };
     let pins = report.reactions.iter().filter(|one| w.floored(one.force.value, "N") != 0.0);
     let pins = pins.map(|joint| {
-        let [force, at] = w.extreme(joint.force, "N");
+        let [force, at] = [w.value(joint.force.value, "N"), w.instant(joint.force.t)];
         let parts = joint.largest.reaction[..n_parts].iter().map(|&part| w.value(part, "N"));
         let degrees = |x: f64| format!("{} {}", number(angle.of_si(x)), angle.unit);
         let direction = joint.largest.direction().map_or_else(String::new, degrees);
