@@ -101,7 +101,9 @@ impl Reader<'_> {
         let mut couplings = Vec::new();
         for (name, span, table) in self.own_tables(root, "coupling") {
             self.usable_name(name, &span, "coupling");
-            couplings.extend(self.read_coupling(name, table, span).unwrap_or_default());
+            let read = self.read_coupling(name, table, span);
+            self.topology_unknown |= read.is_none();
+            couplings.extend(read.unwrap_or_default());
         }
         for (name, span, table) in self.own_tables(root, "condition") {
             self.usable_name(name, &span, "condition");
