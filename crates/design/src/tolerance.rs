@@ -325,6 +325,7 @@ fn banded(
     // Results, and the poses at which they are asked for.
     let read = |text: &String| {
         let read = formula(text, model, Some(&mechanism.system), &[]);
+        let read = read.map_err(|fault| extreme::in_formula(text).unwrap_or(fault));
         read.map_err(|fault| located(fault, &source.text, text))
     };
     let (over, plain): (Vec<&String>, Vec<&String>) =

@@ -45,6 +45,31 @@ pub(super) fn parts_of(text: &str) -> Option<(&str, Vec<(f64, f64)>)> {
     kinds.into_iter().find_map(|(name, parts)| Some((argument(text, name)?, parts)))
 }
 
+/// The fault of a formula with extremes over a range in it, which are results by themselves; `None` without any.
+pub(super) fn in_formula(text: &str) -> Option<DesignError> {
+    // A call with one argument, among other things.
+    let call = |name: &str| {
+        let begin = format!("{name}(");
+        let calls = text.match_indices(&begin).map(|(at, _)| at);
+        calls.filter(|&at| !text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_')).find_map(
+            |at| {
+                let ends = text[at..].match_indices(')').map(|(end, _)| at + end + 1);
+                ends.filter_map(|end| argument(&text[at..end], name)).next()
+            },
+        )
+    };
+    let [most, least, span] = ["max", "min", "peak_to_peak"].map(call);
+    let help = match (most, least, span) {
+        (Some(most), Some(least), _) if most == least => format!("write `peak_to_peak({most})`"),
+        (Some(of), ..) => format!("ask for `max({of})` by itself"),
+        (_, Some(of), _) => format!("ask for `min({of})` by itself"),
+        (.., Some(of)) => format!("ask for `peak_to_peak({of})` by itself"),
+        _ => return None,
+    };
+    let message = format!("`{text}` has extremes over a range in a formula");
+    Some(DesignError::fault(codes::BAD_QUESTION, message, help))
+}
+
 /// Poses at all values of a range in which a result is greatest (1) or least (−1).
 pub(super) fn greatest(
     solver: &mut Solver<'_>,

@@ -389,3 +389,21 @@ fn a_swing_and_its_ends_have_their_bands() {
         );
     }
 }
+
+#[test]
+fn extremes_in_a_formula_are_asked_for_by_themselves() {
+    let text = FOUR_BAR.replace("\"0.9 rad\"", "\"0:6 rad:7\"");
+    for (of, help) in [
+        ("max(rocker.angle)-min(rocker.angle)", "write `peak_to_peak(rocker.angle)`"),
+        ("2*max(rocker.angle)", "ask for `max(rocker.angle)` by itself"),
+        ("max(rocker.angle) - min(coupler.angle)", "ask for `max(rocker.angle)` by itself"),
+        ("max(rocker.angle, 2", "write one as in `rocker.angle - o2`"),
+    ] {
+        let text = text.replace("of = \"rocker.angle\"", &format!("of = \"{of}\""));
+        let source = Source { text: text.clone(), name: "bar".to_owned(), ..Source::default() };
+        let wish = ToleranceWish::of_model(&text).expect("a question");
+        let error = tolerance(&source, &wish, Watch::default()).expect_err("a fault");
+        let fault = &error.diagnostics()[0];
+        assert_eq!((fault.code.0, fault.help.as_deref()), ("O001", Some(help)), "{of}");
+    }
+}
