@@ -127,6 +127,36 @@ fn a_page_shows_the_mechanism_to_scale_with_its_lengths() {
     for part in ["scale 1:", ">r = 60<", ">l = 240<", "Load cases", "full load", "2065.59"] {
         assert!(page.contains(part), "{part}");
     }
+    // The distance of the ground's pins, which is as large as `l` by chance, has no name.
+    let four_bar = r#"
+[parameters]
+r = "60 mm"
+l = "240 mm"
+k = "2*r"
+[ground]
+points = { A = [0, 0], D = ["240 mm", 0] }
+[bodies]
+crank = { mass = 1, points = { A = [0, 0], B = ["r", 0] } }
+rod = { mass = 1, inertia = 0.01, points = { B = ["-l/2", 0], C = ["l/2", 0] } }
+rocker = { mass = 1, inertia = 0.01, points = { D = [0, 0], C = [0, "k"] } }
+[joints]
+A = { type = "revolute", between = ["ground.A", "crank.A"] }
+B = { type = "revolute", between = ["crank.B", "rod.B"] }
+C = { type = "revolute", between = ["rod.C", "rocker.C"] }
+D = { type = "revolute", between = ["ground.D", "rocker.D"] }
+[drives]
+motor = { joint = "A", motion = "1 rad/s*t" }
+[solve]
+t_end = "6.3 s"
+"#;
+    fs::write(place.path().join("bar.toml"), four_bar).expect("a file");
+    run(&place, "sheet bar.toml -o bar.html --units mm");
+    let page = fs::read_to_string(place.path().join("bar.html")).expect("a page");
+    for (part, n) in [(">r = 60<", 1), (">l = 240<", 1), (">240<", 1), (">k = 120<", 1)] {
+        let found = page.matches(&format!("{}</text>", part.trim_end_matches('<'))).count();
+        // Each with its halo.
+        assert_eq!(found, 2 * n, "{part}");
+    }
     run(&place, "sheet pusher.toml -o pins.pdf");
     let pdf = fs::read(place.path().join("pins.pdf")).expect("a document");
     assert!(pdf.starts_with(b"%PDF") && pdf.len() > 10_000);

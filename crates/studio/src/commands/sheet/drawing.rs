@@ -3,7 +3,9 @@
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write as _;
 
+use bksim::Mechanism;
 use bksim::model::file::ShownUnits;
+use bksim::model::{Anchor, Parameter};
 use bksim::report::six_digits;
 use bksim::sim::run::Unreplayed;
 use bksim_cli::output::number;
@@ -273,20 +275,47 @@ impl Dimension {
     }
 }
 
+/// The one parameter that the distance of two points of a body is: equal to it, and growing as it does. Others may be
+/// as large by chance.
+fn parameter_of<'m>(
+    mechanism: &'m Mechanism,
+    points: [Anchor; 2],
+    length: f64,
+) -> Option<&'m Parameter> {
+    let Mechanism { model, parameters, .. } = mechanism;
+    // The distance where one parameter is twice as large.
+    let distance = |doubled: usize| {
+        let value = |symbol| {
+            let at = model.parameters.iter().position(|of| of.symbol == symbol)?;
+            Some(parameters[at] * if at == doubled { 2.0 } else { 1.0 })
+        };
+        let number = |expr| model.pool.evaluate(expr, &value).ok();
+        let place = |at: Anchor| match at.point {
+            None => Some([0.0; 2]),
+            Some(point) => {
+                let [x, y, _] = model.bodies[at.body.0].points[point.0].position;
+                Some([number(x)?, number(y)?])
+            }
+        };
+        let [a, b] = [place(points[0])?, place(points[1])?];
+        Some((b[0] - a[0]).hypot(b[1] - a[1]))
+    };
+    let is_near = |value: f64, expected: f64| (value - expected).abs() <= 1e-9 * expected;
+    let mut same = model.parameters.iter().enumerate().filter(|&(at, of)| {
+        of.unit == "m"
+            && is_near(parameters[at], length)
+            && distance(at).is_some_and(|found| is_near(found, 2.0 * length))
+    });
+    let (first, others) = (same.next(), same.next());
+    first.filter(|_| others.is_none()).map(|(_, parameter)| parameter)
+}
+
 /// The distances between the pins of each body, in the order of the file.
 fn dimensions(show: &Show, units: &ShownUnits) -> Vec<Dimension> {
     let mechanism = show.playback().mechanism();
     let model = &mechanism.model;
     let unit = units.of("m");
     let pins = pins(show);
-    let named = |length: f64| {
-        let values = model.parameters.iter().zip(&mechanism.parameters);
-        let mut same = values.filter(|(parameter, value)| {
-            parameter.unit == "m" && (**value - length).abs() <= 1e-9 * length
-        });
-        let (first, others) = (same.next(), same.next());
-        first.filter(|_| others.is_none()).map(|(parameter, _)| format!("{} = ", parameter.name))
-    };
     let mut found = Vec::new();
     for body in 0..model.bodies.len() {
         // A joint that slides is nowhere on its guide.
@@ -295,10 +324,13 @@ fn dimensions(show: &Show, units: &ShownUnits) -> Vec<Dimension> {
             joint.successor.body.0 == body || is_pin && joint.predecessor.body.0 == body
         });
         let mut points: Vec<[f64; 3]> = Vec::new();
-        for p in on_body.filter_map(|(_, pin)| *pin) {
+        let mut anchors: Vec<Anchor> = Vec::new();
+        for (joint, p) in on_body.filter_map(|(joint, pin)| Some((joint, (*pin)?))) {
             let is_new = |q: &[f64; 3]| (p[0] - q[0]).hypot(p[1] - q[1]) > 1e-9;
             if points.iter().all(is_new) {
                 points.push(p);
+                let is_second = joint.successor.body.0 == body;
+                anchors.push(if is_second { joint.successor } else { joint.predecessor });
             }
         }
         let n = points.len() as f64;
@@ -312,7 +344,8 @@ fn dimensions(show: &Show, units: &ShownUnits) -> Vec<Dimension> {
             let ends = [points[i], points[j]];
             let length = (ends[1][0] - ends[0][0]).hypot(ends[1][1] - ends[0][1]);
             let shown = number(six_digits(unit.of_si(length), unit.of_si(length)));
-            let text = named(length).unwrap_or_default() + &shown;
+            let named = parameter_of(mechanism, [anchors[i], anchors[j]], length);
+            let text = named.map_or_else(String::new, |of| format!("{} = ", of.name)) + &shown;
             let row = if body == 0 { row } else { 0 };
             found.push(Dimension { ends, text, row, middle });
         }
