@@ -116,6 +116,20 @@ fn a_rod_that_spins_between_two_balls_is_told_with_them() {
     solve(&derive(model(&held)));
 }
 
+/// A mass on a thread: no turn about the thread has inertia, and the help gives it some.
+#[test]
+fn a_mass_without_moments_on_a_ball_is_told_about_which_line() {
+    let text = "[bodies.bob]\nmass = 1\ncom = [0, 0, -1]\ninertia = [0, 0, 0]\n\
+                [joints.A]\ntype = \"spherical\"\nbetween = [\"ground\", \"bob\"]\n\
+                [loads.g]\ntype = \"gravity\"\nacceleration = [0, 0, -9.81]\n[solve]\nt_end = 0.1\n";
+    let rejected = derive(model(text)).solve().expect_err("no inertia");
+    let help = rejected.0[0].help.clone().unwrap_or_default();
+    assert_eq!(rejected.0[0].code.0, "S005");
+    assert!(help.contains("the line through `A` and its centre of mass"), "{help}");
+    let cure = help.split('`').find(|part| part.starts_with("inertia = ")).expect("a cure");
+    solve(&derive(model(&text.replace("inertia = [0, 0, 0]", cure))));
+}
+
 /// A rod on a hinge or ball whose other end is welded to the ground in a frame turned by these angles.
 fn welded_rod(hinge: &str, rpy: &str) -> String {
     format!(

@@ -10,7 +10,7 @@ use crate::start::StartError;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::{counted, listed, short};
-use bksim_model::{BodyId, GROUND, Joint, JointId, Load, Model, Space};
+use bksim_model::{Body, BodyId, GROUND, Joint, JointId, Load, Model, Space};
 
 /// The diagnostic of a start that was not found.
 pub fn diagnose_start(
@@ -245,6 +245,19 @@ fn between_balls(model: &Model, body: BodyId) -> Option<[&str; 2]> {
     }
 }
 
+/// The ball joint of a body that has a mass at a distance from it, but not all moments of inertia.
+fn ball_of_point(model: &Model, body: BodyId) -> Option<&str> {
+    let value = |expr| {
+        let value = |symbol| model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
+        model.pool.evaluate(expr, &value).unwrap_or(f64::NAN)
+    };
+    let Body { mass, inertia, .. } = &model.bodies[body.0];
+    let lacks_moment = inertia.moments.into_iter().any(|moment| value(moment) == 0.0);
+    let has = |joint: &&Joint| [joint.predecessor.body, joint.successor.body].contains(&body);
+    let ball = model.joints.iter().filter(has).find(|joint| joint.kind.is_ball())?;
+    (value(*mass) > 0.0 && lacks_moment).then_some(ball.name.as_str())
+}
+
 fn no_inertia(
     model: &Model,
     system: &SymbolicSystem,
@@ -289,7 +302,13 @@ fn no_inertia(
                 "give it a moment of inertia about this line, make `{one}` a `universal` joint, or write a \
                  `link` in place of the body"
             )),
-        None => fault.help("give the moving body a mass or a moment of inertia, or weld it"),
+        None => fault.help(match spinning.and_then(|body| ball_of_point(model, body)) {
+            Some(joint) => format!(
+                "its mass resists no turn about the line through `{joint}` and its centre of mass: give it a moment of \
+                 inertia about this line, however small, as in `inertia = [1e-6, 1e-6, 1e-6]`"
+            ),
+            None => "give the moving body a mass or a moment of inertia, or weld it".to_owned(),
+        }),
     };
     match span {
         Some(span) => fault.at(span, "nothing resists this motion"),
