@@ -385,7 +385,8 @@ fn angles_of_cut_joints_in_space_are_stated_within_half_a_turn_and_loads_by_them
 /// Friction that slides at the start: on a slope, in a pin, and under a box.
 #[test]
 fn multipliers_of_a_start_are_those_of_its_first_sample() {
-    let gravity = "[loads.g]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n[solve]\nt_end = 0.01\n";
+    let gravity =
+        "[loads.g]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n[solve]\nt_end = 0.01\n";
     let slope = "[bodies.b]\nmass = 3\n[joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"b\"]\n\
                  axis = [\"cos(20 deg)\", \"sin(20 deg)\"]\n\
                  [loads.f]\ntype = \"friction\"\njoint = \"S\"\nmu = 0.3\n[initial]\nS = { velocity = 2 }\n";

@@ -43,7 +43,7 @@ struct Ready {
     start: Start,
 }
 
-/// What takes the outputs of a case from its run.
+/// Observer of the run of a case, which takes its outputs.
 struct CaseObserver<'a> {
     reducer: &'a mut Reducer,
     outputs: &'a Outputs,

@@ -122,7 +122,8 @@ fn samples_that_no_output_needs_change_no_bit() {
         request.outputs = vec!["final(state.x)".to_owned(), "theta@0.07".to_owned()];
         let study = Study::prepare(request).expect("a study");
         for row in rows(&study) {
-            let (mechanism, [samples, _]) = solve(&text, &study.settings(row.case)).expect("a motion");
+            let (mechanism, [samples, _]) =
+                solve(&text, &study.settings(row.case)).expect("a motion");
             let x = mechanism.compiled.coordinates.iter().position(|c| c.name == "x");
             let last = samples.last().expect("samples");
             let expected = last.q[x.expect("a name")];

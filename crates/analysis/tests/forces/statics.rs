@@ -380,8 +380,10 @@ fn loads_that_switch_by_a_rate_are_as_written_at_rest() {
             assert!((places[0] - expected).abs() < 1e-12, "{force}: {places:?}");
             // What the guide bears is that of the same force.
             let across = -found.equilibria[0].reactions[0][0];
-            let along = 100.0 * expected / if axis == "[1, 0]" { 1.0 } else { 20f64.to_radians().cos() };
-            let bears = if axis == "[1, 0]" { 0.0 } else { along * 20f64.to_radians().sin().powi(2) };
+            let along =
+                100.0 * expected / if axis == "[1, 0]" { 1.0 } else { 20f64.to_radians().cos() };
+            let bears =
+                if axis == "[1, 0]" { 0.0 } else { along * 20f64.to_radians().sin().powi(2) };
             assert!((across - bears).abs() < 1e-9, "{force}: {across} and {bears}");
         }
     }

@@ -51,12 +51,12 @@ pub(super) fn in_formula(text: &str) -> Option<DesignError> {
     let call = |name: &str| {
         let begin = format!("{name}(");
         let calls = text.match_indices(&begin).map(|(at, _)| at);
-        calls.filter(|&at| !text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_')).find_map(
-            |at| {
+        calls
+            .filter(|&at| !text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_'))
+            .find_map(|at| {
                 let ends = text[at..].match_indices(')').map(|(end, _)| at + end + 1);
                 ends.filter_map(|end| argument(&text[at..end], name)).next()
-            },
-        )
+            })
     };
     let [most, least, span] = ["max", "min", "peak_to_peak"].map(call);
     let help = match (most, least, span) {
