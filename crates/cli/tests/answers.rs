@@ -269,3 +269,43 @@ fn no_heading_of_a_vietnamese_answer_is_english() {
         assert!(n_cells > 60, "{n_cells} texts of {example}");
     }
 }
+
+/// Starts and derivatives are in the units of the model, or in those that are asked for.
+#[test]
+fn starts_and_derivatives_are_in_units() {
+    let place = Scratch::new();
+    place.write("up.toml", UPRIGHT);
+    let said = |arguments: &str| {
+        let output = place.run(arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let row = |report: &str, of: &str| -> Vec<String> {
+        let line = report.lines().find(|line| line.trim_start().starts_with(of));
+        line.unwrap_or_default().split_whitespace().map(str::to_owned).collect()
+    };
+    let own = row(&said("assemble up.toml"), "phi ");
+    assert_eq!(
+        (own[1].as_str(), &own[4..]),
+        ("1", &["deg,", "deg/s,", "deg/s²"].map(str::to_owned)[..])
+    );
+    let si = row(&said("assemble up.toml --units si"), "phi ");
+    assert_eq!((si[1].as_str(), si[4].as_str()), ("0.0174532925", "rad,"));
+    let stated = row(&said("assemble up.toml"), "A.angle");
+    assert_eq!(stated[1..3], ["1", "1"].map(str::to_owned));
+
+    // By the angle in degrees, and in radians.
+    let slope = |units: &str| -> f64 {
+        let report = said(&format!("gradient up.toml --of A.rate --by A.angle --t-end 0.1{units}"));
+        let row = row(&report, "A.angle");
+        row[3].parse().expect("a number")
+    };
+    let [own, si] = [slope(""), slope(" --units si")];
+    assert!((own - si).abs() < 1e-8 * si.abs(), "rates and angles in degrees: {own} and {si}");
+    let newtons = |units: &str| -> f64 {
+        let report = said(&format!("gradient up.toml --of A.angle --by u --t-end 0.1{units}"));
+        row(&report, "u ")[4].parse().expect("a number")
+    };
+    let [own, si] = [newtons(" --units deg"), newtons(" --units si")];
+    assert!((own - si.to_degrees()).abs() < 1e-8 * own.abs(), "{own} and {si}");
+}

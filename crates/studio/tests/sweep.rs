@@ -356,3 +356,54 @@ fn joints_yield_in_rows_and_in_the_logs_of_cases() {
     let logged = text(&logged).lines().last().expect("a row").rsplit(',').next().map(str::to_owned);
     assert_eq!(logged.and_then(|value| value.parse().ok()), Some(yielding));
 }
+
+#[test]
+fn tables_are_in_si_and_answers_of_design_in_units() {
+    let place = place(PENDULUM);
+    let run =
+        |arguments: &str| place.bksim().args(arguments.split(' ')).output().expect("bksim runs");
+    let refused = run("sweep swing.toml --set l=0.5:1.5:2 --units mm");
+    assert_eq!(refused.status.code(), Some(2));
+    let said = text(&refused.stderr);
+    assert!(said.contains("the table of a sweep is in SI units"), "{said}");
+    assert!(!place.path().join("swing.parquet").exists());
+
+    let bar = r#"
+[parameters]
+b = "200 mm"
+[bodies.bar]
+mass = 1
+inertia = 1
+points = { A = [0, 0], B = ["b", 0] }
+[joints.A]
+type = "revolute"
+between = ["ground", "bar.A"]
+[initial]
+A = { angle = "30 deg" }
+[optimize]
+maximize = "bar.B.x"
+vary = { b = ["150 mm", "250 mm"] }
+over = "A.angle=30:40 deg:2"
+[tolerance]
+of = "bar.B.x"
+at = { "A.angle" = "30 deg" }
+limits = { b = "±0.1 mm" }
+samples = 1000
+"#;
+    place.write("bar.toml", bar);
+    let said = |arguments: &str| {
+        let output = run(arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let found = said("tolerance bar.toml --units mm,deg");
+    for part in ["At A.angle = 30 deg", "173.205081 mm", "-0.1 to 0.1 mm"] {
+        assert!(found.contains(part), "{part}: {found}");
+    }
+    let plain = said("tolerance bar.toml");
+    assert!(plain.contains("0.173205081 m\n"), "{plain}");
+    let found = said("optimize bar.toml --units mm --maximize max(bar.B.x)");
+    for part in ["200 mm", "250 mm", "mm per mm"] {
+        assert!(found.contains(part), "{part}: {found}");
+    }
+}

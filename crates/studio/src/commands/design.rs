@@ -7,6 +7,7 @@ mod words;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use bksim::model::file::ShownUnits;
 use bksim_cli::args::ModelArgs;
 use bksim_cli::args::design::{Drawn, Fit, Optimize, Synthesize, Tolerance};
 use bksim_cli::commands::solve::changes;
@@ -15,6 +16,7 @@ use bksim_cli::output;
 use bksim_cli::output_file::OutputFile;
 use bksim_cli::progress::StopWish;
 use bksim_cli::render;
+use bksim_cli::source::shown::shown_units;
 use bksim_cli::source::{Loaded, Text, load_geometry, read_bytes};
 use bksim_cli::waiting::{searching, waiting};
 use bksim_design::{
@@ -24,6 +26,7 @@ use bksim_plot::{Figure, Format, Theme};
 use serde::Serialize;
 use serde_json::Value;
 
+use self::words::Words;
 use super::plot::{picture, put};
 
 /// A model and the question it states, ready to be asked.
@@ -34,6 +37,8 @@ struct Asked {
     picture: Option<(OutputFile, Format)>,
     stop: StopWish,
     as_json: bool,
+    /// Units of the text: asked for, else the model's.
+    units: ShownUnits,
 }
 
 fn asked(
@@ -63,7 +68,9 @@ fn asked(
         nesting: Some(nesting),
         ..Source::default()
     };
-    Ok(Asked { loaded, source, file, picture, stop, as_json })
+    let text = &loaded.source.text;
+    let units = shown_units(model.drawing.shown(&model.model), text, ShownUnits::of_model(text))?;
+    Ok(Asked { loaded, source, file, picture, stop, as_json, units })
 }
 
 fn failure(source: &Text, error: &DesignError) -> Failure {
@@ -90,6 +97,10 @@ impl Asked {
             Err(DesignError::Stopped) if stop() => Ok(None),
             found => found.map(Some).map_err(|error| failure(&self.loaded.source, &error)),
         }
+    }
+
+    fn words(&self) -> Words<'_> {
+        Words { name: &self.source.name, model: &self.loaded.model, units: &self.units }
     }
 
     /// Status of a search that was stopped before it had anything.
@@ -182,7 +193,7 @@ pub(crate) fn optimize(args: &Optimize, as_json: bool, nesting: usize) -> Result
     let found = asked
         .answered("optimizing", |watch| bksim_design::optimize(&asked.source, &wish, watch))?;
     let Some(found) = found else { return Ok(asked.ended()) };
-    let text = words::optimized(&asked.source.name, &found);
+    let text = words::optimized(&asked.words(), &found);
     let figure = figure::front(&asked.source.name, &found);
     asked.told("optimize", &found, &text, (Some(&found.model), figure))
 }
@@ -238,7 +249,7 @@ pub(crate) fn fit(args: &Fit, as_json: bool, nesting: usize) -> Result<Status, F
     let found =
         asked.answered("fitting", |watch| bksim_design::fit(&asked.source, &data, &wish, watch))?;
     let Some(found) = found else { return Ok(asked.ended()) };
-    let text = words::fitted(&asked.source.name, &found);
+    let text = words::fitted(&asked.words(), &found);
     let figure = figure::fitted(&asked.source.name, &found);
     asked.told("fit", &found, &text, (Some(&found.model), Some(figure)))
 }
@@ -279,7 +290,7 @@ pub(crate) fn tolerance(
     let found =
         asked.answered("sampling", |watch| bksim_design::tolerance(&asked.source, &wish, watch))?;
     let Some(found) = found else { return Ok(asked.ended()) };
-    let text = words::toleranced(&asked.source.name, &found);
+    let text = words::toleranced(&asked.words(), &found);
     let figure = figure::toleranced(&asked.source.name, &found);
     asked.told("tolerance", &found, &text, (found.model.as_deref(), Some(figure)))
 }

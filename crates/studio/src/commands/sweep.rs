@@ -32,6 +32,10 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     // Take the values that vary apart from those that do not, and read the model with the latter.
     let Settings { axes, fixed, fault } = Settings::of(&args.set);
     let chosen = logs::chosen(args)?;
+    if args.drawing.shown(&args.model).is_some_and(|units| !units.eq_ignore_ascii_case("si")) {
+        let help = "leave out the units; an output in another unit is one divided by it, as in `max(A.angle)/(1 deg)`";
+        return Err(Failure::usage("the table of a sweep is in SI units", help));
+    }
     let model = args.model.clone();
     let set = Changes(fixed);
     let set = args.case.as_ref().map_or_else(|| set.clone(), |case| set.of_case(case));

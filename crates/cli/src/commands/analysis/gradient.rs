@@ -3,7 +3,7 @@
 use bksim::analysis::{Derivative, GradientRequest, LeftOut, MotionGradient, Watch, gradient};
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Asked, asked, failed, lines};
+use super::answer::{Answer, Asked, asked, failed, lines, text_units};
 use crate::args::analysis::Gradient as Args;
 use crate::commands::solve::changes;
 use crate::exit::{Failure, Status};
@@ -52,7 +52,7 @@ fn text(name: &str, found: &MotionGradient) -> String {
         vec![
             one.by.name.clone(),
             in_unit(one.value, &one.by.unit),
-            in_unit(one.derivative, &one.unit),
+            derivative(one, &goal.unit),
             in_unit(one.by_percent(), &goal.unit),
         ]
     };
@@ -70,9 +70,28 @@ fn text(name: &str, found: &MotionGradient) -> String {
     )
 }
 
-/// A number in SI units, radians as they are: derivatives are by them.
+/// A number in the units of the text; radians, where no other unit of angles is asked for, as they are: derivatives are
+/// by them.
 fn in_unit(value: f64, unit: &str) -> String {
-    if unit.is_empty() { number(value) } else { format!("{} {unit}", number(value)) }
+    let own = text_units().of(unit);
+    let value = number(own.of_si(value));
+    if own.unit.is_empty() { value } else { format!("{value} {}", own.unit) }
+}
+
+/// A derivative in the units of the text, of the goal and of what it is by.
+fn derivative(one: &Derivative, goal: &str) -> String {
+    let units = text_units();
+    let (of, by) = (units.of(goal), units.of(&one.by.unit));
+    if (of.unit.as_str(), by.unit.as_str()) == (goal, one.by.unit.as_str()) {
+        return in_unit(one.derivative, &one.unit);
+    }
+    let unit = match (of.unit.as_str(), by.unit.as_str()) {
+        (of, "") => of.to_owned(),
+        ("", by) => format!("1/({by})"),
+        (of, by) if by.contains(['/', '*', ' ']) => format!("{of}/({by})"),
+        (of, by) => format!("{of}/{by}"),
+    };
+    format!("{} {unit}", number(one.derivative * of.of_si(1.0) / by.of_si(1.0)))
 }
 
 fn told_json(found: &MotionGradient) -> Value {

@@ -1,5 +1,7 @@
 //! Answers of questions of design in words.
 
+use bksim::model::file::ShownUnits;
+use bksim::model::{Measure, Model};
 use bksim::report::number;
 use bksim_cli::output;
 use bksim_design::{Candidate, Cheapest, Fit, Optimized, Synthesis, Tolerance};
@@ -10,30 +12,55 @@ fn table(head: &[&str], rows: Vec<Vec<String>>) -> String {
     output::table(&std::iter::once(head).chain(rows).collect::<Vec<_>>())
 }
 
-fn in_unit(value: f64, unit: &str) -> String {
-    if unit.is_empty() { number(value) } else { format!("{} {unit}", number(value)) }
+/// Answers in the units that are asked for.
+pub(super) struct Words<'a> {
+    pub(super) name: &'a str,
+    pub(super) model: &'a Model,
+    pub(super) units: &'a ShownUnits,
 }
 
-fn per(worth: f64, of: &str, by: &str) -> String {
-    if worth == 0.0 {
-        return String::new();
+impl Words<'_> {
+    fn in_unit(&self, value: f64, unit: &str) -> String {
+        let own = self.units.of(unit);
+        let value = number(own.of_si(value));
+        if own.unit.is_empty() { value } else { format!("{value} {}", own.unit) }
     }
-    let by = if by.is_empty() { "1" } else { by };
-    format!("{} per {by}", in_unit(worth, of))
+
+    /// A derivative, which is by one unit of SI.
+    fn slope(&self, value: f64, by: &str) -> f64 {
+        value / self.units.of(by).of_si(1.0)
+    }
+
+    fn per(&self, worth: f64, of: &str, by: &str) -> String {
+        if worth == 0.0 {
+            return String::new();
+        }
+        let worth = self.in_unit(self.slope(worth, by), of);
+        let by = self.units.of(by).unit;
+        format!("{worth} per {}", if by.is_empty() { "1" } else { &by })
+    }
+
+    /// A position, angles and lengths with their units.
+    fn position(&self, (name, value): (&String, &f64)) -> String {
+        let unit = Measure::named(self.model, name).map_or("", |m| m.fixed_unit(self.model));
+        format!("{name} = {}", self.in_unit(*value, unit))
+    }
 }
 
-pub(super) fn optimized(name: &str, found: &Optimized) -> String {
-    let before = found.before.map_or("nothing".to_owned(), |before| in_unit(before, &found.unit));
+pub(super) fn optimized(words: &Words<'_>, found: &Optimized) -> String {
+    let name = words.name;
+    let before =
+        found.before.map_or("nothing".to_owned(), |before| words.in_unit(before, &found.unit));
     let quantities = found
         .quantities
         .iter()
         .map(|q| {
             vec![
                 q.name.clone(),
-                in_unit(q.before, &q.unit),
-                in_unit(q.after, &q.unit),
+                words.in_unit(q.before, &q.unit),
+                words.in_unit(q.after, &q.unit),
                 q.at_bound.clone().unwrap_or_default().into_owned(),
-                per(q.worth, &found.unit, &q.unit),
+                words.per(q.worth, &found.unit, &q.unit),
             ]
         })
         .collect();
@@ -43,9 +70,9 @@ pub(super) fn optimized(name: &str, found: &Optimized) -> String {
         .map(|c| {
             vec![
                 c.condition.clone(),
-                in_unit(c.after, &c.unit),
+                words.in_unit(c.after, &c.unit),
                 if c.is_active { "active" } else { "" }.to_owned(),
-                per(c.worth, &found.unit, &c.unit),
+                words.per(c.worth, &found.unit, &c.unit),
             ]
         })
         .collect();
@@ -57,7 +84,7 @@ pub(super) fn optimized(name: &str, found: &Optimized) -> String {
             table(&["condition", "left less right", "", "worth of the right side"], conditions)
         )
     };
-    let chosen = choices(found) + &front(found);
+    let chosen = choices(words, found) + &front(words, found);
     let [followed, same] = found.starts;
     let how = match (found.stopped, found.converged) {
         (true, _) => "stopped: the best so far",
@@ -68,7 +95,7 @@ pub(super) fn optimized(name: &str, found: &Optimized) -> String {
         "{name}: {} {}\n  from {before} to {}\n\n{}{conditions}{chosen}\n\n  {how}; {same} of {followed} starts ended here; {} evaluations, slopes by {}",
         found.goal,
         found.objective,
-        in_unit(found.after, &found.unit),
+        words.in_unit(found.after, &found.unit),
         table(&["quantity", "before", "after", "at bound", "worth of the bound"], quantities),
         found.evaluations,
         found.slopes,
@@ -79,12 +106,12 @@ pub(super) fn optimized(name: &str, found: &Optimized) -> String {
 const MOST_CHOICES: usize = 12;
 
 /// The best combinations of rows.
-fn choices(found: &Optimized) -> String {
+fn choices(words: &Words<'_>, found: &Optimized) -> String {
     let Some(first) = found.choices.first() else { return String::new() };
     let heads: Vec<&str> =
         first.rows.keys().map(String::as_str).chain([found.objective.as_str()]).collect();
     let row = |choice: &bksim_design::Choice| {
-        let after = choice.after.map(|after| in_unit(after, &found.unit));
+        let after = choice.after.map(|after| words.in_unit(after, &found.unit));
         let after = after.or(choice.why_not.clone()).unwrap_or_default();
         choice.rows.values().cloned().chain([after]).collect()
     };
@@ -95,7 +122,7 @@ fn choices(found: &Optimized) -> String {
 }
 
 /// The points of a front, its compromise marked.
-fn front(found: &Optimized) -> String {
+fn front(words: &Words<'_>, found: &Optimized) -> String {
     let Some(front) = &found.front else { return String::new() };
     let names: Vec<&str> = found.quantities.iter().map(|q| q.name.as_str()).collect();
     let of_rows = front.points.first().map(|point| point.rows.keys().map(String::as_str));
@@ -107,9 +134,9 @@ fn front(found: &Optimized) -> String {
         .collect();
     let row = |(k, point): (usize, &bksim_design::FrontPoint)| {
         let [a, b] = point.values;
-        let values = [in_unit(a, &found.unit), in_unit(b, &front.unit)];
+        let values = [words.in_unit(a, &found.unit), words.in_unit(b, &front.unit)];
         let quantity = |q: &bksim_design::Optimum| {
-            point.quantities.get(&q.name).map_or_else(String::new, |x| in_unit(*x, &q.unit))
+            point.quantities.get(&q.name).map_or_else(String::new, |x| words.in_unit(*x, &q.unit))
         };
         let mark = if k == front.compromise { "compromise" } else { "" };
         let quantities = found.quantities.iter().map(quantity);
@@ -120,13 +147,15 @@ fn front(found: &Optimized) -> String {
     format!("\n\n{}", table(&heads, rows))
 }
 
-pub(super) fn fitted(name: &str, found: &Fit) -> String {
+pub(super) fn fitted(words: &Words<'_>, found: &Fit) -> String {
+    let name = words.name;
     let rows = found
         .unknowns
         .iter()
         .map(|u| {
-            let error = u.standard_error.map_or("not found".to_owned(), |e| in_unit(e, &u.unit));
-            vec![u.name.clone(), in_unit(u.estimate, &u.unit), error]
+            let error =
+                u.standard_error.map_or("not found".to_owned(), |e| words.in_unit(e, &u.unit));
+            vec![u.name.clone(), words.in_unit(u.estimate, &u.unit), error]
         })
         .collect();
     let mut notes = Vec::new();
@@ -176,12 +205,12 @@ pub(super) fn fitted(name: &str, found: &Fit) -> String {
     )
 }
 
-pub(super) fn toleranced(name: &str, found: &Tolerance) -> String {
+pub(super) fn toleranced(words: &Words<'_>, found: &Tolerance) -> String {
+    let name = words.name;
     let mut parts = vec![format!("{name}: {} samples of each pose", found.samples)];
-    parts.extend(found.cheapest.as_ref().map(cheapest));
+    parts.extend(found.cheapest.as_ref().map(|of| cheapest(words, found, of)));
     for pose in &found.poses {
-        let at: Vec<String> =
-            pose.at.iter().map(|(name, value)| format!("{name} = {}", number(*value))).collect();
+        let at: Vec<String> = pose.at.iter().map(|at| words.position(at)).collect();
         let at = if at.is_empty() { "the start".to_owned() } else { at.join(", ") };
         let assembles = match pose.assembles {
             Some(true) => "all parts assemble (proved)".to_owned(),
@@ -197,7 +226,9 @@ pub(super) fn toleranced(name: &str, found: &Tolerance) -> String {
             None => format!("At {at}: {assembles}"),
         });
         for band in &pose.bands {
-            let of = |x: f64| in_unit(x, &band.unit);
+            let of = |x: f64| words.in_unit(x, &band.unit);
+            let shown = words.units.of(&band.unit);
+            let bare = |x: f64| number(shown.of_si(x));
             let proved = if band.proved { "proved" } else { "searched" };
             let rows = vec![
                 vec!["nominal".to_owned(), of(band.nominal)],
@@ -212,21 +243,23 @@ pub(super) fn toleranced(name: &str, found: &Tolerance) -> String {
                 vec!["root of squares".to_owned(), format!("± {}", of(band.rss))],
                 vec![
                     "mean of the samples".to_owned(),
-                    format!("{} ± {}", of(band.mean[0]), number(band.mean[1])),
+                    format!("{} ± {}", of(band.mean[0]), bare(band.mean[1])),
                 ],
                 vec![
                     "standard deviation".to_owned(),
-                    format!("{} ± {}", of(band.sigma[0]), number(band.sigma[1])),
+                    format!("{} ± {}", of(band.sigma[0]), bare(band.sigma[1])),
                 ],
             ];
             let contributors = band
                 .contributors
                 .iter()
                 .map(|c| {
+                    let unit = words.units.of(&c.unit);
+                    let [least, most] = c.limits.map(|limit| number(unit.of_si(limit)));
                     vec![
                         c.name.clone(),
-                        format!("{} to {} {}", number(c.limits[0]), number(c.limits[1]), c.unit),
-                        number(c.sensitivity),
+                        format!("{least} to {most} {}", unit.unit),
+                        bare(words.slope(c.sensitivity, &c.unit)),
                         number((c.percent_of_worst * 1e4).round() / 1e4),
                         number((c.percent_of_variance * 1e4).round() / 1e4),
                     ]
@@ -252,24 +285,22 @@ pub(super) fn toleranced(name: &str, found: &Tolerance) -> String {
 }
 
 /// The cheapest limits and what they keep.
-fn cheapest(found: &Cheapest) -> String {
+fn cheapest(words: &Words<'_>, all: &Tolerance, found: &Cheapest) -> String {
     let part = |part: &bksim_design::CheapestPart| {
         vec![
             part.name.clone(),
-            format!("± {}", in_unit(part.before, &part.unit)),
-            format!("± {}", in_unit(part.after, &part.unit)),
+            format!("± {}", words.in_unit(part.before, &part.unit)),
+            format!("± {}", words.in_unit(part.after, &part.unit)),
             number(part.weight),
             number(part.weight / part.after),
         ]
     };
     let how = if found.by == "worst" { "worst case" } else { "root of squares" };
+    let bands = all.poses.iter().flat_map(|pose| &pose.bands);
     let kept = found.kept.iter().map(|kept| {
-        format!(
-            "\n  `{}` keeps ± {}: {how} ± {}",
-            kept.of,
-            number(kept.limit),
-            number(kept.reached)
-        )
+        let unit = bands.clone().find(|band| band.of == kept.of).map_or("", |band| &band.unit);
+        let [limit, reached] = [kept.limit, kept.reached].map(|x| words.in_unit(x, unit));
+        format!("\n  `{}` keeps ± {limit}: {how} ± {reached}", kept.of)
     });
     format!(
         "The cheapest limits, by the {how}\n{}\n{}\n  cost {}, before {}",
