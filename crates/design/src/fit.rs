@@ -9,6 +9,7 @@ mod runs;
 use std::collections::BTreeMap;
 
 use bksim::expr::{ParseOptions, Tape, parse};
+use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::WrittenUnit;
 use bksim_sweep::Study;
 use serde::{Deserialize, Serialize};
@@ -163,6 +164,9 @@ pub struct Fit {
     /// The text of the model with the estimates.
     #[serde(skip)]
     pub model: String,
+    /// Columns whose units look wrong.
+    #[serde(skip)]
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// A compared column.
@@ -201,6 +205,7 @@ struct Compared {
 /// A run with its data.
 struct Run {
     file: String,
+    warnings: Vec<Diagnostic>,
     columns: Columns,
     study: Study,
     compared: Vec<Compared>,
@@ -357,6 +362,7 @@ pub fn fit(
         })
         .collect();
     Ok(Fit {
+        warnings: problem.runs.iter().flat_map(|run| run.warnings.iter().cloned()).collect(),
         correlation: rows(&|i, j| {
             let product = error(i) * error(j);
             if product > 0.0 { covariance[(i, j)] / product } else { 0.0 }

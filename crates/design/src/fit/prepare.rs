@@ -1,17 +1,57 @@
 //! A run with its data, ready to be compared.
 
+use std::f64::consts::TAU;
+
 use bksim::expr::{Expr, SymbolId, Tape};
-use bksim::model::Measure;
-use bksim::model::file::suggest;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::{code, suggest};
+use bksim::model::{Measure, Model};
+use bksim::report::number;
 
 use super::{Compared, EXAMPLE, FitWish, Kind, Run, names_in, value_of};
 use crate::base::{Source, Stated};
 use crate::codes;
-use crate::data::{DataFile, columns};
+use crate::data::{Columns, DataFile, columns};
 use crate::error::DesignError;
 use crate::formula::formula;
 use crate::poses::Poses;
 use crate::spec::located;
+
+/// Warnings of columns that are angles, go beyond a turn as degrees do, and are radians as they have no unit.
+fn like_degrees(file: &str, columns: &Columns, wish: &FitWish, model: &Model) -> Vec<Diagnostic> {
+    let compared = wish.compare.iter().map(|(column, formula)| (column, formula));
+    let driven = wish.drive.iter().map(|(measure, column)| (column, measure));
+    let mut all = Vec::new();
+    for (column, formula) in compared.chain(driven) {
+        let Some(at) = columns.named(column).filter(|&at| columns.units[at].is_none()) else {
+            continue;
+        };
+        if !turns(formula, model) {
+            continue;
+        }
+        let values = columns.rows.iter().map(|row| row[at].abs());
+        let most = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
+        if most > TAU {
+            let shown = number(most);
+            let message = format!(
+                "`{column}` of `{file}` goes as far as {shown} rad = {:.1} turns",
+                most / TAU
+            );
+            let help = format!(
+                "write the unit in the heading, `{column} [deg]`, or `{column} [rad]` if it is right"
+            );
+            all.push(Diagnostic::warning(code::LOOKS_LIKE_DEGREES, message).help(help));
+        }
+    }
+    all
+}
+
+/// True where all that a formula measures is angles.
+fn turns(text: &str, model: &Model) -> bool {
+    let mut measured = names_in(text).into_iter().filter_map(|name| Measure::named(model, &name));
+    measured.next().is_some_and(|m| m.unit(model) == "rad")
+        && measured.all(|m| m.unit(model) == "rad")
+}
 
 /// A run ready to be compared.
 pub(super) fn run(
@@ -168,13 +208,7 @@ pub(super) fn run(
         let poses = Poses::new(&mechanism, &prescribed, &formulas, &own_ids)?;
         let inputs = [&own_ids[..], &parameters].concat();
         let (drives, drive_slopes) = compile(&targets, &inputs)?;
-        let turns = |text: &str| {
-            let mut measured =
-                names_in(text).into_iter().filter_map(|name| Measure::named(model, &name));
-            measured.next().is_some_and(|m| m.unit(model) == "rad")
-                && measured.all(|m| m.unit(model) == "rad")
-        };
-        let is_turn = wish.compare.iter().map(|(_, text)| turns(text)).collect();
+        let is_turn = wish.compare.iter().map(|(_, text)| turns(text, model)).collect();
         let (tape, slopes_by) = compile(&[], &[])?;
         (tape, slopes_by, Kind::Positions { poses: Box::new(poses), drives, drive_slopes, is_turn })
     } else {
@@ -188,6 +222,7 @@ pub(super) fn run(
         (tape, slopes_by, kind)
     };
     Ok(Run {
+        warnings: like_degrees(&file.name, &columns, wish, model),
         file: file.name.clone(),
         columns,
         study,

@@ -286,3 +286,25 @@ fn true_values_are_within_their_errors_as_often_as_stated() {
     // 190 of 200 by three of their standard deviations.
     assert!(n_within.iter().all(|n| (180..=199).contains(n)), "{n_within:?}");
 }
+
+/// A pendulum measured in degrees: with the unit in the heading, without it, and with radians as they are.
+#[test]
+fn columns_of_degrees_without_unit_are_warned_of() {
+    let warnings = |heading: &str, size: f64| {
+        let mut text = format!("t [s], {heading}\n");
+        for k in 0..20 {
+            let t = 0.05 * f64::from(k);
+            let _ = writeln!(text, "{t}, {}", size * (3.0 * t).cos());
+        }
+        let file = DataFile { name: "swing.csv".to_owned(), text, ..DataFile::default() };
+        let found = solved(&PENDULUM.replace("1 rad\"", "0.3 rad\""), &[file]);
+        found.warnings.iter().map(|w| (w.code.0, w.message.clone())).collect::<Vec<_>>()
+    };
+    let said = "`theta_measured` of `swing.csv` goes as far as 20 rad = 3.2 turns";
+    assert_eq!(warnings("theta_measured", 20.0), [("M034", said.to_owned())]);
+    for (heading, size) in
+        [("theta_measured [deg]", 20.0), ("theta_measured [rad]", 20.0), ("theta_measured", 0.35)]
+    {
+        assert_eq!(warnings(heading, size), [], "{heading}");
+    }
+}

@@ -249,6 +249,7 @@ pub(crate) fn fit(args: &Fit, as_json: bool, nesting: usize) -> Result<Status, F
     let found =
         asked.answered("fitting", |watch| bksim_design::fit(&asked.source, &data, &wish, watch))?;
     let Some(found) = found else { return Ok(asked.ended()) };
+    asked.loaded.warnings.extend(found.warnings.iter().cloned());
     let text = words::fitted(&asked.words(), &found);
     let figure = figure::fitted(&asked.source.name, &found);
     asked.told("fit", &found, &text, (Some(&found.model), Some(figure)))
