@@ -191,7 +191,7 @@ mod tests {
         let cases = [
             (format!("1 N/m*abs({x})"), "if(ge('mode0, 0), S_position, -S_position)", 1),
             (format!("1 N*if({x} > 0, 2, 1)"), "if(gt('mode0, 0), 2, 1)", 1),
-            (format!("1 N*if({x} <= 0, 2, 1)"), "if(ge(-'mode0, 0), 2, 1)", 1),
+            (format!("1 N*if({x} <= 0, 2, 1)"), "if(ge('mode0, 0), 2, 1)", 1),
             (format!("1 N*sign({x})"), "'mode0", 1),
             (format!("1 N/m*(abs({x}) + 2*max({x}, 0))"), "", 1),
             (format!("1 N/m*(max(0, {x}) + min({x}, 0))"), "", 1),
