@@ -1,14 +1,19 @@
 //! Pages of runs as text: their embedded data, and the thinning of long runs.
 
+use std::io::Write;
+use std::process::{Command, Stdio};
+
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use bksim::log::{LogReader, Outcome};
 use bksim::playback::Playback;
 use bksim::record::Recorder;
+use bksim::sim::pose::Pose;
 use bksim::sim::run::{Observer, Sample, Segment};
 use bksim::sim::sensitivity::StateSensitivity;
 use bksim::{Mechanism, dae::Control};
 use bksim_page::{Budget, IS_BUNDLED, Options, PageError, page};
+use bksim_scene::Scene;
 use serde_json::Value;
 
 const PENDULUM: &str = include_str!("../../../tests/fixtures/shown-pendulum.toml");
@@ -317,4 +322,101 @@ fn what_is_one_of_many_solutions_is_marked() {
     let data = embedded(&page(&mut played(PENDULUM), &Options::default()).expect("a page").html);
     let channels = data["curves"]["channels"].as_array().expect("channels");
     assert!(channels.iter().all(|channel| channel["shared"] == serde_json::json!([])));
+}
+
+/// A string that meets a peg of some size and leaves it, and a belt whose second wheel is carried away.
+const CORDS: &str = r#"
+[ground]
+points = { O = [0, 0], P = [0, -0.5] }
+[bodies.bob]
+mass = 2
+free = true
+points = { C = [0, 0] }
+[bodies.arm]
+mass = 1
+inertia = 0.1
+points = { A = [0, 0], B = [0.4, 0] }
+[bodies.first]
+mass = 1
+inertia = 0.1
+[bodies.second]
+mass = 1
+inertia = 0.1
+[joints.pivot]
+type = "revolute"
+between = ["ground.O", "arm.A"]
+[joints.p1]
+type = "revolute"
+between = ["arm.A", "first"]
+[joints.p2]
+type = "revolute"
+between = ["arm.B", "second"]
+[couplings.string]
+type = "rope"
+over = ["ground.O", { pulley = "ground.P", radius = "20 mm", turn = "left", leaves = true }, "bob.C"]
+[couplings.belt]
+type = "belt"
+between = ["p1", "p2"]
+radii = ["50 mm", "80 mm"]
+turns = ["left", "left"]
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-9.81 m/s^2"]
+[initial]
+bob = { x = 0.6, y = -0.8, vx = 0, vy = 0 }
+pivot = { angle = 0, rate = 2 }
+p1 = { angle = 0, rate = 1 }
+[solve]
+t_end = "1.5 s"
+every = "50 ms"
+"#;
+
+#[test]
+fn a_page_lays_ropes_and_belts_as_pictures_do() {
+    let mut playback = played(CORDS);
+    let [first, last] = playback.span();
+    let at = |playback: &mut Playback, part: f64| {
+        playback.seek(first + part * (last - first)).expect("an instant");
+        playback.poses().to_vec()
+    };
+    let poses: Vec<Vec<Pose>> = (0..=20).map(|k| at(&mut playback, f64::from(k) / 20.0)).collect();
+    let mechanism = playback.mechanism();
+    let scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &poses[..1]);
+    let written = scene.written(&vec![None; scene.shapes.len()], &[], &[], &|_| Vec::new());
+    let of_body = |pose: &Pose| {
+        let rotation = pose.r_world_from_body.into_iter().flatten();
+        pose.origin.into_iter().chain(rotation).chain([0.0; 6]).collect::<Vec<f64>>()
+    };
+    let numbers: Vec<Vec<f64>> =
+        poses.iter().map(|p| p.iter().flat_map(of_body).collect()).collect();
+    let script = "import { cordLine } from './cords.js'; let all = ''; process.stdin.on('data', (x) => { all += x; }); \
+         process.stdin.on('end', () => { const { cords, numbers } = JSON.parse(all); \
+         console.log(JSON.stringify(numbers.map((n) => cords.map((c) => cordLine(c, n))))); });";
+    let mut node = Command::new("node")
+        .args(["--input-type=module", "-e", script])
+        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/web/src"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("node starts");
+    let asked = serde_json::json!({ "cords": written["cords"], "numbers": numbers });
+    let mut input = node.stdin.take().expect("its input");
+    input.write_all(asked.to_string().as_bytes()).expect("node reads");
+    drop(input);
+    let output = node.wait_with_output().expect("node ends");
+    let lines: Vec<Vec<Vec<[f64; 2]>>> = serde_json::from_slice(&output.stdout).expect("JSON");
+
+    let mut n_corners = Vec::new();
+    for (poses, lines) in poses.iter().zip(&lines) {
+        for (cord, line) in scene.cords.iter().zip(lines) {
+            let expected = cord.line(poses).expect("a way");
+            assert_eq!(line.len(), expected.len(), "{}", cord.name);
+            for ([x, y], [ex, ey, _]) in line.iter().zip(&expected) {
+                assert!((x - ex).abs() < 1e-12 && (y - ey).abs() < 1e-12, "{}", cord.name);
+            }
+        }
+        n_corners.push(lines[1].len());
+    }
+    // Straight at some instants, bent around the peg at others.
+    assert!(n_corners.contains(&2) && n_corners.iter().any(|&n| n > 3), "{n_corners:?}");
 }

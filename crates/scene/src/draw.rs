@@ -142,7 +142,10 @@ impl Painter<'_> {
         let (front, back): (Vec<_>, Vec<_>) =
             drawn.partition(|(shape, _)| shape.role.is_in_front());
         let mut layers: Vec<Layer> = back.into_iter().map(|(_, layer)| layer).collect();
-        self.spans(&scene.spans, poses, opacity, &mut layers);
+        for (role, points) in scene.stretched(poses, eye).into_iter().flat_map(|it| it.lines) {
+            let paint = self.theme.paint(role).faded(opacity);
+            layers.push(self.layer(&[points], false, false, paint));
+        }
         layers.extend(front.into_iter().map(|(_, layer)| layer));
         if !scene.is_planar {
             layers.sort_by(|(a, _), (b, _)| a.total_cmp(b));
@@ -234,19 +237,6 @@ impl Painter<'_> {
             }
         }
         items
-    }
-
-    fn spans(&self, spans: &[Span], poses: &[Pose], opacity: f32, layers: &mut Vec<Layer>) {
-        for span in spans {
-            let [from, to] = &span.ends;
-            let (Some(a), Some(b)) = (poses.get(from.body), poses.get(to.body)) else { continue };
-            let ends = [a.place(from.position), b.place(to.position)];
-            let [_, _, eye] = self.camera.r_view_from_world;
-            for (role, points) in span.lines(ends, self.scene.pin, eye) {
-                let paint = self.theme.paint(role).faded(opacity);
-                layers.push(self.layer(&[points], false, false, paint));
-            }
-        }
     }
 
     /// Items and mean depth of rings in the world.

@@ -4,8 +4,8 @@
 //! itself.
 
 mod beams;
-mod belts;
 mod bodies;
+mod cords;
 mod curves;
 mod ground;
 mod looks;
@@ -13,7 +13,6 @@ mod markers;
 mod numbers;
 mod outlines;
 mod rail;
-mod ropes;
 mod sizes;
 mod solids;
 mod spans;
@@ -68,8 +67,7 @@ impl Scene {
             shapes.extend(sketch.body(body));
         }
         shapes.extend(sketch.wheels());
-        shapes.extend(sketch.belts());
-        shapes.extend(sketch.ropes());
+        shapes.extend(sketch.pulleys());
         shapes.extend(sketch.outlines());
         shapes.extend(sketch.stops());
         shapes.extend(sketch.torsion_springs());
@@ -84,7 +82,8 @@ impl Scene {
             is_planar: model.space == Space::Planar,
             bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
             shapes,
-            spans: [sketch.spans(), sketch.strands(), sketch.rope_spans(), sketch.beams()].concat(),
+            spans: [sketch.spans(), sketch.beams()].concat(),
+            cords: sketch.cords(),
             markers: sketch.markers(),
             turns,
             pin: sketch.pin,

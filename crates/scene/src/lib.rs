@@ -11,6 +11,7 @@
 
 mod camera;
 mod color;
+mod cord;
 mod depth;
 mod draw;
 mod from_model;
@@ -33,6 +34,7 @@ mod written;
 
 pub use camera::{Camera, StandardView};
 pub use color::Color;
+pub use cord::{Cord, CordPlace, FirstTurn};
 pub use draw::{Arrow, Extras, Words, picture};
 pub use pick::Picked;
 pub use picture::{Align, Item, Picture, Stroke};
@@ -41,6 +43,7 @@ pub use rule::scale_bar;
 pub use scene::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape, Span, SpanKind};
 pub use section::{CutSide, HalfSpace, Section};
 pub use solid::{Edge, LIGHT, SeenFace, Solid};
+pub use span::Stretched;
 pub use svg::{svg, titled_svg};
 pub use theme::{Paint, SectionPaint, Sizes, Theme};
 pub use turn::{Turn, TurnTimes};

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::{Solid, Turn};
+use crate::{Cord, Solid, Turn};
 
 /// A mechanism as shapes. Bodies are numbered as in the model, the ground first.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
@@ -16,6 +16,8 @@ pub struct Scene {
     pub shapes: Vec<Shape>,
     /// Springs, dampers and links, stretched between two bodies.
     pub spans: Vec<Span>,
+    /// Ropes and belts.
+    pub cords: Vec<Cord>,
     /// Joints, named points and centres of mass: they can be labelled, trailed, or bear an arrow.
     pub markers: Vec<Marker>,
     /// Signs of torques, in the order of their shapes.

@@ -138,7 +138,7 @@ impl Scene {
 
     /// The part of the mechanism in a half of space, with its bodies at these poses. Solids, areas and lines are
     /// cut; signs are left out whose middle is. Where the plane faces `eye`, a unit vector, solids have
-    /// [cut faces](Form::Section). Springs and other spans become lines of the ground.
+    /// [cut faces](Form::Section). Springs, ropes and the like become lines of the ground.
     #[must_use]
     pub fn cut(&self, half: &HalfSpace, poses: &[Pose], eye: [f64; 3]) -> Self {
         let has_faces = dot3(half.normal, eye) > 0.0;
@@ -150,22 +150,17 @@ impl Scene {
             let forms = cut_form(shape, &half, hatched);
             shapes.extend(forms.into_iter().map(|form| Shape { form, ..*shape }));
         }
-        for span in &self.spans {
-            let [Some(a), Some(b)] = span.ends.each_ref().map(|end| poses.get(end.body)) else {
-                continue;
-            };
-            let ends = [a.place(span.ends[0].position), b.place(span.ends[1].position)];
-            for (role, points) in span.lines(ends, self.pin, eye) {
-                let line = |points| Form::Line { points, is_closed: false };
-                let pieces = half.pieces(&points).into_iter();
-                shapes.extend(pieces.map(|points| Shape { body: 0, role, form: line(points) }));
-            }
+        for (role, points) in self.stretched(poses, eye).into_iter().flat_map(|it| it.lines) {
+            let line = |points| Form::Line { points, is_closed: false };
+            let pieces = half.pieces(&points).into_iter();
+            shapes.extend(pieces.map(|points| Shape { body: 0, role, form: line(points) }));
         }
-        Self { shapes, spans: Vec::new(), ..self.clone_without_shapes() }
+        Self { shapes, ..self.without_drawing() }
     }
 
-    /// The scene without shapes and spans.
-    fn clone_without_shapes(&self) -> Self {
+    /// The scene without shapes, and without all that is stretched between bodies.
+    #[must_use]
+    pub fn without_drawing(&self) -> Self {
         Self {
             is_planar: self.is_planar,
             bodies: self.bodies.clone(),
@@ -173,6 +168,7 @@ impl Scene {
             pin: self.pin,
             shapes: Vec::new(),
             spans: Vec::new(),
+            cords: Vec::new(),
             turns: Vec::new(),
         }
     }

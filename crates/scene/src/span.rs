@@ -3,8 +3,10 @@
 //! Across its line, a span has a width that does not change; along it, everything but the straight
 //! ends is stretched.
 
+use bksim_sim::pose::Pose;
+
 use crate::geometry::across3;
-use crate::{Role, Span, SpanKind};
+use crate::{Role, Scene, Span, SpanKind};
 
 /// Half width of a spring, radii of a pin.
 const COIL: f64 = 2.0;
@@ -21,6 +23,34 @@ const APART: f64 = 2.2;
 
 /// A line, and the part that it depicts.
 type Line = (Role, Vec<[f64; 3]>);
+
+/// Something stretched between bodies, where these are.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Stretched<'a> {
+    /// Name of the load, joint, rope or belt.
+    pub name: &'a str,
+    /// Lines in the world, m, and the parts that they depict.
+    pub lines: Vec<Line>,
+}
+
+impl Scene {
+    /// All that is stretched between bodies at these poses, facing `eye`: spans, then ropes and belts.
+    pub fn stretched(&self, poses: &[Pose], eye: [f64; 3]) -> Vec<Stretched<'_>> {
+        let span = |span: &'_ Span| {
+            let [Some(a), Some(b)] = span.ends.each_ref().map(|end| poses.get(end.body)) else {
+                return Vec::new();
+            };
+            let ends = [a.place(span.ends[0].position), b.place(span.ends[1].position)];
+            span.lines(ends, self.pin, eye)
+        };
+        let spans = self.spans.iter().map(|it| Stretched { name: &it.name, lines: span(it) });
+        let cords = self.cords.iter().map(|cord| {
+            let lines = cord.line(poses).map(|points| (Role::Link, points)).into_iter().collect();
+            Stretched { name: &cord.name, lines }
+        });
+        spans.chain(cords).collect()
+    }
+}
 
 impl Span {
     /// Lines of the span with ends at these points of the world, and the parts that they depict. `pin`

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape, Span, Theme, TurnTimes};
+use crate::{Attached, Cord, Form, Marker, MarkerKind, Role, Scene, Shape, Span, Theme, TurnTimes};
 
 /// Number of lengths at which a span's lines are given; between them the page interpolates.
 const N_LENGTHS: u32 = 9;
@@ -29,6 +29,11 @@ impl Scene {
         let spans = self.spans.iter().zip(lengths);
         let spans: Vec<Value> =
             spans.map(|(span, &range)| spanned(span, range, self.pin, &mut roles)).collect();
+        let cord = |cord: &Cord| {
+            let role = index_of(Role::Link, &mut roles);
+            json!({ "role": role, "places": cord.places, "isClosed": cord.is_closed })
+        };
+        let cords: Vec<Value> = self.cords.iter().map(cord).collect();
         let markers: Vec<Value> =
             self.markers.iter().map(|marker| marked(marker, shared)).collect();
         let turns: Vec<Value> = self
@@ -57,6 +62,7 @@ impl Scene {
             "bodies": self.bodies,
             "shapes": shapes,
             "spans": spans,
+            "cords": cords,
             "markers": markers,
             "turns": turns,
             "pin": self.pin,

@@ -1,5 +1,6 @@
 //! Scenes: symbols, solids and sections, and any numbers.
 
+mod cords;
 mod gallery;
 mod hostile;
 mod section;

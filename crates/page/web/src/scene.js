@@ -2,6 +2,7 @@
 
 import { quantityText } from './arrows.js';
 import { css } from './colors.js';
+import { cordLine } from './cords.js';
 import { sortSolids } from './depth.js';
 import { drawNames } from './names.js';
 import { positionOf, velocityOf } from './poses.js';
@@ -89,7 +90,7 @@ export class Drawing {
 
   /** Functions that draw shapes and spans from back to front: in the scene's order, in space by depth. */
   ordered(numbers, theme) {
-    const { planar, spans, pin } = this.scene;
+    const { planar, spans, cords, pin } = this.scene;
     const shapes = this.half ? cutShapes(this.scene.shapes, this.half, numbers) : this.scene.shapes;
     const near = (body, x, y, z) => this.camera.project(positionOf(numbers, body, x, y, z))[2];
     const depthOf = (shape) => {
@@ -125,6 +126,8 @@ export class Drawing {
     const layers = [
       ...shapes.filter(({ front }) => !front).map(drawn),
       ...spans.map(spanned),
+      // Ropes and belts are in the plane alone.
+      ...cords.map((cord) => [0, () => this.drawCord(cord, numbers, theme)]),
       ...shapes.filter(({ front }) => front).map(drawn),
     ];
     if (!planar) layers.sort(([a], [b]) => a - b);
@@ -351,6 +354,14 @@ export class Drawing {
     });
   }
 
+  /** Draws a rope or belt around what it goes over now. */
+  drawCord(cord, numbers, theme) {
+    const { context, camera } = this;
+    context.beginPath();
+    for (const [x, y] of cordLine(cord, numbers)) context.lineTo(...camera.project([x, y, 0]).slice(0, 2));
+    this.paint(theme.paints[cord.role], false);
+  }
+
   /** Draws a path through the world; its future part is fainter. */
   drawTrail({ points, nPast, color }) {
     const { context, camera } = this;
@@ -467,6 +478,10 @@ export function* outline(scene, numbers) {
   }
   for (const { ends } of scene.spans) {
     for (const { body, position } of ends) yield positionOf(numbers, body, ...position);
+  }
+  for (const { at, radius } of scene.cords.flatMap(({ places }) => places)) {
+    const [x, y, z] = positionOf(numbers, at.body, ...at.position);
+    for (const d of [-radius, radius]) yield* [[x + d, y, z], [x, y + d, z]];
   }
   for (const { at } of scene.markers) yield positionOf(numbers, at.body, ...at.position);
 }

@@ -6,7 +6,7 @@ use bksim_log::{
     Entity, Joint, JointState, LogError, LogWriter, Moment, Placement, Stage, Viewers,
 };
 use bksim_mbs::coordinate::{CoordinateKind, Owner};
-use bksim_scene::{Scene, Span};
+use bksim_scene::{Scene, Stretched};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 
 use super::rods::{self, Rod};
@@ -120,7 +120,9 @@ impl Shown {
         }));
         moment.spans.clear();
         let (scene, root) = (&self.scene, &self.root);
-        moment.spans.extend(scene.spans.iter().map(|span| entity(scene, root, span, at)));
+        moment
+            .spans
+            .extend(scene.stretched(at, ABOVE).into_iter().map(|it| entity(scene, root, it)));
         writer.show(&mut self.viewers, t, moment)
     }
 }
@@ -140,7 +142,7 @@ fn stage(mechanism: &Mechanism, scene: &Scene, rods: &[Rod]) -> Stage {
         frames: frames.chain(rods.iter().map(|rod| rod.frame.clone())).collect(),
         entities: stage::entities(scene),
         rods,
-        has_spans: !scene.spans.is_empty(),
+        has_spans: !(scene.spans.is_empty() && scene.cords.is_empty()),
         joints: coordinates.filter(|c| c.kind != CoordinateKind::Integral).map(joint).collect(),
     }
 }
@@ -157,11 +159,10 @@ fn drives(mechanism: &Mechanism) -> Vec<Option<usize>> {
     mechanism.system.coordinates().iter().map(|c| drive_of(c.owner)).collect()
 }
 
-/// A span where its bodies are.
-fn entity(scene: &Scene, root: &str, span: &Span, at: &[Pose]) -> Entity {
-    let ends = span.ends.map(|end| at[end.body].place(end.position));
-    let mut lines: Vec<_> = span
-        .lines(ends, scene.pin, ABOVE)
+/// A span or rope where its bodies are.
+fn entity(scene: &Scene, root: &str, stretched: Stretched<'_>) -> Entity {
+    let mut lines: Vec<_> = stretched
+        .lines
         .into_iter()
         .filter_map(|(role, points)| stage::line(role, points, false))
         .collect();
@@ -173,7 +174,7 @@ fn entity(scene: &Scene, root: &str, span: &Span, at: &[Pose]) -> Entity {
             *x = (*x / grid).round() * grid;
         }
     }
-    let (id, frame) = (span.name.clone(), root.to_owned());
+    let (id, frame) = (stretched.name.to_owned(), root.to_owned());
     Entity { id, frame, areas: Vec::new(), lines }
 }
 

@@ -137,9 +137,14 @@ impl<'a> Numbers<'a> {
         })
     }
 
+    /// The poses of the bodies at the first instant of the motion, if it is known.
+    pub(super) fn first_poses(&self) -> Option<&'a [Pose]> {
+        self.motion.first().map(Vec::as_slice)
+    }
+
     /// The pose of a body at the first instant of the motion, if it is known.
     pub(super) fn first_pose(&self, body: usize) -> Option<&'a Pose> {
-        self.motion.first()?.get(body)
+        self.first_poses()?.get(body)
     }
 
     /// Magnitudes of the initial positions that the model states, m.

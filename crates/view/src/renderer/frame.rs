@@ -89,7 +89,7 @@ const GHOST: f32 = 0.22;
 impl Drawing {
     /// Takes another scene.
     pub(super) fn set_scene(&mut self, scene: &Scene) {
-        self.bare = Scene { shapes: Vec::new(), spans: Vec::new(), ..scene.clone() };
+        self.bare = scene.without_drawing();
     }
 
     /// Composes a frame: ghosts, trails, the mechanism, arrows, from the back to the front.
@@ -238,7 +238,7 @@ impl Drawing {
         }
     }
 
-    /// Adds the primitives of spans, and passes their points and indices to `add`.
+    /// Adds the primitives of spans and ropes, and passes their points and indices to `add`.
     fn spans(
         &mut self,
         scene: &Scene,
@@ -248,17 +248,11 @@ impl Drawing {
     ) {
         let world = world(fixed, frame);
         let [_, _, eye] = frame.camera.r_view_from_world;
-        for span in &scene.spans {
-            let [Some(a), Some(b)] = span.ends.each_ref().map(|end| frame.poses.get(end.body))
-            else {
-                continue;
-            };
-            let ends = [a.place(span.ends[0].position), b.place(span.ends[1].position)];
-            for (role, points) in span.lines(ends, scene.pin, eye) {
-                let Some(stroke) = frame.theme.paint(role).stroke else { continue };
-                let range = self.moved(world, |to| to.line(&points, false, stroke));
-                add(self, &points, range);
-            }
+        let stretched = scene.stretched(frame.poses, eye).into_iter();
+        for (role, points) in stretched.flat_map(|it| it.lines) {
+            let Some(stroke) = frame.theme.paint(role).stroke else { continue };
+            let range = self.moved(world, |to| to.line(&points, false, stroke));
+            add(self, &points, range);
         }
     }
 

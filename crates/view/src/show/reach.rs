@@ -1,7 +1,7 @@
 //! Outermost points of a mechanism over a run.
 
 use bksim::playback::Playback;
-use bksim_scene::Scene;
+use bksim_scene::{Attached, CordPlace, Scene};
 
 /// Number of instants of a run that are examined, both ends included.
 pub(super) const INSTANTS: usize = 61;
@@ -35,6 +35,10 @@ fn outermost(scene: &Scene) -> Vec<Vec<[f64; 3]>> {
         add(shape.body, &shape.form.reach());
     }
     scene.spans.iter().flat_map(|span| span.ends).for_each(|end| add(end.body, &[end.position]));
+    for place in scene.cords.iter().flat_map(|cord| &cord.places) {
+        let CordPlace { at: Attached { body, position: [x, y, z] }, radius: r, .. } = *place;
+        add(body, &[[x - r, y, z], [x + r, y, z], [x, y - r, z], [x, y + r, z]]);
+    }
     of_body.iter().map(|points| farthest(points)).collect()
 }
 

@@ -31,7 +31,7 @@ interface Embedded {
 const data = JSON.parse(element('live').textContent ?? '') as Embedded;
 const stage = new Stage(element('picture') as HTMLCanvasElement, () => {});
 const blank: Scene = {
-  planar: true, bodies: ['ground'], shapes: [], spans: [], markers: [], pin: 0.01,
+  planar: true, bodies: ['ground'], shapes: [], spans: [], cords: [], markers: [], pin: 0.01,
   themes: Object.fromEntries(Object.entries(data.colors).map(([name, colors]) => [name, { colors, paints: [], sections: [] }])),
 };
 const ORIGIN = new Float64Array([0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0]);

@@ -48,6 +48,7 @@ export interface Scene {
   bodies: string[];
   shapes: Shape[];
   spans: { ends: Attached[] }[];
+  cords: { places: { at: Attached; radius: number }[] }[];
   markers: { name: string; kind: string; at: Attached }[];
   pin: number;
   themes: Record<string, Theme>;
