@@ -4,6 +4,7 @@ mod clocks;
 mod controllers;
 mod grids;
 mod inputs;
+mod jerks;
 mod library;
 mod relays;
 mod tables;

@@ -50,9 +50,15 @@ fn own_row(
     let x = &z.as_slice()[..n];
     let found = curve.equations.rows.rates(t, x, (u_dot, u_ddot));
     let q = curve.equations.rows.unscaled(x);
+    let rows = &mut curve.equations.rows;
     let mut of = |[v, a]: [Vec<f64>; 2]| -> Vec<f64> {
-        let row = rates.at(t, [&q, &v, &a]).into_iter().flatten();
-        row.chain(values.at(t, [&q, &v, &a])).collect()
+        let own: Vec<f64> = if rows.has_jerks() {
+            let jerks = rows.jerks(t, x, [&v, &a]).unwrap_or_else(|| vec![f64::NAN; n]);
+            rates.with_jerk(t, [&q, &v, &a, &jerks]).into_iter().flatten().collect()
+        } else {
+            rates.at(t, [&q, &v, &a]).into_iter().flatten().collect()
+        };
+        own.into_iter().chain(values.at(t, [&q, &v, &a])).collect()
     };
     match found {
         Some(found) => Ok(of(found)),

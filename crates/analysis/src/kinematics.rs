@@ -1,5 +1,6 @@
 //! Positions, velocities and accelerations over a range of prescribed motions.
 
+use bksim_mbs::quantity::rate_unit;
 use bksim_model::{Measure, Model, NamedSignal};
 use bksim_sim::held_assembly::AssemblyChange;
 
@@ -56,18 +57,26 @@ pub struct Kinematics {
 /// [`AnalysisError`] when the start does not close, too many or too few motions are prescribed, or the first
 /// value is not reached.
 pub fn kinematics(model: Model, prescribed: &Prescribed) -> Result<Kinematics, AnalysisError> {
-    kinematics_along(model, prescribed, None)
+    kinematics_along(model, prescribed, KinematicsOptions::default())
 }
 
-/// Positions over a range as [`kinematics`] finds them, where branches cross in the start along that of the number `branch`, from
-/// one.
+/// Choices about positions over a range.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct KinematicsOptions {
+    /// Number of the branch that is followed where branches cross in the start, from one.
+    pub branch: Option<usize>,
+    /// True for the third rates of all quantities.
+    pub has_jerk: bool,
+}
+
+/// Positions over a range as [`kinematics`] finds them, with these choices.
 ///
 /// # Errors
 /// [`AnalysisError`] as of [`kinematics`], or when there is no such branch.
 pub fn kinematics_along(
     model: Model,
     prescribed: &Prescribed,
-    branch: Option<usize>,
+    options: KinematicsOptions,
 ) -> Result<Kinematics, AnalysisError> {
     without_rates(&model)?;
     // Positions alone have no signals.
@@ -75,9 +84,9 @@ pub fn kinematics_along(
     let positions = Positions::of(model)?;
     let found = match prescribed {
         Prescribed::Drives { drives, through } => {
-            over_drives((&positions, &signals), drives, *through, branch)?
+            over_drives((&positions, &signals), drives, *through, options)?
         }
-        Prescribed::Times(times) => over_times((&positions, &signals), *times, branch)?,
+        Prescribed::Times(times) => over_times((&positions, &signals), *times, options)?,
     };
     if !found.table.rows.is_empty() {
         // An output may have no value in a pose.
@@ -101,7 +110,7 @@ pub(crate) fn at_first(positions: &Positions, drives: &[Drive]) -> Result<Vec<f6
         Drive { range, ..drive.clone() }
     };
     let drives: Vec<Drive> = drives.iter().map(first).collect();
-    let found = over_drives((positions, &[]), &drives, false, None)?;
+    let found = over_drives((positions, &[]), &drives, false, KinematicsOptions::default())?;
     let n_prescribed = 3 * drives.len();
     let row = found.table.rows.first().map(|row| row[n_prescribed..].to_vec());
     row.filter(|row| row.iter().all(|x| x.is_finite())).ok_or_else(|| AnalysisError::Singular {
@@ -113,7 +122,7 @@ fn over_drives(
     (positions, signals): (&Positions, &[NamedSignal]),
     drives: &[Drive],
     through: bool,
-    branch: Option<usize>,
+    options: KinematicsOptions,
 ) -> Result<Kinematics, AnalysisError> {
     let measures: Vec<Measure> = drives.iter().map(|drive| drive.measure).collect();
     if let Some(first) = drives.first()
@@ -131,7 +140,7 @@ fn over_drives(
     // From the start to the first values.
     let x = rows.scaled(&positions.q);
     let from: Vec<f64> = drives.iter().map(|drive| drive.range.from).collect();
-    let x = approach((positions, &mut rows), (drives, &prescribed), x, &from, branch)?;
+    let x = approach((positions, &mut rows), (drives, &prescribed), x, &from, options.branch)?;
 
     // Along the range.
     let span: Vec<f64> = drives.iter().map(|drive| drive.range.to - drive.range.from).collect();
@@ -149,14 +158,16 @@ fn over_drives(
     let n = drives.first().map_or(1, |drive| drive.range.n);
     let shares = Range { from: 0.0, to: 1.0, n }.values();
     let targets: Vec<f64> = shares.iter().map(|share| share * longest).collect();
-    let request = Request { positions, signals, law, targets, through, branch };
+    let request = Request { positions, signals, law, targets, through, options };
     let mut found = request.follow(&mut rows, &x, &rate, &acceleration, drives.len())?;
 
     // What is prescribed comes first, with the numbers that were asked for.
-    let columns: Vec<Column> = prescribed.iter().flat_map(heads).collect();
+    let columns: Vec<Column> =
+        prescribed.iter().flat_map(|of| heads(of, options.has_jerk)).collect();
     for (row, s) in found.table.rows.iter_mut().zip(&found.parameters) {
         let own = (0..drives.len()).flat_map(|k| {
-            [request.law.u[k] + request.law.u_slope[k] * s, rate[k], acceleration[k]]
+            let own = [request.law.u[k] + request.law.u_slope[k] * s, rate[k], acceleration[k]];
+            own.into_iter().chain(options.has_jerk.then_some(0.0))
         });
         row.splice(0..0, own.collect::<Vec<_>>());
     }
@@ -252,7 +263,7 @@ fn free_curve<'r>(
 fn over_times(
     (positions, signals): (&Positions, &[NamedSignal]),
     times: Range,
-    branch: Option<usize>,
+    options: KinematicsOptions,
 ) -> Result<Kinematics, AnalysisError> {
     let mut rows = positions.rows(&[], &[], Clock::Running)?;
     let x = rows.scaled(&positions.q);
@@ -264,7 +275,8 @@ fn over_times(
     } else {
         let law = Law { t: positions.t(), t_slope: lead.signum(), ..Law::default() };
         let n_driven = positions.model().drives.len();
-        let mut curve = free_curve((positions, &mut rows), law, (&x, branch), n_driven)?;
+        let from = (x.as_slice(), options.branch);
+        let mut curve = free_curve((positions, &mut rows), law, from, n_driven)?;
         let mut passed = Vec::new();
         let first = curve.equations.unknowns(&x);
         follow(&mut curve, first, &[lead.abs()], false, &mut |_, _, _| {}, &mut |_, (z, _), _| {
@@ -275,7 +287,7 @@ fn over_times(
     let law = Law { t: times.from, t_slope: if span < 0.0 { -1.0 } else { 1.0 }, ..Law::default() };
     let shares = Range { from: 0.0, to: 1.0, n: times.n }.values();
     let targets: Vec<f64> = shares.iter().map(|share| share * span.abs()).collect();
-    let request = Request { positions, signals, law, targets, through: false, branch };
+    let request = Request { positions, signals, law, targets, through: false, options };
     let mut found = request.follow(&mut rows, &x, &[], &[], positions.model().drives.len())?;
     for (row, s) in found.table.rows.iter_mut().zip(&found.parameters) {
         row.insert(0, request.law.t + request.law.t_slope * s);
@@ -284,9 +296,10 @@ fn over_times(
     Ok(found.without_twins(&request))
 }
 
-fn heads(quantity: &PoseQuantity) -> Vec<Column> {
+fn heads(quantity: &PoseQuantity, has_jerk: bool) -> Vec<Column> {
     let names = quantity.names.iter().zip(quantity.units());
-    names.map(|(name, unit)| Column::new(name.clone(), unit)).collect()
+    let jerk = has_jerk.then(|| Column::new(quantity.jerk_name(), rate_unit(quantity.unit, 3)));
+    names.map(|(name, unit)| Column::new(name.clone(), unit)).chain(jerk).collect()
 }
 
 /// A range to follow.
@@ -297,8 +310,7 @@ struct Request<'a> {
     /// Values of the parameter with a row each, ascending from zero.
     targets: Vec<f64>,
     through: bool,
-    /// The branch that is followed from a start where several cross.
-    branch: Option<usize>,
+    options: KinematicsOptions,
 }
 
 /// Rows that were found, and the parameter of each.
@@ -331,14 +343,19 @@ impl Request<'_> {
     ) -> Result<Found, AnalysisError> {
         let positions = self.positions;
         let quantities = positions.quantities();
-        let mut rates = positions.rates(quantities)?;
+        let has_jerk = self.options.has_jerk;
+        let mut rates = positions.rates_with(quantities, has_jerk)?;
+        if has_jerk {
+            positions.add_jerks(rows)?;
+        }
         let mut values = PoseValues::of(positions, self.signals)?;
         let mut extremes = Extremes::of(positions, &[])?;
-        let columns = quantities.iter().flat_map(heads).chain(values.columns.clone()).collect();
+        let heads = quantities.iter().flat_map(|of| heads(of, has_jerk));
+        let columns = heads.chain(values.columns.clone()).collect();
         let mut table = Table { columns, rows: Vec::new() };
         let mut parameters = Vec::new();
         let mut limits = Vec::new();
-        let from = (x, self.branch);
+        let from = (x, self.options.branch);
         let mut curve = free_curve((positions, rows), self.law.clone(), from, n_driven)?;
         let first = curve.equations.unknowns(x);
         let mut watch = AssemblyWatch::of(positions)?;

@@ -134,7 +134,7 @@ pub use gradient::{Derivative, GradientRequest, LeftOut, MotionGradient, gradien
 pub use growth::Growth;
 pub use held::with_held_assembly;
 pub use inverse::{Actuators, inverse};
-pub use kinematics::{Kinematics, Prescribed, kinematics, kinematics_along};
+pub use kinematics::{Kinematics, KinematicsOptions, Prescribed, kinematics, kinematics_along};
 pub use letters::{Letters, letters};
 pub use limits::{Branch, Limits, LimitsRequest, OutputLimits, RangeOf, limits};
 pub use linear::{Linear, linearize};

@@ -103,8 +103,23 @@ impl Positions {
     }
 
     pub(crate) fn rates(&self, quantities: &[PoseQuantity]) -> Result<Rates, AnalysisError> {
+        self.rates_with(quantities, false)
+    }
+
+    /// Rates of quantities, where it is asked for with the third ones.
+    pub(crate) fn rates_with(
+        &self,
+        quantities: &[PoseQuantity],
+        has_jerk: bool,
+    ) -> Result<Rates, AnalysisError> {
         let functions: Vec<_> = quantities.iter().map(|quantity| quantity.value).collect();
-        Ok(Rates::compile(self.model(), self.system(), &functions, &self.mechanism.parameters)?)
+        let order = (self.mechanism.parameters.as_slice(), if has_jerk { 3 } else { 2 });
+        Ok(Rates::of_order(self.model(), self.system(), &functions, order)?)
+    }
+
+    /// Lets rows give the third rates of coordinates.
+    pub(crate) fn add_jerks(&self, rows: &mut Rows) -> Result<(), AnalysisError> {
+        Ok(rows.add_jerks(self.model(), self.system(), &self.mechanism.parameters)?)
     }
 
     /// A prescribed measure as a quantity, with the names that it has among those of a pose.

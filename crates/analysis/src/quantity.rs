@@ -24,6 +24,19 @@ impl PoseQuantity {
         self.unit == "rad"
     }
 
+    /// Name of the third rate, after that of the acceleration: `crank.jerk`, `rod.P.jx`.
+    pub fn jerk_name(&self) -> String {
+        let [value, _, acceleration] = &self.names;
+        let (owner, word) =
+            acceleration.rsplit_once('.').map_or(("", acceleration.as_str()), |it| it);
+        let jerk = match word.strip_prefix('a') {
+            Some(axis @ ("x" | "y" | "z")) => format!("j{axis}"),
+            _ if word.contains("acceleration") => word.replace("acceleration", "jerk"),
+            _ => return format!("{value}_jerk"),
+        };
+        if owner.is_empty() { jerk } else { format!("{owner}.{jerk}") }
+    }
+
     /// Units of value, rate and acceleration.
     pub fn units(&self) -> [String; 3] {
         [self.unit.to_owned(), rate_unit(self.unit, 1), rate_unit(self.unit, 2)]

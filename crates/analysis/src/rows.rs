@@ -33,6 +33,10 @@ pub(crate) struct Rows {
     levels_space: Workspace,
     gamma: Tape,
     gamma_space: Workspace,
+    /// Rates of the rows, and that of the time.
+    velocities: (Vec<Expr>, Expr),
+    /// d³Φ/dt³ without the third rates of the coordinates, where they are asked for.
+    third: Option<(Tape, Workspace)>,
     outputs: Vec<f64>,
     /// Row and column of each slope, in the order of the outputs.
     slopes: Vec<(usize, usize)>,
@@ -156,6 +160,8 @@ impl Rows {
             outputs: vec![0.0; levels.n_outputs()],
             levels,
             gamma,
+            velocities: (velocities, time_rate),
+            third: None,
             slopes,
             n_all: expressions.len(),
             n_prescribed: prescribed.len(),
@@ -170,10 +176,58 @@ impl Rows {
         })
     }
 
+    /// Makes ready for [`jerks`](Self::jerks); parameters are those of the rows.
+    pub(crate) fn add_jerks(
+        &mut self,
+        model: &Model,
+        system: &SymbolicSystem,
+        parameters: &[f64],
+    ) -> Result<(), TapeError> {
+        let pool = &model.pool;
+        let of = |f: fn(&Coordinate) -> SymbolId| -> Vec<SymbolId> {
+            system.coordinates().iter().map(f).collect()
+        };
+        let (q, v, a) = (of(|c| c.q), of(|c| c.v), of(|c| c.a));
+        let pairs = [(&q, &v), (&v, &a)];
+        let rates = pairs.into_iter().flat_map(|(of, rates)| {
+            of.iter().zip(rates).map(|(&x, &rate)| (x, pool.symbol_expr(rate)))
+        });
+        let (velocities, time_rate) = &self.velocities;
+        let rates: Vec<(SymbolId, Expr)> = rates.chain([(model.time, *time_rate)]).collect();
+        let accelerations = pool.total_derivatives(velocities, &rates);
+        let third = pool.total_derivatives(&accelerations, &rates);
+        let inputs = [vec![model.time], q, v, a].concat();
+        let tape = Tape::compile(pool, &third, &inputs, &system.parameters(model))?;
+        let space = tape.workspace(parameters);
+        self.third = Some((tape, space));
+        Ok(())
+    }
+
+    /// True after [`add_jerks`](Self::add_jerks).
+    pub(crate) fn has_jerks(&self) -> bool {
+        self.third.is_some()
+    }
+
+    /// Third rates of the coordinates, where these have velocities and accelerations that the rows determine, SI; the
+    /// prescribed measures have none.
+    pub(crate) fn jerks(&mut self, t: f64, x: &[f64], [v, a]: [&[f64]; 2]) -> Option<Vec<f64>> {
+        let u = vec![0.0; self.n_prescribed];
+        let solver = Solver::of(&self.at(t, x, &u).jacobian)?;
+        let inputs = [&[t], self.unscaled(x).as_slice(), v, a].concat();
+        let (tape, space) = self.third.as_mut()?;
+        let mut third = vec![0.0; self.n_all];
+        tape.evaluate(space, &inputs, &mut third);
+        let right = DVector::from_fn(self.n_all, |row, _| -third[row] / self.unit_of_row[row]);
+        Some(self.unscaled(solver.solve(&right)?.as_slice()))
+    }
+
     /// Gives the parameters other values.
     pub(crate) fn set_parameters(&mut self, parameters: &[f64]) {
         self.levels_space = self.levels.workspace(parameters);
         self.gamma_space = self.gamma.workspace(parameters);
+        if let Some((tape, space)) = &mut self.third {
+            *space = tape.workspace(parameters);
+        }
     }
 
     /// Number of coordinates.

@@ -76,7 +76,7 @@ impl Scalars {
     }
 }
 
-/// Functions of the position with their first and second derivatives by time.
+/// Functions of the position with their first and second derivatives by time, and the third where it is asked for.
 #[derive(Clone, Debug)]
 pub(crate) struct Rates {
     tape: Tape,
@@ -91,6 +91,16 @@ impl Rates {
         functions: &[Expr],
         parameters: &[f64],
     ) -> Result<Self, TapeError> {
+        Self::of_order(model, system, functions, (parameters, 2))
+    }
+
+    /// Functions with derivatives up to this order, 2 or 3.
+    pub(crate) fn of_order(
+        model: &Model,
+        system: &SymbolicSystem,
+        functions: &[Expr],
+        (parameters, order): (&[f64], usize),
+    ) -> Result<Self, TapeError> {
         let pool = &model.pool;
         let of = |f: fn(&bksim_mbs::coordinate::Coordinate) -> SymbolId| -> Vec<SymbolId> {
             system.coordinates().iter().map(f).collect()
@@ -104,11 +114,27 @@ impl Rates {
         let second = [first.clone(), pairs(&v, &a)].concat();
         let rates = pool.total_derivatives(functions, &first);
         let accelerations = pool.total_derivatives(&rates, &second);
-        let outputs = [functions, &rates, &accelerations].concat();
+        let mut outputs = [functions, &rates, &accelerations].concat();
         let symbols = system.parameters(model);
-        let inputs = [vec![model.time], q, v, a].concat();
+        let mut inputs = [vec![model.time], q, v, a.clone()].concat();
+        if order > 2 {
+            // No identifiers, so that no name of the model can meet them.
+            let jerk = |k: usize| pool.symbol_id(pool.symbol(&format!("'jerk{k}")));
+            let jerks: Vec<SymbolId> = (0..a.len()).filter_map(jerk).collect();
+            let third = [second, pairs(&a, &jerks)].concat();
+            outputs.extend(pool.total_derivatives(&accelerations, &third));
+            inputs.extend(jerks);
+        }
         let tape = Tape::compile(pool, &outputs, &inputs, &symbols)?;
         Ok(Self { space: tape.workspace(parameters), tape, n: functions.len() })
+    }
+
+    /// Value, rate, acceleration and third rate of each function.
+    pub(crate) fn with_jerk(&mut self, t: f64, [q, v, a, j]: [&[f64]; 4]) -> Vec<[f64; 4]> {
+        let mut outputs = vec![0.0; self.tape.n_outputs()];
+        self.tape.evaluate(&mut self.space, &[&[t], q, v, a, j].concat(), &mut outputs);
+        let n = self.n;
+        (0..n).map(|k| std::array::from_fn(|order| outputs[k + order * n])).collect()
     }
 
     /// Value, rate and acceleration of each function, one after the other.

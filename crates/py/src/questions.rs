@@ -1,9 +1,10 @@
 //! Questions besides motion in time: a function for each, whose answer is that of the command of its name.
 
 use bksim::analysis::{
-    About, Actuators, AnalysisError, Channels, LimitsRequest, Motion, MotorCurve, assembly_panels,
-    balanced, bode, closing, compliances, curves, doctor, inverse, kinematics_along, letters,
-    limits, linearize, modes, singular_poses, statics, statics_over, workspaces,
+    About, Actuators, AnalysisError, Channels, KinematicsOptions, LimitsRequest, Motion,
+    MotorCurve, assembly_panels, balanced, bode, closing, compliances, curves, doctor, inverse,
+    kinematics_along, letters, limits, linearize, modes, singular_poses, statics, statics_over,
+    workspaces,
 };
 use bksim::model::Model;
 use bksim::model::file::{ShownUnits, Source};
@@ -58,15 +59,15 @@ pub(crate) fn kinematics_of(
     engine: Py<Engine>,
     drive: Vec<(String, String)>,
     rates: [Vec<String>; 2],
-    along: (bool, Option<usize>),
+    along: (bool, Option<usize>, bool),
 ) -> PyResult<Told<'_>> {
     ask(py, engine.get(), move |name, model| {
         let [rate, acceleration] = &rates;
-        let (through, branch) = along;
+        let (through, branch, has_jerk) = along;
         let prescribed =
             questions::kinematics::prescribed(&model, &drive, [rate, acceleration], through)?;
         let prescribed = prescribed.ok_or(AnalysisError::NDrives { n_free: 1, n_driven: 0 })?;
-        let found = kinematics_along(model, &prescribed, branch)?;
+        let found = kinematics_along(model, &prescribed, KinematicsOptions { branch, has_jerk })?;
         Ok(questions::kinematics::told_range(name, found, true))
     })
 }

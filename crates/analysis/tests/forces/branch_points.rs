@@ -2,8 +2,8 @@
 
 use crate::support::model;
 use bksim_analysis::{
-    About, Actuators, AnalysisError, Channels, Motion, Prescribed, Range, Stability, inverse,
-    kinematics, linearize, modes, statics,
+    About, Actuators, AnalysisError, Channels, KinematicsOptions, Motion, Prescribed, Range,
+    Stability, inverse, kinematics, linearize, modes, statics,
 };
 
 const GRAVITY: &str = "[loads.g]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n";
@@ -54,6 +54,10 @@ fn equal_arms(coordinates: &str) -> String {
 fn drive(model: &bksim_model::Model, values: &str) -> Prescribed {
     let drive = bksim_analysis::Drive::parse(model, "A.angle", values).expect("a range");
     Prescribed::Drives { drives: vec![drive], through: false }
+}
+
+fn along(branch: usize) -> KinematicsOptions {
+    KinematicsOptions { branch: Some(branch), ..KinematicsOptions::default() }
 }
 
 #[test]
@@ -178,7 +182,7 @@ fn a_range_follows_the_branch_that_is_named() {
     let fault = kinematics(make(), &range).expect_err("a choice");
     assert!(matches!(fault, AnalysisError::BranchPoint { .. }), "{fault:?}");
     for (number, ratio) in [(1, 1.0), (2, -7.0 / 3.0)] {
-        let found = bksim_analysis::kinematics_along(make(), &range, Some(number)).expect("rows");
+        let found = bksim_analysis::kinematics_along(make(), &range, along(number)).expect("rows");
         let column = |name: &str| found.table.column(name).expect("a column");
         let (a, d, rate) = (column("A.angle"), column("D.angle"), column("D.rate"));
         assert_eq!(a.len(), 36, "branch {number}: stopped at {:?}", found.stopped);
@@ -194,7 +198,7 @@ fn a_range_follows_the_branch_that_is_named() {
             assert!(parallel && rate.iter().all(|r| (r - 1.0).abs() < 1e-7), "{rate:?}");
         }
     }
-    let fault = bksim_analysis::kinematics_along(make(), &range, Some(3)).expect_err("two");
+    let fault = bksim_analysis::kinematics_along(make(), &range, along(3)).expect_err("two");
     assert_eq!(fault.to_string(), "the start has no branch 3, of 2");
     // Efforts need a branch, too.
     let motion = Motion::formula(&make(), "A.angle", "0.1*t").expect("a motion");

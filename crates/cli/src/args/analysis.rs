@@ -60,6 +60,9 @@ pub struct Kinematics {
     /// Acceleration of a drive at every value; 0 unless given. One for each drive.
     #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true)]
     pub(crate) acceleration: Vec<String>,
+    /// Give the third rates of all quantities, too.
+    #[arg(long, requires = "drive", conflicts_with_all = ["limits", "assemblies"])]
+    pub(crate) jerk: bool,
     /// Go on through dead points of the drive, which then turns back.
     #[arg(long)]
     pub(crate) through: bool,

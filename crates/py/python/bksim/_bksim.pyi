@@ -445,7 +445,7 @@ def kinematics_of(
     engine: Engine,
     drive: list[tuple[str, str]],
     rates: tuple[list[str], list[str]],
-    along: tuple[bool, int | None],
+    along: tuple[bool, int | None, bool],
 ) -> _Told: ...
 def closing_of(engine: Engine, solve: list[str]) -> _Told: ...
 def limits_of(

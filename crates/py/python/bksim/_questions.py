@@ -187,6 +187,7 @@ class Questions:
         acceleration: str | Sequence[str] = (),
         through: bool = False,
         branch: int | None = None,
+        jerk: bool = False,
     ) -> Answer:
         """Positions, velocities and accelerations over a range of one measure, or of several together.
 
@@ -198,11 +199,11 @@ class Questions:
 
         ``rate`` and ``acceleration`` are those of the drives, ``"25 rad/s"``; 1 and 0 unless given.
         ``through`` goes on through dead points; where branches cross in the start, ``branch`` is the number of the one to
-        follow.
+        follow. ``jerk`` gives the third rates, too.
         """
         driven = [(name, _range(values)) for name, values in drive.items()]
         rates = (names("rate", rate), names("acceleration", acceleration))
-        return Answer(_bksim.kinematics_of(self._engine(), driven, rates, (through, branch)))
+        return Answer(_bksim.kinematics_of(self._engine(), driven, rates, (through, branch, jerk)))
 
     def closing(self, solve: str | Sequence[str]) -> Answer:
         """The values of parameters with which the start closes at all the positions that it states: ``closing("L")["L"]``."""

@@ -1,9 +1,9 @@
 //! `bksim kinematics`: positions with their rates over a range, limits, assemblies.
 
 use bksim::analysis::{
-    AnalysisError, Closing, Drive, Dyad, Kinematics, Larger, LimitsRequest, Platform, Prescribed,
-    Proof, Range, Root, Solution, StudyPoint, Table, Triad, assemblies, assembly_panels, closing,
-    kinematics_along, limits, quantity,
+    AnalysisError, Closing, Drive, Dyad, Kinematics, KinematicsOptions, Larger, LimitsRequest,
+    Platform, Prescribed, Proof, Range, Root, Solution, StudyPoint, Table, Triad, assemblies,
+    assembly_panels, closing, kinematics_along, limits, quantity,
 };
 use bksim::expr::PoolSnapshot;
 use bksim::model::Model;
@@ -80,7 +80,8 @@ pub fn run(
                  `--limits` or `--assemblies`";
             return Err(Failure::usage("nothing is asked for", help));
         };
-        let found = || kinematics_along(model, &prescribed, args.branch);
+        let options = KinematicsOptions { branch: args.branch, has_jerk: args.jerk };
+        let found = || kinematics_along(model, &prescribed, options);
         let found = waiting("computing positions", found).map_err(&failed)?;
         if let Some(at) = &found.stopped {
             let values = reached(&args.drive, at);
