@@ -4,6 +4,7 @@ mod cams;
 mod curves;
 mod followers;
 mod geneva;
+mod leaving;
 mod lifting;
 mod rolling;
 mod rubbing;

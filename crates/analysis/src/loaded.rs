@@ -8,7 +8,7 @@ use bksim_mbs::modes::with_branches;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
 use bksim_model::{
-    Body, CouplingKind, HeldChange, HeldSignal, JointId, Measure, Model, ParameterId,
+    Body, CouplingKind, HeldChange, HeldSignal, JointId, Measure, Model, ParameterId, Shape,
 };
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::{Effort, Uniqueness};
@@ -397,7 +397,9 @@ pub(crate) fn without_rates(model: &Model) -> Result<(), AnalysisError> {
 pub fn without_contacts(model: &Model) -> Result<(), AnalysisError> {
     let Some(contact) = model.contacts.first() else { return Ok(()) };
     let note = "its outlines touch, part and rub as the motion brings them together; only a run follows that";
-    let help = if contact.play_of.is_some() {
+    let help = if matches!(contact.shapes[0], Shape::Curve { .. }) {
+        "solve the motion in time, or remove `lifts`"
+    } else if contact.play_of.is_some() {
         "solve the motion in time, or remove `clearance`"
     } else {
         "solve the motion in time, or put joints and loads of type \"stop\" in place of the contact"

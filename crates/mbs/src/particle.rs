@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 
 use bksim_model::{
-    Anchor, BodyId, CouplingKind, GROUND, JointId, JointKind, Measure, Model, Signal, Space,
+    Anchor, BodyId, CouplingKind, GROUND, JointId, JointKind, Measure, Model, Shape, Signal, Space,
 };
 
 /// By body, whether it is a particle.
@@ -94,8 +94,26 @@ pub fn particles(model: &Model) -> Vec<bool> {
             turns(node.center.body);
         }
     }
-    for shape in model.contacts.iter().flat_map(|pair| &pair.shapes) {
-        shape.anchors().into_iter().for_each(|anchor| turns(anchor.body));
+    for pair in &model.contacts {
+        // What rubs on a roller turns it.
+        let is_roller = |shape: &Shape| match shape {
+            Shape::Curve { joint, .. } => {
+                let kind = &model.joints[joint.0].kind;
+                let curve = kind.curve().map(|curve| &model.curves[curve.0]);
+                kind.roller().is_some() || curve.is_some_and(|curve| curve.pitch(pool).is_some())
+            }
+            _ => false,
+        };
+        let has_roller = pair.shapes.iter().any(is_roller);
+        for shape in &pair.shapes {
+            let is_point = match shape {
+                Shape::Round(round) => pool.is_zero(round.radius) && is_central(round.center),
+                _ => false,
+            };
+            if has_roller || !is_point {
+                shape.anchors().into_iter().for_each(|anchor| turns(anchor.body));
+            }
+        }
     }
     // Whatever is stated or measured.
     let measures = model.initial.iter().map(|initial| initial.measure);

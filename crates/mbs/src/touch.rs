@@ -7,6 +7,7 @@
 //! edge    φ = r − n·d                    n                  d = Q − A
 //! ring    φ = (d·d − ρ²)/2ρ, ρ = R − r   n = −d/ρ           d = Q − C
 //! disc    φ = (ρ² − d·d)/2ρ, ρ = R + r   n = d/ρ
+//! curve   φ = − n·d                      n across it    d from its place that is nearest
 //! ```
 //!
 //! φ is the penetration where it is zero, with its right slopes, and has no root that vanishes; n is the direction of the
@@ -17,6 +18,7 @@ use bksim_expr::{Expr, Function, Pool};
 
 use crate::constraint::{Constraint, Source};
 use crate::force::{Wrench, powers};
+use crate::joint::Lifted;
 use crate::kinematics::Kinematics;
 use crate::spatial;
 use bksim_model::{
@@ -98,6 +100,13 @@ impl Touching {
                 let to = scaled(pool.div(ring.radius, room), &d);
                 let at = spatial::add(pool, &origin, &to);
                 (penetration, pool.sub(room, distance), normal, at, at)
+            }
+            Base::Curve { joint, .. } => {
+                let joint = &model.joints[joint.0];
+                let sides = kinematics.sides(model, joint);
+                let Lifted { gap, normal, at } =
+                    Lifted::of(pool, joint, &sides).expect("a joint that lifts");
+                (pool.neg(gap), gap, normal, at, at)
             }
             Base::Round { round, wedge } => {
                 let sum = pool.add(round.radius, radius);

@@ -33,6 +33,13 @@ pub enum Shape {
     Round(Round),
     /// The inside of a circle.
     Ring(Round),
+    /// The curve that a joint of this kind lifts off; what lifts off it is the other shape.
+    Curve {
+        /// The joint.
+        joint: JointId,
+        /// The point in whose frame the curve is.
+        anchor: Anchor,
+    },
     /// Straight edges from corner to corner; what touches them is to their left.
     Edges {
         /// The corners in order.
@@ -58,6 +65,7 @@ impl Shape {
     pub fn anchors(&self) -> Vec<Anchor> {
         match self {
             Self::Round(round) | Self::Ring(round) => vec![round.center],
+            Self::Curve { anchor, .. } => vec![*anchor],
             Self::Edges { corners, .. } => corners.clone(),
         }
     }
@@ -97,6 +105,13 @@ pub enum Base {
     },
     /// The inside of a circle.
     Ring(Round),
+    /// The curve of a joint that lifts off it, at the place nearest to what lifts off, which is a coordinate of the joint.
+    Curve {
+        /// The joint.
+        joint: JointId,
+        /// The point in whose frame the curve is.
+        anchor: Anchor,
+    },
     /// The outside of a circle, or a corner between the edges that come from and lead to these.
     Round {
         /// The circle or corner.
@@ -122,6 +137,7 @@ impl Base {
     pub fn anchor(&self) -> Anchor {
         match self {
             Self::Edge { ends, .. } => ends[0],
+            Self::Curve { anchor, .. } => *anchor,
             Self::Ring(round) | Self::Round { round, .. } => round.center,
         }
     }

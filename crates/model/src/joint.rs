@@ -118,12 +118,16 @@ pub enum JointKind {
         /// Distance of the point from the curve in the plane of x and y, m: the radius of a roller to the left of
         /// the curve as its parameter rises, below zero to the right.
         roller: Option<Expr>,
+        /// Where the point, or its roller, lifts off the curve: true if it does to the left as the parameter rises.
+        lifts: Option<bool>,
     },
     /// A line of the successor along `axis`, in space a plane along it and z, touches a curve of the predecessor;
     /// always a constraint, with the curve's parameter at the place of contact as a coordinate of its own.
     LineOnCurve {
         /// The curve, in the frame of the predecessor's point.
         curve: CurveId,
+        /// Where the line lifts off the curve: true if it does to the left as the parameter rises.
+        lifts: Option<bool>,
     },
     /// A curve of the successor touches one of the predecessor, in space as prisms along z do; always a constraint,
     /// with the parameters of both at the place of contact as coordinates of their own.
@@ -137,6 +141,8 @@ pub enum JointKind {
         /// Where the curves roll: the lengths of both from two points that come together, m, as expressions of the
         /// parameters of the curves. `None` where they slide.
         arcs: Option<[Expr; 2]>,
+        /// Where the second curve lifts off the first: true if it does to the left as the parameter of the first rises.
+        lifts: Option<bool>,
     },
     /// An actuator or rope without mass between the two points, whose one motion is their distance; always a
     /// constraint, though without rows.
@@ -212,7 +218,7 @@ impl JointKind {
     /// The number of freedoms that a joint of this kind takes from a body in a plane or in space.
     pub fn n_taken(&self, space: Space) -> i64 {
         let of_rolling = matches!(self, Self::CurveOnCurve { arcs: Some(_), .. });
-        self.facts().n_taken(space) + i64::from(of_rolling)
+        self.facts().n_taken(space) + i64::from(of_rolling) - i64::from(self.lifts().is_some())
     }
 
     /// True where no coordinates of its own describe all motions of this kind, so that it is a constraint wherever
@@ -281,8 +287,13 @@ data_of_kinds! {
     rolled_arcs -> [Expr; 2] { Self::CurveOnCurve { arcs, .. } => arcs? }
     /// The curve that a joint of this kind follows, whose parameter is its first coordinate.
     curve -> CurveId {
-        Self::PointOnCurve { curve, .. } | Self::LineOnCurve { curve } => curve,
+        Self::PointOnCurve { curve, .. } | Self::LineOnCurve { curve, .. } => curve,
         Self::CurveOnCurve { curves: [first, _], .. } => first
+    }
+    /// Of what lifts off a curve true if it does to the left as the parameter of the curve rises.
+    lifts -> bool {
+        Self::PointOnCurve { lifts, .. } | Self::LineOnCurve { lifts, .. } => lifts?,
+        Self::CurveOnCurve { lifts, .. } => lifts?
     }
     /// The curve of the successor that touches the other, whose parameter is the second coordinate.
     second_curve -> CurveId { Self::CurveOnCurve { curves: [_, second], .. } => second }

@@ -17,6 +17,7 @@ mod cylinder;
 mod cylindrical;
 mod free;
 mod knife_edge;
+mod lifting;
 mod line_on_curve;
 mod link;
 mod parallel_axes;
@@ -36,6 +37,7 @@ mod turns;
 mod universal;
 mod weld;
 
+pub(crate) use lifting::Lifted;
 pub(crate) use line_on_curve::Face;
 
 use bksim_expr::{Expr, Pool};
@@ -148,6 +150,8 @@ pub struct OnCurve {
     pub tangent: Vector,
     /// The length that has come by, m, of curves that roll on each other.
     pub arc: Option<Expr>,
+    /// Distance of the place to the left of the curve, m: that of the centre of a roller.
+    pub left: Expr,
 }
 
 /// The functions of one kind of joint.
@@ -215,6 +219,10 @@ pub fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
     let mut rows = (Mechanics::of(joint).constraint_rows)(pool, joint, sides);
     let is_of_rates = |row: &Row| OF_RATES.contains(&row.direction);
     rows.retain(|row| is_of_rates(row) || !is_nothing(pool, row.expression));
+    if joint.kind.lifts().is_some() {
+        // A contact presses along the normal.
+        rows.retain(|row| row.direction != "normal");
+    }
     rows
 }
 
@@ -321,14 +329,15 @@ pub fn contact(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<JointWrench>
     if joint.kind.is_blade() {
         return Some(JointWrench::of_force(pool, knife_edge::left(pool, joint, sides)));
     }
-    line_on_curve::contact(pool, joint, sides)
+    line_on_curve::contact(pool, joint, sides).filter(|_| joint.kind.lifts().is_none())
 }
 
 /// The place where two curves touch, or a wheel its plane, with the motions about it that they leave, in world axes;
 /// `None` of other joints.
 pub fn touch(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<(Vector, Vec<Motion>)> {
     let wheel = rolling::place(pool, joint, sides).map(|place| (place, Motion::turns(pool)));
-    wheel.or_else(|| curve_on_curve::contact(pool, joint, sides))
+    let curves = || curve_on_curve::contact(pool, joint, sides);
+    wheel.or_else(|| curves().filter(|_| joint.kind.lifts().is_none()))
 }
 
 /// The motions of a joint as they are now, their axes in world axes; `positions` are those of all of them.
@@ -339,6 +348,9 @@ pub fn motions_in_world(
     positions: Option<&[Expr]>,
     sides: &Sides,
 ) -> Vec<Motion> {
+    if joint.kind.lifts().is_some() {
+        return Motion::slides(pool).into_iter().chain(Motion::turns(pool)).collect();
+    }
     // Along the tangent and about all axes.
     if let Some(OnCurve { tangent, .. }) = &sides.on_curve {
         let length = pool.sqrt(spatial::dot(pool, tangent, tangent));

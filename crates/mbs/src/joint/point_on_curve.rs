@@ -17,10 +17,13 @@ pub(super) fn fixed_turn(_: &Pool, _: &Joint) -> Rotation {
     Rotation::default()
 }
 
-/// r_P + r(s) − r_Q = 0.
-pub(super) fn constraint_rows(pool: &Pool, _: &Joint, sides: &Sides) -> Vec<Row> {
+/// r_P + r(s) − r_Q = 0; of a point that lifts off the curve t · (r_P + r(s) − r_Q) = 0: the place is the nearest one.
+pub(super) fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
     let Some(on_curve) = &sides.on_curve else { return Vec::new() };
     let offset = sides.predecessor.rotation.apply(pool, &on_curve.offset);
     let here = spatial::add(pool, &sides.p_world_predecessor, &offset);
+    if joint.kind.lifts().is_some() {
+        return vec![rows::nearest(pool, sides, &here, &on_curve.tangent)];
+    }
     rows::points_together(pool, &here, &sides.p_world_successor)
 }

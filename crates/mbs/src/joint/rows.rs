@@ -38,6 +38,19 @@ pub(super) fn point_on_line(pool: &Pool, axis: &Vector, sides: &Sides) -> Vec<Ro
     spatial::perpendicular(pool, axis).into_iter().map(row).collect()
 }
 
+/// t · (p − r_Q) = 0 for a place p on a curve of the predecessor with the tangent t: the place is the nearest one to Q.
+pub(super) fn nearest(pool: &Pool, sides: &Sides, place: &Vector, tangent: &Vector) -> Row {
+    let length = pool.sqrt(spatial::dot(pool, tangent, tangent));
+    let unit = spatial::scale(pool, pool.div(pool.one(), length), tangent);
+    let along = sides.predecessor.rotation.apply(pool, &unit);
+    let gap = spatial::sub(pool, place, &sides.p_world_successor);
+    Row {
+        expression: spatial::dot(pool, &along, &gap),
+        direction: "tangent",
+        wrench: JointWrench::of_force(pool, along),
+    }
+}
+
 /// n · (r_P − r_Q) = 0 for the normal n of a plane fixed in the predecessor.
 pub(super) fn point_on_plane(pool: &Pool, normal: &Vector, sides: &Sides) -> Row {
     let gap = spatial::sub(pool, &sides.p_world_predecessor, &sides.p_world_successor);

@@ -215,8 +215,13 @@ impl Kinematics {
         let here = |e: Expr| pool.substitute(e, &[(curve.parameter, parameter)]);
         let by_parameter = |path: &Vector| path.map(|e| pool.diff(e, curve.parameter));
         let mut path = curve.position;
+        let mut to_left = joint.kind.roller().unwrap_or(pool.zero());
         if !joint.kind.is_touch() && joint.kind.roller().is_none() {
-            path = curve.pitch(pool).unwrap_or(path);
+            let roller = curve.cam.as_ref().and_then(|cam| cam.roller);
+            if let Some((pitch, radius)) = curve.pitch(pool).zip(roller) {
+                path = pitch;
+                to_left = if joint.kind.lifts() == Some(false) { pool.neg(radius) } else { radius };
+            }
         }
         // The centre of a roller is across the tangent.
         if let Some(distance) = joint.kind.roller() {
@@ -226,7 +231,8 @@ impl Kinematics {
             path = spatial::add(pool, &path, &spatial::scale(pool, distance, &left));
         }
         let arc = joint.kind.rolled_arcs().map(|arcs| here(arcs[number]));
-        Some(OnCurve { offset: path.map(here), tangent: by_parameter(&path).map(here), arc })
+        let [offset, tangent] = [path, by_parameter(&path)].map(|vector| vector.map(here));
+        Some(OnCurve { offset, tangent, arc, left: to_left })
     }
 
     /// Lengths along the curves of a joint, as expressions of their parameters, at the place where it is.

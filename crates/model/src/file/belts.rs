@@ -12,7 +12,7 @@
 
 use std::cmp::Ordering;
 
-use bksim_expr::{Expr, Function, SymbolId};
+use bksim_expr::{Expr, Function};
 
 use super::codes;
 use super::reader::{Fields, Reader};
@@ -409,31 +409,6 @@ impl Reader<'_> {
         let pool = &self.pool;
         let pull = pool.add(elastic, viscous);
         pool.call(Function::Max, &[pool.zero(), pull]).expect("two arguments")
-    }
-
-    /// The rate of an expression of positions.
-    pub(super) fn rate_of(&mut self, expr: Expr) -> Expr {
-        let used: Vec<(SymbolId, Measure)> = self
-            .names
-            .signals
-            .iter()
-            .filter(|signal| self.pool.depends_on(expr, signal.symbol))
-            .map(|signal| (signal.symbol, signal.measure))
-            .collect();
-        let mut terms = Vec::new();
-        for (symbol, position) in used {
-            let rate = match position {
-                Measure::PointPosition(body, point, axis) => {
-                    Measure::PointVelocity(body, point, axis)
-                }
-                Measure::BodyAngle(body) => Measure::BodyRate(body),
-                _ => continue,
-            };
-            let name = format!("{}_rate", self.pool.symbol_name(symbol));
-            let rate = self.names.signal(&self.pool, &name, rate);
-            terms.push(self.pool.mul(self.pool.diff(expr, symbol), rate));
-        }
-        self.pool.sum(terms)
     }
 
     /// The lengths and wraps of a belt, as signals.

@@ -53,24 +53,17 @@ impl Reader<'_> {
         axis: Vector,
     ) -> Option<Play> {
         let clearance = self.positive(fields, CLEARANCE, None)?;
-        let restitution = match fields.get("restitution") {
-            Some(node) => self.restitution(node, &fields.what("restitution"))?,
-            None => self.pool.zero(),
-        };
-        let rubs = fields.has("mu") || fields.has("static");
-        let friction = if rubs { Some(self.coefficients(fields)?) } else { None };
+        let (restitution, friction) = self.surfaces_of_joint(fields)?;
         let zero = self.pool.zero();
         let form = if word == "revolute" {
-            if fields.has("radius") || rubs {
+            let radius = if fields.has("radius") || friction.is_some() {
                 // Friction turns the bodies by the radius where it acts.
-                Form::Pin(self.positive(
-                    fields,
-                    "radius",
-                    Some("that of the journal, `radius = \"10 mm\"`"),
-                )?)
+                let help = "that of the journal, `radius = \"10 mm\"`";
+                self.positive(fields, "radius", Some(help))?
             } else {
-                Form::Pin(zero)
-            }
+                zero
+            };
+            Form::Pin { radius, clearance }
         } else {
             let help = "that of the slide along its axis, `length = \"60 mm\"`";
             let length = self.positive(fields, "length", Some(help))?;
@@ -84,10 +77,26 @@ impl Reader<'_> {
             };
             let back =
                 FixedTurn { axis: [zero, zero, self.pool.one()], angle: self.pool.neg(angle) };
-            Form::Slide { length, width, angle, axes: [axis, self.turned(&[back], axis)] }
+            let axes = [axis, self.turned(&[back], axis)];
+            Form::Slide { length, width, clearance, angle, axes }
         };
         let span = fields.entry(CLEARANCE)?.key_span.clone();
-        Some(Play { name: name.to_owned(), ends, clearance, form, restitution, friction, span })
+        Some(Play { name: name.to_owned(), ends, form, restitution, friction, span })
+    }
+
+    /// Restitution and friction of what contacts hold.
+    #[expect(clippy::type_complexity, reason = "a number, and two where there is friction")]
+    pub(super) fn surfaces_of_joint(
+        &mut self,
+        fields: &Fields<'_>,
+    ) -> Option<(Expr, Option<[Expr; 2]>)> {
+        let restitution = match fields.get("restitution") {
+            Some(node) => self.restitution(node, &fields.what("restitution"))?,
+            None => self.pool.zero(),
+        };
+        let rubs = fields.has("mu") || fields.has("static");
+        let friction = if rubs { Some(self.coefficients(fields)?) } else { None };
+        Some((restitution, friction))
     }
 
     /// Turns the frames of slides that are along neither x nor y: their coordinates are along the slide and across.
@@ -128,7 +137,8 @@ impl Reader<'_> {
             let zero = self.pool.zero();
             let is_zero = |axis: Expr| self.pool.is_zero(axis);
             let middle: Vec<(usize, Expr)> = match play.form {
-                Form::Pin(_) => vec![(0, zero), (1, zero)],
+                Form::Curve(_) => continue,
+                Form::Pin { .. } => vec![(0, zero), (1, zero)],
                 Form::Slide { angle, axes: [[x, ..], _], .. } => {
                     let across = usize::from(!is_zero(x));
                     vec![(across, zero), (2, angle)]
@@ -193,17 +203,22 @@ impl Reader<'_> {
         bodies: &mut [(Option<Body>, BodyFacts)],
     ) -> Vec<(String, [Shape; 2])> {
         let [first, second] = play.ends;
-        let (length, width, axes) = match play.form {
-            Form::Pin(radius) => {
-                let bush = Round { center: first, radius: self.pool.add(radius, play.clearance) };
+        let (length, width, clearance, axes) = match play.form {
+            Form::Curve(joint) => {
+                let on_it = Round { center: second, radius: self.pool.zero() };
+                let curve = Shape::Curve { joint, anchor: first };
+                return vec![(play.name.clone(), [curve, Shape::Round(on_it)])];
+            }
+            Form::Pin { radius, clearance } => {
+                let bush = Round { center: first, radius: self.pool.add(radius, clearance) };
                 let journal = Round { center: second, radius };
                 return vec![(play.name.clone(), [Shape::Ring(bush), Shape::Round(journal)])];
             }
-            Form::Slide { length, width, axes, .. } => (length, width, axes),
+            Form::Slide { length, width, clearance, axes, .. } => (length, width, clearance, axes),
         };
         let half = self.pool.div(length, self.pool.int(2));
         let aside = self.pool.div(width, self.pool.int(2));
-        let beyond = self.pool.add(aside, play.clearance);
+        let beyond = self.pool.add(aside, clearance);
         let mut pairs = Vec::new();
         for (side, sign) in SIDES {
             let signed = |value: Expr| if sign < 0 { self.pool.neg(value) } else { value };

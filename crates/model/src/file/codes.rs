@@ -98,6 +98,7 @@ crate::codes! {
     NO_CHANGE = "M136", "a load case that changes nothing of the model";
     NOT_LEFT = "M137", "a place that a rope cannot leave";
     HERTZ = "M142", "hertz where an angle is counted in radians";
+    NO_LIFT = "M143", "keys of lifting off a curve where nothing lifts off, or twice";
 }
 
 #[cfg(test)]

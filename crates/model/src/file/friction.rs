@@ -35,6 +35,7 @@ impl Reader<'_> {
         if fields.has("coupling") {
             return self.read_friction_of_teeth(fields, connections.couplings);
         }
+        self.check_lifting(fields, connections.joints)?;
         for key in ["pressure_angle", "loss"] {
             if let Some(entry) = fields.entry(key) {
                 let message = format!("{} has `{key}`, but no teeth", fields.owner);

@@ -5,7 +5,7 @@ use bksim_expr::Expr;
 use super::codes;
 use super::gather::sub_tables;
 use super::joint_types::{DISTANCE, DISTANCE_KEYS, type_of};
-use super::play::{PLAYING_TYPES, has_play};
+use super::play::{LIFTS, PLAYING_TYPES, has_play, may_lift};
 use super::reader::{Fields, Reader};
 use super::replay::Constant;
 use super::tree::{Node, Table, Value};
@@ -93,6 +93,10 @@ impl Reader<'_> {
                 axis = Some([self.pool.zero(), self.pool.zero(), self.pool.one()]);
             }
         }
+        if may_lift(word, table) {
+            let play = self.lifting(name, &fields, [predecessor, successor])?;
+            self.plays.push(play);
+        }
         Some(Joint {
             name: name.to_owned(),
             kind: kind?,
@@ -159,17 +163,20 @@ impl Reader<'_> {
                 self.second_axis(fields).map(|second| JointKind::PerpendicularAxes { second })
             }
             "point-on-curve" => {
-                let has_roller = fields.has("radius") || fields.has("side");
+                let lifts = self.lifts(fields);
+                let has_roller = fields.has("radius") || fields.has("side") && !fields.has(LIFTS);
                 let (curve, roller) =
                     (self.curve_of(fields, "curve"), has_roller.then(|| self.roller(fields)));
                 let roller = match roller {
                     Some(distance) => Some(distance?),
                     None => None,
                 };
-                Some(JointKind::PointOnCurve { curve: curve?, roller })
+                Some(JointKind::PointOnCurve { curve: curve?, roller, lifts: lifts? })
             }
             "line-on-curve" => {
-                self.curve_of(fields, "curve").map(|curve| JointKind::LineOnCurve { curve })
+                let lifts = self.lifts(fields);
+                let curve = self.curve_of(fields, "curve");
+                Some(JointKind::LineOnCurve { curve: curve?, lifts: lifts? })
             }
             "curve-on-curve" => self.curves_in_touch(fields),
             "screw" => self.lead(fields).map(|lead| JointKind::Screw { lead }),

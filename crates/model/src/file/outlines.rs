@@ -62,10 +62,7 @@ impl Reader<'_> {
         }
         for (play, (name, shapes)) in of_joints {
             if let Some(pair) = pairs.iter().find(|pair| pair.name == name) {
-                let message = format!(
-                    "`{name}` is a contact and that of joint `{}`, which has play",
-                    play.name
-                );
+                let message = format!("`{name}` is a contact and that of joint `{}`", play.name);
                 self.report(
                     Diagnostic::error(codes::DUPLICATE, message)
                         .at(play.span.clone(), "the same name again")
@@ -106,7 +103,9 @@ impl Reader<'_> {
     pub(super) fn check_plane_of_contacts(&mut self, space: Space, contacts: &[ContactPair]) {
         let Some(pair) = contacts.first().filter(|_| space == Space::Spatial) else { return };
         let message = format!("contact `{}` is in a spatial model", pair.name);
-        let help = if pair.play_of.is_some() {
+        let help = if matches!(pair.shapes[0], Shape::Curve { .. }) {
+            "remove `lifts`, or keep to the plane"
+        } else if pair.play_of.is_some() {
             "remove `clearance`, or keep to the plane"
         } else {
             "keep to the plane, or use a joint of type \"rolling\" or a load of type \"stop\""
@@ -385,6 +384,10 @@ fn places_of(shapes: &[Shape; 2], points: Points<'_>, zero: Expr) -> (Vec<Place>
             is_second,
         };
         match base {
+            &Shape::Curve { joint, anchor } => {
+                let base = Base::Curve { joint, anchor };
+                add(tips.iter().map(|tip| place(tip, base.clone())).collect(), false);
+            }
             Shape::Ring(ring) => {
                 let all = tips.iter().map(|tip| place(tip, Base::Ring(*ring))).collect();
                 add(all, false);
@@ -432,7 +435,9 @@ fn places_of(shapes: &[Shape; 2], points: Points<'_>, zero: Expr) -> (Vec<Place>
 /// Points, discs, and corners that stand out: all of a shape that meets edges and rings.
 fn tips(shape: &Shape, points: Points<'_>, zero: Expr) -> Vec<Tip> {
     match shape {
-        Shape::Ring(_) | Shape::Edges { form: EdgesForm::Line, .. } => Vec::new(),
+        Shape::Ring(_) | Shape::Curve { .. } | Shape::Edges { form: EdgesForm::Line, .. } => {
+            Vec::new()
+        }
         Shape::Round(round) => vec![(*round, [None; 2])],
         Shape::Edges { corners, form } => {
             let n = corners.len();

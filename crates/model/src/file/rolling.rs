@@ -20,6 +20,7 @@ impl Reader<'_> {
     /// A joint of type `curve-on-curve`.
     pub(super) fn curves_in_touch(&mut self, fields: &Fields<'_>) -> Option<JointKind> {
         let curves = ["curve", "second_curve"].map(|key| self.curve_of(fields, key));
+        let lifts = self.lifts(fields);
         let is_stated = fields.has("tangents");
         let is_same_way = match fields.get("tangents") {
             Some(node) => self.choice(node, &fields.what("tangents"), &TANGENTS),
@@ -36,6 +37,7 @@ impl Reader<'_> {
             is_same_way: is_same_way?,
             is_stated,
             arcs,
+            lifts: lifts?,
         })
     }
 

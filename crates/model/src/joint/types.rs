@@ -98,12 +98,20 @@ pub const JOINT_TYPES: [JointType; 22] = [
     row("parallel-axes", &[T, T, T, R], "axis second coordinate cut"),
     row("perpendicular-axes", &[T, T, T, R, R], "axis second coordinate cut"),
     row("constant-velocity", &[], "axis second").always_cut([1, 4], 0),
-    row("point-on-curve", &[R], "curve radius side coordinate").always_cut([1, 2], 0).in_plane(),
-    row("line-on-curve", &[R], "curve axis direction coordinate").always_cut([1, 1], 0).in_plane(),
-    row("cylinder", &[T], "min max restitution coordinate").always_cut([0, 0], 0).in_plane(),
-    row("curve-on-curve", &[R, R], "curve second_curve tangents rolling coordinate")
+    row("point-on-curve", &[R], "curve radius side lifts mu static restitution coordinate")
+        .always_cut([1, 2], 0)
+        .in_plane(),
+    row("line-on-curve", &[R], "curve axis direction side lifts mu static restitution coordinate")
         .always_cut([1, 1], 0)
         .in_plane(),
+    row("cylinder", &[T], "min max restitution coordinate").always_cut([0, 0], 0).in_plane(),
+    row(
+        "curve-on-curve",
+        &[R, R],
+        "curve second_curve tangents rolling side lifts mu static restitution coordinate",
+    )
+    .always_cut([1, 1], 0)
+    .in_plane(),
     row("knife-edge", &[], "axis direction").always_cut([1, 1], 1).in_plane(),
     row("rolling", &[], "shape radius rim axis").always_cut([0, 3], 2),
 ];

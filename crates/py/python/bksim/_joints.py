@@ -208,7 +208,8 @@ class ConstantVelocity(Joint):
 class PointOnCurve(Joint):
     """The second point stays on the ``curve`` of that name, in the frame of the first one.
 
-    With a ``radius`` a roller about the point touches the curve, on its ``side`` ``"left"`` or ``"right"``.
+    With a ``radius`` a roller about the point touches the curve, on its ``side`` ``"left"`` or ``"right"``. With
+    ``lifts`` the point or roller lifts off the curve to that side, and rubs and bounces as contacts do.
     """
 
     type: ClassVar[str] = "point-on-curve"
@@ -216,18 +217,30 @@ class PointOnCurve(Joint):
     curve: str
     radius: Value | None = None
     side: str | None = None
+    lifts: bool | None = None
+    mu: Value | None = None
+    static: Value | None = None
+    restitution: Value | None = None
     coordinate: str | None = None
 
 
 @dataclass(slots=True)
 class LineOnCurve(Joint):
-    """The line along ``axis`` through the second point touches the ``curve`` of that name."""
+    """The line along ``axis`` through the second point touches the ``curve`` of that name.
+
+    With ``lifts`` it lifts off to the ``side`` ``"left"`` or ``"right"`` of the curve.
+    """
 
     type: ClassVar[str] = "line-on-curve"
 
     curve: str
     axis: Sequence[Value] | None = None
     direction: Value | None = None
+    side: str | None = None
+    lifts: bool | None = None
+    mu: Value | None = None
+    static: Value | None = None
+    restitution: Value | None = None
     coordinate: str | None = None
 
 
@@ -236,7 +249,8 @@ class CurveOnCurve(Joint):
     """The ``second_curve`` of the second body touches the ``curve`` of the first.
 
     ``tangents`` are ``"opposite"`` or the ``"same"`` as both parameters rise. With ``rolling``, the parameters of two
-    points that come together, the curves do not slip.
+    points that come together, the curves do not slip. With ``lifts`` the second lifts off to the ``side`` ``"left"`` or
+    ``"right"`` of the first.
     """
 
     type: ClassVar[str] = "curve-on-curve"
@@ -245,6 +259,11 @@ class CurveOnCurve(Joint):
     second_curve: str
     tangents: str | None = None
     rolling: Sequence[Value] | None = None
+    side: str | None = None
+    lifts: bool | None = None
+    mu: Value | None = None
+    static: Value | None = None
+    restitution: Value | None = None
     coordinate: Sequence[str] | None = None
 
 

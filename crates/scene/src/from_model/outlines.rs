@@ -22,7 +22,8 @@ impl Sketch<'_> {
     fn is_filled(&self, outline: &Outline) -> bool {
         match outline {
             Outline::Round(round) => self.numbers.value(round.radius) > 0.0,
-            Outline::Ring(_) => false,
+            // Curves are drawn with their joints.
+            Outline::Ring(_) | Outline::Curve { .. } => false,
             Outline::Edges { form, .. } => *form == EdgesForm::Outline,
         }
     }
@@ -44,6 +45,7 @@ impl Sketch<'_> {
         };
         let has_own = self.has_own_shape(body);
         match outline {
+            Outline::Curve { .. } => None,
             Outline::Round(round) | Outline::Ring(round) => {
                 let radius = self.numbers.value(round.radius).abs();
                 let origin = self.numbers.attached(round.center).position;

@@ -204,7 +204,7 @@ fn overlap(model: &Model, place: &Place, by: f64) -> f64 {
             let sum = radius(round) + own;
             sum - (sum * sum - 2.0 * sum * by).max(0.0).sqrt()
         }
-        Base::Edge { .. } => by,
+        Base::Edge { .. } | Base::Curve { .. } => by,
     }
 }
 

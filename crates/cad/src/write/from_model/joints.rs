@@ -26,7 +26,8 @@ impl Sketch<'_> {
             return Err(no_place("the type", &owner).into());
         }
         if self.model.contacts.iter().any(|contact| contact.play_of == Some(id)) {
-            return Err(no_place("`clearance`", &owner).into());
+            let key = if joint.kind.lifts().is_some() { "`lifts`" } else { "`clearance`" };
+            return Err(no_place(key, &owner).into());
         }
         let kind = kind(joint.kind.word());
         // In a drawing the axis of a revolute comes out of the paper.
