@@ -11,7 +11,7 @@ use crate::recursion::BodyAcceleration;
 use crate::signal::signal_values;
 use crate::spatial;
 use crate::system::SymbolicSystem;
-use crate::{belt, rope};
+use crate::{belt, mesh, rope};
 
 /// A wrench with the part of the model that it comes from.
 #[derive(Clone, Debug)]
@@ -36,7 +36,8 @@ pub fn acting(model: &Model, system: &SymbolicSystem) -> Vec<Acting> {
             continue;
         }
         let action = force::action(model, kinematics, &signals, &load.kind);
-        let wrenches = [action.conservative, action.applied].concat();
+        let mesh = mesh::elastic_wrenches(model, kinematics, &signals, &load.kind);
+        let wrenches = [action.conservative, action.applied, mesh].concat();
         found.push((Actor::Load(LoadId(k)), wrenches));
     }
     for k in 0..model.belts.len() {

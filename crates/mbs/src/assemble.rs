@@ -24,6 +24,7 @@ use crate::joint;
 use crate::kinematics::Kinematics;
 use crate::kinematics::bending;
 use crate::lagrange;
+use crate::mesh;
 use crate::modes::with_modes;
 use crate::norm;
 use crate::recursion;
@@ -92,6 +93,9 @@ fn assemble_along(
     let signals = signal_values(model, &kinematics);
     let mut loads = Loads::of(model, &kinematics, &signals);
     loads.applied.extend(belt::elastic_wrenches(model, &kinematics, &signals));
+    for load in &model.loads {
+        loads.applied.extend(mesh::elastic_wrenches(model, &kinematics, &signals, &load.kind));
+    }
     for rope in 0..model.ropes.len() {
         let wrenches = rope::elastic_wrenches(model, &kinematics, &signals, RopeId(rope));
         loads.applied.extend(wrenches);

@@ -10,6 +10,7 @@
 //! gear, belt        λ r₂ about the axis of the second wheel, λ r₂ (i − 1) n × d / d² through its centre,
 //!                   and the opposite on the first, with the ratio i and the line of centres d
 //! rack              λ along the rack at the pitch point, and the opposite on the pinion
+//! worm              λ where its threads press, and the opposite on the worm
 //! bevel wheels      with a pressure angle λ where their pitch cones touch, and the opposite on the first
 //! pressure angle    |λ| tan α/cos β on the second away from the first, and the opposite on the first
 //! helix             λ tan β along the axis at the pitch point, and the opposite on the first
@@ -33,6 +34,7 @@ use crate::pose::orientation;
 use crate::rope::section_wrenches;
 use crate::signal::signal_values;
 use crate::spatial;
+use crate::worm::Worm;
 use bksim_model::{
     Axis, BodyId, Coupling, CouplingId, CouplingKind, Flanks, Frame, JointId, Measure, Model, Rack,
     Signal, Space, Vector, Wheels,
@@ -142,7 +144,7 @@ pub(crate) fn along(model: &Model, kinematics: &Kinematics, position: Measure) -
             vec![turning(body, &axis)]
         }
         Measure::Turn(body, against, joint) => {
-            let axis = axis_of(model, kinematics, joint);
+            let axis = kinematics.axis_of(model, joint);
             vec![turning(body, &axis), turning(against, &spatial::neg(pool, &axis))]
         }
         // Other positions are functions of the orientation: the moment that does their work is the slope of the
@@ -154,11 +156,14 @@ pub(crate) fn along(model: &Model, kinematics: &Kinematics, position: Measure) -
 /// Wheels with parallel axes apart from each other; `None` of others.
 fn of_wheels(model: &Model, kinematics: &Kinematics, wheels: &Wheels) -> Option<Vec<Wrench>> {
     let pool = &model.pool;
+    if let Some(worm) = Worm::of(model, kinematics, wheels) {
+        return Some(worm.pair(pool, wheels));
+    }
     let Some((line, square)) = center_line(model, kinematics, wheels) else {
         let cones = wheels.flanks.and_then(|_| Cones::of(model, kinematics, wheels))?;
         return Some(cones.pair(pool, wheels, cones.along));
     };
-    let second = axis_of(model, kinematics, wheels.axes[1]);
+    let second = kinematics.axis_of(model, wheels.axes[1]);
     let center = kinematics.anchor(model, wheels.wheels[1]);
     let [first, radius] = wheels.radii.unwrap_or([wheels.ratio, pool.one()]);
     let side = pool.div(pool.sub(first, radius), square);
@@ -188,7 +193,7 @@ pub fn center_line(
     wheels: &Wheels,
 ) -> Option<(Vector, Expr)> {
     let pool = &model.pool;
-    let [first, second] = wheels.axes.map(|joint| axis_of(model, kinematics, joint));
+    let [first, second] = wheels.axes.map(|joint| kinematics.axis_of(model, joint));
     let across = spatial::cross(pool, &first, &second);
     let are_parallel = across.iter().all(|&part| pool.is_zero(pool.simplify(part)));
     let [from, to] = wheels.wheels.map(|wheel| kinematics.anchor(model, wheel));
@@ -222,7 +227,7 @@ impl Cones {
     pub fn of(model: &Model, kinematics: &Kinematics, wheels: &Wheels) -> Option<Self> {
         let pool = &model.pool;
         let [first, second] = wheels.radii?;
-        let [a, b] = wheels.axes.map(|joint| axis_of(model, kinematics, joint));
+        let [a, b] = wheels.axes.map(|joint| kinematics.axis_of(model, joint));
         let across = spatial::cross(pool, &a, &b);
         let square = short(pool, spatial::dot(pool, &across, &across));
         if pool.is_zero(square) || center_line(model, kinematics, wheels).is_some() {
@@ -266,7 +271,7 @@ impl Cones {
 /// A force along the rack at the pitch point: c + r (u × n) for the pinion's axis n at c and the rack along u.
 fn of_rack(model: &Model, kinematics: &Kinematics, rack: &Rack) -> Vec<Wrench> {
     let pool = &model.pool;
-    let [pinion, travel] = rack.joints.map(|joint| axis_of(model, kinematics, joint));
+    let [pinion, travel] = rack.joints.map(|joint| kinematics.axis_of(model, joint));
     let center = kinematics.anchor(model, model.joints[rack.joints[0].0].successor);
     let arm = spatial::scale(pool, rack.radius, &spatial::cross(pool, &travel, &pinion));
     let at = spatial::add(pool, &center, &arm);
@@ -288,7 +293,7 @@ fn is_felt(model: &Model, axial: Expr) -> bool {
 
 /// The forces that part the members of a gear or rack for a tooth force of size one, away from the first on the second,
 /// and whether they do no work as the distance of the centres is constant; `None` without a pressure angle.
-fn parting(
+pub(crate) fn parting(
     model: &Model,
     kinematics: &Kinematics,
     kind: &CouplingKind,
@@ -297,6 +302,10 @@ fn parting(
     let Flanks { radial, .. } = kind.flanks()?;
     let (at, along, bodies, is_held) = match kind {
         CouplingKind::Gear(wheels) => {
+            if let Some(worm) = Worm::of(model, kinematics, wheels) {
+                let force = spatial::scale(pool, radial, &worm.apart);
+                return Some((worm.push(pool, wheels, force), true));
+            }
             let Some((line, square)) = center_line(model, kinematics, wheels) else {
                 let cones = Cones::of(model, kinematics, wheels)?;
                 let across = spatial::scale(pool, radial, &cones.across);
@@ -308,7 +317,7 @@ fn parting(
             (at, along, wheels.wheels.map(|wheel| wheel.body), is_held)
         }
         CouplingKind::Rack(rack) => {
-            let [pinion, travel] = rack.joints.map(|joint| axis_of(model, kinematics, joint));
+            let [pinion, travel] = rack.joints.map(|joint| kinematics.axis_of(model, joint));
             let along = spatial::cross(pool, &travel, &pinion);
             let center = kinematics.anchor(model, model.joints[rack.joints[0].0].successor);
             (center, along, rack.bodies, false)
@@ -356,12 +365,6 @@ pub(crate) fn separating_wrenches(
         Some((unit.iter().map(|wrench| wrench.scaled(pool, size)).collect(), is_held))
     };
     constraints.iter().filter_map(of_row).collect()
-}
-
-/// The axis of a joint in world axes.
-fn axis_of(model: &Model, kinematics: &Kinematics, joint: JointId) -> Vector {
-    let joint = &model.joints[joint.0];
-    kinematics.sides(model, joint).predecessor.rotation.apply(&model.pool, &joint.axis)
 }
 
 /// The angle by which `body` has turned against another about the axis of `joint`, all turns counted: in a

@@ -15,6 +15,7 @@ use crate::constraint::Source;
 use crate::contact::{Contact, Law};
 use crate::coordinate::Owner;
 use crate::force::{self, Wrench};
+use crate::mesh;
 use crate::rope;
 use crate::signal::signal_values;
 use crate::system::SymbolicSystem;
@@ -97,7 +98,9 @@ fn of_loads(model: &Model, system: &SymbolicSystem, signals: &[(SymbolId, Expr)]
     let of_load = |(k, load): (usize, &Load)| {
         let id = LoadId(k);
         let action = force::action(model, kinematics, signals, &load.kind);
-        let mut terms = vec![power_of(model, system, &action.applied)];
+        let mesh = mesh::elastic_wrenches(model, kinematics, signals, &load.kind);
+        let applied = [action.applied, mesh].concat();
+        let mut terms = vec![power_of(model, system, &applied)];
         let on_curve = force::effort_on_curve(model, kinematics, signals, load);
         terms.extend(on_curve.and_then(|(joint, motion_idx, effort)| {
             let owner = Owner::Joint(joint, motion_idx);

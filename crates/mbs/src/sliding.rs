@@ -4,9 +4,10 @@
 //! curves   p = L₁(s₁) ± L₂(s₂)        their lengths up to the place where they touch, − where the tangents point one way
 //! face     p = (t · u) L(s) − u · x    t the tangent of the curve, u along the face, x from its point to the place
 //! teeth    p = (r₁ φ₁ ± r₂ φ₂)/2      the way of the pitch circles, φ against the carrier
+//! worm     p = (r₁² φ₁ + i r₂² φ₂)/√(r₁² + i² r₂²)   the way of its threads along the teeth of the wheel
 //! ```
 //!
-//! ṗ is the speed at which the successor slides on the predecessor, but that of teeth: there it is the speed of the pitch
+//! ṗ is the speed at which the successor slides on the predecessor, but that of teeth of other gears: there it is the speed of the pitch
 //! circles, and the friction along it, half on either wheel, takes the power that the teeth lose by their sliding.
 
 use bksim_expr::Expr;
@@ -17,6 +18,7 @@ use crate::force::Wrench;
 use crate::joint::{self, JointWrench};
 use crate::kinematics::Kinematics;
 use crate::spatial;
+use crate::worm::Worm;
 use bksim_model::{CouplingId, CouplingKind, Joint, JointId, LoadKind};
 use bksim_model::{Measure, Model, MotionKind, Rack, Surface, Wheels};
 
@@ -73,6 +75,9 @@ impl Sliding {
         let pool = &model.pool;
         let coupling = &model.couplings[coupling.0];
         let parts = match coupling.kind {
+            CouplingKind::Gear(pair) if pair.worm.is_some() => {
+                return Self::of_worm(model, kinematics, &pair);
+            }
             CouplingKind::Gear(Wheels { axes, wheels, carrier, ratio, radii, .. }) => {
                 let turn = |k: usize| Measure::Turn(wheels[k].body, carrier, axes[k]);
                 let [first, second] = radii.unwrap_or([ratio, pool.one()]);
@@ -91,6 +96,26 @@ impl Sliding {
             wrenches.extend(unit.iter().map(|wrench| wrench.scaled(pool, share)));
         }
         Some(Self { position, wrenches, kind: coupling.effort })
+    }
+
+    /// Threads along the teeth of a wheel; the friction is at the pitch point.
+    fn of_worm(model: &Model, kinematics: &Kinematics, pair: &Wheels) -> Option<Self> {
+        let pool = &model.pool;
+        let worm = Worm::of(model, kinematics, pair)?;
+        let [first, _] = pair.radii?;
+        let radius = pair.worm?.radius;
+        let speed = pool.sqrt(pool.add(pool.powi(radius, 2), pool.powi(first, 2)));
+        let turned = |k: usize| {
+            let turn = Measure::Turn(pair.wheels[k].body, pair.carrier, pair.axes[k]);
+            short(pool, kinematics.measure(model, turn))
+        };
+        let of_wheel = pool.div(pool.powi(first, 2), pair.ratio);
+        let way =
+            pool.add(pool.mul(pool.powi(radius, 2), turned(0)), pool.mul(of_wheel, turned(1)));
+        let along = spatial::scale(pool, pool.neg(pool.div(pool.one(), speed)), &worm.sliding);
+        let wrenches = worm.push(pool, pair, along);
+        let position = pool.div(way, speed);
+        Some(Self { position, wrenches, kind: MotionKind::Translation })
     }
 
     /// The pinion against the carrier, and the rack, whose joint may count backwards.

@@ -108,6 +108,17 @@ pub struct Wheels {
     pub is_same: bool,
     /// Directions of the tooth force; `None` of one along the pitch circles alone.
     pub flanks: Option<Flanks>,
+    /// Of a worm and its wheel, whose axes cross at right angles; the first of `radii` is then that of its travel, m z/2.
+    pub worm: Option<WormSize>,
+}
+
+/// Size of a worm, the first of two wheels.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct WormSize {
+    /// Pitch radius, m.
+    pub radius: Expr,
+    /// Normal force over its part along the pitch circle of the wheel, without friction: 1/(cos α cos γ).
+    pub normal: Expr,
 }
 
 /// A pinion and a rack.

@@ -163,6 +163,13 @@ pub enum LoadKind {
         /// Speed after an impact over the speed before, in 0 ..= 1.
         restitution: Expr,
     },
+    /// Teeth that give: a force of stated size in place of the row of a coupling.
+    Mesh {
+        /// The coupling that would hold if they were rigid.
+        teeth: Box<Coupling>,
+        /// Force along the pitch circles, N, above zero where it turns the second forward: an expression of signals.
+        force: Expr,
+    },
     /// Dry friction in one motion of a joint.
     Friction {
         /// The joint whose motion it resists.
@@ -185,10 +192,10 @@ impl Load {
         self.kind.grip().is_some()
     }
 
-    /// The teeth of flanks with play.
+    /// The teeth of flanks with play, and of those that give.
     pub fn teeth(&self) -> Option<&Coupling> {
         match &self.kind {
-            LoadKind::Flank { teeth, .. } => Some(teeth),
+            LoadKind::Flank { teeth, .. } | LoadKind::Mesh { teeth, .. } => Some(teeth),
             _ => None,
         }
     }
@@ -292,6 +299,7 @@ impl LoadKind {
                 vec![excess, restitution]
             }
             Self::Touch { restitution, .. } => vec![restitution],
+            Self::Mesh { force, .. } => vec![force],
             Self::Rub { sliding, sticking, .. } => vec![sliding, sticking],
             Self::Capstan { slipped, wrap, mu: [sliding, sticking], .. } => {
                 vec![slipped, wrap, sliding, sticking]

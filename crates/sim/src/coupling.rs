@@ -6,6 +6,7 @@ use bksim_mbs::coordinate::Owner;
 use bksim_mbs::coupling::{Cones, center_line, turn};
 use bksim_mbs::signal::{coordinates_at_start, signal_values};
 use bksim_mbs::system::SymbolicSystem;
+use bksim_mbs::worm::Worm;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
 use bksim_model::{
@@ -238,7 +239,7 @@ fn skew(
 ) -> Result<Option<Diagnostic>, TapeError> {
     const NEITHER: &str = "remove `pressure_angle` and `helix`";
     let Some(flanks) = wheels.flanks else { return Ok(None) };
-    if center_line(model, &system.kinematics, wheels).is_some() {
+    if wheels.worm.is_none() && center_line(model, &system.kinematics, wheels).is_some() {
         return Ok(None);
     }
     let name = &coupling.name;
@@ -246,8 +247,34 @@ fn skew(
         let fault = Diagnostic::error(codes::SKEW_TEETH, message);
         Ok(Some(fault.at(coupling.span.clone(), "where its teeth press is not known").help(help)))
     };
+    if let Some(size) = wheels.worm {
+        let Some(worm) = Worm::of(model, &system.kinematics, wheels) else {
+            let help = "turn one of the axes by 90 deg, or remove `worm_radius`";
+            return fault(format!("the axes of worm `{name}` and its wheel are parallel"), help);
+        };
+        let sum = model.pool.add(size.radius, radii_of(model, wheels)[1]);
+        let numbers = at_the_start(model, system, &[([worm.cosine, worm.distance, sum], sum)])?;
+        let Some(&([cosine, distance], sum)) = numbers.first() else { return Ok(None) };
+        if cosine.abs() > FIT {
+            let help = "turn one of the axes, or remove `worm_radius` and `pressure_angle`";
+            return fault(
+                format!("the axes of worm `{name}` and its wheel are at no right angle"),
+                help,
+            );
+        }
+        if (distance - sum).abs() > FIT * sum {
+            let mm = |length: f64| format!("{} mm", short(1e3 * length));
+            let message = format!(
+                "the axes of worm `{name}` and its wheel are {} apart, and their radii ask for {}",
+                mm(distance),
+                mm(sum)
+            );
+            return fault(message, "move one of the axes, or write another `worm_radius`");
+        }
+        return Ok(None);
+    }
     let cones = Cones::of(model, &system.kinematics, wheels);
-    let radii = wheels.radii.unwrap_or([model.pool.one(); 2]);
+    let radii = radii_of(model, wheels);
     let Some(Cones { sides: [a, b], apart, .. }) = cones else {
         return fault(format!("the wheels of gears `{name}` turn about one axis"), NEITHER);
     };
@@ -277,6 +304,11 @@ fn skew(
         );
     }
     Ok(None)
+}
+
+/// Pitch radii of wheels, one where they are not stated.
+fn radii_of(model: &Model, wheels: &Wheels) -> [Expr; 2] {
+    wheels.radii.unwrap_or([model.pool.one(); 2])
 }
 
 /// Wheels whose radii do not fit the distance of their centres, where it is constant.

@@ -250,8 +250,9 @@ pub fn action(
         LoadKind::JointSpring { joint, motion_idx, stiffness, unloaded, damping } => {
             joint_spring::action(context, (*joint, *motion_idx), *stiffness, *unloaded, *damping)
         }
-        // Rows with multipliers of their own: see `contact`.
+        // Rows with multipliers of their own: see `contact`. Teeth that give: see `mesh`.
         LoadKind::Stop { .. }
+        | LoadKind::Mesh { .. }
         | LoadKind::Rope { .. }
         | LoadKind::Touch { .. }
         | LoadKind::Rub { .. }

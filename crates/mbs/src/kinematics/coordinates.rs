@@ -8,9 +8,15 @@ use super::{Kinematics, Turning};
 use crate::coordinate::{Coordinate, CoordinateKind, Owner};
 use crate::quaternion::Quaternion;
 use crate::spatial::{self, Rotation};
-use bksim_model::{BodyId, Model, State, StateId, Vector};
+use bksim_model::{BodyId, JointId, Model, State, StateId, Vector};
 
 impl Kinematics {
+    /// The axis of a joint in world axes.
+    pub(crate) fn axis_of(&self, model: &Model, joint: JointId) -> Vector {
+        let joint = &model.joints[joint.0];
+        self.sides(model, joint).predecessor.rotation.apply(&model.pool, &joint.axis)
+    }
+
     /// The rotation by four new coordinates of `body`, and its angular velocity in outer axes.
     pub(super) fn add_quaternion(
         &mut self,

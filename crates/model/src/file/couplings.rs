@@ -33,12 +33,15 @@ pub(super) const COUPLINGS: [(&str, &[&str]); 7] = [
             "radii",
             "ratio",
             "internal",
+            "worm_radius",
             "carrier",
             "phase",
             FLANK_KEYS[0],
             FLANK_KEYS[1],
             FLANK_KEYS[2],
             FLANK_KEYS[3],
+            FLANK_KEYS[4],
+            FLANK_KEYS[5],
         ],
     ),
     (
@@ -88,6 +91,8 @@ pub(super) const COUPLINGS: [(&str, &[&str]); 7] = [
             FLANK_KEYS[1],
             FLANK_KEYS[2],
             FLANK_KEYS[3],
+            FLANK_KEYS[4],
+            FLANK_KEYS[5],
         ],
     ),
     ("screw", &["type", "between", "lead", "phase"]),
@@ -141,6 +146,14 @@ impl Reader<'_> {
         let keys = ["relation", "ratio", "teeth", "radii", "radius", "lead"];
         let span = fields.location(&keys);
         let coupling = Coupling { name: name.to_owned(), kind, relation, effort, span };
+        if fields.has(FLANK_KEYS[4]) && ["gear", "rack"].contains(&word) {
+            self.read_elastic_teeth(&fields, &coupling)?;
+            return Some(Vec::new());
+        }
+        if word == "gear" && fields.has(FLANK_KEYS[5]) {
+            let help = "write for example `stiffness = \"200 MN/m\"`: rigid teeth have no damping";
+            fields.require(self, FLANK_KEYS[4], help)?;
+        }
         let has_play = fields.has("backlash");
         self.log_flanks(&coupling, has_play);
         if has_play {

@@ -9,21 +9,22 @@
 //! F_r parts the wheels, or presses a pinion away from the teeth of its ring, whichever flank bears. Source: G. Niemann
 //! and H. Winter, *Maschinenelemente* II (tooth forces of spur and helical gears).
 
-use bksim_expr::Expr;
+use bksim_expr::{Expr, Function};
 
 use super::codes;
 use super::reader::{Fields, Reader};
 use super::units::Quantity;
 use super::value::Scope;
-use crate::coupling::{Coupling, CouplingKind, Flanks};
-use crate::diagnostic::Diagnostic;
+use crate::coupling::{Coupling, CouplingKind, Flanks, Wheels};
+use crate::diagnostic::{Diagnostic, Span};
 use crate::joint::MotionKind;
 use crate::load::{Load, LoadKind};
 use crate::measure::Measure;
 use crate::state::NamedSignal;
 
 /// Keys of the directions of tooth forces and of play.
-pub(super) const FLANK_KEYS: [&str; 4] = ["pressure_angle", "helix", "backlash", "restitution"];
+pub(super) const FLANK_KEYS: [&str; 6] =
+    ["pressure_angle", "helix", "backlash", "restitution", "stiffness", "damping"];
 
 /// A right angle, rad.
 const RIGHT: f64 = std::f64::consts::FRAC_PI_2;
@@ -89,13 +90,7 @@ impl Reader<'_> {
         Some(helix.expr)
     }
 
-    fn bad_angle<T>(
-        &mut self,
-        what: &str,
-        span: crate::diagnostic::Span,
-        label: &str,
-        example: &str,
-    ) -> Option<T> {
+    fn bad_angle<T>(&mut self, what: &str, span: Span, label: &str, example: &str) -> Option<T> {
         let fault = Diagnostic::error(codes::TOOTH_ANGLE, format!("{what} is no angle of teeth"));
         self.report(fault.at(span, label).help(format!("write for example \"{example}\"")));
         None
@@ -103,10 +98,36 @@ impl Reader<'_> {
 
     /// Two sides of teeth with play in place of a coupling.
     pub(super) fn read_play(&mut self, fields: &Fields<'_>, teeth: &Coupling) -> Option<()> {
+        let arc = self.play_of_teeth(fields, teeth)?;
+        let restitution = match fields.get("restitution") {
+            Some(node) => self.restitution(node, &fields.what("restitution"))?,
+            None => self.pool.zero(),
+        };
+        let lead = self.lead_of_teeth(teeth);
+        let pool = &self.pool;
+        let sides = [("forward", false, lead), ("back", true, pool.neg(pool.add(lead, arc)))];
+        for (side, is_back, excess) in sides {
+            let kind =
+                LoadKind::Flank { teeth: Box::new(teeth.clone()), is_back, excess, restitution };
+            let name = format!("{}_{side}", teeth.name);
+            self.rope_loads.push(Load { name, kind, span: teeth.span.clone() });
+        }
+        let unit = if teeth.effort == MotionKind::Rotation { "rad" } else { "m" };
+        self.log(format!("{}_lead", teeth.name), lead, unit, &teeth.span.clone());
+        Some(())
+    }
+
+    /// The way by which the first leads the second, along the pitch circles or as an angle of the second.
+    fn lead_of_teeth(&self, teeth: &Coupling) -> Expr {
+        if teeth.kind.is_reversed() { self.pool.neg(teeth.relation) } else { teeth.relation }
+    }
+
+    /// The play between teeth, in the measure of their lead.
+    fn play_of_teeth(&mut self, fields: &Fields<'_>, teeth: &Coupling) -> Option<Expr> {
         let slope = self.slope(teeth.kind)?;
         let node = fields.get("backlash")?;
         let what = fields.what("backlash");
-        let arc = match teeth.effort {
+        Some(match teeth.effort {
             MotionKind::Translation => {
                 let kinds = [
                     (Quantity::ANGLE, MotionKind::Rotation),
@@ -127,23 +148,94 @@ impl Reader<'_> {
                 self.check_positive(&what, &play, Quantity::ANGLE).then_some(())?;
                 self.pool.mul(play.expr, slope)
             }
-        };
-        let restitution = match fields.get("restitution") {
-            Some(node) => self.restitution(node, &fields.what("restitution"))?,
-            None => self.pool.zero(),
-        };
-        let pool = &self.pool;
-        let is_reversed = teeth.kind.is_reversed();
-        let lead = if is_reversed { pool.neg(teeth.relation) } else { teeth.relation };
-        let sides = [("forward", false, lead), ("back", true, pool.neg(pool.add(lead, arc)))];
-        for (side, is_back, excess) in sides {
-            let kind =
-                LoadKind::Flank { teeth: Box::new(teeth.clone()), is_back, excess, restitution };
-            let name = format!("{}_{side}", teeth.name);
-            self.rope_loads.push(Load { name, kind, span: teeth.span.clone() });
+        })
+    }
+
+    /// Teeth that give in place of a coupling.
+    ///
+    /// ```text
+    /// F = (k s + c s′) cos² α cos² β                 along the pitch circles, k and c along the line of action
+    /// F = max(0, …) where s > 0, − max(0, …) where s < −b, else 0      with play b
+    /// ```
+    pub(super) fn read_elastic_teeth(
+        &mut self,
+        fields: &Fields<'_>,
+        teeth: &Coupling,
+    ) -> Option<()> {
+        if fields.conflict(self, "stiffness", "restitution") {
+            return None;
         }
-        let unit = if teeth.effort == MotionKind::Rotation { "rad" } else { "m" };
-        self.log(format!("{}_lead", teeth.name), lead, unit, &teeth.span.clone());
+        let node = fields.get("stiffness")?;
+        if teeth.effort == MotionKind::Rotation {
+            let message = format!("{} has a `stiffness`, but no pitch radii", fields.owner);
+            self.report(
+                Diagnostic::error(codes::NO_PITCH_RADII, message)
+                    .at(node.span.clone(), "of teeth whose place is not known")
+                    .help("write `teeth` and `module`, or `radii`, in place of `ratio`"),
+            );
+            return None;
+        }
+        let mut size = |key: &str, quantity: Quantity| match fields.get(key) {
+            Some(node) => {
+                let what = fields.what(key);
+                let scalar = self.scalar(node, quantity, &what, Scope::Constant)?;
+                self.check_positive(&what, &scalar, quantity).then_some(scalar.expr)
+            }
+            None => Some(self.pool.zero()),
+        };
+        let (stiffness, damping) =
+            (size("stiffness", Quantity::STIFFNESS), size("damping", Quantity::DAMPING));
+        let (stiffness, damping) = (stiffness?, damping?);
+        let arc = match fields.get("backlash") {
+            Some(_) => Some(self.play_of_teeth(fields, teeth)?),
+            None => None,
+        };
+        let lead = self.lead_of_teeth(teeth);
+        if fields.has("damping") && !self.has_rate(lead) {
+            let message = format!("{} has a `damping`, but no rate of its lead", fields.owner);
+            self.report(
+                Diagnostic::error(codes::KEY_CONFLICT, message)
+                    .at(fields.location(&["damping"]), "of a wheel in space that no joint holds to the carrier")
+                    .help("remove `damping`, or name in `between` the joints between wheels and carrier"),
+            );
+            return None;
+        }
+        let rate = self.rate_of(lead);
+        let pool = &self.pool;
+        // The square of the normal force over that along the pitch circles.
+        let square = |e: Expr| pool.powi(e, 2);
+        let normal = match teeth.kind {
+            CouplingKind::Gear(Wheels { worm: Some(worm), .. }) => square(worm.normal),
+            kind => kind.flanks().map_or(pool.one(), |Flanks { radial, axial }| {
+                pool.sum([pool.one(), square(radial), square(axial)])
+            }),
+        };
+        let pressed = |lead: Expr, rate: Expr| {
+            let whole = pool.add(pool.mul(stiffness, lead), pool.mul(damping, rate));
+            pool.div(whole, normal)
+        };
+        let of = |function, a: Expr, b: Expr| pool.call(function, &[a, b]).expect("two arguments");
+        let push = |lead: Expr, rate: Expr| {
+            let is_met = of(Function::Gt, lead, pool.zero());
+            pool.select(is_met, of(Function::Max, pool.zero(), pressed(lead, rate)), pool.zero())
+        };
+        let force = match arc {
+            Some(arc) => {
+                let back = push(pool.neg(pool.add(lead, arc)), pool.neg(rate));
+                pool.sub(push(lead, rate), back)
+            }
+            None => pressed(lead, rate),
+        };
+        let kind = LoadKind::Mesh { teeth: Box::new(teeth.clone()), force };
+        let span = teeth.span.clone();
+        self.rope_loads.push(Load {
+            name: format!("{}_mesh", teeth.name),
+            kind,
+            span: span.clone(),
+        });
+        self.log(format!("{}_lead", teeth.name), lead, "m", &span);
+        self.log(format!("{}_force", teeth.name), force, "N", &span);
+        self.log_across(teeth, (force, None), &span);
         Some(())
     }
 
@@ -161,7 +253,9 @@ impl Reader<'_> {
 
     /// Puts the parts of a tooth force across the pitch circles among the results.
     pub(super) fn log_flanks(&mut self, teeth: &Coupling, has_play: bool) {
-        let Some(Flanks { radial, axial }) = teeth.kind.flanks() else { return };
+        if teeth.kind.flanks().is_none() {
+            return;
+        }
         let force = |reader: &mut Self, name: &str| {
             let idx = reader.names.forces.iter().position(|(known, _)| known == name)?;
             Some(reader.names.signal(
@@ -173,19 +267,27 @@ impl Reader<'_> {
         let own = force(self, &teeth.name);
         let sides = ["forward", "back"].map(|side| force(self, &format!("{}_{side}", teeth.name)));
         let Some(own) = own else { return };
-        let pool = &self.pool;
-        let size = |e: Expr| pool.call(bksim_expr::Function::Abs, &[e]).expect("one argument");
         let pressed = match sides {
-            [Some(forward), Some(back)] if has_play => pool.add(forward, back),
-            _ => size(own),
+            [Some(forward), Some(back)] if has_play => Some(self.pool.add(forward, back)),
+            _ => None,
         };
+        self.log_across(teeth, (own, pressed), &teeth.span.clone());
+    }
+
+    /// Puts the parts across the pitch circles of a force along them among the results; `pressed` is its size, where that is
+    /// not its own.
+    fn log_across(&mut self, teeth: &Coupling, (own, pressed): (Expr, Option<Expr>), span: &Span) {
+        let Some(Flanks { radial, axial }) = teeth.kind.flanks() else { return };
+        let pool = &self.pool;
+        let size = |e: Expr| pool.call(Function::Abs, &[e]).expect("one argument");
+        let pressed = pressed.unwrap_or_else(|| size(own));
         let parts = [("radial", pool.mul(pressed, size(radial))), ("axial", pool.mul(own, axial))];
         for (part, value) in parts {
             let name = format!("{}_{part}", teeth.name);
             if pool.is_zero(value) || self.names.plain(&name).is_some() {
                 continue;
             }
-            let (unit, span) = ("N".to_owned(), teeth.span.clone());
+            let (unit, span) = ("N".to_owned(), span.clone());
             self.belt_signals.push(NamedSignal { name, value, unit, is_output: true, span });
         }
     }

@@ -318,6 +318,8 @@ fn forces_of(name: &str, table: &Table) -> Vec<(String, MotionKind)> {
             };
             wheels.iter().zip(next).filter_map(strand).collect()
         }
+        // Teeth that give have signals in place of a multiplier.
+        "gear" | "rack" if has(&["stiffness"]) => Vec::new(),
         "gear" | "belt" | "chain" if !has(&["radii", "module"]) => with_sides(Rotation),
         "gear" | "belt" | "chain" | "rack" | "screw" => with_sides(Translation),
         _ => Vec::new(),

@@ -50,6 +50,10 @@ impl Reader<'_> {
         }
         let coefficients = self.coefficients(fields);
         let id = self.coupling_with_teeth(fields, couplings)?;
+        let worm = match couplings[id.0].kind {
+            CouplingKind::Gear(wheels) => wheels.worm,
+            _ => None,
+        };
         let (joint, mates) = match couplings[id.0].kind {
             CouplingKind::Gear(wheels) => (wheels.axes[0], self.mates(&wheels)),
             CouplingKind::Rack(Rack { joints, teeth, .. }) => {
@@ -57,7 +61,11 @@ impl Reader<'_> {
             }
             _ => return None,
         };
-        let loss = self.loss(fields, mates);
+        let loss = match worm {
+            // All of the normal force rubs.
+            Some(worm) if !fields.has("loss") && !fields.has("pressure_angle") => Some(worm.normal),
+            _ => self.loss(fields, mates),
+        };
         let ([sliding, sticking], loss) = (coefficients?, loss?);
         let surface = Surface::Teeth { coupling: id, loss };
         let law = FrictionLaw::Coulomb { sliding, sticking, surface };

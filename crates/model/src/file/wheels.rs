@@ -7,7 +7,7 @@ use super::reader::{Fields, Reader};
 use super::tree::Node;
 use super::units::Quantity;
 use super::value::{Scalar, Scope};
-use crate::coupling::{CouplingKind, Wheels};
+use crate::coupling::{CouplingKind, Flanks, Wheels, WormSize};
 use crate::diagnostic::Diagnostic;
 use crate::joint::MotionKind;
 use crate::measure::Measure;
@@ -32,6 +32,7 @@ impl Reader<'_> {
         let is_same = sizes.is_same.unwrap_or(is_same);
         let ratio = self.signed_ratio(sizes, is_same, fields)?;
         let flanks = self.flanks(fields, sizes.radii.is_some(), [!is_same, is_same])?;
+        let (flanks, worm) = self.worm(fields, sizes.radii, flanks)?;
         let phase = phase?;
 
         // ratio · first + phase − second, times the pitch radius of the second where it is known.
@@ -53,9 +54,43 @@ impl Reader<'_> {
             }
             None => (pool.add(pool.mul(ratio, first), rest), MotionKind::Rotation),
         };
-        let wheels = Wheels { axes, wheels, carrier, ratio, radii, teeth, phase, is_same, flanks };
+        let wheels =
+            Wheels { axes, wheels, carrier, ratio, radii, teeth, phase, is_same, flanks, worm };
         let kind = if is_gear { CouplingKind::Gear(wheels) } else { CouplingKind::Belt(wheels) };
         Some((kind, relation, effort))
+    }
+
+    /// A worm in place of the first wheel, with the directions of its force: with the lead angle γ, tan γ = m z/2 r₁, it is F
+    /// along the pitch circle of the wheel, F tan γ along its axis, and F tan α/cos γ from one to the other.
+    fn worm(
+        &mut self,
+        fields: &Fields<'_>,
+        radii: Option<[Expr; 2]>,
+        flanks: Option<Flanks>,
+    ) -> Option<(Option<Flanks>, Option<WormSize>)> {
+        let Some(node) = fields.get("worm_radius") else { return Some((flanks, None)) };
+        let what = fields.what("worm_radius");
+        let radius = self.scalar(node, Quantity::LENGTH, &what, Scope::Constant)?;
+        if !self.check_positive(&what, &radius, Quantity::LENGTH) {
+            return None;
+        }
+        let help = "write for example `module = \"4 mm\"`, that of the wheel: its pitch diameter over its teeth";
+        fields.require(self, "module", help)?;
+        let help =
+            "write for example `pressure_angle = \"20 deg\"`, in the section across the threads";
+        fields.require(self, "pressure_angle", help)?;
+        let (Some([travel, _]), Some(Flanks { radial: tangent, .. })) = (radii, flanks) else {
+            return None;
+        };
+        let (pool, radius) = (&self.pool, radius.expr);
+        let size = pool.sqrt(pool.add(pool.powi(radius, 2), pool.powi(travel, 2)));
+        let over_cosine = pool.div(size, radius);
+        // The worm is outside of its wheel, whichever way it turns it.
+        let tangent = pool.sqrt(pool.powi(tangent, 2));
+        let normal = pool.sqrt(pool.add(pool.one(), pool.powi(tangent, 2)));
+        let flanks = Flanks { radial: pool.mul(over_cosine, tangent), axial: pool.zero() };
+        let worm = WormSize { radius, normal: pool.mul(over_cosine, normal) };
+        Some((Some(flanks), Some(worm)))
     }
 
     /// The sizes of two wheels, in the form in which they are stated.
@@ -67,6 +102,9 @@ impl Reader<'_> {
             ("radii", "module"),
             ("ratio", "module"),
             ("ratio", "internal"),
+            ("worm_radius", "radii"),
+            ("worm_radius", "ratio"),
+            ("worm_radius", "helix"),
         ];
         if forms.iter().any(|(one, other)| fields.conflict(self, one, other)) {
             return None;

@@ -82,7 +82,10 @@ impl Sketch<'_> {
         let plane = self.plane_of(wheels, wheels.carrier.0);
         let in_plane = [dot3(line, pose.turn(plane.u)), dot3(line, pose.turn(plane.v))];
         let distance = in_plane[0].hypot(in_plane[1]);
-        let stated = wheels.radii.map(|radii| radii.map(|radius| self.numbers.value(radius).abs()));
+        let stated = wheels.radii.map(|[first, second]| {
+            let first = wheels.worm.map_or(first, |worm| worm.radius);
+            [first, second].map(|radius| self.numbers.value(radius).abs())
+        });
         let radii = stated.unwrap_or_else(|| {
             let second = distance / (1.0 - ratio).abs();
             [second * ratio.abs(), second]

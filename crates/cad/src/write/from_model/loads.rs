@@ -72,6 +72,9 @@ impl Sketch<'_> {
             LoadKind::Flank { .. } => {
                 return Err(no_place("the play of", &format!("`{name}`")).into());
             }
+            LoadKind::Mesh { .. } => {
+                return Err(no_place("the stiffness of", &format!("`{name}`")).into());
+            }
             LoadKind::Capstan { .. } => {
                 return Err(no_place("the friction of rope", &format!("`{name}`")).into());
             }
