@@ -69,17 +69,17 @@ pub struct Kinematics {
     /// Where branches cross in the start, follow that of this number, from 1.
     #[arg(long, value_name = "N", requires = "drive", conflicts_with_all = ["limits", "assemblies"])]
     pub(crate) branch: Option<usize>,
-    /// Tell the ranges, dead points and transmission angles of the whole motion; with `--drive NAME`, also
+    /// Print the ranges, dead points and transmission angles of the whole motion; with `--drive NAME`, also
     /// time ratios and fastest motions of the outputs.
     #[arg(long, conflicts_with_all = ["assemblies", "through"])]
     pub(crate) limits: bool,
-    /// With `--limits`: a measure whose time ratio and fastest motions are told; may be repeated.
+    /// With `--limits`: a measure whose time ratio and fastest motions are printed; may be repeated.
     #[arg(long = "of", value_name = "NAME", requires = "limits")]
     pub(crate) of: Vec<String>,
     /// With `--limits`: those of all assemblies, not of the start's alone.
     #[arg(long, requires = "limits")]
     pub(crate) all: bool,
-    /// Tell the ways in which the start closes.
+    /// Print the ways in which the start closes.
     #[arg(long, conflicts_with = "drive")]
     pub(crate) assemblies: bool,
     /// Find the value of a parameter with which the start closes at all the positions that it states; may be repeated.
@@ -108,10 +108,10 @@ pub(crate) struct Curves {
     /// repeated.
     #[arg(long, value_name = "BODY[/BODY]")]
     pub(crate) centrode: Vec<String>,
-    /// A body whose swept region is told; may be repeated.
+    /// A body whose swept region is computed; may be repeated.
     #[arg(long, value_name = "BODY")]
     pub(crate) swept: Vec<String>,
-    /// Tell where a point of a mechanism with two free motions or more can be brought; may be repeated.
+    /// Show where a point of a mechanism with two free motions or more can be brought; may be repeated.
     #[arg(long, value_name = "POINT", conflicts_with_all = ["point", "centrode", "swept", "all"])]
     pub(crate) workspace: Vec<String>,
     /// Trace all assemblies, not that of the start alone.
@@ -145,7 +145,7 @@ pub(crate) struct Cam {
     pub(crate) model: ModelArgs,
     /// A curve of type `cam` or `cam-law`; the only one of the model if it is not named.
     pub(crate) curve: Option<String>,
-    /// Tell the path of the centre of a cutter of this radius, `5 mm`.
+    /// Print the path of the centre of a cutter of this radius, `5 mm`.
     #[arg(long, value_name = "RADIUS")]
     pub(crate) cutter: Option<String>,
     /// Rows of the table over a turn.
@@ -202,7 +202,7 @@ pub(crate) struct Linearize {
     /// A measure whose deviation and rate are states, in place of a coordinate; one for each free motion.
     #[arg(long, value_name = "NAME")]
     pub(crate) state: Vec<String>,
-    /// Tell the matrices in letters, too, with a certificate; of small mechanisms at rest, by coordinates.
+    /// Print the matrices in letters, too, with a certificate; of small mechanisms at rest, by coordinates.
     #[arg(long, conflicts_with_all = ["state", "at"])]
     pub(crate) letters: bool,
     #[command(flatten)]
@@ -337,7 +337,7 @@ impl From<Take> for GoalTake {
 pub struct Doctor {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// Tell the singular poses along the whole motion with this measure as its drive, `crank.angle`.
+    /// Print the singular poses along the whole motion with this measure as its drive, `crank.angle`.
     #[arg(long, value_name = "NAME")]
     pub(crate) drive: Option<String>,
     #[command(flatten)]

@@ -16,7 +16,7 @@ pub struct View {
     /// A log, a model file, or a drawing (DXF, DWG); it is watched, and shown again when it changes.
     #[arg(value_name = "MODEL|LOG")]
     pub input: PathBuf,
-    /// How a model is read, and in which units values are told.
+    /// How a model is read, and in which units values are shown.
     #[command(flatten)]
     pub reading: ReadingArgs,
     /// Lay a curve of the whole motion over the mechanism: the way of a point (`coupler.P`),

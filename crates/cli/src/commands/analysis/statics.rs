@@ -89,8 +89,11 @@ pub fn told(name: &str, found: &Statics) -> Answer {
         }
     }
     let count = counted(found.equilibria.len(), "equilibrium", "equilibria");
-    let whether =
-        if found.is_complete { "there are no others on this assembly" } else { "of a search" };
+    let whether = if found.is_complete {
+        "there are no others on this assembly"
+    } else {
+        "found by a search, which may miss some"
+    };
     let mut text = format!(
         "{name}: {count}, {whether}{}{}{}\n\n{}",
         crossing_start(&found.ways),

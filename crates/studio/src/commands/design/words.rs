@@ -1,6 +1,7 @@
 //! Answers of questions of design in words.
 
 use bksim::model::file::ShownUnits;
+use bksim::model::message::counted;
 use bksim::model::{Measure, Model};
 use bksim::report::number;
 use bksim_cli::output;
@@ -343,7 +344,8 @@ fn listed(all: &[Candidate]) -> String {
 }
 
 pub(super) fn synthesized(found: &Synthesis) -> String {
-    let mut parts = vec![format!("{}: {} linkages", found.task, found.candidates.len())];
+    let mut parts =
+        vec![format!("{}: {}", found.task, counted(found.candidates.len(), "linkage", "linkages"))];
     let facts: Vec<Vec<String>> = found
         .facts
         .iter()
