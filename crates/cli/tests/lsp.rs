@@ -61,8 +61,7 @@ fn faults_have_words_in_the_language_of_the_editor() {
     let faults = client.change(&ARM.replace("type = \"revolute\"", "type = \"revolut\""));
     let message = faults[0]["message"].as_str().expect("a message");
     assert!(
-        message.contains("did you mean `revolute`?")
-            && message.contains("không thuộc các lựa chọn"),
+        message.contains("ý bạn là `revolute`?") && message.contains("không thuộc các lựa chọn"),
         "{message}"
     );
     client.end();

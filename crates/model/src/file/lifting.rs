@@ -52,7 +52,7 @@ impl Reader<'_> {
             };
             self.report(
                 Diagnostic::error(codes::NO_LIFT, message)
-                    .at(entry.key_span.clone(), "of what a curve does not hold")
+                    .at(entry.key_span.clone(), "goes with `lifts = true`")
                     .help(help),
             );
             return None;

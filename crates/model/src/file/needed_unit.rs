@@ -139,7 +139,7 @@ impl Reader<'_> {
         );
     }
 
-    /// What is said of parameters without unit where a value is something else than needed.
+    /// A note on parameters without unit that were multiplied, for values that are something else than needed.
     pub(super) fn pure_numbers(&self) -> Option<String> {
         let names: Vec<&str> =
             self.read_as_pure.iter().map(|&idx| self.parameters[idx].name.as_str()).collect();

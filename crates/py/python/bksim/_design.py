@@ -69,7 +69,7 @@ def optimize(
         "points": points,
         "from": None if ends is None else [end["quantities"] for end in ends],
     }
-    earlier = [("front", json.dumps(front), [])] if front else []
+    earlier: list[tuple[str, str, list[tuple[str, str]]]] = [("front", json.dumps(front), [])] if front else []
     return _answer("optimize", model, question, earlier)
 
 
