@@ -50,7 +50,7 @@ fn own_row(
     let x = &z.as_slice()[..n];
     let found = curve.equations.rows.rates(t, x, (u_dot, u_ddot));
     let q = curve.equations.rows.unscaled(x);
-    let rows = &mut curve.equations.rows;
+    let rows = &mut *curve.equations.rows;
     let mut of = |[v, a]: [Vec<f64>; 2]| -> Vec<f64> {
         let own: Vec<f64> = if rows.has_jerks() {
             let jerks = rows.jerks(t, x, [&v, &a]).unwrap_or_else(|| vec![f64::NAN; n]);

@@ -69,7 +69,7 @@ impl Reached {
         let joint_name = |joint: &usize| model.joints[*joint].name.clone();
         let platform = Platform {
             bodies: legs.bodies.map(|body| model.bodies[body].name.clone()),
-            legs: legs.legs.iter().map(|leg| leg.joints.iter().map(joint_name).collect()).collect(),
+            legs: legs.six.iter().map(|leg| leg.joints.iter().map(joint_name).collect()).collect(),
             bound: solved.bound,
             solved: solved.points,
         };

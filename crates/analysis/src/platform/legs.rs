@@ -21,7 +21,8 @@ pub(super) struct Leg {
 
 /// A platform on six legs.
 pub(super) struct Legs {
-    pub(super) legs: Vec<Leg>,
+    /// The legs, in the order of their joints.
+    pub(super) six: Vec<Leg>,
     /// A body of the base, the ground if it is part of it, and one of the platform.
     pub(super) bodies: [usize; 2],
     /// The longest link, m.
@@ -111,7 +112,7 @@ impl Legs {
         }
         let is_all = used == between.len() && legs.len() == N_LEGS;
         let is_in_leg = part.iter().map(|p| ![base, platform].contains(p)).collect();
-        is_all.then_some(Self { legs, bodies: [base, platform], size, is_in_leg })
+        is_all.then_some(Self { six: legs, bodies: [base, platform], size, is_in_leg })
     }
 
     /// True of a joint on a body of a leg.

@@ -45,7 +45,7 @@ impl Reach {
         let model = positions.model();
         let in_leg = |joint: usize| legs.holds(&model.joints[joint]);
         // Lengths are released: drives of legs, and links that are legs.
-        let is_link = |joint: usize| legs.legs.iter().any(|leg| leg.joints == [joint]);
+        let is_link = |joint: usize| legs.six.iter().any(|leg| leg.joints == [joint]);
         let constraints = &positions.system().constraints;
         let rows = (0..constraints.len()).filter(|&row| match constraints[row].source {
             Source::Drive(drive) => !in_leg(model.drives[drive.0].joint.0),
@@ -119,16 +119,13 @@ impl Reach {
         let (mut x, mut s, mut step) = (start.to_vec(), 0.0_f64, LONGEST);
         while s < 1.0 {
             let next = f64::min(1.0, s + step);
-            match self.closed(x.clone(), &targets(next)) {
-                Some(there) => {
-                    (x, s) = (there, next);
-                    step = f64::min(LONGEST, 2.0 * step);
-                }
-                None => {
-                    step *= 0.5;
-                    if step < SHORTEST {
-                        return None;
-                    }
+            if let Some(there) = self.closed(x.clone(), &targets(next)) {
+                (x, s) = (there, next);
+                step = f64::min(LONGEST, 2.0 * step);
+            } else {
+                step *= 0.5;
+                if step < SHORTEST {
+                    return None;
                 }
             }
         }

@@ -117,16 +117,16 @@ struct Frame {
 impl Frame {
     fn of(legs: &Legs) -> Self {
         #[expect(clippy::cast_precision_loss, reason = "legs are six")]
-        let share = 1.0 / legs.legs.len() as f64;
+        let share = 1.0 / legs.six.len() as f64;
         let centre =
-            |k: usize| legs.legs.iter().map(|leg| leg.ends[k]).sum::<Vector3<f64>>() * share;
+            |k: usize| legs.six.iter().map(|leg| leg.ends[k]).sum::<Vector3<f64>>() * share;
         Self { centres: [centre(0), centre(1)], size: legs.size }
     }
 
     /// Coefficients of the seventeen functions, a row for each leg.
     fn rows(&self, legs: &Legs) -> DMatrix<f64> {
-        let mut rows = DMatrix::zeros(legs.legs.len(), N_FUNCTIONS);
-        for (k, leg) in legs.legs.iter().enumerate() {
+        let mut rows = DMatrix::zeros(legs.six.len(), N_FUNCTIONS);
+        for (k, leg) in legs.six.iter().enumerate() {
             let [b, p] = [0, 1].map(|i| (leg.ends[i] - self.centres[i]) / self.size);
             let length = (leg.ends[1] - leg.ends[0]) / self.size;
             rows[(k, 0)] = b.dot(&b) + p.dot(&p) - length.dot(&length);

@@ -30,18 +30,17 @@ impl Posed {
     /// A model with six links, guessed at a height.
     fn model(&self, height: f64) -> String {
         let points = |name: &str, all: &[[f64; 3]; 6]| -> String {
-            all.iter()
-                .enumerate()
-                .map(|(k, [x, y, z])| format!("{name}{k} = [{x}, {y}, {z}]\n"))
-                .collect()
+            let line =
+                |(k, [x, y, z]): (usize, &[f64; 3])| format!("{name}{k} = [{x}, {y}, {z}]\n");
+            all.iter().enumerate().map(line).collect::<Vec<_>>().concat()
         };
-        let links: String = (self.lengths.iter().enumerate())
+        let links = (self.lengths.iter().enumerate())
             .map(|(k, length)| {
                 format!(
                     "[joints.leg{k}]\ntype = \"link\"\nbetween = [\"ground.B{k}\", \"top.P{k}\"]\nlength = {length}\n"
                 )
             })
-            .collect();
+            .collect::<Vec<_>>().concat();
         format!(
             "space = \"spatial\"\n[ground.points]\n{}[bodies.top]\nmass = 1\ninertia = [1, 1, 1]\n[bodies.top.points]\n{}{links}\
              [initial]\ntop = {{ guess = {{ x = 0.1, y = 0.05, z = {height} }} }}\n",
@@ -103,21 +102,21 @@ fn dietmaiers_platform_has_forty_poses() {
     let posed = Posed {
         base: [
             [0.0, 0.0, 0.0],
-            [1.107915, 0.0, 0.0],
-            [0.549094, 0.756063, 0.0],
-            [0.735077, -0.223935, 0.525991],
-            [0.514188, -0.526063, -0.368418],
-            [0.590473, 0.094733, -0.205018],
+            [1.107_915, 0.0, 0.0],
+            [0.549_094, 0.756_063, 0.0],
+            [0.735_077, -0.223_935, 0.525_991],
+            [0.514_188, -0.526_063, -0.368_418],
+            [0.590_473, 0.094_733, -0.205_018],
         ],
         platform: [
             [0.0, 0.0, 0.0],
-            [0.542805, 0.0, 0.0],
-            [0.956919, -0.528915, 0.0],
-            [0.665885, -0.353482, 1.402538],
-            [0.478359, 1.158742, 0.107672],
-            [-0.137087, -0.235121, 0.353913],
+            [0.542_805, 0.0, 0.0],
+            [0.956_919, -0.528_915, 0.0],
+            [0.665_885, -0.353_482, 1.402_538],
+            [0.478_359, 1.158_742, 0.107_672],
+            [-0.137_087, -0.235_121, 0.353_913],
         ],
-        lengths: [1.0, 0.645275, 1.086284, 1.503439, 1.281933, 0.771071],
+        lengths: [1.0, 0.645_275, 1.086_284, 1.503_439, 1.281_933, 0.771_071],
     };
     let found = found(&posed, 0.5);
     let platform = platform(&found);

@@ -54,8 +54,8 @@ pub(super) fn in_formula(text: &str) -> Option<DesignError> {
         calls
             .filter(|&at| !text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_'))
             .find_map(|at| {
-                let ends = text[at..].match_indices(')').map(|(end, _)| at + end + 1);
-                ends.filter_map(|end| argument(&text[at..end], name)).next()
+                let mut ends = text[at..].match_indices(')').map(|(end, _)| at + end + 1);
+                ends.find_map(|end| argument(&text[at..end], name))
             })
     };
     let [most, least, span] = ["max", "min", "peak_to_peak"].map(call);

@@ -85,7 +85,6 @@ impl Reader<'_> {
     }
 
     /// Restitution and friction of what contacts hold.
-    #[expect(clippy::type_complexity, reason = "a number, and two where there is friction")]
     pub(super) fn surfaces_of_joint(
         &mut self,
         fields: &Fields<'_>,

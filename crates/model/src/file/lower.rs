@@ -395,7 +395,8 @@ impl Reader<'_> {
                     self.needs_unit(a, Dimension::NONE);
                     return None;
                 } else {
-                    [a, b].into_iter().for_each(|bare| self.take_as_pure(bare));
+                    self.take_as_pure(a);
+                    self.take_as_pure(b);
                     PURE
                 }
             }

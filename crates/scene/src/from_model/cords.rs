@@ -32,7 +32,9 @@ impl Sketch<'_> {
         });
         let mut cords: Vec<Cord> = belts.chain(ropes).collect();
         if let Some(poses) = self.numbers.first_poses() {
-            cords.iter_mut().for_each(|cord| cord.begin(poses));
+            for cord in &mut cords {
+                cord.begin(poses);
+            }
         }
         cords
     }

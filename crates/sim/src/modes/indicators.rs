@@ -222,7 +222,7 @@ impl EventIndicators {
             let values = self.at(&modes.parameters_with_modes(parameters)).values(t, q, v).clone();
             let sign = |(k, &u): (usize, &f64)| match u {
                 u if u < 0.0 => -1.0,
-                u if u == 0.0 => at_zero(k),
+                0.0 => at_zero(k),
                 _ => 1.0,
             };
             let signs = values.kinks.iter().enumerate().map(sign).collect();

@@ -277,11 +277,7 @@ impl Dimension {
 
 /// The one parameter that the distance of two points of a body is: equal to it, and growing as it does. Others may be
 /// as large by chance.
-fn parameter_of<'m>(
-    mechanism: &'m Mechanism,
-    points: [Anchor; 2],
-    length: f64,
-) -> Option<&'m Parameter> {
+fn parameter_of(mechanism: &Mechanism, points: [Anchor; 2], length: f64) -> Option<&Parameter> {
     let Mechanism { model, parameters, .. } = mechanism;
     // The distance where one parameter is twice as large.
     let distance = |doubled: usize| {
