@@ -4,3 +4,4 @@ mod faults;
 mod overrides;
 mod reading;
 mod solids;
+mod units;

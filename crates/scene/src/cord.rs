@@ -83,7 +83,8 @@ impl Cord {
         let Some(laid) = self.laid(poses) else { return };
         let around = |place: &CordPlace, before, after| {
             let turn = place.turn(before, after);
-            Some(FirstTurn { before, after, turn })
+            // One that begins beside a place may come to it from either side.
+            (!place.leaves || turn >= 0.0).then_some(FirstTurn { before, after, turn })
         };
         for (k, place) in self.places.iter_mut().enumerate() {
             // What may be left has neighbours that are not.

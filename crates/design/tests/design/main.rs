@@ -3,6 +3,7 @@
 #![expect(clippy::unreadable_literal, reason = "reference values as they are printed")]
 
 mod fits;
+mod fronts;
 mod laws;
 mod optima;
 mod paths;

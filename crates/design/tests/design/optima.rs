@@ -1,10 +1,10 @@
 //! Optima against closed forms.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use bksim_design::{DesignError, EndOfStart, OptimizeWish, Optimized, Source, Watch, optimize};
+use bksim_design::{EndOfStart, OptimizeWish, Optimized, Source, Watch, optimize};
 
-fn solved(text: &str) -> Optimized {
+pub(crate) fn solved(text: &str) -> Optimized {
     let source = Source { text: text.to_owned(), name: "model".to_owned(), ..Source::default() };
     let wish = OptimizeWish::of_model(text).expect("a question");
     optimize(&source, &wish, Watch::default()).unwrap_or_else(|error| panic!("{error}"))
@@ -16,12 +16,12 @@ fn value(found: &Optimized, name: &str) -> f64 {
 }
 
 #[track_caller]
-fn is_close(value: f64, expected: f64, tolerance: f64) {
+pub(crate) fn is_close(value: f64, expected: f64, tolerance: f64) {
     assert!((value - expected).abs() <= tolerance * expected.abs(), "{value} for {expected}");
 }
 
 /// An arm held by a spring over 30 to 150 degrees from the upward vertical: the moment that is left.
-fn arm(question: &str) -> String {
+pub(crate) fn arm(question: &str) -> String {
     format!(
         r#"
 [parameters]
@@ -303,71 +303,6 @@ heavy = { mass = "5.5 kg" }"#;
     let found = solved(&arm(&format!("{question}\n[optimize.vary]\nmass = [\"3 kg\", \"7 kg\"]")));
     let masses: Vec<f64> = found.choices.iter().filter_map(|choice| choice.after).collect();
     assert!(masses.iter().all(|residual| *residual < 1e-6), "{masses:?}");
-}
-
-#[test]
-fn a_front_trades_one_objective_for_another() {
-    // Least of k² and of (k − 1000)² in N/m: points on the line between, at a share s of the way b = (1 − s)² · 10⁶
-    // with bounds b evenly apart.
-    let question = r#"minimize = ["(k/(1 N/m))^2", "(k/(1 N/m) - 1000)^2"]
-vary = { k = ["0.001 N/m", "2000 N/m"] }
-points = 5"#;
-    let found = solved(&arm(question));
-    let front = found.front.as_ref().expect("a front");
-    assert_eq!(front.points.len(), 5, "{front:?}");
-    for (k, point) in front.points.iter().enumerate() {
-        let bound = 1e6 * (1.0 - 0.25 * k as f64);
-        is_close(point.values[1].max(1.0), bound.max(1.0), 1e-5);
-        assert!((point.quantities["k"] - (1000.0 - bound.sqrt())).abs() < 0.01, "{point:?}");
-    }
-    // Nearest to both least values: x² = a, (1000 − x)² = b, least a² + b² at x = 500; of these points the fourth.
-    assert_eq!(front.compromise, 3);
-    assert!((found.after - front.points[3].values[0]).abs() < 1e-6);
-}
-
-#[test]
-fn a_front_that_is_stopped_anywhere_goes_on_to_the_same_bytes() {
-    let question = r#"minimize = ["(k/(1 N/m))^2", "(k/(1 N/m) - 1000)^2"]
-vary = { k = ["0.001 N/m", "2000 N/m"] }
-points = 5"#;
-    let text = arm(question);
-    let source = Source { text: text.clone(), name: "model".to_owned(), ..Source::default() };
-    let wish = OptimizeWish::of_model(&text).expect("a question");
-    let json = |found: &Optimized| serde_json::to_string(found).expect("JSON");
-    let n_asked = AtomicUsize::new(0);
-    let counting = Watch {
-        stop: &|| {
-            n_asked.fetch_add(1, Ordering::Relaxed);
-            false
-        },
-        ..Watch::default()
-    };
-    let whole = optimize(&source, &wish, counting).expect("a front");
-    let n_asked = n_asked.into_inner();
-    assert!(whole.unfinished.is_none());
-    let mut n_stopped = 0;
-    for at in (0..n_asked).step_by(1 + n_asked / 25) {
-        let asked = AtomicUsize::new(0);
-        let stop = || asked.fetch_add(1, Ordering::Relaxed) >= at;
-        let watch = Watch { stop: &stop, ..Watch::default() };
-        let stopped = match optimize(&source, &wish, watch) {
-            Ok(stopped) => stopped,
-            Err(DesignError::Stopped) => continue,
-            Err(error) => panic!("{error}"),
-        };
-        let read: Optimized = serde_json::from_str(&json(&stopped)).expect("an answer");
-        let Some(unfinished) = read.unfinished else { continue };
-        n_stopped += 1;
-        let mut on = OptimizeWish { resume: Some(unfinished), ..wish.clone() };
-        let resumed = optimize(&source, &on, Watch::default()).expect("a front");
-        assert_eq!(json(&resumed), json(&whole), "stopped at {at}");
-        assert_eq!(resumed.model, whole.model);
-        // Another question is refused.
-        on.points = Some(7);
-        let error = optimize(&source, &on, Watch::default()).expect_err("another question");
-        assert!(error.to_string().contains("another question"), "{error}");
-    }
-    assert!(n_stopped > 5, "{n_stopped} of {n_asked}");
 }
 
 #[test]

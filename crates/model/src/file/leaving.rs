@@ -6,7 +6,8 @@
 //! ```
 //!
 //! Where β is zero both ways are of one length, and so are their rates, so that nothing is hit as the rope comes to the
-//! post. β is counted from the start, so that a string may wind around a post.
+//! post. β is counted from a start around the post, so that a string may wind on; from one beside it, where β₀ < 0,
+//! β = σ ∠(e₋, e₊).
 
 use bksim_expr::{Expr, Function};
 
@@ -87,7 +88,14 @@ impl Reader<'_> {
         let direct = self.strand(from, to);
         let signed = |turn: Expr| if beside.is_left { turn } else { pool.neg(turn) };
         let first = signed(self.turn_between(before.direction.first, after.direction.first));
-        let turn = Twin { now: self.turn_about(beside.is_left, [before, after], first), first };
+        // Counted on from a start around the post; a rope that begins beside it may come to it from half a turn away on
+        // either side.
+        let counted = self.turn_about(beside.is_left, [before, after], first);
+        let between = signed(self.turn_between(before.direction.now, after.direction.now));
+        let touches = |turn: Expr| {
+            pool.call(Function::Ge, &[turn, pool.zero()]).expect("a comparison has two operands")
+        };
+        let turn = Twin { now: pool.select(touches(first), counted, between), first };
 
         // The ways around the post and beside it, from a start around it, even where it begins beside it.
         let radius = signed(post.radius);
@@ -106,11 +114,10 @@ impl Reader<'_> {
             wound(from, before),
             pool.neg(wound(to, after)),
         ]);
-        let touches = |turn: Expr| {
-            pool.call(Function::Ge, &[turn, pool.zero()]).expect("a comparison has two operands")
-        };
         let touches = Twin { now: touches(turn.now), first: touches(turn.first) };
-        let of_both = pool.add(before.gain, after.gain);
+        // The spans count by how far they have turned since the start, within half a turn.
+        let whole_turns = pool.mul(radius, pool.sub(turn.now, counted));
+        let of_both = pool.sum([before.gain, after.gain, whole_turns]);
         let gain = pool.select(touches.now, of_both, pool.add(direct.gain, offset));
         let at_first = pool.select(touches.first, pool.zero(), offset);
 

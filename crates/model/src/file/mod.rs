@@ -83,6 +83,7 @@ mod piecewise;
 mod plausible;
 mod play;
 mod points;
+mod products;
 mod promote;
 mod quantity;
 mod ranges;
