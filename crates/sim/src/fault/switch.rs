@@ -12,7 +12,8 @@ use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Span};
 use bksim_model::message::{listed, short};
 use bksim_model::{
-    Base, BodyId, CouplingId, HeldChange, Load, LoadId, Measure, Model, MotionKind, Place, Round,
+    Base, BodyId, CouplingId, HeldChange, Joint, Load, LoadId, Measure, Model, MotionKind, Place,
+    Round,
 };
 
 /// Energies beyond this, J, are on their way beyond all numbers.
@@ -169,6 +170,13 @@ pub(super) fn beyond_stop(model: &Model, load: LoadId, by: f64) -> Diagnostic {
     }
     if let Some((contact, place)) = load.kind.touch() {
         let place = &model.contacts[contact.0].places[place];
+        // A curve may have been taken at another place.
+        let lifts = |joint: &Joint| joint.name == load.name && joint.kind.lifts().is_some();
+        let elsewhere = if model.joints.iter().any(lifts) {
+            format!(", or guess in `[initial]` for `{}` where on the curve they touch", load.name)
+        } else {
+            String::new()
+        };
         let message = format!(
             "the outlines of contact `{}` overlap by {} m at the start",
             load.name,
@@ -176,7 +184,9 @@ pub(super) fn beyond_stop(model: &Model, load: LoadId, by: f64) -> Diagnostic {
         );
         return Diagnostic::error(codes::OVERLAP, message)
             .at(load.span.clone(), "these outlines")
-            .help("move the start of one of the bodies until they touch or are apart");
+            .help(format!(
+                "move the start of one of the bodies until they touch or are apart{elsewhere}"
+            ));
     }
     let unit = load.kind.joint_motion().map_or("", |(joint, motion_idx)| {
         unit_of(model, Measure::JointPosition(joint, motion_idx))
