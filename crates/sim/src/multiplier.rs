@@ -350,7 +350,7 @@ impl MultiplierSystem {
         Ok(())
     }
 
-    /// Whether the multipliers are unique: every row takes part, or is empty as those of open contacts are.
+    /// True if the multipliers are unique: every row takes part, or is empty as those of open contacts are.
     fn is_unique(&self, at: &DynamicsAt) -> bool {
         let nc = at.shape.nc;
         if self.active.len() == nc {

@@ -113,7 +113,7 @@ impl Outputs {
         &self.all
     }
 
-    /// Whether some are extremes of what may jump at an event.
+    /// True if an output is the extreme of a quantity that may jump at an event.
     pub(crate) fn has_extremes(&self) -> bool {
         self.takes.iter().any(|(take, _)| take.is_extreme())
     }

@@ -40,8 +40,8 @@ pub(super) const COUPLINGS: [(&str, &[&str]); 7] = [
             FLANK_KEYS[1],
             FLANK_KEYS[2],
             FLANK_KEYS[3],
-            FLANK_KEYS[4],
-            FLANK_KEYS[5],
+            "stiffness",
+            "damping",
         ],
     ),
     (
@@ -91,8 +91,8 @@ pub(super) const COUPLINGS: [(&str, &[&str]); 7] = [
             FLANK_KEYS[1],
             FLANK_KEYS[2],
             FLANK_KEYS[3],
-            FLANK_KEYS[4],
-            FLANK_KEYS[5],
+            "stiffness",
+            "damping",
         ],
     ),
     ("screw", &["type", "between", "lead", "phase"]),
@@ -146,13 +146,13 @@ impl Reader<'_> {
         let keys = ["relation", "ratio", "teeth", "radii", "radius", "lead"];
         let span = fields.location(&keys);
         let coupling = Coupling { name: name.to_owned(), kind, relation, effort, span };
-        if fields.has(FLANK_KEYS[4]) && ["gear", "rack"].contains(&word) {
+        if fields.has("stiffness") && ["gear", "rack"].contains(&word) {
             self.read_elastic_teeth(&fields, &coupling)?;
             return Some(Vec::new());
         }
-        if word == "gear" && fields.has(FLANK_KEYS[5]) {
+        if word == "gear" && fields.has("damping") {
             let help = "write for example `stiffness = \"200 MN/m\"`: rigid teeth have no damping";
-            fields.require(self, FLANK_KEYS[4], help)?;
+            fields.require(self, "stiffness", help)?;
         }
         let has_play = fields.has("backlash");
         self.log_flanks(&coupling, has_play);

@@ -94,13 +94,7 @@ impl Reader<'_> {
 
     /// A number without a unit that is multiplied where nothing says what it must be, as in a result.
     pub(super) fn needs_unit(&mut self, bare: &Lowered, other: Dimension) {
-        // The parameter itself, or the one without a unit in a product or a difference.
-        let in_it = |p: &ParameterState| {
-            let symbol = self.pool.symbol_id(p.symbol);
-            is_bare(p) && symbol.is_some_and(|id| self.pool.depends_on(bare.expr, id))
-        };
-        let itself = self.parameters.iter().position(|p| p.symbol == bare.expr);
-        let Some(idx) = itself.or_else(|| self.parameters.iter().position(in_it)) else {
+        let Some(&idx) = self.without_unit_in(bare).first() else {
             self.report(
                 Diagnostic::error(codes::NEEDS_UNIT, "a product of numbers without units")
                     .at(bare.span.clone(), "no unit here, and the file has units of its own")
@@ -153,13 +147,20 @@ impl Reader<'_> {
 
     /// Takes numbers without unit as pure ones.
     pub(super) fn take_as_pure(&mut self, bare: &Lowered) {
+        for idx in self.without_unit_in(bare) {
+            if !self.read_as_pure.contains(&idx) {
+                self.read_as_pure.push(idx);
+            }
+        }
+    }
+
+    /// The parameters without a unit that a value depends on.
+    fn without_unit_in(&self, bare: &Lowered) -> Vec<usize> {
         let in_it = |p: &ParameterState| {
             let symbol = self.pool.symbol_id(p.symbol);
             is_bare(p) && symbol.is_some_and(|id| self.pool.depends_on(bare.expr, id))
         };
-        let taken = (0..self.parameters.len()).filter(|&idx| in_it(&self.parameters[idx]));
-        let taken: Vec<usize> = taken.filter(|idx| !self.read_as_pure.contains(idx)).collect();
-        self.read_as_pure.extend(taken);
+        (0..self.parameters.len()).filter(|&idx| in_it(&self.parameters[idx])).collect()
     }
 
     /// The unit of bare numbers of a dimension in this file, as it is written; that of SI where none says it.

@@ -100,7 +100,7 @@ pub(super) struct Reader<'a> {
     pub(super) joint_ends: Vec<Option<[Anchor; 2]>>,
     /// The bodies of each joint, predecessor first; `None` where the joint could not be read.
     pub(super) joint_bodies: Vec<Option<[BodyId; 2]>>,
-    /// True if a joint could not be read, so that the topology is not known.
+    /// True if a joint or a coupling could not be read, so that the topology and the names of its force are not known.
     pub(super) topology_unknown: bool,
     /// Parameters without unit that were multiplied as pure numbers, in a file with units of its own.
     pub(super) read_as_pure: Vec<usize>,
