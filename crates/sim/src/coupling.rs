@@ -258,7 +258,7 @@ fn skew(
         if cosine.abs() > FIT {
             let help = "turn one of the axes, or remove `worm_radius` and `pressure_angle`";
             return fault(
-                format!("the axes of worm `{name}` and its wheel are at no right angle"),
+                format!("the axes of worm `{name}` and its wheel do not cross at a right angle"),
                 help,
             );
         }
