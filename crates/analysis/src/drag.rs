@@ -21,8 +21,10 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use crate::beyond::{Limit, depths, limits};
 use crate::error::AnalysisError;
 use crate::positions::Positions;
+use crate::quantity::PoseQuantity;
 use crate::rows::{Clock, RANK_TOLERANCE, Rows, rank, rank_of};
 use crate::scalar::Scalars;
+use crate::transmission::{TRANSMISSION, acute, angles, arms};
 
 /// The longest step, rad or parts of the longest link: the branch of a loop is followed, not guessed.
 const STEP: f64 = 0.08;
@@ -50,6 +52,8 @@ pub struct Drag {
     rows: Rows,
     stops: Vec<Limit>,
     penetrations: Scalars,
+    /// Transmission angles by their names; the functions are compiled when they are first asked for.
+    transmissions: (Vec<PoseQuantity>, Option<Scalars>),
     grabbed: Option<Scalars>,
     /// Coordinates, in units of the mechanism.
     x: Vec<f64>,
@@ -89,9 +93,11 @@ impl Drag {
         let rows = Rows::compile(model, system, &[], &kept, numbers)?;
         let stops = limits(&positions);
         let penetrations = depths((model, system), &stops, &positions.mechanism.parameters)?;
+        let transmissions = (angles(&positions, &arms(&positions)), None);
         let x = rows.scaled(&positions.q);
         let (mechanism, size) = (positions.mechanism, positions.size);
-        Ok(Self { mechanism, rows, stops, penetrations, grabbed: None, x, size })
+        let grabbed = None;
+        Ok(Self { mechanism, rows, stops, penetrations, transmissions, grabbed, x, size })
     }
 
     /// The mechanism, of positions alone.
@@ -146,6 +152,25 @@ impl Drag {
             }
         }
         found
+    }
+
+    /// The transmission angles of the pose, acute, rad, by the joints that they are at.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Compile`] never comes of a model that was derived.
+    pub fn transmissions(&mut self) -> Result<Vec<(String, f64)>, AnalysisError> {
+        let (t, q) = (self.t(), self.q());
+        let Mechanism { model, system, parameters, .. } = &self.mechanism;
+        let (quantities, compiled) = &mut self.transmissions;
+        if compiled.is_none() {
+            let functions: Vec<_> = quantities.iter().map(|quantity| quantity.value).collect();
+            *compiled = Some(Scalars::compile(model, system, &functions, parameters)?);
+        }
+        let values = compiled.as_mut().map_or_else(Vec::new, |of| of.values(t, &q));
+        let at = |quantity: &PoseQuantity| {
+            quantity.names[0].strip_prefix(TRANSMISSION).unwrap_or_default().to_owned()
+        };
+        Ok(quantities.iter().zip(values).map(|(of, angle)| (at(of), acute(angle))).collect())
     }
 
     /// The longest link, m.

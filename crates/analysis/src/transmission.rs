@@ -143,6 +143,12 @@ fn quantity(name: String, unit: &'static str, value: bksim_expr::Expr) -> PoseQu
     PoseQuantity { names: [name, String::new(), String::new()], unit, value }
 }
 
+/// The acute angle between two lines, from that of their directions, rad.
+pub(crate) fn acute(angle: f64) -> f64 {
+    let angle = angle.abs().rem_euclid(PI);
+    angle.min(PI - angle)
+}
+
 /// Transmission angles that are watched along a curve.
 pub(crate) struct Transmissions {
     names: Vec<String>,
@@ -202,12 +208,11 @@ fn transmission(name: &str, poses: &[Vec<(String, f64)>]) -> Option<Transmission
     let raw = format!("{TRANSMISSION}{name}");
     let at = |pose: &Vec<(String, f64)>| {
         let (_, angle) = pose.iter().find(|(known, _)| *known == raw)?;
-        let angle = angle.abs().rem_euclid(PI);
         let is_shown = |(name, _): &&(String, f64)| {
             !name.starts_with(SQUARE) && !name.starts_with(TRANSMISSION)
         };
         let pose = pose.iter().filter(is_shown).cloned().collect();
-        Some(TransmissionAt { angle: angle.min(PI - angle), pose })
+        Some(TransmissionAt { angle: acute(*angle), pose })
     };
     let all: Vec<TransmissionAt> = poses.iter().filter_map(at).collect();
     let order = |a: &&TransmissionAt, b: &&TransmissionAt| a.angle.total_cmp(&b.angle);

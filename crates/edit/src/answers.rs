@@ -1,10 +1,12 @@
 //! Answers about a mechanism: freedoms, equations, the ways in which it closes.
 
 use bksim_analysis::assemblies;
+use bksim_expr::{Notation, Printer, SymbolId};
+use bksim_mbs::coordinate::Owner;
 use bksim_mbs::equations::page::{Page, Style, Subject};
 use bksim_mbs::equations::{ReadingForm, proof};
-use bksim_model::Model;
 use bksim_model::diagnostic::Diagnostic;
+use bksim_model::{Body, Model};
 use bksim_sim::Mechanism;
 use bksim_sim::mobility::mobility;
 use serde_json::{Value, json};
@@ -53,7 +55,47 @@ pub(crate) fn equations(mechanism: &Mechanism) -> Value {
         .map(|section| json!({ "title": section.title, "html": section.html }))
         .collect();
     let remark = (n_left_out > 0).then(|| format!("{n_left_out} lines are left out."));
-    json!({ "sections": sections, "remark": remark })
+    json!({ "sections": sections, "remark": remark, "symbols": symbols(mechanism) })
+}
+
+/// Parameters, coordinates and rates as they are written in the equations, with the bodies that they belong to.
+fn symbols(mechanism: &Mechanism) -> Vec<Value> {
+    let Mechanism { model, system, parameters, .. } = mechanism;
+    let pool = &model.pool;
+    let printer = Printer::new(pool, Notation::MathMl);
+    let users: Vec<Vec<SymbolId>> =
+        model.bodies.iter().map(|body| symbols_of(model, body)).collect();
+    let using = |symbol: SymbolId| -> Vec<usize> {
+        (1..users.len()).filter(|body| users[*body].contains(&symbol)).collect()
+    };
+    let mut all = Vec::new();
+    for (parameter, value) in model.parameters.iter().zip(parameters) {
+        let symbol = parameter.symbol;
+        all.push(json!({
+            "html": printer.symbol(symbol), "name": parameter.name, "value": value,
+            "bodies": using(symbol),
+        }));
+    }
+    for coordinate in system.coordinates() {
+        let body = match coordinate.owner {
+            Owner::Joint(joint, _) => Some(model.joints[joint.0].successor.body.0),
+            Owner::Body(body, _) | Owner::Quaternion(body, _) => Some(body.0),
+            Owner::State(_) => None,
+        };
+        let pair = [(coordinate.q, &coordinate.name), (coordinate.v, &coordinate.rate_name)];
+        for (symbol, name) in pair {
+            all.push(json!({ "html": printer.symbol(symbol), "name": name, "bodies": Vec::from_iter(body) }));
+        }
+    }
+    all
+}
+
+/// Symbols in the mass, inertia and points of a body.
+fn symbols_of(model: &Model, body: &Body) -> Vec<SymbolId> {
+    let points = body.points.iter().flat_map(|point| point.position);
+    let inertia = body.inertia.moments.into_iter().chain(body.inertia.products);
+    let all = std::iter::once(body.mass).chain(body.com).chain(inertia).chain(points);
+    all.flat_map(|e| model.pool.symbols_of(e)).collect()
 }
 
 /// The ways in which a model closes, each with the poses of its bodies.

@@ -1,6 +1,7 @@
 //! The values of a model that a page lets be typed and slid, and its elements with their keys.
 
 use bksim_model::StatedRange;
+use bksim_model::file::{Holds, sections};
 use serde_json::{Value, json};
 
 use crate::numbers::{in_unit, literal, rounded};
@@ -71,7 +72,26 @@ pub fn range_about(number: f64, unit: &str) -> [f64; 2] {
     }
 }
 
-/// Bodies, joints, loads and other elements as JSON, with their keys and values as written.
+/// Keys that an element may have and has not.
+fn other_keys(places: &Places<'_>, section: &str, path: &[&str]) -> Vec<&'static str> {
+    let type_path = [path, &["type"]].concat();
+    let word = places.find(&type_path).and_then(|place| places.quoted(place));
+    let form = sections().into_iter().find(|form| form.name == section);
+    let keys = match form.map(|form| form.holds) {
+        Some(Holds::Named(forms)) => {
+            forms.into_iter().find(|form| form.word == word).map_or_else(Vec::new, |form| form.keys)
+        }
+        Some(Holds::Table(keys)) => keys.into_iter().map(|(key, _)| key).collect(),
+        _ => Vec::new(),
+    };
+    let is_given = |key: &str| {
+        places.below(path).any(|place| place.path.get(path.len()).is_some_and(|own| own == key))
+    };
+    keys.into_iter().filter(|key| *key != "type" && !is_given(key)).collect()
+}
+
+/// Bodies, joints, loads and other elements as JSON, with their keys and values as written, and the keys
+/// that they may have, too.
 pub(crate) fn elements(places: &Places<'_>) -> Vec<Value> {
     const SECTIONS: [&str; 8] =
         ["bodies", "joints", "loads", "drives", "couplings", "conditions", "contacts", "ground"];
@@ -107,7 +127,8 @@ pub(crate) fn elements(places: &Places<'_>) -> Vec<Value> {
                 .collect();
             if !keys.is_empty() {
                 let name = if name.is_empty() { section } else { &name };
-                found.push(json!({ "section": section, "name": name, "keys": keys }));
+                let more = other_keys(places, section, &path);
+                found.push(json!({ "section": section, "name": name, "keys": keys, "more": more }));
             }
         }
     }

@@ -2,12 +2,12 @@
 
 use bksim_analysis::{AnalysisError, Drag, DragLimit, Dragged};
 use bksim_mbs::coordinate::Owner;
-use bksim_model::{Axis, BodyId, Measure, Model};
+use bksim_model::{Axis, BodyId, GROUND, Joint, Measure, Model};
 use bksim_scene::{
     Attached, Camera, Extras, Form, Scene, Theme, TurnTimes, WrittenSolid, picture, svg,
 };
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::view::View;
 
@@ -79,6 +79,29 @@ impl Posed {
     pub fn go_near_named(&mut self, names: &[String], q: &[f64]) -> bool {
         let is_own = self.drag.coordinates().iter().map(|c| &c.name).eq(names);
         is_own && self.drag.go_near(q)
+    }
+
+    /// Names and values of the coordinates of the pose.
+    pub(crate) fn coordinates(&self) -> Value {
+        let names: Vec<&str> = self.drag.coordinates().iter().map(|c| c.name.as_str()).collect();
+        json!({ "names": names, "values": self.q() })
+    }
+
+    /// The transmission angles of the pose in degrees, by the joints that they are at, but those of bodies that are driven:
+    /// what a motor turns needs no transmission.
+    pub(crate) fn transmissions(&mut self) -> Value {
+        let found = self.drag.transmissions().unwrap_or_default();
+        let model = self.model();
+        let ends = |joint: &Joint| [joint.predecessor.body, joint.successor.body];
+        let driven = model.drives.iter().flat_map(|drive| ends(&model.joints[drive.joint.0]));
+        let driven: Vec<BodyId> = driven.filter(|body| *body != GROUND).collect();
+        let is_driven = |at: &str| {
+            let joint = model.joints.iter().find(|joint| joint.name == at);
+            joint.is_some_and(|joint| ends(joint).iter().any(|body| driven.contains(body)))
+        };
+        let shown = found.iter().filter(|(at, _)| !is_driven(at));
+        let row = |(at, angle): &(String, f64)| json!({ "at": at, "degrees": angle.to_degrees() });
+        shown.map(row).collect()
     }
 
     /// The longest link, m.
@@ -176,12 +199,18 @@ impl Posed {
         let mechanism = self.drag.mechanism();
         let motion = [bodies];
         let scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &motion);
-        written(&scene, &motion, &[])
+        written(&scene, &motion, &[], &|_| Vec::new())
     }
 }
 
-/// A scene as JSON, its springs at lengths about those that they have in some poses, its signs turning over at instants.
-pub(crate) fn written(scene: &Scene, motion: &[Vec<Pose>], turned: &[TurnTimes]) -> Value {
+/// A scene as JSON, its springs at lengths about those that they have in some poses, its signs turning over at instants, with
+/// the times in which the reaction of a joint is one of many solutions.
+pub(crate) fn written(
+    scene: &Scene,
+    motion: &[Vec<Pose>],
+    turned: &[TurnTimes],
+    shared: &dyn Fn(usize) -> Vec<[f64; 2]>,
+) -> Value {
     let length = |bodies: &[Pose], ends: &[Attached; 2]| {
         let [a, b] = ends.each_ref().map(|at| bodies[at.body].place(at.position));
         (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
@@ -201,7 +230,7 @@ pub(crate) fn written(scene: &Scene, motion: &[Vec<Pose>], turned: &[TurnTimes])
             _ => None,
         })
         .collect();
-    scene.written(&solids, &lengths, turned, &|_| Vec::new())
+    scene.written(&solids, &lengths, turned, shared)
 }
 
 /// Origin, rows of the rotation, velocity and angular velocity of each body.

@@ -8,7 +8,8 @@
 //! {"do": "live", "t": 0.8}                          {"do": "pull", "body": 1, "point": [x, y, z]}
 //! {"do": "step", "dt": 0.02, "to": [x, y, z]}       {"do": "rest"}
 //! {"do": "picture", "numbers": […], "view": {…}}
-//! {"do": "solve"}  {"do": "freedoms"}  {"do": "equations"}  {"do": "assemblies"}
+//! {"do": "solve"}  {"do": "freedoms"}  {"do": "equations"}  {"do": "assemblies"}  {"do": "limits"}
+//! {"do": "coordinates"}
 //! ```
 //!
 //! The first six answer with the state of the text; a fault is `{"fault": {…}}`, and nothing has changed then. Poses
@@ -83,6 +84,8 @@ enum Request {
     },
     Solve {},
     Freedoms {},
+    Coordinates {},
+    Limits {},
     Equations {},
     Assemblies {},
 }
@@ -152,7 +155,8 @@ impl Session {
             Request::Drag { to } => self.with_pose(|posed| {
                 let dragged = posed.to(to);
                 let limit = dragged.limit.as_ref().map(limit_words);
-                json!({ "distance": dragged.distance, "limit": limit })
+                let transmissions = posed.transmissions();
+                json!({ "distance": dragged.distance, "limit": limit, "transmissions": transmissions })
             }),
             Request::Release {} => self.with_pose(|posed| {
                 posed.release();
@@ -173,6 +177,8 @@ impl Session {
             }
             Request::Solve {} => self.solve(),
             Request::Freedoms {} => self.of_mechanism(answers::freedoms),
+            Request::Coordinates {} => self.with_pose(|posed| posed.coordinates()),
+            Request::Limits {} => self.limits(),
             Request::Equations {} => {
                 self.of_mechanism(|mechanism| Ok(answers::equations(mechanism)))
             }
@@ -402,9 +408,11 @@ impl Session {
                 let mut numbers = moved.times.clone();
                 numbers.extend(moved.curves.iter().flat_map(|(.., values)| values));
                 numbers.extend(moved.frames);
+                numbers.extend(moved.forces.numbers);
                 let json = json!({
                     "n_frames": moved.times.len(),
                     "curves": curves,
+                    "forces": moved.forces.rows,
                     "scene": moved.scene,
                     "faults": faults(text, &found),
                     "is_derived": moved.is_derived,
@@ -436,6 +444,12 @@ impl Session {
             let found: Vec<Diagnostic> = found.into_iter().map(own).collect();
             json!({ "faults": faults(self.document.text(), &found) })
         });
+        Answer { json, numbers: Vec::new() }
+    }
+
+    fn limits(&mut self) -> Answer {
+        let Readings { model, geometry, .. } = readings(self.document.text(), &self.name);
+        let json = model.or(geometry).map_or_else(|| json!({}), crate::limits::limits);
         Answer { json, numbers: Vec::new() }
     }
 

@@ -7,11 +7,13 @@ use bksim_model::file::{Recording, Source, read_recorded};
 use bksim_model::{Model, SolveOptions};
 use bksim_scene::Scene;
 use bksim_sim::pose::{Pose, Poses};
-use bksim_sim::run::{Observer, Sample};
+use bksim_sim::redundancy::UniquenessChange;
+use bksim_sim::run::{Observer, Sample, Segment};
 use bksim_sim::sensitivity::StateSensitivity;
 use bksim_sim::{Mechanism, Simulation};
 use serde_json::Value;
 
+use crate::forces::{Forces, WrittenForces};
 use crate::numbers::literal;
 use crate::places::Places;
 use crate::pose::{numbers, written};
@@ -45,6 +47,8 @@ pub struct Moved {
     pub times: Vec<f64>,
     /// For each frame the poses of all bodies, 18 numbers for each.
     pub frames: Vec<f64>,
+    /// All that acts on the bodies.
+    pub forces: WrittenForces,
     /// Curves: name, unit, a value for each frame.
     pub curves: Vec<(String, String, Vec<f64>)>,
     /// The shapes, their guides as long as the motion needs them.
@@ -55,12 +59,51 @@ pub struct Moved {
     pub is_derived: bool,
 }
 
-struct Taking(Vec<Sample>);
+/// Samples, each with the number of the modes that hold there; and the changes of what is unique.
+#[derive(Default)]
+struct Taking {
+    samples: Vec<(Sample, usize)>,
+    modes: Vec<Vec<f64>>,
+    uniqueness: Vec<UniquenessChange>,
+}
 
 impl Observer for Taking {
     fn sample(&mut self, sample: &Sample, _: &[StateSensitivity]) -> Control {
-        self.0.push(sample.clone());
+        self.samples.push((sample.clone(), self.modes.len()));
         Control::Continue
+    }
+
+    fn wants_segments(&self) -> bool {
+        true
+    }
+
+    fn segment(&mut self, segment: &Segment) {
+        if self.modes.last() != Some(&segment.modes) {
+            self.modes.push(segment.modes.clone());
+        }
+    }
+
+    fn uniqueness(&mut self, change: &UniquenessChange) {
+        self.uniqueness.push(change.clone());
+    }
+}
+
+impl Taking {
+    /// The modes of a sample; at the start those of the first step.
+    fn modes_of(&self, number: usize) -> &[f64] {
+        self.modes.get(number.saturating_sub(1)).map_or(&[], Vec::as_slice)
+    }
+
+    /// The times in which the reaction of a joint is one of many solutions.
+    fn shared(&self, joint: usize) -> Vec<[f64; 2]> {
+        let ends = self.uniqueness.iter().skip(1).map(|change| change.t);
+        let last = self.samples.last().map_or(0.0, |(sample, _)| sample.t);
+        let of_joint = |change: &UniquenessChange| {
+            let own = change.uniqueness.reactions.get(joint);
+            own.is_some_and(|six| six[..3].contains(&false))
+        };
+        let spans = self.uniqueness.iter().zip(ends.chain([last]));
+        spans.filter(|(change, _)| of_joint(change)).map(|(change, end)| [change.t, end]).collect()
     }
 }
 
@@ -96,10 +139,10 @@ impl Solver {
         let Some(known) = &self.known else { return Err(Vec::new()) };
         let simulation = &known.simulation;
         let start = simulation.start().map_err(|rejected| rejected.0)?;
-        let mut taking = Taking(Vec::new());
+        let mut taking = Taking::default();
         let ended = simulation.run(&start, &mut taking, &|| false);
         let faults = ended.err().map(|failure| simulation.diagnose(&failure));
-        Ok(known.moved(&taking.0, faults.into_iter().collect(), is_derived))
+        Ok(known.moved(&taking, faults.into_iter().collect(), is_derived))
     }
 
     /// Gives the known equations the values of another text; false where it needs its own.
@@ -147,13 +190,15 @@ impl Known {
         Ok(Self { skeleton, mechanism, simulation, recording, varied })
     }
 
-    fn moved(&self, samples: &[Sample], faults: Vec<Diagnostic>, is_derived: bool) -> Moved {
+    fn moved(&self, taking: &Taking, faults: Vec<Diagnostic>, is_derived: bool) -> Moved {
         let Mechanism { model, system, parameters, .. } = &self.mechanism;
-        let every = samples.len().div_ceil(MOST_FRAMES).max(1);
-        let last = samples.len().saturating_sub(1);
-        let is_kept = |k: usize| k.is_multiple_of(every) || k == last;
-        let samples: Vec<&Sample> =
-            samples.iter().enumerate().filter(|(k, _)| is_kept(*k)).map(|(_, s)| s).collect();
+        let n = taking.samples.len();
+        let every = n.div_ceil(MOST_FRAMES).max(1);
+        let is_kept = |k: usize| k.is_multiple_of(every) || k + 1 == n;
+        let kept = (0..n).filter(|k| is_kept(*k)).map(|k| &taking.samples[k]);
+        let with_modes: Vec<(&Sample, &[f64])> =
+            kept.map(|(sample, modes)| (sample, taking.modes_of(*modes))).collect();
+        let samples: Vec<&Sample> = with_modes.iter().map(|(sample, _)| *sample).collect();
         let states = samples.iter().map(|sample| (&sample.q[..], &sample.v[..]));
         let poses: Vec<Vec<Pose>> = Poses::compile(model, system)
             .map(|poses| poses.at(parameters, states))
@@ -166,10 +211,11 @@ impl Known {
                 let at = |s: &&Sample| (s.t, torques.at((s.t, &s.q, &s.v), &s.lambda).to_vec());
                 scene.turn_times(&samples.iter().map(at).collect::<Vec<_>>())
             });
-        let scene = written(&scene, &some, &turned);
+        let scene = written(&scene, &some, &turned, &|joint| taking.shared(joint));
         Moved {
             times: samples.iter().map(|sample| sample.t).collect(),
             frames: poses.iter().flat_map(|bodies| numbers(bodies)).collect(),
+            forces: Forces::of(&self.mechanism).at(&self.mechanism, &with_modes),
             curves: self.curves(&samples),
             scene,
             faults,

@@ -340,3 +340,101 @@ fn sliders_go_between_the_ends_that_the_model_states() {
     assert_eq!((unit.as_str(), &ends[0], &ends[1]), ("deg", &json!(30.0), &json!(114.592)));
     assert_eq!(state["faults"].as_array().map(Vec::len), Some(0), "{}", state["faults"]);
 }
+
+#[test]
+fn every_body_of_a_motion_is_cut_free() {
+    let mut session = opened(FOUR_BAR);
+    let solved = ask(&mut session, &json!({ "do": "solve" }));
+    let count = |key: &str| solved.json[key].as_array().expect("a list").len();
+    let n_frames =
+        usize::try_from(solved.json["n_frames"].as_u64().expect("a count")).expect("fits");
+    let n_bodies = solved.json["scene"]["bodies"].as_array().expect("bodies").len();
+    let (rows, n_curves) = (&solved.json["forces"], count("curves"));
+    let first = n_frames * (1 + n_curves + 18 * n_bodies);
+    assert_eq!(solved.numbers.len(), first + 9 * count("forces") * n_frames);
+    // Action and reaction: on both bodies of the pin C, at its place, of the size that the curve has.
+    let row = |body: &str| {
+        let bodies = solved.json["scene"]["bodies"].as_array().expect("bodies");
+        let place = bodies.iter().position(|name| name == body).expect("the body");
+        let all = rows.as_array().expect("rows");
+        all.iter().position(|row| row["body"] == place && row["name"] == "C").expect("the pin")
+    };
+    let curves = solved.json["curves"].as_array().expect("curves");
+    let curve = curves.iter().position(|curve| curve["name"] == "reaction of C").expect("it");
+    for frame in [0, n_frames / 3, n_frames - 1] {
+        let nine = |row: usize| &solved.numbers[first + 9 * (frame * count("forces") + row)..][..9];
+        let (a, b) = (nine(row("coupler")), nine(row("rocker")));
+        let size = a[0].hypot(a[1]);
+        assert!((0..3).all(|i| (a[i] + b[i]).abs() <= 1e-12 * size), "{a:?} {b:?}");
+        assert!((3..6).all(|i| (a[i] - b[i]).abs() < 1e-9), "{a:?} {b:?}");
+        let shown = solved.numbers[n_frames * (1 + curve) + frame];
+        assert!((size - shown).abs() <= 1e-12 * shown, "{size} {shown}");
+    }
+}
+
+#[test]
+fn limits_and_transmission_angles_are_those_of_the_lengths() {
+    let mut session = opened(FOUR_BAR);
+    let found = ask(&mut session, &json!({ "do": "limits" })).json;
+    let tables = found["tables"].as_array().expect("tables");
+    let titled = |title: &str| tables.iter().find(|table| table["title"] == title).expect("it");
+    // Ground 0.3, crank 0.1, coupler 0.3, rocker 0.25 m: the law of cosines in the poses with the crank in line with the ground.
+    let angle = |ground: f64| {
+        let cos = (0.3_f64.powi(2) + 0.25_f64.powi(2) - ground.powi(2)) / (2.0 * 0.3 * 0.25);
+        let acute = cos.abs().acos().to_degrees();
+        format!("{} deg", (acute * 1e4).round() / 1e4)
+    };
+    let mut expected = [angle(0.3 - 0.1), angle(0.3 + 0.1)];
+    let rows = titled("Transmission angles")["rows"].as_array().expect("rows");
+    let row = rows.iter().find(|row| row[0] == "C").expect("the pin of coupler and rocker");
+    let shown = [&row[1], &row[3]].map(|cell| cell.as_str().expect("a text").to_owned());
+    let value = |text: &String| text.trim_end_matches(" deg").parse::<f64>().expect("a number");
+    expected.sort_by(|a, b| value(a).total_cmp(&value(b)));
+    // Where coupler and rocker are at right angles the angle is greatest.
+    assert_eq!(shown[0], expected[0]);
+    assert!(value(&shown[1]) >= value(&expected[1]));
+    assert_eq!(titled("Four-bars")["rows"][0][2], "Grashof");
+    // While a hand drags, the angle of the pose.
+    ask(&mut session, &json!({ "do": "grab", "body": 1, "point": [0.1, 0.0, 0.0] }));
+    let dragged = ask(&mut session, &json!({ "do": "drag", "to": [0.1, 0.0, 0.0] })).json;
+    let degrees = dragged["transmissions"][0]["degrees"].as_f64().expect("an angle");
+    let least = value(&angle(0.3 - 0.1));
+    assert!((degrees - least).abs() < 1e-3, "{degrees} {least}");
+    let two =
+        session.answer(&json!({ "do": "open", "text": FIVE_LINK, "name": "five" }).to_string());
+    assert!(two.json["faults"].as_array().expect("faults").is_empty());
+    let refused = ask(&mut session, &json!({ "do": "limits" })).json;
+    assert!(refused["refused"].as_str().is_some_and(|why| why.contains('2')), "{refused}");
+}
+
+#[test]
+fn symbols_of_equations_know_their_bodies_and_values() {
+    let mut session = opened(FOUR_BAR);
+    let symbols = ask(&mut session, &json!({ "do": "equations" })).json["symbols"].clone();
+    let named = |name: &str| {
+        let all = symbols.as_array().expect("symbols").clone();
+        all.into_iter().find(|symbol| symbol["name"] == name).expect("the symbol")
+    };
+    let at = ask(&mut session, &json!({ "do": "coordinates" })).json;
+    let first = at["names"][0].as_str().expect("a name").to_owned();
+    assert_eq!(named(&first)["bodies"], json!([1]));
+    assert_eq!(named("b")["value"], 0.3);
+    assert_eq!(named("b")["bodies"], json!([2]), "the coupler");
+}
+
+#[test]
+fn elements_offer_the_keys_that_they_lack() {
+    let mut session = opened(FOUR_BAR);
+    let state = ask(&mut session, &json!({ "do": "settle" }));
+    assert_eq!(state.json, json!({}));
+    let state = ask(&mut session, &json!({ "do": "undo" })).json;
+    let elements = state["elements"].as_array().expect("elements").clone();
+    let of =
+        |name: &str| elements.iter().find(|element| element["name"] == name).expect("it").clone();
+    let more = of("C")["more"].as_array().expect("keys").clone();
+    assert!(more.contains(&json!("mu")) && !more.contains(&json!("between")), "{more:?}");
+    let edit =
+        json!({ "do": "edit", "edit": { "edit": "set", "path": "joints.C.mu", "value": "0.1" } });
+    let state = ask(&mut session, &edit).json;
+    assert!(state["text"].as_str().expect("a text").contains("mu = 0.1"), "{}", state["text"]);
+}

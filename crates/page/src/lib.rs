@@ -22,6 +22,7 @@ mod document;
 mod equations;
 mod error;
 mod escape;
+mod letters;
 mod live;
 mod loads;
 mod model_text;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! #live     name, text, colours of both themes     #worker   the script of the module's threads
-//! #module   the module, compressed, in base64        #codes    faults in Vietnamese, as compressed
+//! #module   the module, compressed, in letters       #codes    faults in Vietnamese, in the same way
 //! ```
 //!
 //! The policy lets one script run, threads of what is in the page, and the module be compiled; it forbids the
@@ -22,7 +22,7 @@ use sha2::{Digest, Sha256};
 
 use crate::document::{LICENCES, variables};
 use crate::error::PageError;
-use crate::escape;
+use crate::{escape, letters};
 
 #[cfg(bundled)]
 const SCRIPT: &str = include_str!(concat!(env!("OUT_DIR"), "/live.js"));
@@ -105,11 +105,11 @@ fn under(Backdrop { lines, places }: &Backdrop) -> Value {
     json!({ "lines": lines, "places": flat(places) })
 }
 
-/// Bytes as a page has them: compressed, in base64.
+/// Bytes as a page has them: compressed, in letters.
 fn packed(bytes: &[u8]) -> Result<String, PageError> {
     let mut packed = GzEncoder::new(Vec::new(), Compression::best());
     let packed = packed.write_all(bytes).and_then(|()| packed.finish());
-    Ok(STANDARD.encode(packed.map_err(|_| PageError::NoModule)?))
+    Ok(letters::encoded(&packed.map_err(|_| PageError::NoModule)?))
 }
 
 /// Title, meaning and cure in Vietnamese of the codes that a live page can show: those of models, runs, answers and
@@ -181,6 +181,7 @@ const BODY: &str = r#"<noscript><p>This page lives by JavaScript, which is switc
 <div id="dimensions" hidden></div>
 <output id="status" aria-live="polite"></output>
 <output id="freedoms"></output>
+<output id="transmissions"></output>
 <div class="corner" role="group" aria-label="View">
 <button type="button" id="zoom-in" aria-label="Zoom in" title="Zoom in">+</button>
 <button type="button" id="zoom-out" aria-label="Zoom out" title="Zoom out">−</button>
@@ -210,6 +211,8 @@ const BODY: &str = r#"<noscript><p>This page lives by JavaScript, which is switc
 <button type="button" role="tab" data-tab="elements" aria-selected="false">Elements</button>
 <button type="button" role="tab" data-tab="text" aria-selected="false">Text</button>
 <button type="button" role="tab" data-tab="curves" aria-selected="false">Curves</button>
+<button type="button" role="tab" data-tab="study" aria-selected="false">Study</button>
+<button type="button" role="tab" data-tab="limits" aria-selected="false">Limits</button>
 <button type="button" role="tab" data-tab="equations" aria-selected="false">Equations</button>
 <button type="button" role="tab" data-tab="ways" aria-selected="false">Ways</button>
 </div>
@@ -217,6 +220,8 @@ const BODY: &str = r#"<noscript><p>This page lives by JavaScript, which is switc
 <div role="tabpanel" data-tab="elements" hidden><div id="elements"></div></div>
 <div role="tabpanel" data-tab="text" hidden><div id="lines" aria-hidden="true"></div><textarea id="text" spellcheck="false" autocomplete="off" autocapitalize="off" aria-label="The text of the model"></textarea></div>
 <div role="tabpanel" data-tab="curves" hidden><div id="charts"></div><div id="chosen"></div></div>
+<div role="tabpanel" data-tab="study" hidden><div id="study"></div></div>
+<div role="tabpanel" data-tab="limits" hidden><div id="limits"></div></div>
 <div role="tabpanel" data-tab="equations" hidden><div id="equations"></div></div>
 <div role="tabpanel" data-tab="ways" hidden><div id="ways"></div></div>
 </section>

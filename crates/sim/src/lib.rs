@@ -9,6 +9,7 @@ pub mod derivatives;
 pub mod evaluator;
 pub mod fault;
 pub mod formulate;
+pub mod free_body;
 mod function;
 pub mod functions;
 pub mod held_assembly;

@@ -46,6 +46,15 @@ export class Charts {
     return this.times.length > 0 ? [{ name: 't', unit: 's', values: this.times }, ...chosen] : [];
   }
 
+  /** The values of all curves at a time, by name. */
+  at(t: number): Map<string, number> {
+    const { times } = this;
+    const next = Math.max(1, times.findIndex((own) => own > t));
+    const last = times[times.length - 1] <= t ? times.length - 1 : next;
+    const part = Math.min(1, Math.max(0, (t - times[last - 1]) / (times[last] - times[last - 1] || 1)));
+    return new Map(this.curves.map(({ name, values }) => [name, values[last - 1] + part * (values[last] - values[last - 1])]));
+  }
+
   private choices(): void {
     this.list.replaceChildren(...this.curves.map(({ name, unit }) => {
       const label = document.createElement('label');

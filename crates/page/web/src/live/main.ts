@@ -7,17 +7,19 @@ import { Charts } from './charts';
 import { Dimensions } from './dimensions';
 import { Frame, embed } from './embed';
 import { Thread, unpacked } from './engine';
-import { Elements, Text, Values, showEquations, showFaults, showFreedoms, showWays } from './panels';
+import { Formulas } from './formulas';
+import { Elements, Text, Values, showFaults, showFreedoms, showLimits, showTransmissions, showWays } from './panels';
 import { Keeper } from './keeper';
 import { download, saveLines, savePicture, saveTable } from './files';
 import { Player } from './player';
 import { Running, type Recorded } from './running';
 import { fragmentOf, partOf, textOf } from './share';
 import { Stage } from './stage';
+import { Study } from './study';
 import { tools } from './tools';
 import { Underlay, metresOf, type Outlines } from './underlay';
 import { faultWords, takeCodes, translate, word } from './words';
-import type { Answer, Dragged, Edit, Equations, Freedoms, Moved, Scene, State, Theme, Ways, World } from './types';
+import type { Answer, Dragged, Edit, Equations, Freedoms, Limits, Moved, Scene, State, Theme, Ways, World } from './types';
 
 interface Embedded {
   name: string;
@@ -43,7 +45,9 @@ let state: State | null = null;
 let version = 0;
 const figures = { solve: 0, edit: 0, drag: 0, draw: 0 };
 
-const player: Player = new Player(stage, () => charts, () => state?.scene, () => owner.tell());
+const study: Study = new Study(element('study'), stage, () => player.show());
+const player: Player = new Player(stage, () => charts, () => state?.scene, rested, (motion) => study.take(motion));
+const formulas = new Formulas(element('equations'), (bodies) => { stage.lit = bodies; stage.redraw(); }, valuesNow);
 const charts: Charts = new Charts(element('charts'), element('chosen'), (t) => player.seek(t));
 const dimensions = new Dimensions(stage, element('dimensions'), (made) => { player.stop(); edit(made, false); });
 const values = new Values(element('values'), (path, value, moving) => edit({ edit: 'set', path, value }, moving), settle);
@@ -58,6 +62,20 @@ const owner = new Frame(
   (text) => edit({ edit: 'text', text }, false),
 );
 const running = new Running(() => engine, () => player.clock?.speed ?? 1, showRunning, say, endRunning);
+
+/** Brings what shows numbers of one instant up to date. */
+function rested(): void {
+  owner.tell();
+  study.list();
+  if (tab === 'equations' && formulas.isShown) void formulas.refresh();
+}
+
+/** Coordinates and rates by name: those of the motion at its instant, or those of the pose, which is at rest. */
+async function valuesNow(): Promise<Map<string, number>> {
+  if (stage.t !== null) return charts.at(stage.t);
+  const { json } = await engine.ask<{ names?: string[]; values?: number[] }>({ do: 'coordinates' });
+  return new Map(json.names?.flatMap((name, k): [string, number][] => [[name, json.values?.[k] ?? 0], [`${name}_dot`, 0]]));
+}
 
 function say(words: string): void {
   element('status').textContent = word(words);
@@ -241,6 +259,8 @@ async function drag(): Promise<void> {
     figures.drag = performance.now() - began;
     if (numbers.length > 0) stage.pose(numbers);
     say(json.limit ?? '');
+    showTransmissions(element('transmissions'), json.transmissions ?? []);
+    if (tab === 'equations' && formulas.isShown) void formulas.refresh();
   }
   isDragging = false;
 }
@@ -267,6 +287,7 @@ const all = tools({
     if (running.isOn) running.release();
     else void engine.ask({ do: 'release' });
   },
+  clicked: ({ world, names }) => { if (names.length > 0 && !running.isOn) study.click(world); },
   edit: (made, moving) => { player.stop(); edit(made, moving); },
   settle,
   measure: (from, to) => {
@@ -331,9 +352,15 @@ function openTab(name: string): void {
 function refreshTab(): void {
   const own = version;
   if (tab === 'curves') charts.show();
+  if (tab === 'study') study.list();
   if (tab === 'equations') {
     void solver.ask<Equations>({ do: 'equations' }).then(({ json }) => {
-      if (own === version) showEquations(element('equations'), json);
+      if (own === version) formulas.show(json);
+    });
+  }
+  if (tab === 'limits') {
+    void solver.ask<Limits>({ do: 'limits' }).then(({ json }) => {
+      if (own === version) showLimits(element('limits'), json);
     });
   }
   if (tab === 'ways') {
@@ -436,7 +463,10 @@ async function begin(): Promise<void> {
   const isOther = translate(partOf(location.hash, 'lang') ?? navigator.language);
   if (isOther) takeCodes(await (await unpacked(element('codes').textContent ?? '')).json());
   wire();
+  stage.extras = (t, numbers, theme) => study.at(t, numbers, theme);
+  stage.cut = (scene) => study.cut(scene);
   stage.over = (context) => {
+    if (stage.t !== null && stage.scene) study.paint(context, stage.scene.themes[stage.theme]);
     underlay.paint(context, stage.camera, css(data.colors[stage.theme].text));
     dimensions.paint(context);
   };
@@ -479,6 +509,8 @@ Object.assign(globalThis, {
     get time() { return player.clock?.t ?? 0; },
     get isPlaying() { return player.clock?.isPlaying ?? false; },
     get ghost() { return stage.ghost; },
+    get shown() { return study.shown; },
+    get lit() { return stage.lit; },
     get selected() { return stage.selected; },
     get isRunning() { return running.isOn; },
     get isIdle() { return !isEditing && !isDragging && !isSolving && (running.isOn || !(engine?.isBusy ?? true)) && !(solver?.isBusy ?? true); },

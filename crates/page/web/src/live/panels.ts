@@ -1,11 +1,11 @@
 // The panels next to the picture: values with sliders, elements with their keys, faults, freedoms, equations, ways.
 
 import { codeWords, word } from './words';
-import type { Control, Element, Equations, Fault, Freedoms, State, Ways } from './types';
+import type { Control, Element, Fault, Freedoms, Limits, State, Transmission, Ways } from './types';
 
 type Change = (path: string, value: string, isMoving: boolean) => void;
 
-function make<K extends keyof HTMLElementTagNameMap>(
+export function make<K extends keyof HTMLElementTagNameMap>(
   tag: K,
   of: Partial<Record<string, string>> = {},
   ...children: (Node | string)[]
@@ -113,13 +113,14 @@ export class Elements {
     if (active) this.box.querySelector<HTMLElement>(`[data-path="${CSS.escape(active)}"]`)?.focus();
   }
 
-  private element({ section, name, keys }: Element, open: Set<string | null>): HTMLElement {
+  private element({ section, name, keys, more }: Element, open: Set<string | null>): HTMLElement {
     const rows = keys.map(({ path, key, text }) => {
       const field = make('input', { type: 'text', value: text, spellcheck: 'false', autocomplete: 'off', 'data-path': path, 'aria-label': `${name}, ${key}` });
       field.addEventListener('change', () => this.change(path, field.value, false));
       return make('label', { class: 'row two' }, make('span', { class: 'name' }, key), field);
     });
     const parts: HTMLElement[] = [...rows];
+    if (more.length > 0) parts.push(this.another(section, name, more));
     if (section !== 'ground') {
       const rename = make('input', { type: 'text', value: name, 'aria-label': `New name of ${name}`, spellcheck: 'false' });
       rename.addEventListener('change', () => this.act({ edit: 'rename', name, to: rename.value }));
@@ -130,6 +131,18 @@ export class Elements {
     const details = make('details', { 'data-name': name }, make('summary', {}, make('b', {}, name), ` ${section}`), ...parts);
     details.open = open.has(name);
     return details;
+  }
+
+  /** A row for a key that is not given yet. */
+  private another(section: string, name: string, more: string[]): HTMLElement {
+    const keys = make('select', { 'aria-label': `New key of ${name}` }, make('option', { value: '' }, word('another key')), ...more.map((key) => make('option', { value: key }, key)));
+    const field = make('input', { type: 'text', spellcheck: 'false', autocomplete: 'off', disabled: '', 'aria-label': `${name}, value of the new key` });
+    keys.addEventListener('change', () => {
+      field.disabled = keys.value === '';
+      if (!field.disabled) field.focus();
+    });
+    field.addEventListener('change', () => this.change([section, ...(section === 'ground' ? [] : [name]), keys.value].join('.'), field.value, false));
+    return make('div', { class: 'row two' }, keys, field);
   }
 }
 
@@ -163,14 +176,23 @@ export function showFreedoms(box: HTMLElement, found: Freedoms): void {
   box.textContent = `${count}${driven}${formula}${more}`;
 }
 
-/** Equations as MathML; they come from the module, which writes names as text. */
-export function showEquations(box: HTMLElement, { sections = [], remark }: Equations): void {
-  const parser = new DOMParser();
-  box.replaceChildren(...sections.map(({ title, html }) => {
-    const body = parser.parseFromString(html, 'text/html').body;
-    return make('section', {}, make('h3', {}, title), make('div', { class: 'scroll' }, ...body.childNodes));
-  }));
-  if (remark) box.append(make('p', { class: 'quiet' }, remark));
+/** Angles below this, degrees, transmit badly: Alt's limit. */
+const LEAST_ANGLE = 40;
+
+/** Transmission angles of the pose; the least stands out where it is small. */
+export function showTransmissions(box: HTMLElement, found: Transmission[]): void {
+  box.replaceChildren(...found.map(({ at, degrees }) =>
+    make('span', degrees < LEAST_ANGLE ? { class: 'low' } : {}, `${word('transmission angle')} ${at}: ${degrees.toFixed(1)}°`)));
+}
+
+export function showLimits(box: HTMLElement, { tables = [], beyond = [], refused }: Limits): void {
+  const shown = tables.map(({ title, heads, rows }) => {
+    const row = (tag: 'th' | 'td', cells: string[]) => make('tr', {}, ...cells.map((cell) => make(tag, {}, tag === 'th' ? word(cell) : cell)));
+    return make('section', {}, make('h3', {}, word(title)), make('div', { class: 'scroll' }, make('table', {}, row('th', heads), ...rows.map((cells) => row('td', cells)))));
+  });
+  box.replaceChildren(...shown);
+  if (beyond.length > 0) box.append(make('p', { class: 'quiet' }, `${word('Not kept to')}: ${beyond.join(', ')}`));
+  if (refused) box.append(make('p', { class: 'quiet' }, refused));
 }
 
 export function showWays(box: HTMLElement, { assemblies = [], held = [] }: Ways, choose: (number: number) => void, look: (place: number | null) => void): void {

@@ -6,12 +6,18 @@ import { outline } from '../scene.js';
 import type { Charts } from './charts';
 import { poseAt, type Recorded } from './running';
 import type { Stage } from './stage';
-import type { Moved, Scene } from './types';
+import type { Acting, Moved, Scene } from './types';
 
 /** Frames of a motion that the picture is fitted to. */
 const FRAMES = 24;
 
-export interface Motion extends Recorded { scene: Scene; isFresh: boolean }
+export interface Motion extends Recorded {
+  scene: Scene;
+  isFresh: boolean;
+  acting: Acting[];
+  /** Nine numbers for each of them, frame by frame. */
+  forces: Float64Array;
+}
 
 export class Player {
   motion: Motion | null = null;
@@ -29,6 +35,8 @@ export class Player {
     private readonly scene: () => Scene | undefined,
     /** Is called where the clock rests. */
     private readonly rested: () => void,
+    /** Is called with every other motion. */
+    private readonly taken: (motion: Motion | null) => void,
   ) {}
 
   /** Takes a motion that was solved; none where it has no two frames. */
@@ -39,13 +47,17 @@ export class Player {
       this.motion = null;
       this.isMoving = false;
       this.clock?.pause();
+      this.taken(null);
       return;
     }
     const nCurves = moved.curves?.length ?? 0;
     const times = numbers.subarray(0, n);
-    const frames = numbers.subarray(n * (1 + nCurves));
+    const nNumbers = 18 * moved.scene.bodies.length;
+    const rest = numbers.subarray(n * (1 + nCurves));
+    const [frames, forces] = [rest.subarray(0, n * nNumbers), rest.subarray(n * nNumbers)];
     if (this.motion && !this.motion.isFresh) this.before = this.motion;
-    this.motion = { times, frames, nNumbers: frames.length / n, scene: moved.scene, isFresh: true };
+    this.motion = { times, frames, nNumbers, scene: moved.scene, isFresh: true, acting: moved.forces ?? [], forces };
+    this.taken(this.motion);
     const curves = (moved.curves ?? []).map((curve, k) => ({ ...curve, values: numbers.subarray(n * (1 + k), n * (2 + k)) }));
     this.charts().take(times, curves);
     this.wind(times);
@@ -53,7 +65,8 @@ export class Player {
 
   /** Takes a motion that was recorded under the hand. */
   takeRecorded(recorded: Recorded, scene: Scene): void {
-    this.motion = { ...recorded, scene, isFresh: false };
+    this.motion = { ...recorded, scene, isFresh: false, acting: [], forces: new Float64Array(0) };
+    this.taken(this.motion);
     element('transport').classList.remove('off');
     this.wind(recorded.times);
   }
@@ -108,9 +121,16 @@ export class Player {
   stop(): void {
     if (!this.isMoving) return;
     this.isMoving = false;
+    this.stage.t = null;
     this.clock?.pause();
     const scene = this.scene();
     if (scene) this.stage.setScene(scene);
+  }
+
+  /** Shows the motion where the clock is, rather than a pose. */
+  show(): void {
+    this.start();
+    if (this.clock && this.motion) this.frame(this.clock.t);
   }
 
   seek(t: number): void {

@@ -3,9 +3,10 @@
 import { Camera } from '../camera.js';
 import { css } from '../colors.js';
 import { Drawing, lengthText, outline } from '../scene.js';
+import type { Shown } from '../extras.js';
 import { positionOf } from '../poses.js';
 import { hit, worldAt, type Hit } from './picking';
-import type { Force, Joint, Pixel, Point, Scene, State, Theme, World } from './types';
+import type { Force, Joint, Pixel, Point, Scene, Shape, State, Theme, World } from './types';
 
 const MARGIN = 48;
 /** A motion is in the picture unless it is this many times as large as the mechanism. */
@@ -47,10 +48,16 @@ export class Stage {
   hasNames = true;
   /** Whether places that are drawn lie on a round grid; not while Alt is held. */
   isSnapping = true;
-  /** Paths that were drawn by points: places of the world. */
-  trails: { points: number[][]; nPast: number; color: number[] }[] = [];
+  /** The time of the motion that is shown; none of a pose. */
+  t: number | null = null;
+  /** Trails and arrows of what is shown. */
+  extras: (t: number | null, numbers: Float64Array, theme: Theme) => Shown = () => ({ trails: [], arrows: [], hasNames: false, legend: [] });
+  /** The part of a scene that is drawn while a body is cut free. */
+  cut: (scene: Scene) => Scene | null = () => null;
   /** Poses of another motion, shown faintly. */
   ghost: Float64Array | null = null;
+  /** Bodies that are lit, as a formula is pointed at. */
+  lit: number[] = [];
   tool: Tool | null = null;
   /** Bodies that are selected, by name. */
   selected: string[] = [];
@@ -121,6 +128,7 @@ export class Stage {
   /** Shows poses, those of a motion with the time. */
   pose(numbers: Float64Array, t: number | null = null): void {
     this.numbers = numbers;
+    this.t = t;
     if (t !== null) this.drawing?.turnTo(t);
     this.redraw();
   }
@@ -154,7 +162,6 @@ export class Stage {
     this.isFitted = true;
     const { scene, numbers, camera } = this;
     const points: number[][] = scene && numbers.length >= 18 ? [...outline(scene, numbers)] : [];
-    for (const { points: trail } of this.trails) points.push(...trail);
     points.push(...this.backdrop());
     // What flies away is not followed.
     const moved = this.motion();
@@ -194,15 +201,21 @@ export class Stage {
   }
 
   private paint(): void {
-    const { drawing, scene, numbers } = this;
+    const { drawing, scene, numbers, camera } = this;
     if (!drawing || !scene || numbers.length < 18 * scene.bodies.length) return;
     const theme: Theme = scene.themes[this.theme];
     const context = this.canvas.getContext('2d') as CanvasRenderingContext2D;
-    drawing.draw(numbers, theme, { trails: this.trails, arrows: this.arrows(theme), hasNames: this.hasNames });
-    this.paintSizes(context, theme);
+    const { trails, arrows, legend } = this.extras(this.t, numbers, theme);
+    const cut = this.t === null ? null : this.cut(scene);
+    const stated = cut ? [] : this.arrows(theme);
+    const shown = cut ? new Drawing(this.canvas, cut, camera) : drawing;
+    shown.draw(numbers, theme, { trails, arrows: [...stated, ...arrows], hasNames: this.hasNames, legend });
+    if (cut) this.paintGhost(context, theme, numbers);
+    else this.paintSizes(context, theme);
     this.over?.(context);
-    if (this.ghost && this.ghost.length === numbers.length) this.paintGhost(context, theme);
+    if (this.ghost && this.ghost.length === numbers.length) this.paintGhost(context, theme, this.ghost);
     const accent = css(theme.colors.palette[0]);
+    this.paintOutlines(context, numbers, ({ body }) => this.lit.includes(body), [accent, 3]);
     this.paintSelection(context, accent);
     const from = this.tool?.from;
     if (from && this.hand) {
@@ -258,15 +271,20 @@ export class Stage {
     }
   }
 
-  private paintGhost(context: CanvasRenderingContext2D, theme: Theme): void {
-    const { scene, ghost, camera } = this;
-    context.strokeStyle = css(theme.colors.faint, 0.6);
-    context.lineWidth = 1;
-    for (const shape of (scene as Scene).shapes.filter(({ body, front }) => body !== 0 && !front)) {
+  /** The outlines of all bodies in poses, faintly. */
+  private paintGhost(context: CanvasRenderingContext2D, theme: Theme, poses: Float64Array): void {
+    this.paintOutlines(context, poses, ({ body, front }) => body !== 0 && !front, [css(theme.colors.faint, 0.6), 1]);
+  }
+
+  private paintOutlines(context: CanvasRenderingContext2D, poses: Float64Array, isShown: (shape: Shape) => boolean, [colour, width]: [string, number]): void {
+    const { scene, camera } = this;
+    context.strokeStyle = colour;
+    context.lineWidth = width;
+    for (const shape of (scene as Scene).shapes.filter(isShown)) {
       for (const line of shape.lines) {
         context.beginPath();
         for (let i = 0; i + 2 < line.length; i += 3) {
-          const [x, y] = camera.project(positionOf(ghost as Float64Array, shape.body, line[i], line[i + 1], line[i + 2]));
+          const [x, y] = camera.project(positionOf(poses, shape.body, line[i], line[i + 1], line[i + 2]));
           context.lineTo(x, y);
         }
         context.stroke();
@@ -486,7 +504,7 @@ export class Stage {
 }
 
 /** Diagonal of the box around points. */
-function extent(points: number[][]): number {
+export function extent(points: number[][]): number {
   const size = (i: number) => points.reduce((most, p) => Math.max(most, p[i]), -Infinity) - points.reduce((least, p) => Math.min(least, p[i]), Infinity);
   return points.length > 0 ? Math.hypot(size(0), size(1), size(2)) : 0;
 }

@@ -11,6 +11,8 @@ export interface Deeds {
   grab(hit: Hit): void;
   drag(world: World): void;
   release(): void;
+  /** A point was clicked, and not dragged. */
+  clicked(hit: Hit): void;
   edit(edit: Edit, isMoving: boolean): void;
   settle(): void;
   /** Scales the picture underneath by the distance of two of its places. */
@@ -45,15 +47,22 @@ function tool(name: string, hint: string, of: Partial<Tool>): Tool {
 /** Drags a point or body; the mechanism follows. */
 function hand(deeds: Deeds): Tool {
   let isHeld = false;
-  return tool('hand', 'Drag any point or body.', {
-    press: (hit) => {
-      if (!hit || hit.body === 0) return;
-      isHeld = true;
-      deeds.grab(hit);
+  let pressed: Hit | null = null;
+  return tool('hand', 'Drag any point or body; click a point to see its path.', {
+    press: (hit) => { pressed = hit; },
+    move: (world) => {
+      // A click takes no hold: the motion goes on.
+      if (pressed && pressed.body !== 0 && !isHeld) deeds.grab(pressed);
+      isHeld = pressed !== null && pressed.body !== 0;
+      if (isHeld) deeds.drag(world);
     },
-    move: (world) => { if (isHeld) deeds.drag(world); },
-    lift: () => { if (isHeld) deeds.release(); isHeld = false; },
-    cancel: () => { if (isHeld) deeds.release(); isHeld = false; },
+    lift: (_, isClick) => {
+      if (isHeld) deeds.release();
+      isHeld = false;
+      if (isClick && pressed) deeds.clicked(pressed);
+      pressed = null;
+    },
+    cancel: () => { if (isHeld) deeds.release(); isHeld = false; pressed = null; },
   });
 }
 

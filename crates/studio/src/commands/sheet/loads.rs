@@ -5,12 +5,13 @@
 
 use std::fmt::Write as _;
 
-use bksim::model::{BodyId, GROUND, JointId, LoadKind, Model};
+use bksim::Mechanism;
+use bksim::model::{BodyId, GROUND, Model};
 use bksim::report::six_digits;
+use bksim::sim::free_body::{FreeBody, Origin};
 use bksim::sim::pose::Pose;
 use bksim::sim::run::Sample;
-use bksim::sim::wrenches::{WrenchAt, Wrenches};
-use bksim::{Mechanism, mbs::acting, mbs::force::Wrench, mbs::power::Actor};
+use bksim::sim::wrenches::WrenchAt;
 use bksim_cli::args::sheet::Sheet;
 use bksim_cli::exit::Failure;
 use bksim_cli::output::number;
@@ -21,20 +22,11 @@ use super::{CaseRun, Runs};
 /// Part of the largest load that the sum of all may be and still be rounding.
 const BALANCED: f64 = 1e-6;
 
-/// Loads at one node set.
-struct Set {
-    name: String,
-    /// Wrenches that are added there; those that decide where it is come first.
-    wrenches: Vec<Wrench>,
-    n_points: usize,
-    /// The joint whose reaction it is, with its sign on the body.
-    joint: Option<(usize, f64)>,
-}
-
-/// Everything on a body, compiled.
+/// Everything on a body, by node set.
 struct Body {
-    sets: Vec<Set>,
-    wrenches: Wrenches,
+    free: FreeBody,
+    /// The node set of each part that acts on it.
+    sets: Vec<String>,
 }
 
 /// The text of the file.
@@ -140,69 +132,32 @@ fn arm_of(pose: &Pose, point: [f64; 3]) -> [f64; 3] {
 
 impl Body {
     fn of(mechanism: &Mechanism, body: usize) -> Result<Self, bksim::expr::TapeError> {
-        let Mechanism { model, system, .. } = mechanism;
-        let mut sets: Vec<Set> = Vec::new();
-        for (idx, joint) in model.joints.iter().enumerate() {
-            let sign = if joint.successor.body.0 == body { 1.0 } else { -1.0 };
-            if sign > 0.0 || joint.predecessor.body.0 == body {
-                let wrenches = vec![acting::point_of(model, system, JointId(idx))];
-                let (name, joint) = (format!("PIN_{}", joint.name), Some((idx, sign)));
-                sets.push(Set { name, wrenches, n_points: 1, joint });
-            }
-        }
-        let wrenches = vec![acting::inertia(model, system, BodyId(body))];
-        sets.push(Set { name: "MASS".to_owned(), wrenches, n_points: 1, joint: None });
-        for acting::Acting { actor, wrench } in acting::acting(model, system) {
-            if wrench.body.0 != body {
-                continue;
-            }
-            let (name, is_place) = set_of(model, actor);
-            if let Some(set) = sets.iter_mut().find(|set| set.name == name) {
-                let at = if is_place { set.n_points } else { set.wrenches.len() };
-                set.wrenches.insert(at, wrench);
-                set.n_points += usize::from(is_place);
-            } else {
-                let (wrenches, n_points) = (vec![wrench], usize::from(is_place));
-                sets.push(Set { name, wrenches, n_points, joint: None });
-            }
-        }
-        let all: Vec<Wrench> = sets.iter().flat_map(|set| set.wrenches.clone()).collect();
-        Ok(Self { sets, wrenches: Wrenches::compile(mechanism, &all)? })
+        let free = FreeBody::compile(mechanism, BodyId(body))?;
+        let sets = free.origins().map(|origin| set_of(&mechanism.model, origin)).collect();
+        Ok(Self { free, sets })
     }
 
     /// The loads at a sample, in world axes, by node set.
     fn at(&mut self, sample: &Sample, modes: &[f64]) -> Vec<(String, WrenchAt)> {
-        let all = self.wrenches.at(sample, modes);
-        let mut rest = &all[..];
-        let of_set = |set: &Set| {
-            let (own, others) = rest.split_at(set.wrenches.len());
-            rest = others;
-            let mut sum = WrenchAt::sum(own, set.n_points);
-            if let Some((joint, sign)) = set.joint {
-                let [fx, fy, fz, mx, my, mz] = sample.reactions[joint].map(|x| sign * x);
-                (sum.force, sum.moment) = ([fx, fy, fz], [mx, my, mz]);
+        let mut found: Vec<(String, WrenchAt)> = Vec::new();
+        for (set, wrench) in self.sets.iter().zip(self.free.at(sample, modes)) {
+            match found.iter_mut().find(|(known, _)| known == set) {
+                // Weight and inertia act in one point.
+                Some((_, sum)) => *sum = WrenchAt::sum(&[*sum, wrench], 1),
+                None => found.push((set.clone(), wrench)),
             }
-            (set.name.clone(), sum)
-        };
-        self.sets.iter().map(of_set).collect()
+        }
+        found
     }
 }
 
-/// The node set of what acts on a body, and true if its wrenches have the place where they act: gravity acts in the centre of
-/// mass, friction along a line.
-fn set_of(model: &Model, actor: Actor) -> (String, bool) {
-    let (kind, name) = actor.named(model);
-    let Actor::Load(load) = actor else {
-        return (format!("{}_{name}", kind.to_uppercase()), true);
-    };
-    let load = &model.loads[load.0];
-    match (&load.kind, load.contact()) {
-        (LoadKind::Gravity { .. }, _) => ("MASS".to_owned(), false),
-        (kind, Some(contact)) => {
-            let is_place = matches!(kind, LoadKind::Touch { .. });
-            (format!("CONTACT_{}", model.contacts[contact.0].name), is_place)
-        }
-        _ => (format!("LOAD_{name}"), true),
+/// The node set of what acts on a body.
+fn set_of(model: &Model, origin: Origin) -> String {
+    match (origin, origin.named(model)) {
+        (Origin::Inertia, _) => "MASS".to_owned(),
+        (Origin::Joint(_), (_, name)) => format!("PIN_{name}"),
+        _ if origin.is_gravity(model) => "MASS".to_owned(),
+        (_, (kind, name)) => format!("{}_{name}", kind.to_uppercase()),
     }
 }
 

@@ -1,0 +1,2 @@
+/** A number of four significant digits. */
+export function numberText(value: number): string;
