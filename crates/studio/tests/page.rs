@@ -165,9 +165,11 @@ fn install() -> PathBuf {
     let from = Path::new(CRATE).join("../page/web");
     let to = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page-web");
     fs::create_dir_all(to.join("test")).expect("a directory for the test");
-    let tests = ["test/page.test.mjs", "test/live.test.mjs", "test/firefox.test.mjs"];
-    for name in
-        ["package.json", "package-lock.json", ".npmrc", "tsconfig.json"].iter().chain(&tests)
+    let tests = ["page", "live", "firefox", "module"].map(|name| format!("test/{name}.test.mjs"));
+    for name in ["package.json", "package-lock.json", ".npmrc", "tsconfig.json"]
+        .map(str::to_owned)
+        .iter()
+        .chain(&tests)
     {
         fs::copy(from.join(name), to.join(name)).expect("a file of the test");
     }

@@ -80,3 +80,51 @@ fn live_pages_follow_hands_in_a_browser() {
     let output = node.output().expect("node starts: install Node.js 18 or later");
     assert!(output.status.success(), "{}\n{}", text(&output.stdout), text(&output.stderr));
 }
+
+/// Pose at the start and at the end of the motion of a text, 18 numbers for each body.
+fn moved(text: &str, name: &str) -> [Vec<f64>; 2] {
+    let mut session = bksim_edit::Session::default();
+    let mut ask = |request: &Value| session.answer(&request.to_string());
+    let start = ask(&json!({ "do": "open", "text": text, "name": name })).numbers;
+    let solved = ask(&json!({ "do": "solve" }));
+    let count = |of: &Value| of.as_array().map_or(0, Vec::len);
+    let n_frames =
+        usize::try_from(solved.json["n_frames"].as_u64().expect("frames")).expect("fits");
+    let n = 18 * count(&solved.json["scene"]["bodies"]);
+    let end = n_frames * (1 + count(&solved.json["curves"]) + n);
+    [start, solved.numbers[end - n..end].to_vec()]
+}
+
+#[test]
+fn the_module_of_live_pages_moves_every_example_as_the_library_does() {
+    let Some(module) = module() else {
+        eprintln!("not run: the module of live pages was not built; docs/seeing/live.md says how");
+        return;
+    };
+    let folder = Path::new(CRATE).join("../../examples");
+    let mut examples = Vec::new();
+    let mut names: Vec<PathBuf> = std::fs::read_dir(folder)
+        .expect("examples")
+        .map(|entry| entry.expect("one").path())
+        .collect();
+    names.sort();
+    for path in names {
+        let Ok(text) = std::fs::read_to_string(path.join("model.toml")) else { continue };
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        // A model of several files is one text in a page.
+        if ["file = \"", "drawing = "].iter().any(|key| text.contains(key)) {
+            continue;
+        }
+        let [start, end] = moved(&text, &name);
+        examples.push(json!({ "name": name, "text": text, "start": start, "end": end }));
+    }
+    assert!(examples.len() > 40, "{} examples", examples.len());
+    let place = Scratch::new();
+    place.write("motions.json", json!({ "module": module, "examples": examples }).to_string());
+    let mut node = Command::new("node");
+    node.current_dir(installed());
+    node.args(["--test", "--test-reporter=spec", "test/module.test.mjs"]);
+    node.env("BKSIM_LIVE_MOTIONS", place.path().join("motions.json"));
+    let output = node.output().expect("node starts: install Node.js 18 or later");
+    assert!(output.status.success(), "{}\n{}", text(&output.stdout), text(&output.stderr));
+}
