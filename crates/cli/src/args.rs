@@ -381,7 +381,7 @@ pub(crate) struct Expression {
     /// Solve for a symbol in which the expression is linear: it is zero, or an equation `a = b`.
     #[arg(long, value_name = "NAME")]
     pub(crate) solve: Option<String>,
-    /// Multiply out.
+    /// Multiply out, powers of sums up to the twelfth.
     #[arg(long)]
     pub(crate) expand: bool,
     /// Find the cheapest form.

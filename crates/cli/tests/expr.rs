@@ -31,6 +31,7 @@ fn operations_follow_one_another_in_a_fixed_order() {
     check(&["m*a + c*v = f", "--solve", "a"], &["a = -(c*v - f)/m", "where  m is not zero"]);
     check(&["2*x - 6", "--solve", "x"], &["x = 3"]);
     check(&["sqrt(x^2 + y^2)", "--at", "x=3", "--at", "y=2*2"], &["sqrt(x^2 + y^2)", "value  5"]);
+    check(&["2*x", "--at", "x=25 mm"], &["2*x", "value  0.05"]);
 }
 
 #[test]
@@ -81,6 +82,13 @@ fn faults_are_shown_where_they_are() {
         assert_eq!(output.status.code(), Some(status), "{arguments:?}: {}", text(&output.stderr));
         assert_eq!(text(&output.stdout), "", "{arguments:?}");
     }
+}
+
+#[test]
+fn a_solution_has_no_value_where_it_does_not_hold() {
+    let output = run(&["m*a = F", "--solve", "a", "--at", "m=0", "--at", "F=1"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("`m` is zero"), "{}", text(&output.stderr));
 }
 
 #[test]

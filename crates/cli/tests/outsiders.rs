@@ -165,6 +165,23 @@ fn every_cell_without_a_number_is_named_in_its_file() {
 }
 
 #[test]
+fn files_of_other_kinds_are_named_by_their_first_bytes() {
+    let kinds: [(&[u8], &str); 3] = [
+        (b"\x89MCAP0\r\n", "a log (MCAP)"),
+        (b"PK\x03\x04", "an archive (ZIP)"),
+        (b"%PDF-1.7", "a PDF"),
+    ];
+    for (bytes, kind) in kinds {
+        let place = Scratch::new();
+        std::fs::write(place.path().join("m.toml"), bytes).expect("a file");
+        let output = place.bksim().args(["check", "m.toml"]).output().expect("bksim starts");
+        let said = text(&output.stderr);
+        assert!(said.contains(&format!("the file is {kind}")), "{said}");
+        assert!(said.contains("help: "), "{said}");
+    }
+}
+
+#[test]
 fn a_table_in_utf_16_is_called_so() {
     let rows: Vec<u8> =
         "\u{FEFF}t\tx\r\n0\t0\r\n1\t0.1\r\n".encode_utf16().flat_map(u16::to_le_bytes).collect();

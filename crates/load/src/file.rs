@@ -36,7 +36,16 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, InputError> {
         let what = format!("is {size} bytes long; a model may have {LARGEST_MODEL_BYTES}");
         return Err(InputError::NoModel { path: path.to_owned(), what });
     }
-    fs::read(path).map_err(|e| InputError::reading(path, &e))
+    // A device states no size, and need not end.
+    let mut bytes = Vec::new();
+    let file = fs::File::open(path).map_err(|e| InputError::reading(path, &e))?;
+    let read = file.take(LARGEST_MODEL_BYTES + 1).read_to_end(&mut bytes);
+    read.map_err(|e| InputError::reading(path, &e))?;
+    if bytes.len() as u64 > LARGEST_MODEL_BYTES {
+        let what = format!("is longer than {LARGEST_MODEL_BYTES} bytes, which a model may have");
+        return Err(InputError::NoModel { path: path.to_owned(), what });
+    }
+    Ok(bytes)
 }
 
 /// The first bytes of every MCAP file.

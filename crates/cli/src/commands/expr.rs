@@ -13,7 +13,7 @@ use bksim::expr::{
     Pool, Printer, SolveError, SymbolId, parse,
 };
 use bksim::model::diagnostic::Diagnostic;
-use bksim::model::file::code;
+use bksim::model::file::{WrittenUnit, code};
 use serde_json::{Value, json};
 
 use crate::args::{Expression, FormulaNotation};
@@ -117,7 +117,8 @@ impl Request<'_> {
         }
         self.writable(e)?;
         let certificate = args.certificate.then(|| pool.certificate(before, e));
-        Ok(Results { read, result: e, unknown, nonzero, value: self.value(e)?, certificate })
+        let value = self.value(e, &nonzero)?;
+        Ok(Results { read, result: e, unknown, nonzero, value, certificate })
     }
 
     /// Refuses a result that would fill the disk: shared parts are written out wherever they occur,
@@ -128,7 +129,13 @@ impl Request<'_> {
             return Ok(());
         }
         let message = format!("the result takes {n_operations} operations written out");
-        Err(Failure::usage(message, "ask for fewer derivatives or a lower order"))
+        let is_derived = !self.args.diff.is_empty() || self.args.series.is_some();
+        let help = if is_derived {
+            "ask for fewer derivatives or a lower order"
+        } else {
+            "write it with fewer repeated parts, or leave out `--expand`"
+        };
+        Err(Failure::usage(message, help))
     }
 
     /// The expression; with `--solve` also an equation, which becomes its left less its right side.
@@ -180,21 +187,46 @@ impl Request<'_> {
         Ok(symbol)
     }
 
-    fn value(&self, e: Expr) -> Result<Option<f64>, Failure> {
+    /// The value at the point of `--at`, at which none of `nonzero` may be zero.
+    fn value(&self, e: Expr, nonzero: &[Expr]) -> Result<Option<f64>, Failure> {
         if self.args.at.is_empty() {
             return Ok(None);
         }
         let mut point = Vec::new();
         for (name, text) in &self.args.at {
-            let at = self.argument("--at", text)?;
-            let value = self.pool.evaluate(at, &|_| None).map_err(|fault| {
-                Failure::usage(format!("`--at {name}`: {fault}"), "a value is a number such as 1.5")
-            })?;
-            point.push((self.symbol(name)?, value));
+            point.push((self.symbol(name)?, self.number(name, text)?));
         }
-        let value = |symbol| point.iter().find(|(id, _)| *id == symbol).map(|&(_, value)| value);
-        self.pool.evaluate(e, &value).map(Some).map_err(|fault| {
-            Failure::usage(fault.to_string(), "give every symbol a value: `--at x=1.5 --at y=2`")
+        let of = |symbol| point.iter().find(|(id, _)| *id == symbol).map(|&(_, value)| value);
+        let evaluate = |e| {
+            self.pool.evaluate(e, &of).map_err(|fault| {
+                Failure::usage(
+                    fault.to_string(),
+                    "give every symbol a value: `--at x=1.5 --at y=2`",
+                )
+            })
+        };
+        for &condition in nonzero {
+            if evaluate(condition)? == 0.0 {
+                let condition = self.pool.to_text(condition);
+                let message = format!("the solution does not hold there: `{condition}` is zero");
+                return Err(Failure::usage(message, "choose a point at which it is not"));
+            }
+        }
+        evaluate(e).map(Some)
+    }
+
+    /// A value of `--at`, in SI units: a formula of numbers, or a number with its unit.
+    fn number(&self, name: &str, text: &str) -> Result<f64, Failure> {
+        let with_unit = text.trim().split_once(' ').and_then(|(number, unit)| {
+            Some(WrittenUnit::parse(unit.trim())?.to_si(number.parse().ok()?))
+        });
+        if let Some(value) = with_unit {
+            return Ok(value);
+        }
+        let value = self.argument("--at", text)?;
+        self.pool.evaluate(value, &|_| None).map_err(|fault| {
+            let help = "a value is a number such as `1.5`, or one with its unit, `\"25 mm\"`";
+            Failure::usage(format!("`--at {name}`: {fault}"), help)
         })
     }
 

@@ -25,6 +25,25 @@ pub(super) fn encoding_of(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
+/// The kind of a file that is no text, where its first bytes show it, and a help.
+pub(super) fn known_kind(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
+    const KINDS: [(&[u8], &str, &str); 4] = [
+        (
+            b"\x89MCAP0\r\n",
+            "a log (MCAP)",
+            "`bksim info`, `report`, `plot`, `export` and `view` read logs",
+        ),
+        (
+            b"PK\x03\x04",
+            "an archive (ZIP), as Excel's and units (FMU) are",
+            "save a table as CSV; `bksim import` reads robots and drawings",
+        ),
+        (b"%PDF-", "a PDF", "write the model as text, or begin with `bksim new NAME`"),
+        (b"\x89PNG", "a picture (PNG)", "draw over it in `bksim page MODEL --live`, under Picture"),
+    ];
+    KINDS.iter().find(|(first, ..)| bytes.starts_with(first)).map(|(_, kind, help)| (*kind, *help))
+}
+
 /// The fault of a whole file that is no TOML but something known.
 pub(super) fn other_language(text: &str) -> Option<Diagnostic> {
     let fault = |what: &str, at: Span, help: &str| {

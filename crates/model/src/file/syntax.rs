@@ -6,7 +6,7 @@ use super::codes;
 use super::letters::{foreign_letters, spelled};
 use super::marks::{decimal_comma, typographic_quotes};
 use super::other_forms::{
-    crossed_brackets, encoding_of, nearly, old_line_ends, other_language, repaired,
+    crossed_brackets, encoding_of, known_kind, nearly, old_line_ends, other_language, repaired,
 };
 use super::token::token_length;
 use super::tree::Table;
@@ -24,6 +24,11 @@ const MAX_DUPLICATES: usize = 20;
 /// [`codes::NOT_UTF8`] with the line, the column (in characters) and the offset of the first bad
 /// byte.
 pub fn decode(bytes: &[u8]) -> Result<&str, Diagnostic> {
+    if let Some((kind, help)) = known_kind(bytes) {
+        let message = format!("the file is {kind}, and a model is TOML");
+        let fault = Diagnostic::error(codes::NOT_UTF8, message).at(0..0, "its first bytes show it");
+        return Err(fault.help(help));
+    }
     if let Some(encoding) = encoding_of(bytes) {
         let message = format!("the file is {encoding}, not UTF-8");
         return Err(Diagnostic::error(codes::NOT_UTF8, message)
