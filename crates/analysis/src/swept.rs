@@ -1,13 +1,14 @@
 //! The region of the plane that a body sweeps over a whole motion.
 //!
-//! It is that of the body in one pose, and all that its edges pass: between two poses an edge passes about the
-//! smallest convex region around its four ends.
+//! It is that of the body in one pose, and all that its edges pass: between two poses an edge passes a quadrilateral, or where
+//! it crosses itself two triangles with the crossing as a corner.
 
 use bksim_expr::Expr;
 use bksim_model::{Anchor, BodyId, PointId};
 
 use crate::centrodes::BodyRates;
 use crate::curve::Curve;
+use crate::double_points::cross;
 use crate::path::Path;
 use crate::positions::Positions;
 use crate::region::{doubled_area, hull, union};
@@ -26,9 +27,6 @@ pub struct Swept {
     pub area: f64,
 }
 
-/// Longest step between two poses, in radians and longest links.
-const STEP: f64 = 0.04;
-
 /// The region that a body sweeps along a trace.
 pub(crate) fn swept(
     (positions, rates): (&Positions, &mut BodyRates),
@@ -39,22 +37,15 @@ pub(crate) fn swept(
     let shape = shape(positions, body);
     let edges: Vec<[[f64; 2]; 2]> = shape.iter().flat_map(|ring| edges(ring)).collect();
     let mut polygons: Vec<Vec<[f64; 2]>> = Vec::new();
-    let mut last = Vec::new();
-    let mut gone = f64::INFINITY;
+    let mut last: Vec<[[f64; 2]; 2]> = Vec::new();
     for (k, point) in trace.points.iter().enumerate() {
-        gone += trace.steps.get(k).copied().unwrap_or(f64::INFINITY);
-        // The last pose counts, too.
-        if gone < STEP {
-            continue;
-        }
-        gone = 0.0;
         let pose = rates.pose(curve, point, body);
         if k == 0 {
             polygons.extend(shape.iter().map(|ring| ring.iter().map(|p| pose(*p)).collect()));
         }
         let now: Vec<[[f64; 2]; 2]> = edges.iter().map(|ends| ends.map(&pose)).collect();
         let pairs = last.iter().zip(&now);
-        polygons.extend(pairs.map(|(a, b): (&[[f64; 2]; 2], _)| hull(&[a[0], a[1], b[0], b[1]])));
+        polygons.extend(pairs.flat_map(|(a, b)| passed(*a, *b)));
         last = now;
     }
     polygons.retain(|polygon| polygon.len() > 2);
@@ -62,6 +53,19 @@ pub(crate) fn swept(
     // Holes run the other way round.
     let area = rings.iter().map(|ring| 0.5 * doubled_area(ring)).sum::<f64>().abs();
     Swept { body: positions.model().bodies[body.0].name.clone(), branch, rings, area }
+}
+
+/// What an edge passes on its way from one place to another one nearby.
+fn passed([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Vec<Vec<[f64; 2]>> {
+    let (u, v) = ([b[0] - a[0], b[1] - a[1]], [d[0] - c[0], d[1] - c[1]]);
+    let across = u[0] * v[1] - u[1] * v[0];
+    if cross([a, b], [c, d]) && across != 0.0 {
+        let share = ((c[0] - a[0]) * v[1] - (c[1] - a[1]) * v[0]) / across;
+        let at = [a[0] + share * u[0], a[1] + share * u[1]];
+        return vec![vec![a, c, at], vec![b, d, at]];
+    }
+    // Ways of the two ends that cross make no ring.
+    vec![if cross([a, c], [b, d]) { hull(&[a, b, c, d]) } else { vec![a, c, d, b] }]
 }
 
 /// The sides of a ring; a ring of two points has one.
