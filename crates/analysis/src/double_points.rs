@@ -48,6 +48,8 @@ const TANGENT: f64 = 1e-5;
 const AT_REST: f64 = 1e-9;
 /// Distance of poses, in radians and longest links, below which they are one.
 const ONE_POSE: f64 = 1e-6;
+/// Part of the third power of the way round a loop up to which its ends may be apart by rounding.
+const LOOP: f64 = 1e-3;
 
 /// The curves of one point on all branches, with what locates their singular points.
 pub(crate) struct Singular<'a, 'r> {
@@ -132,7 +134,10 @@ impl Singular<'_, '_> {
             if off[0].hypot(off[1]) < 1e-12 * size || step[0].abs().max(step[1].abs()) < 1e-14 {
                 let is_within = (0..2).all(|i| (-0.6..=1.6).contains(&(s[i] / reach[i])));
                 let [a, b] = at;
-                let is_double = is_within && !self.is_one(&a, &b);
+                let gap = if chords[0].of == chords[1].of { self.apart(&a, &b) } else { 1.0 };
+                // To both sides of a cusp places differ by the third power of the way.
+                let is_cusp = off[0].hypot(off[1]) > LOOP * gap.powi(3) * size;
+                let is_double = is_within && gap >= ONE_POSE && !is_cusp;
                 return is_double.then_some([(chords[0].of, a), (chords[1].of, b)]);
             }
             for i in 0..2 {
@@ -198,11 +203,16 @@ impl Singular<'_, '_> {
 
     /// True if two samples are of one pose, whole turns apart.
     fn is_one(&self, a: &Sample, b: &Sample) -> bool {
+        self.apart(a, b) < ONE_POSE
+    }
+
+    /// Distance of two poses, whole turns aside, in radians and longest links.
+    fn apart(&self, a: &Sample, b: &Sample) -> f64 {
         let is_turn = &self.curve.equations.rows.is_turn;
         let off = &a.pose.z - &b.pose.z;
         let off =
             off.iter().zip(is_turn).map(|(off, turns)| if *turns { wrapped(*off) } else { *off });
-        off.map(|off| off * off).sum::<f64>().sqrt() < ONE_POSE
+        off.map(|off| off * off).sum::<f64>().sqrt()
     }
 
     fn is_pair(&self, a: &[(usize, Sample); 2], b: &[(usize, Sample); 2]) -> bool {
