@@ -300,17 +300,18 @@ impl Outputs {
                     drive.map(|(_, value)| *value)
                 })
                 .collect();
+            let of_rate = |[drive, _, rate]: &[f64; 3]| [1.0 / rate.abs(), *drive];
+            let least_advantage = fastest.iter().map(of_rate).min_by(|a, b| a[0].total_cmp(&b[0]));
+            let of_drive = extremes.iter().filter(|extreme| extreme.name == self.drive.names[0]);
+            let of_drive: Vec<f64> = of_drive.map(|extreme| extreme.value).collect();
+            // There and back take times as a drive at a constant rate goes on, not one that turns back.
             let time_ratio = match own[..] {
-                [a, b] if self.drive.is_angle() => {
+                [a, b] if self.drive.is_angle() && of_drive.is_empty() => {
                     let stroke = (a - b).rem_euclid(TAU);
                     Some((stroke / (TAU - stroke)).max((TAU - stroke) / stroke))
                 }
                 _ => None,
             };
-            let of_rate = |[drive, _, rate]: &[f64; 3]| [1.0 / rate.abs(), *drive];
-            let least_advantage = fastest.iter().map(of_rate).min_by(|a, b| a[0].total_cmp(&b[0]));
-            let of_drive = extremes.iter().filter(|extreme| extreme.name == self.drive.names[0]);
-            let of_drive: Vec<f64> = of_drive.map(|extreme| extreme.value).collect();
             found.push(OutputLimits {
                 name: name.clone(),
                 drive: self.drive.names[0].clone(),
