@@ -9,12 +9,13 @@
 //! λᵀλ + wᵀw = 1
 //! ```
 //!
-//! one equation less than there are unknowns x, λ, w. Each curve of solutions is cut where it crosses others; a
-//! piece is boundary where the point can be brought to one side of it alone.
+//! one equation less than there are unknowns x, λ, w. The curves of solutions cut the plane into cells; the point can be
+//! brought to all places of a cell, or to none.
 //!
 //! Source: E. J. Haug, C. M. Luh, F. A. Adkins and J. Y. Wang, *Numerical algorithms for mapping boundaries of
 //! manipulator workspaces*, Journal of Mechanical Design 118 (1996).
 
+mod cells;
 mod critical;
 mod pieces;
 
@@ -31,18 +32,20 @@ use crate::error::AnalysisError;
 use crate::path::{Law, Path};
 use crate::positions::Positions;
 use crate::quantity::PoseQuantity;
+use crate::region::doubled_area;
 use crate::rows::{Clock, Rows, wrapped};
 use crate::scalar::Scalars;
 use crate::trace::{Trace, closed_way};
+use cells::{Cell, boundary, cells};
 use critical::{Critical, InMechanism, holds};
-use pieces::{pieces, without_duplicates};
+use pieces::pieces;
 
 /// The region of the plane that a point reaches.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Workspace {
     /// The point.
     pub name: String,
-    /// Pieces of its boundary, the region on their left, m.
+    /// Its boundary: closed curves, the region on their left, m.
     pub boundary: Vec<Vec<[f64; 2]>>,
     /// Curves inside on which the point cannot go straight on in one of the assemblies, m.
     pub barriers: Vec<Vec<[f64; 2]>>,
@@ -50,7 +53,7 @@ pub struct Workspace {
     pub area: f64,
 }
 
-/// Distance from a boundary at which it is decided which side can be reached, longest links.
+/// Distance from a curve at which it is decided whether both sides can be reached, longest links.
 const ASIDE: f64 = 2e-3;
 /// Poses from which that is tried.
 const MOST_SEEDS: usize = 60;
@@ -320,46 +323,32 @@ impl Reach {
             let (p, _) = self.at(&rows.unscaled(x));
             pool.push(Stop { p, x: x.clone() });
         }
-        let mut found = Workspace {
-            name: name.to_owned(),
-            boundary: Vec::new(),
-            barriers: Vec::new(),
-            area: 0.0,
-        };
         let ways: Vec<Vec<[f64; 2]>> =
             critical.iter().map(|way| way.iter().map(|stop| stop.p).collect()).collect();
-        for mut piece in pieces(&ways, self.size) {
+        let all = cells(&ways, self.size);
+        // Critical curves alone lead from what is reached to what is not.
+        let mut is_reached = |cell: &Cell| {
+            pool.iter().any(|stop| cell.holds(stop.p, 0.1))
+                || self.reaches(rows, cell.middle, &pool)
+        };
+        let mut reached = all;
+        reached.retain(|cell| is_reached(cell));
+        let is_barrier = |piece: &Vec<[f64; 2]>| {
             let middle = piece.len() / 2;
             let [a, b] = [piece[middle - 1], piece[middle]];
             let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
             let long = dx.hypot(dy);
-            if long == 0.0 {
-                continue;
-            }
-            let side = |sign: f64| {
+            let is_within = |sign: f64| {
                 let aside = sign * ASIDE * self.size / long;
-                [0.5 * (a[0] + b[0]) - aside * dy, 0.5 * (a[1] + b[1]) + aside * dx]
+                let p = [0.5 * (a[0] + b[0]) - aside * dy, 0.5 * (a[1] + b[1]) + aside * dx];
+                reached.iter().any(|cell| cell.has(p))
             };
-            let [left, right] = [side(1.0), side(-1.0)].map(|p| self.reaches(rows, p, &pool));
-            match (left, right) {
-                (true, true) => found.barriers.push(piece),
-                (true, false) => found.boundary.push(piece),
-                (false, true) => {
-                    piece.reverse();
-                    found.boundary.push(piece);
-                }
-                (false, false) => (),
-            }
-        }
-        found.boundary = without_duplicates(found.boundary, self.size);
-        let area = |piece: &Vec<[f64; 2]>| {
-            piece
-                .windows(2)
-                .map(|pair| 0.5 * (pair[0][0] * pair[1][1] - pair[0][1] * pair[1][0]))
-                .sum::<f64>()
+            long > 0.0 && is_within(1.0) && is_within(-1.0)
         };
-        found.area = found.boundary.iter().map(area).sum();
-        found
+        let barriers = pieces(&ways, self.size).into_iter().filter(is_barrier).collect();
+        let boundary = boundary(&reached, self.size);
+        let area = boundary.iter().map(|ring| 0.5 * doubled_area(ring)).sum();
+        Workspace { name: name.to_owned(), boundary, barriers, area }
     }
 
     /// True if the point can be brought to a place without passing a limit.

@@ -56,26 +56,3 @@ pub(super) fn pieces(critical: &[Vec<[f64; 2]>], size: f64) -> Vec<Vec<[f64; 2]>
     all.retain(|piece| piece.len() > 1 && extent(piece) > 1e-9 * size);
     all
 }
-
-/// Pieces of a boundary, each once: several assemblies may end on one curve.
-pub(super) fn without_duplicates(pieces: Vec<Vec<[f64; 2]>>, size: f64) -> Vec<Vec<[f64; 2]>> {
-    let off = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-    let mut kept: Vec<Vec<[f64; 2]>> = Vec::new();
-    for piece in pieces {
-        let middle = piece[piece.len() / 2];
-        let lies_on = |other: &Vec<[f64; 2]>| {
-            other.windows(2).any(|pair| {
-                let long = off(pair[0], pair[1]).max(f64::MIN_POSITIVE);
-                let u = [(pair[1][0] - pair[0][0]) / long, (pair[1][1] - pair[0][1]) / long];
-                let d = [middle[0] - pair[0][0], middle[1] - pair[0][1]];
-                let along = d[0] * u[0] + d[1] * u[1];
-                let aside = (d[0] * u[1] - d[1] * u[0]).abs();
-                (0.0..=long).contains(&along) && aside < 1e-4 * size
-            })
-        };
-        if !kept.iter().any(lies_on) {
-            kept.push(piece);
-        }
-    }
-    kept
-}

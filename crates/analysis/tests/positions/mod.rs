@@ -9,4 +9,5 @@ mod kinematics;
 mod limits;
 mod platforms;
 mod polygons;
+mod regions;
 mod trusses;
