@@ -203,6 +203,7 @@ impl Reader<'_> {
         {
             unit = format!("rad/{rest}");
         }
+        let unit = self.units.in_place_of(&unit);
         WrittenUnit::parse(&unit)?;
         let (before, after) = (quoted.text.get(..end)?, quoted.text.get(end..)?);
         Some(format!("the number needs its unit: write \"{before} {unit}{after}\""))

@@ -258,6 +258,8 @@ impl Quantity {
 pub(super) struct FileUnits {
     /// Scales of length, mass, time, angle and force.
     scales: [Scale; 5],
+    /// Their names.
+    names: [&'static str; 5],
     /// True if the author stated the unit of length.
     pub(super) length_stated: bool,
     /// True if the author stated the unit of angle.
@@ -267,7 +269,8 @@ pub(super) struct FileUnits {
 impl Default for FileUnits {
     /// SI and radians.
     fn default() -> Self {
-        Self { scales: [Scale::ONE; 5], length_stated: false, angle_stated: false }
+        let names = Self::SI;
+        Self { scales: [Scale::ONE; 5], names, length_stated: false, angle_stated: false }
     }
 }
 
@@ -281,9 +284,31 @@ impl FileUnits {
         ("force", Quantity::FORCE),
     ];
 
+    /// SI units of these, and the radian.
+    const SI: [&'static str; 5] = ["m", "kg", "s", "rad", "N"];
+
+    /// A unit of SI with those of the file in place of them: `mm/s` for `m/s`.
+    pub(super) fn in_place_of(&self, unit: &str) -> String {
+        let own = |word: &str| {
+            let known = Self::SI.iter().position(|si| *si == word);
+            known.map_or(word, |k| self.names[k]).to_owned()
+        };
+        let is_letter = |c: char| c.is_alphabetic();
+        let (mut text, mut rest) = (String::new(), unit);
+        while let Some(first) = rest.chars().next() {
+            let is_word = is_letter(first);
+            let end = rest.find(|c| is_letter(c) != is_word).unwrap_or(rest.len());
+            let (part, others) = rest.split_at(end);
+            text.push_str(&if is_word { own(part) } else { part.to_owned() });
+            rest = others;
+        }
+        text
+    }
+
     /// Sets the unit of the key with this index.
     pub(super) fn set(&mut self, key_idx: usize, unit: &Unit) {
         self.scales[key_idx] = unit.scale;
+        self.names[key_idx] = unit.name;
         self.length_stated |= key_idx == 0;
         self.angle_stated |= key_idx == 3;
     }
