@@ -42,8 +42,10 @@ pub(crate) struct Balance<'a> {
     pub(crate) stops: Stops,
     /// Measures that the stiffness is by, and their slopes.
     pub(crate) by: (Vec<PoseQuantity>, Scalars),
-    /// No velocities.
+    /// No accelerations.
     rest: Vec<f64>,
+    /// Velocities of the steady motion with the drives; zero where they are held.
+    steady: Vec<f64>,
     /// Coordinates whose velocities are states.
     states: Vec<usize>,
     /// True where forces are others after whole turns of the one free motion.
@@ -72,7 +74,7 @@ impl<'a> Balance<'a> {
         let by: Vec<PoseQuantity> =
             by.iter().map(|name| named_quantity(loaded, name)).collect::<Result<_, _>>()?;
         let slopes = loaded.scalars(&by)?;
-        Ok(Self {
+        let mut balance = Self {
             loaded,
             forces,
             free: free.to_vec(),
@@ -82,13 +84,23 @@ impl<'a> Balance<'a> {
             stops: Stops::of(loaded)?,
             by: (by, slopes),
             rest: vec![0.0; loaded.q.len()],
+            steady: vec![0.0; loaded.q.len()],
             states: loaded.state_coordinates(),
             counts_turns: false,
             n_motions: None,
             regular: None,
             ways: Vec::new(),
             bounds: Vec::new(),
-        })
+        };
+        balance.follow_drives();
+        Ok(balance)
+    }
+
+    /// Takes the velocities of the steady motion with the drives, where the mechanism has one.
+    fn follow_drives(&mut self) {
+        if self.loaded.turns {
+            self.steady = self.steady_rates().unwrap_or_else(|| self.rest.clone());
+        }
     }
 
     /// Coordinates whose velocities are states.
@@ -118,9 +130,20 @@ impl<'a> Balance<'a> {
         q
     }
 
-    /// The velocities at a position: those of states alone.
+    /// Velocities of the steady motion with the drives.
+    pub(crate) fn steady(&self) -> &[f64] {
+        &self.steady
+    }
+
+    /// The equations at a position with velocities, without accelerations and multipliers.
+    pub(crate) fn moving_at(&mut self, t: f64, [q, v]: [&[f64]; 2]) -> ForcesAt {
+        let lambda = vec![0.0; self.forces.nc()];
+        self.forces.at(At { t, q, v, a: &self.rest, lambda: &lambda, p: &self.p })
+    }
+
+    /// The velocities at a position: those of states, and of the steady motion with the drives.
     pub(crate) fn velocities(&self, q: &[f64]) -> Vec<f64> {
-        let mut v = self.rest.clone();
+        let mut v = self.steady.clone();
         self.states.iter().for_each(|&i| v[i] = q[i]);
         v
     }
@@ -152,6 +175,7 @@ impl<'a> Balance<'a> {
         self.pose.set_parameters(&self.parameters);
         self.stops.set_parameters(&self.parameters);
         self.by.1.set_parameters(&self.parameters);
+        self.follow_drives();
     }
 
     /// The free motions at a position.

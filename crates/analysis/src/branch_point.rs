@@ -194,12 +194,7 @@ impl Balance<'_> {
         for (way, rates) in ways.iter().zip(rates) {
             branches.extend(self.branch(q, way, rates));
         }
-        let rank = |b: &CrossingBranch| match b.stability {
-            Stability::Stable => 0,
-            Stability::Neutral => 1,
-            Stability::Unstable => 2,
-        };
-        let worst = branches.iter().max_by_key(|b| rank(b)).map(|b| b.stability);
+        let worst = branches.iter().map(|b| b.stability).max_by_key(|stability| stability.rank());
         let loaded = self.loaded;
         let mut lambda = self.forces.all_multipliers(loaded.system().constraints.len(), &lambda);
         let v = self.velocities(q);

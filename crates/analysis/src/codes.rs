@@ -24,6 +24,7 @@ bksim_model::codes! {
     NO_NUMBER = "Q023", "a table with a value that is no number";
     NO_MOTION = "Q024", "a table that is no motion";
     BEYOND_TABLE = "Q025", "a motion that is asked for beyond its table";
+    MOVING_INPUT = "Q030", "an input whose rates act, too";
     SINGULAR_START = "S026", "a run from a pose that yields, but goes nowhere";
     BRANCHES_AT_START = "S027", "a run from a pose in which branches cross";
 }

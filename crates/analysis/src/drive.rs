@@ -5,6 +5,17 @@ use bksim_model::{Measure, Model};
 
 use crate::error::AnalysisError;
 
+/// A drive with the rate of its motion at the start.
+#[derive(Clone, PartialEq, Debug)]
+pub struct DriveRate {
+    /// Name of the drive.
+    pub name: String,
+    /// Rate of its motion, SI.
+    pub rate: f64,
+    /// `rad/s` or `m/s`.
+    pub unit: &'static str,
+}
+
 /// Values at even distances, SI.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Range {

@@ -7,12 +7,29 @@ use crate::way_rates::WayRates;
 /// Stability of an equilibrium.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Stability {
-    /// All eigenvalues of the reduced stiffness are positive; with states, all small motions decay.
+    /// The potential has a minimum, whatever is damped; of other forces, and with states, all small motions decay.
     Stable,
-    /// One is negative.
+    /// A small motion grows without turning back.
     Unstable,
-    /// One is zero: the next derivatives decide, or neighbouring poses are in balance, too.
+    /// A small motion grows to and fro, as by forces that follow or by damping below zero.
+    Flutter,
+    /// Small motions neither decay nor grow, though no potential keeps them small: what is left out decides.
+    Marginal,
+    /// A stiffness is zero: the next derivatives decide, or neighbouring poses are in balance, too.
     Neutral,
+}
+
+impl Stability {
+    /// The most stable first.
+    pub(crate) fn rank(self) -> usize {
+        match self {
+            Self::Stable => 0,
+            Self::Marginal => 1,
+            Self::Neutral => 2,
+            Self::Flutter => 3,
+            Self::Unstable => 4,
+        }
+    }
 }
 
 /// Equilibria of which every one has neighbours that are in balance, too.
@@ -100,12 +117,12 @@ pub(crate) fn columns(of: Option<&Equilibrium>, joints: &[String]) -> Vec<Column
     first.into_iter().chain(pose).chain(reaction_columns(joints)).collect()
 }
 
-/// A row of that table; the stability is 1, 0, −1 for stable, neutral, unstable.
+/// A row of that table; the stability is 1, 0, −1 for stable, neutral or marginal, unstable.
 pub(crate) fn cells(equilibrium: &Equilibrium) -> Vec<f64> {
     let stability = match equilibrium.stability {
         Stability::Stable => 1.0,
-        Stability::Neutral => 0.0,
-        Stability::Unstable => -1.0,
+        Stability::Neutral | Stability::Marginal => 0.0,
+        Stability::Unstable | Stability::Flutter => -1.0,
     };
     let by_branch = equilibrium.branches.iter().map(|branch| branch.stiffness);
     let by_branch = by_branch.fold(f64::INFINITY, f64::min);

@@ -150,6 +150,16 @@ pub enum AnalysisError {
         /// s.
         t: f64,
     },
+    /// An input that joints or drives depend on: its rates move the mechanism, too.
+    #[error(
+        "the input `{name}` moves {what}, so that its rate and acceleration act as well as its value"
+    )]
+    MovingInput {
+        /// The parameter.
+        name: String,
+        /// The drive, joint or coupling.
+        what: String,
+    },
     /// Ranges with different numbers of values.
     #[error("all ranges must have the same number of values, not {first} and {other}")]
     Counts {

@@ -60,6 +60,8 @@ pub(crate) struct ForcesAt {
     pub(crate) residual: DVector<f64>,
     /// g, nc.
     pub(crate) closure: DVector<f64>,
+    /// G v + ∂g/∂t, nc.
+    pub(crate) rate: DVector<f64>,
     /// G, nc × nq.
     pub(crate) jacobian: DMatrix<f64>,
     /// M, nq × nq.
@@ -131,7 +133,7 @@ impl Forces {
             wrench_rows(system, kept, &follow),
             pool.jacobian(&pressed, &lambda),
         ];
-        let mut outputs = [residual, closure].concat();
+        let mut outputs = [residual, closure, velocity].concat();
         let shape = |jacobian: &SparseJacobian| Shape {
             n_rows: jacobian.n_rows,
             n_columns: jacobian.n_columns,
@@ -179,7 +181,8 @@ impl Forces {
     pub(crate) fn at(&mut self, At { t, q, v, a, lambda, p }: At<'_>) -> ForcesAt {
         let inputs = [&[t], q, v, a, lambda, p].concat();
         self.runner.evaluate(&mut self.space, &inputs, &mut self.outputs);
-        let (values, mut rest) = self.outputs.split_at(self.n + self.kept.len());
+        let (values, mut rest) = self.outputs.split_at(self.n + 2 * self.kept.len());
+        let (closure, rate) = values[self.n..].split_at(self.kept.len());
         let mut matrices = self.matrices.iter().map(|shape| {
             let (own, others) = rest.split_at(shape.entries.len());
             rest = others;
@@ -190,7 +193,8 @@ impl Forces {
         let mut next = || matrices.next().unwrap_or_default();
         ForcesAt {
             residual: DVector::from_column_slice(&values[..self.n]),
-            closure: DVector::from_column_slice(&values[self.n..]),
+            closure: DVector::from_column_slice(closure),
+            rate: DVector::from_column_slice(rate),
             jacobian: next(),
             mass: next(),
             stiffness: next(),

@@ -94,7 +94,7 @@ pub fn letters(model: Model, channels: &Channels) -> Result<Option<Letters>, Ana
     if by.len() > LARGEST + loaded.state_coordinates().len() || rows.len() > LARGEST {
         return Ok(None);
     }
-    let mut symbolic = Equations::of(&loaded, &rows, &by);
+    let mut symbolic = Equations::of(&loaded, (&rows, &by), balance.steady());
     let Some(z) = symbolic.free_motions() else { return Ok(None) };
     // Columns by y, by ẏ and by the inputs.
     let forces = symbolic.forces(&z, &loaded, &inputs, &free);

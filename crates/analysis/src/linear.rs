@@ -17,6 +17,7 @@
 //! Source: the linearisation of multibody systems in the null space of their constraints, e.g. J. García
 //! de Jalón and E. Bayo, *Kinematic and Dynamic Simulation of Multibody Systems* (1994), chapter 8.
 
+use bksim_mbs::constraint::Source;
 use bksim_mbs::quantity::{coordinate_units, rate_unit};
 use bksim_model::{Model, ParameterId};
 use bksim_sim::Svd;
@@ -28,7 +29,7 @@ use crate::channels::{Channels, Input};
 use crate::eigenvalues::eigenvalues;
 use crate::equilibrium::Equilibrium;
 use crate::error::AnalysisError;
-use crate::forces::{At, Forces, ForcesAt};
+use crate::forces::{At, Forces, ForcesAt, with_definitions};
 use crate::linear_outputs::{Changes, Outputs, beside, moved, pole_among};
 use crate::loaded::{HeldContacts, Loaded};
 use crate::reduced::{Reduced, pseudo_inverse};
@@ -72,13 +73,21 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
     match about {
         About::Instant(t) => loaded.run_to(t)?,
         About::Start => (),
-        _ => loaded.leave_out_sliding(),
+        _ => loaded.put_at_rest()?,
     }
     let mut found = equations(&loaded, about, channels)?;
     if let About::Start | About::Instant(_) = about {
+        found.state.by_quaternions = channels.states.is_empty() && turns_by_quaternion(&loaded);
         found.state.is_passing = is_passing(loaded, about, channels, &found);
     }
     Ok(found)
+}
+
+/// True if a body turns whose orientation is a quaternion: the components of that turn with half its rate.
+fn turns_by_quaternion(loaded: &Loaded) -> bool {
+    let turnings = &loaded.system().kinematics.turnings;
+    let rates = turnings.iter().flat_map(|turning| &loaded.v[turning.first..turning.first + 4]);
+    rates.fold(0.0, |a: f64, rate| a.max(rate.abs())) > 0.0
 }
 
 /// True if the motion changes the matrix A of a state that it passes: a little later an entry differs.
@@ -284,6 +293,7 @@ pub(crate) fn inputs_of(
     let mut inputs = Vec::new();
     for name in names {
         if let Ok(id) = loaded.parameter(name) {
+            without_motion(loaded, id)?;
             inputs.push(Input::Parameter(free.len()));
             free.push(id);
             continue;
@@ -298,6 +308,25 @@ pub(crate) fn inputs_of(
         inputs.push(Input::Effort(quantity));
     }
     Ok((free, inputs))
+}
+
+/// Refuses a parameter that conditions on positions depend on, as of a drive: with it positions change, and so rates.
+fn without_motion(loaded: &Loaded, id: ParameterId) -> Result<(), AnalysisError> {
+    let model = loaded.model();
+    let parameter = &model.parameters[id.0];
+    let moves = |row: &&usize| {
+        let own = with_definitions(model, &[id], loaded.system().constraints[**row].expression);
+        model.pool.depends_on(own, parameter.symbol)
+    };
+    let Some(&row) = loaded.kept.iter().find(moves) else { return Ok(()) };
+    let what = match loaded.system().constraints[row].source {
+        Source::Drive(id) => format!("drive `{}`", model.drives[id.0].name),
+        Source::Joint(id) => format!("joint `{}`", model.joints[id.0].name),
+        Source::Coupling(id) => format!("coupling `{}`", model.couplings[id.0].name),
+        Source::Stop(id) | Source::Friction(id) => format!("load `{}`", model.loads[id.0].name),
+        Source::Quaternion(id) => format!("body `{}`", model.bodies[id.0].name),
+    };
+    Err(AnalysisError::MovingInput { name: parameter.name.clone(), what })
 }
 
 impl Linear {

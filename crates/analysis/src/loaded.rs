@@ -14,7 +14,7 @@ use bksim_sim::Mechanism;
 use bksim_sim::redundancy::{Effort, Uniqueness};
 
 use crate::codes;
-use crate::drive::Range;
+use crate::drive::{DriveRate, Range};
 use crate::error::AnalysisError;
 use crate::quantity::{PoseQuantity, pose_quantities};
 use crate::rows::{Clock, Rows};
@@ -47,15 +47,21 @@ pub struct Loaded {
     is_driven: bool,
     /// True where dry friction that slides at the start is left out: at rest it has no direction.
     is_still: bool,
+    /// True where the mechanism can move steadily with its drives: an answer at rest is in the frame that they move.
+    pub(crate) turns: bool,
 }
 
-/// Contacts of the start that count as constraints, and those that an answer at rest leaves out.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
+/// Contacts and drives that count as constraints, and what an answer at rest leaves out.
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct HeldContacts {
     /// Stops, and dry friction that sticks, as `stop `NAME``.
     pub rows: Vec<String>,
     /// Dry friction that is left out: as long as it holds, more poses are in balance.
     pub left_out: Vec<String>,
+    /// Drives at constant rates, with which all else is at rest.
+    pub steady: Vec<DriveRate>,
+    /// Drives that are held where they are at the start, and whose rates there are left out.
+    pub stopped: Vec<DriveRate>,
 }
 
 impl Loaded {
@@ -74,12 +80,19 @@ impl Loaded {
     /// [`AnalysisError::Rejected`] as of [`Loaded::of`].
     pub(crate) fn at_rest(model: Model) -> Result<Self, AnalysisError> {
         let mut found = Self::of(model)?;
-        found.leave_out_sliding();
+        found.put_at_rest()?;
         Ok(found)
     }
 
+    /// Leaves out the dry friction that slides at the start and all rates but those of a steady motion with the drives.
+    pub(crate) fn put_at_rest(&mut self) -> Result<(), AnalysisError> {
+        self.leave_out_sliding();
+        self.turns = self.moves_steadily()?;
+        Ok(())
+    }
+
     /// Leaves out the dry friction that slides at the start, from here on.
-    pub(crate) fn leave_out_sliding(&mut self) {
+    fn leave_out_sliding(&mut self) {
         self.is_still = true;
         let symbols = self.system.parameters(&self.mechanism.model);
         let slips = self.system.contacts.iter().filter_map(|contact| match contact.law {
@@ -117,6 +130,7 @@ impl Loaded {
             quantities,
             is_driven: false,
             is_still: false,
+            turns: false,
             mechanism,
             system,
         };
@@ -193,6 +207,7 @@ impl Loaded {
             quantities: Vec::new(),
             is_driven: true,
             is_still: false,
+            turns: false,
             mechanism,
             system,
         }
@@ -207,7 +222,7 @@ impl Loaded {
         &self.system
     }
 
-    /// The stops and the dry friction that count as constraints, and the friction that is left out.
+    /// What counts as a constraint, and what is left out.
     pub fn held_contacts(&self) -> HeldContacts {
         let (model, rows) = (self.model(), &self.system.constraints);
         let name = |&row: &usize| match rows[row].source {
@@ -220,7 +235,12 @@ impl Loaded {
                 && matches!(rows[*row].source, Source::Friction(_))
                 && !self.kept.contains(row)
         };
+        let drives = if self.is_still { self.moving_drives() } else { Vec::new() };
+        let [steady, stopped] =
+            if self.turns { [drives, Vec::new()] } else { [Vec::new(), drives] };
         HeldContacts {
+            steady,
+            stopped,
             rows: self.kept.iter().filter_map(name).collect(),
             left_out: (0..rows.len()).filter(is_left_out).filter_map(|row| name(&row)).collect(),
         }
@@ -228,15 +248,10 @@ impl Loaded {
 
     /// Holds the rows of the contacts that are closed by the parameters, but for `dependent` ones.
     pub(crate) fn keep_active(&mut self, dependent: &[usize]) {
-        let symbols = self.system.parameters(self.model());
-        let value = |of: SymbolId| {
-            let at = symbols.iter().position(|symbol| *symbol == of);
-            at.and_then(|at| self.parameters.get(at)).copied()
-        };
         let is_active = |row: &usize| {
             let contact = self.system.contacts.iter().find(|contact| contact.row == *row);
             contact.is_none_or(|contact| {
-                value(contact.closed) == Some(1.0) && !dependent.contains(row)
+                self.value_of(contact.closed) == Some(1.0) && !dependent.contains(row)
             })
         };
         self.kept = (0..self.system.constraints.len()).filter(is_active).collect();
@@ -287,6 +302,13 @@ impl Loaded {
         found
             .map(ParameterId)
             .ok_or_else(|| AnalysisError::UnknownParameter { name: name.to_owned() })
+    }
+
+    /// Values of the parameters of an expression.
+    pub(crate) fn value_of(&self, symbol: SymbolId) -> Option<f64> {
+        let symbols = self.system.parameters(self.model());
+        let at = symbols.iter().position(|own| *own == symbol)?;
+        self.parameters.get(at).copied()
     }
 
     /// Values of all parameters when `free` ones have the values `p`: what the model defines by them follows.

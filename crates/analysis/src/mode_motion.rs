@@ -55,8 +55,12 @@ const PIECES: [usize; 2] = [24, 5];
 /// # Errors
 /// [`AnalysisError`] when there is no equilibrium, or no mode of this number.
 pub fn mode_motion(model: Model, request: &ModeRequest) -> Result<ModeMotion, AnalysisError> {
-    let loaded = Loaded::at_rest(at_rest(model))?;
+    let mut loaded = Loaded::at_rest(model)?;
     let found = modes_of(&loaded, request.about)?;
+    // Shown with drives that stay, in the frame that they move.
+    if !loaded.model().drives.is_empty() {
+        loaded = Loaded::at_rest(at_rest(loaded.mechanism.model))?;
+    }
     let n = found.modes.len();
     let mode = request.number.checked_sub(1).and_then(|k| found.modes.get(k));
     let mode = mode.ok_or(AnalysisError::NoMode { number: request.number, n })?.clone();

@@ -100,7 +100,8 @@ pub(crate) fn modes_of(loaded: &Loaded, about: About) -> Result<Modes, AnalysisE
             let found = balance.equilibrium(&start)?;
             let stability = Some(found.stability);
             let left_out = balance.rates_of_start()?;
-            (found, State { stability, left_out, ..balance.of_motion(about)? })
+            let kinks = balance.kinks_of(&found);
+            (found, State { stability, left_out, kinks, ..balance.of_motion(about)? })
         }
         _ => balance.chosen(about)?,
     };
@@ -160,6 +161,11 @@ pub(crate) fn modes_of(loaded: &Loaded, about: About) -> Result<Modes, AnalysisE
         });
     }
     let columns = loaded.quantities.iter().map(|q| Column::new(q.names[0].clone(), q.unit));
+    let mut held = loaded.held_contacts();
+    // The state names these rates itself.
+    if !state.left_out.is_empty() {
+        held.stopped.clear();
+    }
     Ok(Modes {
         modes,
         n_infinite,
@@ -169,7 +175,7 @@ pub(crate) fn modes_of(loaded: &Loaded, about: About) -> Result<Modes, AnalysisE
         state,
         branches: found.branches.into_iter().map(|branch| branch.rates).collect(),
         q: found.q,
-        held: loaded.held_contacts(),
+        held,
     })
 }
 

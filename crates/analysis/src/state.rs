@@ -9,6 +9,7 @@ use crate::about::About;
 use crate::balance::{Balance, pose_of};
 use crate::equilibrium::{Equilibrium, Stability};
 use crate::error::AnalysisError;
+use crate::kinks::Kink;
 use crate::loaded::Loaded;
 use crate::poses::Poses;
 
@@ -36,6 +37,10 @@ pub struct State {
     pub left_out: Vec<(String, f64, String)>,
     /// True if the motion goes on to other linear equations: these are of this instant alone.
     pub is_passing: bool,
+    /// True if deviations are of the components of a quaternion that turns: its poles are not those of the angles.
+    pub by_quaternions: bool,
+    /// Kinks of the forces in the state: linear equations are those of one side.
+    pub kinks: Vec<Kink>,
 }
 
 /// Another equilibrium that an answer could be about.
@@ -65,6 +70,8 @@ impl State {
             is_complete: true,
             left_out: Vec::new(),
             is_passing: false,
+            by_quaternions: false,
+            kinks: Vec::new(),
         }
     }
 }
@@ -86,11 +93,7 @@ impl Balance<'_> {
         const AS_NEAR: f64 = 1e-7;
         let start = self.start();
         let key = |e: &Equilibrium| (self.distance(&e.q, &start) / AS_NEAR).round();
-        let rank = |e: &Equilibrium| match e.stability {
-            Stability::Stable => 0,
-            Stability::Neutral => 1,
-            Stability::Unstable => 2,
-        };
+        let rank = |e: &Equilibrium| e.stability.rank();
         all.sort_by(|a, b| key(a).total_cmp(&key(b)).then(rank(a).cmp(&rank(b))));
         all
     }
@@ -129,7 +132,9 @@ impl Balance<'_> {
         };
         let others = found.iter().enumerate().filter(|(k, _)| *k != place).map(other).collect();
         let own = found.swap_remove(place);
+        let kinks = self.kinks_of(&own);
         let state = State {
+            kinks,
             place: place_of(&names, &own.pose),
             stability: Some(own.stability),
             number: Some(place + 1),
@@ -138,6 +143,16 @@ impl Balance<'_> {
             ..State::of_motion(self.loaded, about, Vec::new())
         };
         Ok((own, state))
+    }
+
+    /// Kinks of the forces in an equilibrium; none where branches cross.
+    pub(crate) fn kinks_of(&mut self, found: &Equilibrium) -> Vec<Kink> {
+        if !found.branches.is_empty() {
+            return Vec::new();
+        }
+        let kept = &self.loaded.kept;
+        let lambda: Vec<f64> = kept.iter().map(|&row| found.lambda[row]).collect();
+        self.kinks(&found.q, &lambda)
     }
 
     /// The state of the motion that the mechanism is in: its start, or an instant of its run.
@@ -155,7 +170,9 @@ impl Balance<'_> {
     /// Rates of joints and bodies at the start, for an answer that leaves them out.
     pub(crate) fn rates_of_start(&self) -> Result<Vec<(String, f64, String)>, AnalysisError> {
         let loaded = self.loaded;
-        let mut v = loaded.v.clone();
+        // What a steady motion has is not left out.
+        let steady = self.steady().iter();
+        let mut v: Vec<f64> = loaded.v.iter().zip(steady).map(|(v, steady)| v - steady).collect();
         self.states().iter().for_each(|&i| v[i] = 0.0);
         let largest = v.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         if largest == 0.0 {

@@ -106,6 +106,11 @@ impl AnalysisError {
                 "write `static` or `start` for it; `bksim linearize --at t=…` has the poles about an instant"
                     .to_owned(),
             ),
+            Self::MovingInput { .. } => (
+                codes::MOVING_INPUT,
+                "take the effort of a joint or a parameter of loads as the input, or solve the motion with a function of time in place of the parameter"
+                    .to_owned(),
+            ),
             Self::NotReached { .. } => (
                 codes::NOT_REACHED,
                 "write a range within the limits that `bksim kinematics --limits` shows".to_owned(),

@@ -13,6 +13,7 @@ use crate::forces::{At, Forces, ForcesAt};
 use crate::linear_outputs::{Changes, OutputSlopes, beside};
 use crate::loaded::Loaded;
 use crate::reduced::{null_space, pseudo_inverse};
+use crate::steady::steady_velocities;
 
 /// Points at which both are compared.
 pub(super) const N_POINTS: usize = 20;
@@ -71,6 +72,12 @@ impl Certificate<'_> {
             let p: Vec<f64> = free.iter().map(|id| parameters[id.0]).collect();
             forces.set_parameters(&parameters);
             let rest = vec![0.0; q.len()];
+            if loaded.turns {
+                let (t, q, lambda, p) = (loaded.t, &at_q, &lambda, &p);
+                let still = forces.at(At { t, q, v: &rest, a: &rest, lambda, p });
+                let steady = steady_velocities(loaded, &still).unwrap_or_default();
+                v.iter_mut().zip(&steady).for_each(|(v, steady)| *v += steady);
+            }
             let state = At { t: loaded.t, q: &at_q, v: &v, a: &rest, lambda: &lambda, p: &p };
             let at = forces.at(state);
             let mut efforts = Vec::new();

@@ -37,15 +37,29 @@ pub(super) struct Equations<'a> {
 }
 
 impl<'a> Equations<'a> {
-    pub(super) fn of(loaded: &'a Loaded, rows: &'a [usize], by: &'a [usize]) -> Self {
+    /// The equations by the coordinates `by`, at velocities of a steady motion.
+    pub(super) fn of(
+        loaded: &'a Loaded,
+        (rows, by): (&'a [usize], &'a [usize]),
+        steady: &[f64],
+    ) -> Self {
         let (model, system) = (loaded.model(), loaded.system());
         let pool = &model.pool;
         let coordinates = system.coordinates();
         let n = coordinates.len();
         let states = loaded.state_coordinates();
-        let still = (0..n).filter(|i| !states.contains(i)).map(|i| coordinates[i].v);
-        let still =
-            still.chain(coordinates.iter().map(|c| c.a)).map(|symbol| (symbol, pool.zero()));
+        // A coordinate that a drive moves has its rate in letters.
+        let driven = |i: usize| {
+            let mut rows = rows.iter().map(|&row| (row, system.constraint_jacobian.row(row)));
+            let (row, own) = rows.find(|(_, own)| own.len() == 1 && own[0].0 == i)?;
+            Some(pool.neg(pool.div(system.constraint_rate[row], own[0].1)))
+        };
+        let rate = |i: usize| match steady[i] {
+            0.0 => pool.zero(),
+            rate => driven(i).unwrap_or_else(|| pool.float(rate)),
+        };
+        let still = (0..n).filter(|i| !states.contains(i)).map(|i| (coordinates[i].v, rate(i)));
+        let still = still.chain(coordinates.iter().map(|c| (c.a, pool.zero())));
         let modes = system.parameters(model).into_iter().zip(&loaded.parameters);
         let modes = modes.skip(model.parameters.len());
         let rest: Vec<(SymbolId, Expr)> =

@@ -9,7 +9,7 @@ use super::answer::{
 };
 use super::linearize::pole;
 use super::state::{self, besides};
-use super::statics::held;
+use super::statics::{held, with_held};
 use crate::args::analysis::Bode as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
@@ -121,14 +121,13 @@ fn told_json(units: &ShownUnits, found: &Response) -> Value {
             "zeros": transfer.zeros,
         })
     };
-    json!({
+    let json = json!({
         "omega": found.omega,
         "poles": found.linear.poles,
         "outputs": columns_json(&found.linear.outputs),
         "transfers": found.transfers.iter().map(transfer).collect::<Vec<_>>(),
         "state": state::json(&found.linear.state, units),
         "pose": pose_json(&found.linear.pose),
-        "held": found.linear.held.rows,
-        "without": found.linear.held.left_out,
-    })
+    });
+    with_held(json, &found.linear.held)
 }

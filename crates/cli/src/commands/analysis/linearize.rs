@@ -8,7 +8,7 @@ use super::answer::{
     Answer, Asked, asked_drawn, columns_json, failed, lines, pose_json, text_units,
 };
 use super::state::{self, besides};
-use super::statics::held;
+use super::statics::{held, with_held};
 use crate::args::analysis::Linearize as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
@@ -135,10 +135,8 @@ pub fn told(name: &str, units: &ShownUnits, found: &Linear) -> Answer {
         "poles": found.poles,
         "state": state::json(&found.state, units),
         "pose": pose_json(&found.pose),
-        "held": found.held.rows,
-        "without": found.held.left_out,
     });
-    Answer { command: "linearize", json, text, table }
+    Answer { command: "linearize", json: with_held(json, &found.held), text, table }
 }
 
 /// A complex number, 1/s.

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::answer::{Answer, Asked, asked, failed, lines, text_units};
 use super::linearize::pole;
 use super::state::{self, besides, branches, branches_json, word};
-use super::statics::held;
+use super::statics::{held, with_held};
 use crate::args::analysis::Modes as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
@@ -75,8 +75,6 @@ pub fn told(name: &str, units: &ShownUnits, found: &Modes) -> Answer {
         "stability": word(found.stability),
         "state": state::json(&found.state, units),
         "branches": branches_json(&found.branches),
-        "held": found.held.rows,
-        "without": found.held.left_out,
     });
-    Answer { command: "modes", json, text, table: found.table() }
+    Answer { command: "modes", json: with_held(json, &found.held), text, table: found.table() }
 }

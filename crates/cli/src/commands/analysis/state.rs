@@ -62,6 +62,26 @@ pub(super) fn besides(state: &State, units: &ShownUnits) -> String {
             rates.join(", ")
         )]);
     }
+    for kink in &state.kinks {
+        let [below, above] = kink.stiffness.map(number);
+        let whole = kink.omega.map_or(String::new(), |[a, b, whole]| {
+            format!(
+                ": {} and {} rad/s, and as half a period is on each side {} rad/s as a whole",
+                number(a),
+                number(b),
+                number(whole)
+            )
+        });
+        text.extend([format!(
+            "\n  a kink: the stiffness along {} is {below} below and {above} above this pose, and these equations are those of one side{whole}",
+            kink.name
+        )]);
+    }
+    if state.by_quaternions {
+        text.push_str(
+            "\n  by components of a quaternion, which turn with half the rate of the body: the imaginary parts of poles are shifted by that, but for states that `--state` names",
+        );
+    }
     if state.is_passing {
         text.push_str(
             "\n  of this instant alone: the motion changes these equations, so that poles do not say how deviations grow",
@@ -129,6 +149,10 @@ pub fn json(state: &State, units: &ShownUnits) -> Value {
         "others": state.others.iter().map(other).collect::<Vec<_>>(),
         "complete": state.is_complete,
         "passing": state.is_passing,
+        "quaternions": state.by_quaternions,
+        "kinks": state.kinks.iter().map(|kink| {
+            json!({ "name": kink.name, "stiffness": kink.stiffness, "omega": kink.omega })
+        }).collect::<Vec<_>>(),
         "left_out": state.left_out.iter().map(left_out).collect::<Vec<_>>(),
     })
 }
@@ -138,6 +162,8 @@ pub(super) fn word(stability: Stability) -> &'static str {
     match stability {
         Stability::Stable => "stable",
         Stability::Unstable => "unstable",
+        Stability::Flutter => "unstable (flutter)",
+        Stability::Marginal => "marginal",
         Stability::Neutral => "neutral",
     }
 }

@@ -1,9 +1,9 @@
 //! `bksim static`: equilibria, their stability, the reactions in them.
 
 use bksim::analysis::{
-    AnalysisError, Balanced, BearingStop, BranchPoint, Continuation, CrossingBranch, Equilibrium,
-    Family, HeldContacts, OpenReactions, PassedStop, PointKind, Range, ReactionBound, Statics,
-    WayRates, balanced, compliances, in_words, statics, statics_over,
+    AnalysisError, Balanced, BearingStop, BranchPoint, Continuation, CrossingBranch, DriveRate,
+    Equilibrium, Family, HeldContacts, OpenReactions, PassedStop, PointKind, Range, ReactionBound,
+    Statics, WayRates, balanced, compliances, in_words, statics, statics_over,
 };
 use bksim::model::Model;
 use serde_json::{Value, json};
@@ -66,7 +66,35 @@ pub(super) fn held(contacts: &HeldContacts) -> String {
         let names = contacts.left_out.join(", ");
         text.extend(["\n  left out, though it may hold poses nearby, too: ", &names]);
     }
+    let rates = |drives: &[DriveRate]| {
+        let rate = |of: &DriveRate| format!("`{}` at {} {}", of.name, number(of.rate), of.unit);
+        drives.iter().map(rate).collect::<Vec<_>>().join(", ")
+    };
+    if !contacts.steady.is_empty() {
+        text.extend([
+            "\n  in steady motion with drives at constant rates: ",
+            &rates(&contacts.steady),
+        ]);
+    }
+    if !contacts.stopped.is_empty() {
+        let names = rates(&contacts.stopped);
+        text.extend([
+            "\n  held where they are at the start, their rates left out: drives ",
+            &names,
+        ]);
+    }
     text
+}
+
+/// What counts as a constraint and what is left out, in the JSON of an answer about rest.
+pub(super) fn with_held(mut json: Value, contacts: &HeldContacts) -> Value {
+    let rate = |of: &DriveRate| json!({ "name": of.name, "rate": of.rate, "unit": of.unit });
+    let rates = |drives: &[DriveRate]| drives.iter().map(rate).collect::<Vec<_>>();
+    json["held"] = json!(contacts.rows);
+    json["without"] = json!(contacts.left_out);
+    json["steady"] = json!(rates(&contacts.steady));
+    json["stopped"] = json!(rates(&contacts.stopped));
+    json
 }
 
 /// The answer about a model of this name.
@@ -117,12 +145,10 @@ pub fn told(name: &str, found: &Statics) -> Answer {
         "by": by,
         "complete": found.is_complete,
         "branches": branches_json(&found.ways),
-        "held": found.held.rows,
-        "without": found.held.left_out,
         "equilibria": equilibria.collect::<Vec<_>>(),
         "left_out": left_out.collect::<Vec<_>>(),
     });
-    Answer { command: "static", json, text, table: found.table() }
+    Answer { command: "static", json: with_held(json, &found.held), text, table: found.table() }
 }
 
 /// The note that branches cross in the start.
@@ -358,11 +384,9 @@ pub fn told_over(name: &str, found: &Continuation) -> Answer {
     let json = json!({
         "parameter": { "name": parameter.name, "unit": parameter.unit },
         "by": names(&found.by),
-        "held": found.held.rows,
-        "without": found.held.left_out,
         "branches": branches.collect::<Vec<_>>(),
     });
-    Answer { command: "static", json, text, table: found.table() }
+    Answer { command: "static", json: with_held(json, &found.held), text, table: found.table() }
 }
 
 /// The answer about a model of this name, balanced.
@@ -381,10 +405,8 @@ pub fn told_balanced(name: &str, found: &Balanced) -> Answer {
     });
     let json = json!({
         "by": names(&found.by),
-        "held": found.held.rows,
-        "without": found.held.left_out,
         "values": values.collect::<Vec<_>>(),
         "equilibrium": equilibrium_json(&found.joints, &found.equilibrium),
     });
-    Answer { command: "static", json, text, table: found.table() }
+    Answer { command: "static", json: with_held(json, &found.held), text, table: found.table() }
 }
