@@ -222,7 +222,7 @@ impl Loaded {
         &self.system
     }
 
-    /// What counts as a constraint, and what is left out.
+    /// Contacts and drives that count as constraints, and those that are left out.
     pub fn held_contacts(&self) -> HeldContacts {
         let (model, rows) = (self.model(), &self.system.constraints);
         let name = |&row: &usize| match rows[row].source {

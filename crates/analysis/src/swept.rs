@@ -55,7 +55,7 @@ pub(crate) fn swept(
     Swept { body: positions.model().bodies[body.0].name.clone(), branch, rings, area }
 }
 
-/// What an edge passes on its way from one place to another one nearby.
+/// Polygons that an edge passes on its way from one place to another one nearby.
 fn passed([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Vec<Vec<[f64; 2]>> {
     let (u, v) = ([b[0] - a[0], b[1] - a[1]], [d[0] - c[0], d[1] - c[1]]);
     let across = u[0] * v[1] - u[1] * v[0];

@@ -45,7 +45,7 @@ use pieces::pieces;
 pub struct Workspace {
     /// The point.
     pub name: String,
-    /// Its boundary: closed curves, the region on their left, m.
+    /// Boundary: closed curves, the region on their left, m.
     pub boundary: Vec<Vec<[f64; 2]>>,
     /// Curves inside on which the point cannot go straight on in one of the assemblies, m.
     pub barriers: Vec<Vec<[f64; 2]>>,

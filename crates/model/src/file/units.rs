@@ -258,7 +258,7 @@ impl Quantity {
 pub(super) struct FileUnits {
     /// Scales of length, mass, time, angle and force.
     scales: [Scale; 5],
-    /// Their names.
+    /// Names of these units.
     names: [&'static str; 5],
     /// True if the author stated the unit of length.
     pub(super) length_stated: bool,
@@ -284,7 +284,7 @@ impl FileUnits {
         ("force", Quantity::FORCE),
     ];
 
-    /// SI units of these, and the radian.
+    /// SI units by key, and the radian.
     const SI: [&'static str; 5] = ["m", "kg", "s", "rad", "N"];
 
     /// A unit of SI with those of the file in place of them: `mm/s` for `m/s`.

@@ -86,7 +86,7 @@ pub(super) fn held(contacts: &HeldContacts) -> String {
     text
 }
 
-/// What counts as a constraint and what is left out, in the JSON of an answer about rest.
+/// The JSON of an answer about rest with contacts and drives that are held or left out.
 pub(super) fn with_held(mut json: Value, contacts: &HeldContacts) -> Value {
     let rate = |of: &DriveRate| json!({ "name": of.name, "rate": of.rate, "unit": of.unit });
     let rates = |drives: &[DriveRate]| drives.iter().map(rate).collect::<Vec<_>>();
