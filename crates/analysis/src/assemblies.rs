@@ -75,7 +75,7 @@ pub(crate) fn assemblies_of(positions: &Positions) -> Result<Assemblies, Analysi
     let proof = match Apart::of(positions, &measures)? {
         Some(mut apart) => proved(positions, &mut apart, (&mut rows, &u), &mut found),
         None => match Reached::of(positions, &measures, &u)? {
-            Some(reached) => of_platform(positions, reached, (&mut rows, &u), &mut found),
+            Some(reached) => of_platform(positions, reached, (&mut rows, &u), &mut found)?,
             None => None,
         },
     };
@@ -135,28 +135,35 @@ fn proved(
     (found.len() == ways.len()).then_some(proof)
 }
 
-/// Adds to `found` all poses of a platform on six legs; none where the start is not among them, or one is not reached.
+/// Adds to `found` all poses of a platform; none where the start is not among them, or one is not reached.
 fn of_platform(
     positions: &Positions,
     mut reached: Reached,
     (rows, u): (&mut Rows, &[f64]),
     found: &mut Vec<Vec<f64>>,
-) -> Option<Proof> {
+) -> Result<Option<Proof>, AnalysisError> {
     let start = rows.scaled(&positions.q);
-    let reach = &mut reached.reach;
-    for there in &reached.real {
+    let Reached { reach, real, platform } = &mut reached;
+    let mut add = |there, rows: &mut Rows, found: &mut Vec<Vec<f64>>| {
         if found.iter().any(|x| reach.is_at(&rows.unscaled(x), there)) {
-            continue;
+            return Some(());
         }
         let guess = reach.coordinates(&start, there)?;
         let x = closed(rows, positions.t(), guess, u)?;
-        if !reach.is_at(&rows.unscaled(&x), there) {
-            return None;
-        }
-        found.push(tidied(rows, &x));
+        reach.is_at(&rows.unscaled(&x), there).then(|| found.push(tidied(rows, &x)))
+    };
+    let mut all = |rows: &mut Rows, found: &mut Vec<Vec<f64>>| {
+        let is_whole = real.iter().all(|there| add(there, rows, found).is_some());
+        is_whole && found.len() == real.len()
+    };
+    // Where no way leads to one, many guesses may.
+    if platform.is_complete() && !all(rows, found) {
+        found.truncate(1);
+        search(positions, rows, u, &start, found)?;
     }
-    let n = reached.real.len();
-    (found.len() == n).then(|| Proof::of_platform(reached.platform, n))
+    let is_whole = platform.is_complete() && all(rows, found);
+    let n = real.len();
+    Ok(is_whole.then(|| Proof::of_platform(reached.platform, n)))
 }
 
 /// Coordinates with angles within half a turn.

@@ -1,7 +1,8 @@
 //! [`Legs`]: two rigid parts and what keeps points of one at distances from points of the other.
 //!
 //! A leg is a link joint, or a chain of parts from a ball or cross on one part to one on the other, with no other joints in
-//! between than pins about the line through both ends. What is held moves as one. Everything is measured in the start, in
+//! between than pins about the line through both ends. A chain of a pin and a ball keeps a point on a circle, which are two
+//! distances: from any two points of the axis. What is held moves as one. Everything is measured in the start, in
 //! world axes.
 
 use bksim_model::{Joint, JointKind, Measure, Model, MotionKind, Space};
@@ -17,6 +18,8 @@ pub(super) struct Leg {
     pub(super) ends: [Vector3<f64>; 2],
     /// Joints by number, from the base on.
     pub(super) joints: Vec<usize>,
+    /// True of one of the two distances of a pin and a ball.
+    pub(super) is_circle: bool,
 }
 
 /// A platform on six legs.
@@ -108,7 +111,10 @@ impl Legs {
                 return None;
             }
             used += chain.len();
-            legs.push(leg(&joints, chain, base, size)?);
+            match circle(&joints, &chain, base, size) {
+                Some(both) => legs.extend(both),
+                None => legs.push(leg(&joints, chain, base, size)?),
+            }
         }
         let is_all = used == between.len() && legs.len() == N_LEGS;
         let is_in_leg = part.iter().map(|p| ![base, platform].contains(p)).collect();
@@ -136,7 +142,8 @@ fn leg(joints: &[Placed], chain: Vec<usize>, base: usize, size: f64) -> Option<L
     if let [only] = chain[..] {
         let joint = &joints[only];
         let to = joint.points[usize::from(joint.parts[0] == base)];
-        return (joint.left == Left::Link).then_some(Leg { ends: [from, to], joints: chain });
+        let is_link = joint.left == Left::Link;
+        return is_link.then_some(Leg { ends: [from, to], joints: chain, is_circle: false });
     }
     let last = &joints[chain[chain.len() - 1]];
     let to = last.points[0];
@@ -154,7 +161,27 @@ fn leg(joints: &[Placed], chain: Vec<usize>, base: usize, size: f64) -> Option<L
         && inner.iter().all(is_along)
         && (has_ball || inner.len() == 1)
         && (from - to).norm() > ON_LINE * size;
-    is_leg.then_some(Leg { ends: [from, to], joints: chain })
+    is_leg.then_some(Leg { ends: [from, to], joints: chain, is_circle: false })
+}
+
+/// The distances of a ball from two points on the axis of a pin; none of another chain.
+fn circle(joints: &[Placed], chain: &[usize], base: usize, size: f64) -> Option<[Leg; 2]> {
+    /// Radius of a circle that is one, in lengths of the longest link.
+    const LEAST: f64 = 1e-6;
+    let [first, last] = *chain else { return None };
+    let of = |kind: Left| [first, last].into_iter().find(|&k| joints[k].left == kind);
+    let (pin, ball) = (&joints[of(Left::Pin)?], of(Left::Ball)?);
+    // A ball is at one place on both of its parts.
+    let (centre, axis) = (joints[ball].points[0], pin.axis.normalize());
+    let foot = pin.points[0] + axis * axis.dot(&(centre - pin.points[0]));
+    let radius = (centre - foot).norm();
+    let is_from_base = joints[first].left == Left::Pin && joints[first].parts.contains(&base);
+    let leg = |side: f64| {
+        let on_axis = foot + axis * (side * radius);
+        let ends = if is_from_base { [on_axis, centre] } else { [centre, on_axis] };
+        Leg { ends, joints: chain.to_vec(), is_circle: true }
+    };
+    (radius > LEAST * size).then(|| [-1.0, 1.0].map(leg))
 }
 
 /// The motions of each joint without those that drives and measures hold; none where these are not known.

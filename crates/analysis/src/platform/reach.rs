@@ -30,6 +30,8 @@ pub(crate) struct Reach {
     base: (UnitQuaternion<f64>, Vector3<f64>),
     size: f64,
     t: f64,
+    /// Whether there are ways: points on circles have no lengths to be released.
+    has_ways: bool,
 }
 
 /// Numbers of one body's pose.
@@ -76,7 +78,9 @@ impl Reach {
         let mut poses = Scalars::compile(model, positions.system(), &functions, parameters)?;
         let values_at_start = poses.values(positions.t(), &positions.q);
         let [base, start] = [0, 1].map(|k| pose_of(&values_at_start[N_POSE * k..]));
-        Ok(Self { rows, held: values, poses, start, base, size: positions.size, t: positions.t() })
+        let has_ways = legs.six.iter().all(|leg| !leg.is_circle);
+        let (size, t) = (positions.size, positions.t());
+        Ok(Self { rows, held: values, poses, start, base, size, t, has_ways })
     }
 
     /// True where the coordinates show the platform there.
@@ -95,6 +99,9 @@ impl Reach {
     /// Coordinates, in units of the mechanism, near to those of the displaced platform; none where no way leads there.
     pub(crate) fn coordinates(&mut self, start: &[f64], there: &Displacement) -> Option<Vec<f64>> {
         const N_WAYS: u64 = 6;
+        if !self.has_ways {
+            return None;
+        }
         (0..N_WAYS).find_map(|way| self.along(start, there, way))
     }
 

@@ -170,6 +170,151 @@ fn a_platform_on_driven_cylinders_has_the_poses_of_its_lengths() {
     check(&posed, &driven);
 }
 
+/// Three points of a platform on circles: their radii, the places of their middles on the base and the platform's triangle.
+struct OnCircles {
+    radii: [f64; 3],
+    middles: [[f64; 3]; 3],
+    triangle: [[f64; 3]; 3],
+}
+
+/// Directions in which the pins are off the middle, degrees: their axes are across.
+const AROUND: [f64; 3] = [0.0, 120.0, 240.0];
+
+impl OnCircles {
+    fn new(radii: [f64; 3], heights: [f64; 3]) -> Self {
+        let ring = |r: f64, heights: [f64; 3]| {
+            std::array::from_fn(|k| {
+                let angle = AROUND[k].to_radians();
+                [r * angle.cos(), r * angle.sin(), heights[k]]
+            })
+        };
+        Self { radii, middles: ring(1.0, heights), triangle: ring(0.6, [0.0; 3]) }
+    }
+
+    /// Place of a point on its circle.
+    fn at(&self, k: usize, turn: f64) -> Vector3<f64> {
+        let angle = AROUND[k].to_radians();
+        let out = Vector3::new(angle.cos(), angle.sin(), 0.0) * turn.sin();
+        let up = Vector3::new(0.0, 0.0, turn.cos());
+        Vector3::from(self.middles[k]) + (out + up) * self.radii[k]
+    }
+
+    /// Sides of the triangle less what they are to be.
+    fn open(&self, turns: [f64; 3]) -> Vector3<f64> {
+        let side = |k: usize| {
+            let [i, j] = [k, (k + 1) % 3];
+            let own = Vector3::from(self.triangle[i]) - Vector3::from(self.triangle[j]);
+            (self.at(i, turns[i]) - self.at(j, turns[j])).norm_squared() - own.norm_squared()
+        };
+        Vector3::from_fn(|k, _| side(k))
+    }
+
+    /// The closures that Newton's iteration finds from many turns, with slopes by differences.
+    fn searched(&self) -> Vec<[f64; 3]> {
+        let mut found: Vec<[f64; 3]> = Vec::new();
+        let n = 9;
+        let turn = |k: usize| std::f64::consts::TAU * k as f64 / n as f64 + 0.1;
+        for begin in 0..n * n * n {
+            let mut x = Vector3::new(turn(begin % n), turn(begin / n % n), turn(begin / n / n));
+            for _ in 0..40 {
+                let f = self.open(x.into());
+                let slopes = nalgebra::Matrix3::from_columns(&[0, 1, 2].map(|k| {
+                    let mut by = Vector3::zeros();
+                    by[k] = 1e-6;
+                    (self.open((x + by).into()) - self.open((x - by).into())) / 2e-6
+                }));
+                let Some(step) = slopes.lu().solve(&f) else { break };
+                x -= step * f64::min(1.0, 0.5 / step.norm());
+            }
+            let is_same = |other: &[f64; 3]| {
+                (0..3).all(|k| (self.at(k, other[k]) - self.at(k, x[k])).norm() < 1e-5)
+            };
+            if self.open(x.into()).amax() < 1e-11 && !found.iter().any(is_same) {
+                found.push(x.into());
+            }
+        }
+        found
+    }
+
+    /// Three legs of a pin, a guide and a ball, or with `is_first` of a guide, a pin and a ball; guides are driven.
+    fn model(&self, is_first: bool) -> String {
+        let inertia = "mass = 1\ninertia = [1, 1, 1]\n";
+        let leg = |k: usize| {
+            let ([.., z], r) = (self.middles[k], self.radii[k]);
+            let angle = AROUND[k].to_radians();
+            let pin = format!("axis = [{}, {}, 0]", -angle.sin(), angle.cos());
+            let (one, two) = if is_first {
+                (
+                    format!(
+                        "type = \"prismatic\"\nbetween = [\"ground.B{k}\", \"tube{k}\"]\naxis = [0, 0, 1]"
+                    ),
+                    format!("type = \"revolute\"\nbetween = [\"tube{k}\", \"rod{k}\"]\n{pin}"),
+                )
+            } else {
+                (
+                    format!("type = \"revolute\"\nbetween = [\"ground.B{k}\", \"tube{k}\"]\n{pin}"),
+                    format!(
+                        "type = \"prismatic\"\nbetween = [\"tube{k}\", \"rod{k}\"]\naxis = [0, 0, 1]"
+                    ),
+                )
+            };
+            let (driven, by, end) = if is_first { ("one", z, r) } else { ("two", r, 0.0) };
+            format!(
+                "[bodies.tube{k}]\n{inertia}[bodies.rod{k}]\n{inertia}points = {{ E = [0, 0, {end}] }}\n\
+                 [joints.one{k}]\n{one}\n[joints.two{k}]\n{two}\n\
+                 [joints.ball{k}]\ntype = \"spherical\"\nbetween = [\"rod{k}.E\", \"top.P{k}\"]\n\
+                 [drives.d{k}]\njoint = \"{driven}{k}\"\nmotion = \"{by} + 0.1*t/s\"\n"
+            )
+        };
+        let point = |(k, [x, y, z]): (usize, &[f64; 3])| format!("P{k} = [{x}, {y}, {z}]\n");
+        let points: String = self.triangle.iter().enumerate().map(point).collect();
+        let base = |(k, [x, y, z]): (usize, &[f64; 3])| {
+            format!("B{k} = [{x}, {y}, {}]\n", if is_first { 0.0 } else { *z })
+        };
+        let base: String = self.middles.iter().enumerate().map(base).collect();
+        let legs: String = (0..3).map(leg).collect();
+        format!(
+            "space = \"spatial\"\n[ground.points]\n{base}{legs}[bodies.top]\n{inertia}[bodies.top.points]\n{points}\
+             [initial]\ntop = {{ guess = {{ x = 0.05, y = 0.02, z = 1.2 }} }}\n"
+        )
+    }
+}
+
+/// Legs of a pin and a ball keep three points on circles: sixteen solutions, in pairs where the circles have a common plane of
+/// symmetry. All real ones are those of a search over the turns of the legs.
+#[test]
+fn a_platform_on_three_legs_has_sixteen_solutions() {
+    let posed = [
+        OnCircles::new([1.2, 1.25, 1.18], [0.0; 3]),
+        OnCircles::new([0.75, 0.8, 0.7], [0.1, -0.15, 0.2]),
+    ];
+    for posed in posed {
+        let searched = posed.searched();
+        assert!(searched.len() >= 4, "{}", searched.len());
+        for is_first in [false, true] {
+            let found = assemblies(geometry(&posed.model(is_first))).expect("assemblies");
+            let platform = platform(&found);
+            assert_eq!((platform.bound, platform.solved.len()), (Some(16), 16));
+            let pin = if is_first { "two0" } else { "one0" };
+            assert_eq!(platform.legs[0], [pin, "ball0"].map(str::to_owned).to_vec());
+            assert_eq!(found.assemblies.len(), searched.len(), "{is_first}");
+            let place = |pose: &Assembly, k: usize| {
+                let of = |x: &str| {
+                    let name = format!("top.P{k}.{x}");
+                    pose.pose.iter().find(|(known, ..)| *known == name).expect("a point").1
+                };
+                Vector3::from(["x", "y", "z"].map(of))
+            };
+            for turns in &searched {
+                let is_there = |pose: &&Assembly| {
+                    (0..3).all(|k| (place(pose, k) - posed.at(k, turns[k])).norm() < 1e-7)
+                };
+                assert_eq!(found.assemblies.iter().filter(is_there).count(), 1, "{turns:?}");
+            }
+        }
+    }
+}
+
 /// A body whose orientation is a quaternion: both signs are one pose.
 #[test]
 fn a_quaternion_and_its_negative_are_one_assembly() {
