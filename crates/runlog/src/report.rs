@@ -1,8 +1,8 @@
 //! The numbers that an engineer reads from a run: limits and strokes of all motions and where they are
 //! reached, time ratios, largest velocities and accelerations, efforts of drives, reactions, energies.
 //!
-//! They are of the motion itself, not of its samples: a grid within every step brackets the extremes, a golden
-//! section search between the instants next to each finds it, and integrals are Gauss sums over the steps.
+//! They are of the motion itself, not of its samples: a grid within every step brackets the extremes, a search by
+//! parabolas between the instants next to each finds it, and integrals are Gauss sums over the steps.
 
 mod json;
 mod number;

@@ -5,7 +5,7 @@ use bksim_mbs::power::Actor;
 use bksim_model::{ContactId, Model, MotionKind};
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::Uniqueness;
-use bksim_sim::run::Unreplayed;
+use bksim_sim::run::{Unreplayed, peak};
 
 use super::quantities::{N_ENERGIES, Quantities};
 use super::ratio::time_ratio;
@@ -21,9 +21,6 @@ const GAUSS: [(f64, f64); 3] = [
     (0.5, 8.0 / 18.0),
     (0.887_298_334_620_741_7, 5.0 / 18.0),
 ];
-
-/// Halvings of a bracket in a golden section search: the bracket shrinks to 1e-9 of itself.
-const N_GOLDEN: usize = 44;
 
 /// Part of stroke and largest rate within which the end of a run repeats its start.
 const REPEATS: f64 = 1e-6;
@@ -158,43 +155,20 @@ impl Survey<'_> {
         if values.filter(|value| !value.is_nan()).all(is_same) {
             return Ok(Extreme { t: self.instants[0], is_steady: true, ..extreme });
         }
-        // Golden section between the neighbours.
-        let mut ends = [self.instants[idx.saturating_sub(1)], self.instants[(idx + 1).min(n - 1)]];
-        let golden = f64::midpoint(5f64.sqrt(), -1.0);
+        // Between the neighbours.
+        let [before, after] = [idx.saturating_sub(1), (idx + 1).min(n - 1)];
+        let samples = [before, idx, after]
+            .map(|instant| (self.instants[instant], of(self.value(instant, place))));
         let mut row = vec![0.0; self.quantities.count()];
-        let mut inner =
-            [ends[1] - golden * (ends[1] - ends[0]), ends[0] + golden * (ends[1] - ends[0])];
-        let mut values = [0.0; 2];
-        for (t, value) in inner.iter().zip(&mut values) {
-            self.at(*t, &mut row)?;
-            *value = row[place];
-        }
-        for _ in 0..N_GOLDEN {
-            for (&t, &value) in inner.iter().zip(&values) {
-                if of(value) > of(extreme.value) {
-                    extreme = Extreme { value, t, is_steady: false };
-                }
+        let mut value = |t: f64| {
+            self.at(t, &mut row)?;
+            let value = of(row[place]);
+            if value > of(extreme.value) {
+                extreme = Extreme { value: row[place], t, is_steady: false };
             }
-            let t = if of(values[0]) >= of(values[1]) {
-                ends[1] = inner[1];
-                (inner[1], values[1]) = (inner[0], values[0]);
-                inner[0] = ends[1] - golden * (ends[1] - ends[0]);
-                self.at(inner[0], &mut row)?;
-                values[0] = row[place];
-                inner[0]
-            } else {
-                ends[0] = inner[0];
-                (inner[0], values[0]) = (inner[1], values[1]);
-                inner[1] = ends[0] + golden * (ends[1] - ends[0]);
-                self.at(inner[1], &mut row)?;
-                values[1] = row[place];
-                inner[1]
-            };
-            // No instant lies between the ends.
-            if t == ends[0] || t == ends[1] {
-                break;
-            }
-        }
+            Ok::<f64, Unreplayed>(value)
+        };
+        peak(&mut value, samples)?;
         Ok(extreme)
     }
 
