@@ -49,7 +49,7 @@ impl GoalTake {
 
     /// The number of some samples, and its derivatives by their values; `None` where it has none, as the root of a
     /// mean square that is zero.
-    pub(crate) fn of(self, times: &[f64], values: &[f64]) -> (f64, Option<Vec<f64>>) {
+    pub fn of(self, times: &[f64], values: &[f64]) -> (f64, Option<Vec<f64>>) {
         let Some(last) = values.len().checked_sub(1) else { return (f64::NAN, Some(Vec::new())) };
         let one = |k: usize| {
             let weight = |i: usize| if i == k { 1.0 } else { 0.0 };
@@ -171,6 +171,31 @@ impl Goal {
         Ok(Self { place, reading, more: vec![name.to_owned()] })
     }
 
+    /// Quantities of these names, with the names of those that are none of the channels that a run has derivatives of.
+    ///
+    /// # Errors
+    /// [`AnalysisError::UnknownGoal`] as for one.
+    pub(crate) fn all(
+        mechanism: &Mechanism,
+        names: &[String],
+    ) -> Result<(Vec<Self>, Vec<String>), AnalysisError> {
+        let mut more: Vec<String> = Vec::new();
+        let mut all = Vec::new();
+        for name in names {
+            let mut goal = Self::named(mechanism, name)?;
+            goal.place.idx += if goal.more.is_empty() { 0 } else { more.len() };
+            more.append(&mut goal.more.clone());
+            all.push(goal);
+        }
+        // Weights have a place for each of them.
+        for goal in &mut all {
+            if goal.place.part == Part::Channel {
+                goal.place.len += more.len() - goal.more.len();
+            }
+        }
+        Ok((all, more))
+    }
+
     /// Name of the goal, if it is none of the channels that a run has derivatives of.
     pub(crate) fn more(&self) -> &[String] {
         &self.more
@@ -209,17 +234,23 @@ impl Goal {
 
     /// The weights of a sample on whose value the number depends by `weight`.
     pub(crate) fn weights(&self, weight: f64) -> SampleWeights {
+        let mut weights = SampleWeights::default();
+        self.weigh(weight, &mut weights);
+        weights
+    }
+
+    /// Adds [`Goal::weights`] to other weights of the sample.
+    pub(crate) fn weigh(&self, weight: f64, to: &mut SampleWeights) {
         let Place { part, idx, len, .. } = self.place;
-        let mut own = vec![0.0; len];
-        own[idx] = weight;
-        let rest = SampleWeights::default();
-        match part {
-            Part::Position => SampleWeights { q: own, ..rest },
-            Part::Velocity => SampleWeights { v: own, ..rest },
-            Part::Acceleration => SampleWeights { a: own, ..rest },
-            Part::Multiplier => SampleWeights { lambda: own, ..rest },
-            Part::Channel => SampleWeights { channels: own, ..rest },
-        }
+        let own = match part {
+            Part::Position => &mut to.q,
+            Part::Velocity => &mut to.v,
+            Part::Acceleration => &mut to.a,
+            Part::Multiplier => &mut to.lambda,
+            Part::Channel => &mut to.channels,
+        };
+        own.resize(len, 0.0);
+        own[idx] += weight;
     }
 }
 

@@ -3,7 +3,7 @@
 //! A change of one parameter is a direction in the space of all: those that are defined through it
 //! follow. Directions of the state are inputs of the tapes, so each tape serves every quantity.
 
-use bksim_expr::{Expr, TapeError};
+use bksim_expr::Expr;
 
 use crate::function::Function;
 
@@ -31,8 +31,9 @@ pub struct SensitivityEquations {
     pub(super) channels: Channels,
     /// By initial value: see [`super::start`].
     pub(super) closing: Function,
-    /// ∂P/∂p: all parameters of the model, one direction after the other.
+    /// ∂P/∂p: all parameters of the model, one direction after the other; and as functions of these.
     pub(super) directions: Vec<f64>,
+    pub(super) directions_by: Function,
     pub(super) n_parameters: usize,
 }
 
@@ -95,12 +96,9 @@ pub(super) fn derived(
     parameters: &[f64],
 ) -> Result<SensitivityEquations, SensitivityError> {
     let model = derivation.model;
-    let evaluated = |values: &[Expr]| -> Result<Vec<f64>, TapeError> {
-        let function = Function::compile(model, values, &[], &derivation.own)?;
-        Ok(function.evaluate(&mut function.buffers(parameters), &[]).to_vec())
-    };
+    let directions_by = Function::compile(model, &directions.concat(), &[], &derivation.own)?;
     let (jacobian, cells) = derivation.jacobian()?;
-    Ok(SensitivityEquations {
+    let equations = SensitivityEquations {
         sensitive: sensitive.to_vec(),
         way,
         levels: derivation.levels()?,
@@ -108,12 +106,21 @@ pub(super) fn derived(
         cells,
         channels: Channels::new(derivation)?,
         closing: derivation.closing()?,
-        directions: evaluated(&directions.concat())?,
+        directions: Vec::new(),
+        directions_by,
         n_parameters: model.parameters.len(),
-    })
+    };
+    Ok(equations.at(parameters))
 }
 
 impl SensitivityEquations {
+    /// Equations along the directions that hold at other values of the parameters.
+    pub(super) fn at(self, parameters: &[f64]) -> Self {
+        let function = &self.directions_by;
+        let directions = function.evaluate(&mut function.buffers(parameters), &[]).to_vec();
+        Self { directions, ..self }
+    }
+
     /// Quantities that the motion is differentiated by.
     pub fn sensitive(&self) -> &[Sensitive] {
         &self.sensitive

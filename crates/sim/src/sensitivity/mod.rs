@@ -42,7 +42,8 @@ pub use derive::{SensitivityEquations, differentiate};
 pub(crate) use direction::parameter_direction;
 pub use fault::{SensitivityError, diagnose_sensitivity};
 pub use gradient::{
-    Goal, Gradient, GradientPlan, SampleWeights, gradient, plan_gradient, plan_gradient_by_some,
+    Goal, Goals, Gradient, GradientPlan, SampleWeights, gradient, gradients, plan_gradient,
+    plan_gradient_by_some,
 };
 pub use run::run_with_sensitivities;
 pub use start::start;

@@ -28,13 +28,13 @@ pub fn start(
     start: &Start,
     parameters: &[f64],
 ) -> Result<Vec<StateSensitivity>, SensitivityError> {
-    start_by_each(equations, model, compiled, start, parameters).collect()
+    start_by_each(equations, &model.initial, compiled, start, parameters).collect()
 }
 
 /// Start ([`start`]), quantity by quantity.
 pub(super) fn start_by_each<'a>(
     equations: &'a SensitivityEquations,
-    model: &'a Model,
+    initial: &'a [Initial],
     compiled: &'a CompiledSystem,
     start: &'a Start,
     parameters: &'a [f64],
@@ -46,14 +46,14 @@ pub(super) fn start_by_each<'a>(
     let Start { t, q, v, a, lambda, .. } = start;
     let state = StateRef { t: *t, q, v };
     let at = TangentPoint { state, acceleration: AccelerationRef { a, lambda } };
-    let mut opening = Opening { equations, model, tangents, held, parameters, at };
+    let mut opening = Opening { equations, initial, tangents, held, parameters, at };
     (0..equations.sensitive.len()).map(move |k| opening.by(k))
 }
 
 /// The start whose changes are looked for.
 struct Opening<'a> {
     equations: &'a SensitivityEquations,
-    model: &'a Model,
+    initial: &'a [Initial],
     /// With all contacts open, and as they are.
     tangents: Tangents<'a>,
     held: Tangents<'a>,
@@ -165,7 +165,7 @@ impl Opening<'_> {
         let outputs = function.evaluate(&mut buffers, &arguments);
         let by_initial = outputs.chunks_exact(4 + 2 * nq).enumerate();
         let chosen: Vec<(usize, &[f64])> =
-            by_initial.filter(|&(i, _)| which(&self.model.initial[i])).collect();
+            by_initial.filter(|&(i, _)| which(&self.initial[i])).collect();
         let n = chosen.len();
         let stated_change =
             |i: usize| f64::from(u8::from(self.equations.sensitive[k] == Sensitive::Initial(i)));

@@ -7,7 +7,7 @@ use super::{Motion, SensitivityMotion, Simulation};
 use crate::mechanism::{Mechanism, insensitive};
 use crate::run::{Failure, Observer, Sample, Summary, WithSensitivities};
 use crate::sensitivity::{
-    self, Goal, Gradient, GradientPlan, Sensitive, SensitivityPlan, StateSensitivity,
+    self, Goal, Goals, Gradient, GradientPlan, Sensitive, SensitivityPlan, StateSensitivity,
     differentiate, run_with_sensitivities,
 };
 use crate::start::Start;
@@ -82,6 +82,22 @@ impl Simulation {
     ) -> Result<Option<Gradient>, Box<Failure>> {
         let start = self.beginning(start)?;
         sensitivity::gradient(self.problem(&start), plan, observer, goal, stop)
+    }
+
+    /// Gradients ([`Simulation::gradient`]) of several goals of one run.
+    ///
+    /// # Errors
+    /// [`Failure`] as for one.
+    pub fn gradients(
+        &self,
+        start: &Start,
+        plan: &GradientPlan,
+        observer: &mut dyn Observer,
+        goals: &mut Goals<'_>,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Option<Vec<Gradient>>, Box<Failure>> {
+        let start = self.beginning(start)?;
+        sensitivity::gradients(self.problem(&start), plan, observer, goals, stop)
     }
 
     /// Finds the start, runs to the end and keeps every sample with its derivatives by `sensitive`.

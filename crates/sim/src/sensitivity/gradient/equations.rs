@@ -16,7 +16,7 @@ use crate::quantities::Quantities;
 use crate::run::StateSensitivity;
 use crate::start::Start;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::Model;
+use bksim_model::{Initial, Model};
 
 /// The derivatives of the equations and of what a run shows along weights, and those of the start.
 #[derive(Clone, Debug)]
@@ -34,6 +34,11 @@ pub struct GradientPlan {
     pub(super) start: Vec<StateSensitivity>,
     /// Changes across events: by quantity, then of q and of v one by one.
     pub(super) events: Option<SensitivityPlan>,
+    /// The equations of the start by all quantities, those of these that are kept, and the parameters that any moves.
+    opening: SensitivityEquations,
+    initial: Vec<Initial>,
+    kept: Vec<usize>,
+    moved: Vec<usize>,
 }
 
 /// Derives and compiles what the gradient by `sensitive` needs, at these parameter values and from this start. After
@@ -86,7 +91,7 @@ pub fn plan_gradient_by_some(
     let way = Way::Followed(Box::new(loads.along(&derivation, &[])?));
     let equations = derived(&derivation, (&free, &directions), way, parameters)?;
     let (mut kept, mut start) = (Vec::new(), Vec::new());
-    for (k, by) in start_by_each(&equations, model, compiled, at, parameters).enumerate() {
+    for (k, by) in start_by_each(&equations, &model.initial, compiled, at, parameters).enumerate() {
         match by {
             Ok(by) => {
                 kept.push(k);
@@ -97,12 +102,8 @@ pub fn plan_gradient_by_some(
     }
 
     // Parameters that none of these moves are left out.
-    let n_own = derivation.own.len();
-    let moves = |k: usize, own: usize| equations.directions[k * n_own + own];
-    let is_moved = |own: &usize| kept.iter().any(|&k| moves(k, *own) != 0.0);
-    let moved: Vec<usize> = (0..n_own).filter(is_moved).collect();
+    let moved = moved_by(&equations, &kept);
     let own: Vec<SymbolId> = moved.iter().map(|&k| derivation.own[k]).collect();
-    let of_quantity = |&k: &usize| moved.iter().map(move |&own| moves(k, own)).collect::<Vec<_>>();
     let events = if compiled.indicators.is_empty() {
         None
     } else {
@@ -112,16 +113,59 @@ pub fn plan_gradient_by_some(
     let plan = GradientPlan {
         forces: forces(&derivation, &own)?.in_lanes(model),
         channels: channels(&derivation, &own, more)?,
-        directions: kept.iter().flat_map(of_quantity).collect(),
+        directions: along(&equations, &kept, &moved),
         sensitive: kept.iter().map(|&k| free[k]).collect(),
         start,
         events,
         loads,
+        opening: equations,
+        initial: model.initial.clone(),
+        kept,
+        moved,
     };
     Ok((plan, left_out))
 }
 
+/// Parameters that any of these quantities moves.
+fn moved_by(equations: &SensitivityEquations, kept: &[usize]) -> Vec<usize> {
+    let n_own = equations.n_parameters;
+    let is_moved = |own: &usize| kept.iter().any(|&k| equations.directions[k * n_own + own] != 0.0);
+    (0..n_own).filter(is_moved).collect()
+}
+
+/// ∂P/∂p of some quantities and parameters.
+fn along(equations: &SensitivityEquations, kept: &[usize], moved: &[usize]) -> Vec<f64> {
+    let n_own = equations.n_parameters;
+    let of = |&k: &usize| moved.iter().map(move |own| equations.directions[k * n_own + own]);
+    kept.iter().flat_map(of).collect()
+}
+
 impl GradientPlan {
+    /// This plan at other values of the parameters and from another start; `None` where that has no derivatives, or other
+    /// parameters are moved there, so that it has to be made again.
+    pub fn at(
+        &self,
+        compiled: &CompiledSystem,
+        (at, parameters): (&Start, &[f64]),
+    ) -> Option<Self> {
+        let opening = self.opening.clone().at(parameters);
+        if moved_by(&opening, &self.kept).iter().any(|own| !self.moved.contains(own)) {
+            return None;
+        }
+        let start: Vec<_> =
+            start_by_each(&opening, &self.initial, compiled, at, parameters).collect();
+        let own = |&k: &usize| start[k].as_ref().ok().cloned();
+        let start = self.kept.iter().map(own).collect::<Option<Vec<StateSensitivity>>>()?;
+        let events = self.events.clone().map(|mut plan| {
+            let all: Vec<usize> = (0..opening.n_parameters).collect();
+            let own = along(&opening, &self.kept, &all);
+            plan.equations.directions[..own.len()].copy_from_slice(&own);
+            plan
+        });
+        let directions = along(&opening, &self.kept, &self.moved);
+        Some(Self { directions, start, events, opening, ..self.clone() })
+    }
+
     /// Quantities that the gradient is by.
     pub fn sensitive(&self) -> &[Sensitive] {
         &self.sensitive

@@ -45,6 +45,9 @@ pub struct SampleWeights {
 /// those on which it does not depend.
 pub type Goal<'g> = dyn FnMut(&[Sample]) -> Vec<Option<SampleWeights>> + 'g;
 
+/// Several goals of one run, each as a [`Goal`].
+pub type Goals<'g> = dyn FnMut(&[Sample]) -> Vec<Vec<Option<SampleWeights>>> + 'g;
+
 /// The gradient of a goal.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Gradient {
@@ -68,6 +71,22 @@ pub fn gradient(
     goal: &mut Goal<'_>,
     stop: &dyn Fn() -> bool,
 ) -> Result<Option<Gradient>, Box<Failure>> {
+    let mut one = |samples: &[Sample]| vec![goal(samples)];
+    let found = gradients(problem, plan, observer, &mut one, stop)?;
+    Ok(found.and_then(|mut found| found.pop()))
+}
+
+/// Gradients ([`gradient`]) of several goals: one run, and a way back for each.
+///
+/// # Errors
+/// [`Failure`] as for one.
+pub fn gradients(
+    problem: Problem<'_>,
+    plan: &GradientPlan,
+    observer: &mut dyn Observer,
+    goals: &mut Goals<'_>,
+    stop: &dyn Fn() -> bool,
+) -> Result<Option<Vec<Gradient>>, Box<Failure>> {
     let mut recording = Recording::new(observer);
     let summary = run(problem, &mut recording, stop)?;
     let Recording { pieces, samples, is_full, .. } = recording;
@@ -89,14 +108,23 @@ pub fn gradient(
     if !summary.reached_end {
         return Ok(None);
     }
-    let weights = goal(&samples);
-    let mut backward = Backward::new(problem, plan);
-    match backward.go(&pieces, (&samples, &weights), stop) {
-        Err(fault) => Err(failure(fault, summary)),
-        Ok(Control::Stop) => Ok(None),
-        Ok(Control::Continue) => {
-            let by = backward.gradient();
-            Ok(Some(Gradient { by, summary, n_steps_back: backward.n_steps() }))
+    let mut found = Vec::new();
+    for weights in goals(&samples) {
+        // What no sample has a part in needs no way back.
+        if weights.iter().all(Option::is_none) {
+            let by = vec![0.0; plan.sensitive().len()];
+            found.push(Gradient { by, summary: summary.clone(), n_steps_back: 0 });
+            continue;
+        }
+        let mut backward = Backward::new(problem, plan);
+        match backward.go(&pieces, (&samples, &weights), stop) {
+            Err(fault) => return Err(failure(fault, summary)),
+            Ok(Control::Stop) => return Ok(None),
+            Ok(Control::Continue) => {
+                let (by, n_steps_back) = (backward.gradient(), backward.n_steps());
+                found.push(Gradient { by, summary: summary.clone(), n_steps_back });
+            }
         }
     }
+    Ok(Some(found))
 }
