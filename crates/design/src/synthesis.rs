@@ -2,6 +2,7 @@
 //!
 //! Each task is a table `[synthesize]`; each linkage that is found is checked and is the text of a model that solves.
 
+mod curves;
 mod dwell;
 mod four_bar;
 mod function;
@@ -11,6 +12,7 @@ mod path;
 mod polynomial;
 mod poses;
 mod quick_return;
+mod slide;
 
 use std::collections::BTreeMap;
 

@@ -98,8 +98,8 @@ impl FourBar {
         self.model_with(name, None)
     }
 
-    /// The model with a link from the coupler's point to the pin of a second rocker: its pivot, and the pin.
-    pub(super) fn model_with(&self, name: &str, second: Option<[Point; 2]>) -> String {
+    /// The model with what the coupler's point moves.
+    pub(super) fn model_with(&self, name: &str, second: Option<Second>) -> String {
         let [crank, coupler, rocker, _] = self.lengths();
         let ([a, d], [b, c]) = (self.pivots, self.pins);
         let angle = |from: Point, to: Point| (to[1] - from[1]).atan2(to[0] - from[0]);
@@ -111,14 +111,21 @@ impl FourBar {
         });
         let mut text = format!(
             "name = \"{name}\"\n\n[parameters]\ncrank = \"{crank} m\"\ncoupler = \"{coupler} m\"\nrocker = \"{rocker} m\"\n{}\n[ground]\npoints = {{ A = [\"{} m\", \"{} m\"], D = [\"{} m\", \"{} m\"]{} }}\n",
-            second.zip(self.point).map_or(String::new(), |([g, q], p)| {
-                format!("link = \"{} m\"\noutput = \"{} m\"\n", distance(p, q), distance(g, q))
-            }),
+            match (second, self.point) {
+                (Some(Second::Rocker([g, q])), Some(p)) => {
+                    format!("link = \"{} m\"\noutput = \"{} m\"\n", distance(p, q), distance(g, q))
+                }
+                (Some(Second::Slide(_, reach)), _) => format!("output = \"{reach} m\"\n"),
+                _ => String::new(),
+            },
             a[0],
             a[1],
             d[0],
             d[1],
-            second.map_or(String::new(), |[[x, y], _]| format!(", G = [\"{x} m\", \"{y} m\"]"))
+            second.map_or(String::new(), |second| {
+                let [x, y] = second.pivot();
+                format!(", G = [\"{x} m\", \"{y} m\"]")
+            })
         );
         let mut bodies = vec![
             ("crank", "A", "B", String::new()),
@@ -131,13 +138,24 @@ impl FourBar {
             ("C", "coupler.C", "rocker.C"),
             ("D", "ground.D", "rocker.D"),
         ];
-        if second.is_some() {
-            bodies.extend([("link", "P", "Q", String::new()), ("output", "G", "Q", String::new())]);
-            joints.extend([
-                ("P", "coupler.P", "link.P"),
-                ("Q", "link.Q", "output.Q"),
-                ("G", "ground.G", "output.G"),
-            ]);
+        match second {
+            Some(Second::Rocker(_)) => {
+                bodies.extend([
+                    ("link", "P", "Q", String::new()),
+                    ("output", "G", "Q", String::new()),
+                ]);
+                joints.extend([
+                    ("P", "coupler.P", "link.P"),
+                    ("Q", "link.Q", "output.Q"),
+                    ("G", "ground.G", "output.G"),
+                ]);
+            }
+            Some(Second::Slide(..)) => {
+                bodies.push(("output", "G", "E", String::new()));
+                joints.extend([("P", "coupler.P", "block"), ("G", "ground.G", "output.G")]);
+                text += "\n[bodies.block]\nmass = \"0.1 kg\"\ninertia = 0\n\n[joints.S]\ntype = \"prismatic\"\nbetween = [\"output\", \"block\"]\naxis = [1, 0]\n";
+            }
+            None => (),
         }
         for (body, from, to, more) in bodies {
             text += &bar(body, [from, to], &more);
@@ -152,16 +170,41 @@ impl FourBar {
             of_coupler.to_degrees() - start,
             angle(d, c).to_degrees()
         );
-        if let (Some([g, q]), Some(p)) = (second, self.point) {
-            let turn = (angle(p, q) - of_coupler).to_degrees();
+        if let (Some(second), Some(p)) = (second, self.point) {
+            let (of_p, of_g) = match second {
+                Second::Rocker([g, q]) => (angle(p, q), angle(g, q)),
+                Second::Slide(g, _) => (angle(g, p), angle(g, p)),
+            };
             let _ = write!(
                 text,
-                "P = {{ guess = {{ angle = \"{turn} deg\" }} }}\nG = {{ guess = {{ angle = \"{} deg\" }} }}\n",
-                angle(g, q).to_degrees()
+                "P = {{ guess = {{ angle = \"{} deg\" }} }}\nG = {{ guess = {{ angle = \"{} deg\" }} }}\n",
+                (of_p - of_coupler).to_degrees(),
+                of_g.to_degrees()
             );
+            if let Second::Slide(g, _) = second {
+                let _ =
+                    writeln!(text, "S = {{ guess = {{ position = \"{} m\" }} }}", distance(g, p));
+            }
         }
         text += "\n[solve]\nt_end = \"0.5 s\"\n";
         text
+    }
+}
+
+/// What the point of a coupler moves.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Second {
+    /// A link to the pin of a second rocker: its pivot, and the pin.
+    Rocker([Point; 2]),
+    /// A block in the slot of an arm: its pivot, and its length, m.
+    Slide(Point, f64),
+}
+
+impl Second {
+    fn pivot(self) -> Point {
+        match self {
+            Self::Rocker([pivot, _]) | Self::Slide(pivot, _) => pivot,
+        }
     }
 }
 

@@ -452,3 +452,42 @@ fn dwells_rest_as_long_as_they_are_to() {
     }
     models_solve(&found);
 }
+
+/// A block in the slot of an arm, whose pivot is on the line of a nearly straight part of the curve.
+#[test]
+fn straight_parts_rest_an_arm_with_a_slot() {
+    let found = solved(
+        "[synthesize]\ntask = \"dwell\"\noutput = \"slide\"\ndwell = \"110 deg\"\nswing = \"25 deg\"\nground = \"200 mm\"\nstarts = 600\ncandidates = 3\n",
+    );
+    assert_eq!(found.candidates.len(), 3);
+    for candidate in &found.candidates {
+        let n = |name: &str| candidate.numbers[name];
+        let z = |name: &str| C::new(n(&format!("{name}_x")), n(&format!("{name}_y")));
+        let [a, d, b, c, g] = ["pivot_1", "pivot_2", "pin_1", "pin_2", "pivot_3"].map(z);
+        let w = C::new(n("point_along_coupler"), n("point_left_of_coupler"));
+        let side = ((c - b) * (d - b).conj()).im.signum();
+        let at = |phi: f64| {
+            let (pin, l) = (a + C::from_polar(n("crank"), phi), |pin: C| (d - pin).norm());
+            let l = l(pin);
+            let x = (n("coupler").powi(2) - n("rocker").powi(2) + l * l) / (2.0 * l);
+            let c = pin + (d - pin) / l * C::new(x, side * (n("coupler").powi(2) - x * x).sqrt());
+            pin + w * (c - pin) / (c - pin).norm() - g
+        };
+        let angles = |from: f64, to: f64, steps: i32| -> Vec<f64> {
+            let first = at(from);
+            let place = |k: i32| from + (to - from) * f64::from(k) / f64::from(steps);
+            (0..=steps).map(|k| (at(place(k)) / first).arg()).collect()
+        };
+        let width = |all: &[f64]| {
+            let fold = |f: fn(f64, f64) -> f64| all.iter().copied().reduce(f).expect("angles");
+            fold(f64::max) - fold(f64::min)
+        };
+        let from = n("dwell_from");
+        let rest = width(&angles(from, from + n("dwell"), 400));
+        let turn = width(&angles(from, from + std::f64::consts::TAU, 1440)).to_degrees();
+        assert!((rest - n("dwell_error")).abs() < 0.02 * n("dwell_error"), "{candidate:?}");
+        assert!(n("dwell_error") < 0.5_f64.to_radians(), "{candidate:?}");
+        assert!((turn - 25.0).abs() < 0.2, "{turn} in {candidate:?}");
+    }
+    models_solve(&found);
+}
