@@ -5,7 +5,7 @@ use bksim::model::Model;
 use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{self, Limits, WrittenUnit, read, suggest};
 use bksim_edit::{Edit, edited};
-use bksim_sweep::{Axis, Design, Plan, Request, Study, Values, si_unit};
+use bksim_sweep::{Axis, Design, NeedsSlopes, Plan, Request, Study, Values, si_unit};
 
 use crate::codes;
 use crate::error::DesignError;
@@ -111,6 +111,7 @@ impl Source {
         request.changes = self.changes;
         request.changes.rtol = request.changes.rtol.or(Some(RTOL));
         request.changes.atol = request.changes.atol.or(Some(ATOL));
+        request.slopes = if is_geometry { NeedsSlopes::No } else { NeedsSlopes::Yes };
         Ok(Study::prepare(request)?)
     }
 

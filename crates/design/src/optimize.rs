@@ -3,6 +3,7 @@
 mod case;
 mod choices;
 mod front;
+mod functions;
 mod peaks;
 mod search;
 

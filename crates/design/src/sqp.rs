@@ -27,6 +27,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) n_equal: usize,
     /// Goals, equations, other conditions at every point; `None` where a point has none.
     pub(crate) evaluate: &'a Evaluate<'a>,
+    /// Slopes of all functions at a point, a row for each, where they are found better than by differences.
+    pub(crate) slopes: &'a dyn Fn(&[f64]) -> Option<DMatrix<f64>>,
     pub(crate) stop: &'a dyn Fn() -> bool,
     /// Called with the number of the iteration and the merit.
     pub(crate) reached: &'a dyn Fn(usize, f64),
@@ -76,8 +78,13 @@ impl Problem<'_> {
         (self.n_goals..values.len()).map(of)
     }
 
-    /// Slopes of all functions by differences of fourth order, within the bounds; a row for each function.
+    /// Slopes of all functions, a row for each: those that are given, else by differences of fourth order within the bounds.
     fn slopes(&self, x: &[f64], values: &[f64]) -> Option<DMatrix<f64>> {
+        let given = (self.slopes)(x).filter(|slopes| slopes.iter().all(|slope| slope.is_finite()));
+        given.or_else(|| self.differences(x, values))
+    }
+
+    fn differences(&self, x: &[f64], values: &[f64]) -> Option<DMatrix<f64>> {
         const CENTRAL: [(f64, f64); 4] =
             [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
         const AHEAD: [(f64, f64); 4] = [(1.0, 4.0), (2.0, -3.0), (3.0, 4.0 / 3.0), (4.0, -0.25)];
@@ -402,6 +409,7 @@ mod tests {
             n_goals,
             n_equal,
             evaluate: &evaluate,
+            slopes: &|_| None,
             stop: &|| false,
             reached: &|_, _| (),
         };

@@ -1,12 +1,13 @@
 //! Cases: their values, starts, runs, and rows.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 
 use bksim::dae::Control;
 use bksim::model::SolveOptions;
 use bksim::record::Channels;
 use bksim::sim::hybrid::Passage;
-use bksim::sim::run::{Observer, Replay, Sample, StateSensitivity};
+use bksim::sim::run::{Observer, Replay, Sample, Segment, StateSensitivity};
 use bksim::sim::start::Start;
 use bksim::{Mechanism, Rejected, Simulation};
 
@@ -49,27 +50,73 @@ struct CaseObserver<'a> {
     outputs: &'a Outputs,
     channels: &'a Channels,
     simulation: &'a Simulation,
-    /// Where an event was passed: functions that need not be made again for the next one.
+    motion: Motion<'a>,
+}
+
+/// The motion of a case between samples, as far as its extremes need it.
+#[derive(Default)]
+struct Motion<'a> {
+    segments: VecDeque<Segment>,
+    /// Once it was needed.
     replay: Option<Replay<'a>>,
+}
+
+impl<'a> Motion<'a> {
+    fn replay(&mut self, simulation: &'a Simulation) -> &mut Replay<'a> {
+        self.replay
+            .get_or_insert_with(|| Replay::new(simulation.compiled(), simulation.parameters()))
+    }
+
+    fn at(&mut self, simulation: &'a Simulation, t: f64) -> Option<Sample> {
+        let idx = self.segments.iter().position(|segment| segment.contains(t))?;
+        self.replay(simulation);
+        let Self { segments, replay } = self;
+        replay.as_mut()?.at(&segments[idx], t).ok().cloned()
+    }
+
+    /// Leaves out what ends before an instant.
+    fn forget_before(&mut self, t: f64) {
+        let is_past = |segment: &Segment| (t - segment.t1) * (segment.t1 - segment.t0) > 0.0;
+        while self.segments.front().is_some_and(is_past) {
+            self.segments.pop_front();
+        }
+    }
+}
+
+impl CaseObserver<'_> {
+    fn take(&mut self, sample: &Sample, is_event: bool) {
+        let Self { reducer, outputs, channels, simulation, motion } = self;
+        let mut at = |t: f64| motion.at(simulation, t);
+        reducer.take(outputs, channels, (sample, is_event), &mut at);
+        let options = simulation.options();
+        match reducer.since(options.t_end >= options.t_start) {
+            Some(since) => motion.forget_before(since),
+            None => motion.segments.clear(),
+        }
+    }
 }
 
 impl Observer for CaseObserver<'_> {
     fn sample(&mut self, sample: &Sample, _: &[StateSensitivity]) -> Control {
-        self.reducer.take(self.outputs, self.channels, sample);
+        self.take(sample, false);
         Control::Continue
+    }
+
+    fn wants_segments(&self) -> bool {
+        self.outputs.has_extremes()
+    }
+
+    fn segment(&mut self, segment: &Segment) {
+        self.motion.segments.push_back(segment.clone());
     }
 
     fn passage(&mut self, passage: &Passage) {
         if !self.outputs.has_extremes() {
             return;
         }
-        let simulation = self.simulation;
-        let replay = self
-            .replay
-            .get_or_insert_with(|| Replay::new(simulation.compiled(), simulation.parameters()));
-        let around = replay.around(passage).into_iter().flatten();
-        for sample in around.filter(Sample::is_finite) {
-            self.reducer.take_between(self.outputs, self.channels, &sample);
+        let around = self.motion.replay(self.simulation).around(passage);
+        for sample in around.into_iter().flatten().filter(Sample::is_finite) {
+            self.take(&sample, true);
         }
     }
 }
@@ -128,6 +175,12 @@ impl<'a> Worker<'a> {
         let inputs: Vec<f64> = inputs.map(|(input, &number)| input.to_si(number)).collect();
         self.sort(&inputs);
         Row { case, inputs, outputs: Vec::new(), ending: Ending::Done, t: 0.0, n_steps: 0 }
+    }
+
+    /// The simulation of the first case with the shared equations; `None` where its values make another model.
+    pub(crate) fn replayed(&mut self) -> Option<Simulation> {
+        self.row(0);
+        self.replay().then(|| self.simulation(None))
     }
 
     /// The simulation of the case whose values were taken.
@@ -200,23 +253,24 @@ impl<'a> Worker<'a> {
                 outputs,
                 channels,
                 simulation,
-                replay: None,
+                motion: Motion::default(),
             })
             .collect();
         let members: Vec<(&Simulation, &Start)> =
             ready.iter().map(|Ready { simulation, start, .. }| (simulation, start)).collect();
         let outcomes = Simulation::run_together(&members, &mut observers, stop);
-        drop(observers);
 
         // Their rows.
-        for ((Ready { place, simulation, .. }, reducer), outcome) in
-            ready.iter().zip(reducers).zip(outcomes)
+        for ((Ready { place, simulation, .. }, observer), outcome) in
+            ready.iter().zip(observers).zip(outcomes)
         {
+            let CaseObserver { reducer, mut motion, .. } = observer;
             let Some(row) = &mut rows[*place] else { continue };
             match outcome {
                 Ok(summary) if !summary.reached_end => rows[*place] = None,
                 Ok(summary) => {
-                    reducer.finish(outputs, &mut row.outputs);
+                    let mut at = |t: f64| motion.at(simulation, t);
+                    reducer.finish((outputs, channels), &mut at, &mut row.outputs);
                     (row.t, row.n_steps) = (summary.t, summary.stats.n_step as u64);
                 }
                 Err(failure) => {

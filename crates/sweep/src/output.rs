@@ -5,6 +5,7 @@
 //! max(reactions.B.fx)   rms(rod.B.x)           quantile(theta1, 0.95)
 //! max(hypot(reactions.B.fx, reactions.B.fy)) / (m*9.81 m/s^2)
 //! max(theta1) - min(theta1)        peak_to_peak(theta1)        first(theta1 > 90 deg)
+//! max_between(theta1, 0.2 s, 0.4 s)
 //! ```
 //!
 //! A quantity over time is an expression of signals, of what the model can name, of parameters and of
@@ -14,6 +15,8 @@
 mod quantity;
 mod reading;
 mod reduce;
+mod slopes;
+mod trail;
 mod unit;
 
 use bksim::Mechanism;
@@ -25,15 +28,17 @@ use bksim::sim::run::Sample;
 use quantity::Quantities;
 use reading::Reader;
 use reduce::Reduced;
+use slopes::Slopes;
+use trail::{Trail, between};
 
 /// How a quantity over time becomes one number.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Take {
     /// Value at the end of the run.
     Final,
-    /// Smallest sample, or value on either side of an event.
+    /// Smallest value, between samples and on either side of events, too.
     Min,
-    /// Largest sample, or value on either side of an event.
+    /// Largest value, between samples and on either side of events, too.
     Max,
     /// The largest less the smallest.
     PeakToPeak,
@@ -64,17 +69,44 @@ pub struct Output {
     pub unit: String,
 }
 
+/// Whether outputs are to have derivatives by what they depend on.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub enum NeedsSlopes {
+    /// Values alone.
+    #[default]
+    No,
+    /// Derivatives, too.
+    Yes,
+}
+
+/// One number that is taken of a quantity.
+#[derive(Clone, Debug)]
+struct Asked {
+    take: Take,
+    /// The part of the time that counts; all of it unless given.
+    window: Option<[f64; 2]>,
+    /// Which quantity it is of.
+    quantity: usize,
+    /// The output that asks for it, as it was written.
+    output: String,
+}
+
+impl Asked {
+    fn counts(&self, t: f64) -> bool {
+        self.window.is_none_or(|[from, to]| from <= t && t <= to)
+    }
+}
+
 /// The numbers of each run of a sweep, and the functions that give them.
 #[derive(Clone, Debug)]
 pub struct Outputs {
     all: Vec<Output>,
     quantities: Quantities,
-    /// By take: which quantity it is of.
-    takes: Vec<(Take, usize)>,
-    /// By take: the output that asks for it, as it was written.
-    asked_by: Vec<String>,
+    takes: Vec<Asked>,
     /// From takes and parameters to outputs.
     results: Tape,
+    /// Where they were asked for.
+    slopes: Option<Slopes>,
 }
 
 impl Outputs {
@@ -88,6 +120,7 @@ impl Outputs {
         texts: &[String],
         mechanism: &Mechanism,
         channels: &Channels,
+        needs_slopes: NeedsSlopes,
     ) -> Result<Self, Diagnostic> {
         let mut reader = Reader::new(mechanism, channels);
         let mut all = Vec::new();
@@ -101,11 +134,16 @@ impl Outputs {
         let Reader { pool, names, takes, over_time, .. } = reader;
         let symbols = takes.iter().map(|take| take.symbol).collect::<Vec<SymbolId>>();
         let parameters = names.parameter_symbols();
+        let slopes = match needs_slopes {
+            NeedsSlopes::No => None,
+            NeedsSlopes::Yes => {
+                Some(Slopes::compile(&pool, (&over_time, &results), &names, &symbols)?)
+            }
+        };
         let results = compile(&pool, &results, &symbols, &parameters)?;
-        let asked_by = takes.iter().map(|take| take.output.clone()).collect();
-        let takes = takes.into_iter().map(|take| (take.take, take.quantity)).collect();
+        let takes = takes.into_iter().map(|taken| taken.asked).collect();
         let quantities = Quantities::compile(&pool, &over_time, names, mechanism)?;
-        Ok(Self { all, quantities, takes, asked_by, results })
+        Ok(Self { all, quantities, takes, results, slopes })
     }
 
     /// Names and units.
@@ -113,14 +151,19 @@ impl Outputs {
         &self.all
     }
 
-    /// True if an output is the extreme of a quantity that may jump at an event.
+    /// True if an output is the extreme of a quantity, which may be between samples or jump at an event.
     pub(crate) fn has_extremes(&self) -> bool {
-        self.takes.iter().any(|(take, _)| take.is_extreme())
+        self.takes.iter().any(|asked| asked.take.is_extreme())
     }
 
     /// The takes, each with the output that asks for it, as it was written.
     pub(crate) fn takes(&self) -> impl Iterator<Item = (Take, &str)> {
-        self.takes.iter().zip(&self.asked_by).map(|(&(take, _), output)| (take, output.as_str()))
+        self.takes.iter().map(|asked| (asked.take, asked.output.as_str()))
+    }
+
+    /// The ends of the parts of the time that outputs are of.
+    pub(crate) fn ends(&self) -> impl Iterator<Item = f64> {
+        self.takes.iter().filter_map(|asked| asked.window).flatten()
     }
 }
 
@@ -142,14 +185,19 @@ fn compile(
         .map_err(|error| Diagnostic::error(crate::codes::UNKNOWN_OUTPUT, error.to_string()))
 }
 
+/// A sample between two others, at an instant; `None` where there is none.
+pub(crate) type Between<'a> = &'a mut dyn FnMut(f64) -> Option<Sample>;
+
 /// The outputs of one run as it goes on.
 #[derive(Clone, Debug)]
 pub(crate) struct Reducer {
     quantities: Quantities,
+    /// By take.
     reduced: Vec<Reduced>,
+    trails: Vec<Trail>,
     results: Workspace,
+    row: Vec<f64>,
     taken: Vec<f64>,
-    t: f64,
 }
 
 impl Reducer {
@@ -157,10 +205,11 @@ impl Reducer {
     pub(crate) fn new(outputs: &Outputs, parameters: &[f64]) -> Self {
         Self {
             quantities: outputs.quantities.clone(),
-            reduced: outputs.takes.iter().map(|&(take, _)| Reduced::new(take)).collect(),
+            reduced: outputs.takes.iter().map(|asked| Reduced::new(asked.take)).collect(),
+            trails: vec![Trail::default(); outputs.takes.len()],
             results: outputs.results.workspace(parameters),
+            row: Vec::new(),
             taken: Vec::new(),
-            t: 0.0,
         }
     }
 
@@ -169,30 +218,75 @@ impl Reducer {
         self.quantities.set_parameters(parameters);
         self.results = outputs.results.workspace(parameters);
         self.reduced.iter_mut().for_each(Reduced::clear);
+        self.trails.iter_mut().for_each(Trail::clear);
     }
 
-    /// Takes a sample; those of a run come in its order.
-    pub(crate) fn take(&mut self, outputs: &Outputs, channels: &Channels, sample: &Sample) {
-        let values = self.quantities.at(channels, sample);
-        let takes = outputs.takes.iter().map(|&(_, quantity)| values[quantity]);
-        for (reduced, value) in self.reduced.iter_mut().zip(takes) {
-            reduced.take(sample.t, value);
-        }
-        self.t = sample.t;
-    }
-
-    /// Takes what there is between two samples, on one side of an event: extremes count it.
-    pub(crate) fn take_between(&mut self, outputs: &Outputs, channels: &Channels, sample: &Sample) {
-        let values = self.quantities.at(channels, sample);
-        for (reduced, &(take, quantity)) in self.reduced.iter_mut().zip(&outputs.takes) {
-            if take.is_extreme() {
-                reduced.take(sample.t, values[quantity]);
+    /// Takes a sample; those of a run come in its order, with what is on either side of an event as two samples of one
+    /// instant that extremes alone count.
+    pub(crate) fn take(
+        &mut self,
+        outputs: &Outputs,
+        channels: &Channels,
+        (sample, is_event): (&Sample, bool),
+        at: Between<'_>,
+    ) {
+        self.row.clear();
+        self.row.extend_from_slice(self.quantities.at(channels, sample));
+        for (k, asked) in outputs.takes.iter().enumerate() {
+            let (is_extreme, value) = (asked.take.is_extreme(), self.row[asked.quantity]);
+            if is_event && !is_extreme {
+                continue;
+            }
+            let around = if asked.counts(sample.t) {
+                self.reduced[k].take(sample.t, value);
+                is_extreme.then(|| self.trails[k].next(sample.t, value))
+            } else {
+                is_extreme.then(|| self.trails[k].end())
+            };
+            if let Some(Some(samples)) = around {
+                self.rise(k, (outputs, channels), samples, at);
             }
         }
     }
 
+    /// Looks for a peak of a take between samples.
+    fn rise(
+        &mut self,
+        k: usize,
+        (outputs, channels): (&Outputs, &Channels),
+        samples: [(f64, f64); 3],
+        at: Between<'_>,
+    ) {
+        let Self { quantities, reduced, .. } = self;
+        let mut value = |t: f64| {
+            let quantity = outputs.takes[k].quantity;
+            at(t).map_or(f64::NAN, |sample| quantities.at(channels, &sample)[quantity])
+        };
+        for side in reduced[k].sides().into_iter().flatten() {
+            if let Some((_, found)) = between(samples, side, &mut value) {
+                reduced[k].rise(found);
+            }
+        }
+    }
+
+    /// The earliest instant at which samples between others may still be asked for; `None` where none are.
+    pub(crate) fn since(&self, is_forward: bool) -> Option<f64> {
+        let earlier = |a: f64, b: f64| if is_forward { a.min(b) } else { a.max(b) };
+        self.trails.iter().filter_map(Trail::since).reduce(earlier)
+    }
+
     /// Writes the outputs of the run that has ended.
-    pub(crate) fn finish(&mut self, outputs: &Outputs, out: &mut Vec<f64>) {
+    pub(crate) fn finish(
+        &mut self,
+        (outputs, channels): (&Outputs, &Channels),
+        at: Between<'_>,
+        out: &mut Vec<f64>,
+    ) {
+        for k in 0..self.trails.len() {
+            if let Some(samples) = self.trails[k].end() {
+                self.rise(k, (outputs, channels), samples, at);
+            }
+        }
         self.taken.clear();
         self.taken.extend(self.reduced.iter_mut().map(Reduced::finish));
         let first = out.len();

@@ -6,6 +6,7 @@ use bksim::model::file::{Limits, Reading, Recording, Source, read, read_recorded
 use bksim::model::{Compliance, Model};
 use bksim::{Rejected, SolveChanges};
 
+use crate::output::NeedsSlopes;
 use crate::plan::Plan;
 
 /// A model, its cases and the numbers to keep of each.
@@ -31,6 +32,8 @@ pub struct Request {
     pub outputs: Vec<String>,
     /// Settings of the solution.
     pub changes: SolveChanges,
+    /// Whether outputs are to have derivatives ([`Study::slopes_at`](crate::Study::slopes_at)); none unless given.
+    pub slopes: NeedsSlopes,
 }
 
 impl Request {
@@ -47,6 +50,7 @@ impl Request {
             plan,
             outputs: Vec::new(),
             changes: SolveChanges::default(),
+            slopes: NeedsSlopes::No,
         }
     }
 

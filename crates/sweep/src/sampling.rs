@@ -12,6 +12,8 @@ pub(crate) fn samples_for(outputs: &Outputs, options: &SolveOptions) -> Option<I
     let takes = || outputs.takes().map(|(take, _)| take);
     let mut times: Vec<f64> =
         takes().filter_map(|take| if let Take::At(t) = take { Some(t) } else { None }).collect();
+    let (from, to) = (options.t_start.min(options.t_end), options.t_start.max(options.t_end));
+    times.extend(outputs.ends().filter(|end| (from..=to).contains(end)));
     let needs_all = takes().any(|take| !matches!(take, Take::At(_) | Take::Final));
     match &options.outputs {
         _ if !needs_all => (),
@@ -25,6 +27,11 @@ pub(crate) fn samples_for(outputs: &Outputs, options: &SolveOptions) -> Option<I
 
 /// Refuses times of outputs that no run has.
 pub(crate) fn check_times(outputs: &Outputs, solve: &SolveOptions) -> Result<(), Diagnostic> {
+    let at_steps = || "the model samples at steps: say `--every` for even samples".to_owned();
+    if solve.outputs == Instants::Steps && outputs.ends().next().is_some() {
+        let message = "a part of the time ends without sample".to_owned();
+        return Err(Diagnostic::error(codes::UNKNOWN_OUTPUT, message).help(at_steps()));
+    }
     for (take, output) in outputs.takes() {
         let Take::At(t) = take else { continue };
         let message = format!("`{output}` asks for a time without sample");
@@ -36,8 +43,7 @@ pub(crate) fn check_times(outputs: &Outputs, solve: &SolveOptions) -> Result<(),
         }
         let is_instant = |(take, _)| matches!(take, Take::At(_) | Take::Final);
         if solve.outputs == Instants::Steps && !outputs.takes().all(is_instant) {
-            let help = "the model samples at steps: say `--every` for even samples";
-            return Err(fault.help(help));
+            return Err(fault.help(at_steps()));
         }
     }
     Ok(())

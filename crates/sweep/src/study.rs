@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 
 use ::parquet::errors::ParquetError;
 use ::parquet::file::metadata::KeyValue;
+use bksim::analysis::Weighed;
 use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{Reading, Recording};
 use bksim::model::{Model, SolveOptions};
@@ -41,6 +42,8 @@ pub struct Study {
     model_name: String,
     warnings: Vec<Diagnostic>,
     options_text: String,
+    /// The way back along the motion of its cases, once it was needed; `None` where there is none.
+    pub(crate) ways_back: OnceLock<Option<Weighed>>,
     /// The layout of its tables, once one was needed.
     layout: OnceLock<Layout>,
 }
@@ -84,7 +87,8 @@ impl Study {
         let channels = Channels::new(&mechanism);
 
         // Outputs.
-        let outputs = Outputs::read(&request.outputs, &mechanism, &channels).map_err(rejected)?;
+        let outputs = Outputs::read(&request.outputs, &mechanism, &channels, request.slopes)
+            .map_err(rejected)?;
         check_times(&outputs, &mechanism.model.solve).map_err(rejected)?;
 
         Ok(Self {
@@ -98,6 +102,7 @@ impl Study {
             options_text,
             model_name,
             warnings,
+            ways_back: OnceLock::new(),
             layout: OnceLock::new(),
             request,
         })
@@ -123,15 +128,21 @@ impl Study {
         is_known.then_some(parameters)
     }
 
-    /// The outputs of one sample of a mechanism that is not run, as of a pose, at some parameters.
-    pub fn outputs_of(&self, parameters: &[f64], samples: &[Sample]) -> Vec<f64> {
+    /// The outputs of some samples of a mechanism that is not run, as of poses, at some parameters; `between` makes a
+    /// sample between two of them, where there is one.
+    pub fn outputs_of(
+        &self,
+        parameters: &[f64],
+        samples: &[Sample],
+        between: &mut dyn FnMut(f64) -> Option<Sample>,
+    ) -> Vec<f64> {
         let mut reducer = Reducer::new(&self.outputs, parameters);
         reducer.begin(&self.outputs, parameters);
         for sample in samples {
-            reducer.take(&self.outputs, &self.channels, sample);
+            reducer.take(&self.outputs, &self.channels, (sample, false), between);
         }
         let mut values = Vec::new();
-        reducer.finish(&self.outputs, &mut values);
+        reducer.finish((&self.outputs, &self.channels), between, &mut values);
         values
     }
 

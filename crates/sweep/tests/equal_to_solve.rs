@@ -5,7 +5,7 @@ use bksim::analysis::compliances;
 use bksim::dae::Control;
 use bksim::model::file::{Source, read};
 use bksim::sim::hybrid::Passage;
-use bksim::sim::run::{Observer, Replay, Sample, StateSensitivity};
+use bksim::sim::run::{Observer, Replay, Sample, Segment, StateSensitivity};
 use bksim_sweep::{Ending, Monitor, Request, Row, Study};
 
 use crate::common::{plan, press};
@@ -14,6 +14,7 @@ use crate::common::{plan, press};
 #[derive(Default)]
 struct Taken {
     samples: Vec<Sample>,
+    segments: Vec<Segment>,
     passages: Vec<Passage>,
 }
 
@@ -23,13 +24,21 @@ impl Observer for Taken {
         Control::Continue
     }
 
+    fn wants_segments(&self) -> bool {
+        true
+    }
+
+    fn segment(&mut self, segment: &Segment) {
+        self.segments.push(segment.clone());
+    }
+
     fn passage(&mut self, passage: &Passage) {
         self.passages.push(passage.clone());
     }
 }
 
-/// The solution of the model by itself: values of parameters, samples with those around events, or the code of its
-/// fault.
+/// The solution of the model by itself: values of parameters, its samples with those around events and close together,
+/// or the code of its fault.
 type Solved = Result<(Mechanism, [Vec<Sample>; 2]), &'static str>;
 
 fn solve(text: &str, set: &[(String, String)]) -> Solved {
@@ -46,7 +55,13 @@ fn solve(text: &str, set: &[(String, String)]) -> Solved {
         Ok(_) => {
             let mut replay = Replay::new(&mechanism.compiled, &mechanism.parameters);
             let mut around = |passage| replay.around(passage).expect("an event of this run");
-            let between = taken.passages.iter().flat_map(&mut around).collect();
+            let mut between: Vec<Sample> = taken.passages.iter().flat_map(&mut around).collect();
+            for segment in &taken.segments {
+                for k in 0..=40 {
+                    let t = segment.t0 + (segment.t1 - segment.t0) * f64::from(k) / 40.0;
+                    between.push(replay.at(segment, t).expect("a step of this run").clone());
+                }
+            }
             Ok((mechanism, [taken.samples, between]))
         }
         Err(failure) => Err(simulation.diagnose(&failure).code.0),
@@ -60,9 +75,15 @@ fn rows(study: &Study) -> Vec<Row> {
 /// Every row of a sweep against a solution of its own; the number of rows that failed.
 fn check(text: &str, axes: &[(&str, &str)]) -> usize {
     let mut request = Request::new(text, "press", plan(axes));
-    request.outputs = ["final(state.x)", "max(energy.total)", "min(reactions.rod.fx)", "theta@0.1"]
-        .map(str::to_owned)
-        .to_vec();
+    request.outputs = [
+        "final(state.x)",
+        "quantile(energy.total, 1)",
+        "theta@0.1",
+        "max(energy.total)",
+        "min(reactions.rod.fx)",
+    ]
+    .map(str::to_owned)
+    .to_vec();
     let study = Study::prepare(request).expect("a study");
     let rows = rows(&study);
     let mut n_failed = 0;
@@ -91,16 +112,28 @@ fn check(text: &str, axes: &[(&str, &str)]) -> usize {
         let last = samples.last().expect("samples");
         let total = |s: &Sample| s.energy.kinetic + s.energy.potential;
         let all = || samples.iter().chain(&between);
+        let force = |s: &Sample| s.reactions[joint][0];
         let at = samples.iter().find(|s| s.t == 0.1).expect("a sample at 0.1 s");
         let expected = [
             last.q[index_of("x")],
-            all().map(total).fold(f64::NEG_INFINITY, f64::max),
-            all().map(|s| s.reactions[joint][0]).fold(f64::INFINITY, f64::min),
+            samples.iter().map(total).fold(f64::NEG_INFINITY, f64::max),
             at.q[index_of("theta")],
         ];
-        assert_eq!(row.outputs.len(), expected.len());
         for (found, expected) in row.outputs.iter().zip(expected) {
             assert_eq!(found.to_bits(), expected.to_bits(), "{set:?}: {found} {expected}");
+        }
+        // Extremes between samples are found at least as far out as by many samples.
+        let [.., most, least] = row.outputs[..] else { panic!("{row:?}") };
+        let of = |value: fn(f64, f64) -> f64, of: &dyn Fn(&Sample) -> f64| {
+            all().map(of).reduce(value).expect("samples")
+        };
+        for (found, dense, side) in
+            [(most, of(f64::max, &total), 1.0), (least, of(f64::min, &force), -1.0)]
+        {
+            let [range, off] =
+                [of(f64::max, &force) - of(f64::min, &force), side * (found - dense)];
+            let room = 1e-3 * range;
+            assert!(off >= -1e-9 * range && off < room, "{set:?}: {found} for {dense}");
         }
         assert_eq!(row.n_steps, last.stats.n_step as u64, "{set:?}");
     }
@@ -255,6 +288,54 @@ fn extremes_count_both_sides_of_an_event() {
                 assert!((value - expected).abs() < 1e-7, "{force}: {value} is not {expected}");
             }
             assert!(last.abs() < 1e-9, "{force}: {last} at the end");
+        }
+    }
+}
+
+/// A slider-crank of crank r and rod n·r at a constant rate: its slider is fastest where sin²θ = z solves
+/// z³ − n² z² − n⁴ z + n⁴ = 0, and its acceleration is largest in the outer dead centre, ω² r (1 + 1/n); both between the
+/// few samples.
+#[test]
+fn extremes_between_samples_are_those_of_a_closed_form() {
+    let text = "[parameters]\nn = 3\n[ground]\npoints = { O = [0, 0] }\n\
+        [bodies.crank]\nmass = 1\ninertia = 0.1\npoints = { A = [0.1, 0] }\n\
+        [bodies.rod]\nmass = 1\ninertia = 0.1\npoints = { A = [0, 0], B = [\"n*0.1\", 0] }\n\
+        [bodies.slider]\nmass = 1\n\
+        [joints.O]\ntype = \"revolute\"\nbetween = [\"ground.O\", \"crank\"]\n\
+        [joints.A]\ntype = \"revolute\"\nbetween = [\"crank.A\", \"rod.A\"]\n\
+        [joints.B]\ntype = \"revolute\"\nbetween = [\"rod.B\", \"slider\"]\n\
+        [joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"slider\"]\naxis = [1, 0]\n\
+        [drives.go]\njoint = \"O\"\nmotion = \"0.3 + 2*t\"\n\
+        [initial]\nS = { guess = { position = \"0.39 m\" } }\n\
+        [solve]\nt_end = 7\nevery = 0.25\nrtol = 1e-11\natol = 1e-13\n";
+    let mut request = Request::new(text, "press", plan(&[("n", "2.5:4:4")]));
+    request.outputs = [
+        "max(slider.vx)",
+        "min(slider.ax)",
+        "peak_to_peak(slider.x)",
+        "max_between(slider.vx, 2 s, 3.5 s)",
+        "max_between(slider.x, 3.25 s, 3.5 s)",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    let study = Study::prepare(request).expect("a study");
+    let (r, rate) = (0.1, 2.0_f64);
+    for row in rows(&study) {
+        let n = row.inputs[0];
+        let cubic = |z: f64| z * z * z - n * n * z * z - n.powi(4) * z + n.powi(4);
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..60 {
+            let z = f64::midpoint(low, high);
+            if cubic(z) > 0.0 { low = z } else { high = z }
+        }
+        let (sin, cos) = (low.sqrt(), (1.0 - low).sqrt());
+        let fastest = r * rate * (sin + sin * cos / (n * n - sin * sin).sqrt());
+        // The largest place of a part of the time is at its end: there the slider comes back.
+        let theta = 0.3 + rate * 3.25;
+        let at_end = r * (theta.cos() + (n * n - theta.sin().powi(2)).sqrt());
+        let expected = [fastest, -r * rate * rate * (1.0 + 1.0 / n), 2.0 * r, fastest, at_end];
+        for (found, expected) in row.outputs.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-9, "n = {n}: {found} is not {expected}");
         }
     }
 }

@@ -2,4 +2,5 @@
 
 mod common;
 mod equal_to_solve;
+mod slopes;
 mod table;

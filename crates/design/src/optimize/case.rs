@@ -11,7 +11,7 @@ use super::{Case, Over};
 use crate::base::Watch;
 use crate::codes;
 use crate::error::DesignError;
-use crate::poses::{Pose, Poses};
+use crate::poses::{Pose, Poses, Solver};
 
 /// Positions over a range of a measure.
 pub(super) fn driven(study: &Study, range: &str) -> Result<Over, DesignError> {
@@ -34,7 +34,7 @@ impl Case {
         let unless = |of: &(dyn Fn() -> Option<Vec<f64>> + Sync)| {
             if (watch.stop)() { None } else { of() }
         };
-        let found: Vec<Option<Vec<f64>>> = match &self.over {
+        match &self.over {
             Over::Motion => {
                 let monitor = Monitor { stop: watch.stop, progress: &|_| () };
                 let rows =
@@ -52,9 +52,7 @@ impl Case {
                 let at = |point: &Vec<f64>| unless(&|| self.over_drive(point, poses, values));
                 points.par_iter().map(at).collect()
             }
-        };
-        let is_finite = |values: &Vec<f64>| values.iter().all(|value| value.is_finite());
-        found.into_iter().map(|values| values.filter(is_finite)).collect()
+        }
     }
 
     /// Fault of the mechanism at a point where nothing is found at rest.
@@ -87,22 +85,34 @@ impl Case {
             reactions: first.reactions.clone(),
             ..self.blank()
         };
-        Some(self.study.outputs_of(&parameters, &[sample]))
+        Some(self.study.outputs_of(&parameters, &[sample], &mut |_| None))
     }
 
     /// Positions over the range, the measure in place of time; rates are by it.
     fn over_drive(&self, point: &[f64], poses: &Poses, values: &[f64]) -> Option<Vec<f64>> {
         let parameters = self.study.parameters_at(point)?;
         let mut solver = poses.solver();
-        let mut pose: Pose = solver.follow(&poses.start, &parameters, &poses.start.u).ok()?;
-        let mut samples = Vec::with_capacity(values.len());
-        for &value in values {
-            pose = solver.follow(&pose, &parameters, &[value]).ok()?;
-            let rate = solver.rate(&pose)?;
+        let blank = self.blank();
+        let sample = |solver: &mut Solver<'_>, from: &Pose, value: f64| {
+            let pose = solver.follow(from, &parameters, &[value]).ok()?;
+            let v = solver.rate(&pose)?;
             let a = vec![f64::NAN; pose.q.len()];
-            samples.push(Sample { t: value, q: pose.q.clone(), v: rate, a, ..self.blank() });
+            Some((Sample { t: value, q: pose.q.clone(), v, a, ..blank.clone() }, pose))
+        };
+        let mut pose: Pose = solver.follow(&poses.start, &parameters, &poses.start.u).ok()?;
+        let (mut samples, mut all) = (Vec::with_capacity(values.len()), Vec::new());
+        for &value in values {
+            let (next, at) = sample(&mut solver, &pose, value)?;
+            samples.push(next);
+            all.push(pose);
+            pose = at;
         }
-        Some(self.study.outputs_of(&parameters, &samples))
+        all.push(pose);
+        let mut between = |t: f64| {
+            let before = values.windows(2).position(|ends| (t - ends[0]) * (ends[1] - t) >= 0.0)?;
+            Some(sample(&mut solver, &all[before + 1], t)?.0)
+        };
+        Some(self.study.outputs_of(&parameters, &samples, &mut between))
     }
 
     /// A sample that has nothing.

@@ -7,6 +7,7 @@
 //! Where the greatest of several peaks is least, some of them are alike: a kink of their maximum, but not of any of them.
 
 use bksim::analysis::Drive;
+use bksim::model::Outputs;
 
 use crate::base::Source;
 use crate::error::DesignError;
@@ -37,50 +38,58 @@ pub(super) fn peaks(text: &str, windows: &[[f64; 2]]) -> Vec<(f64, String)> {
     sides.into_iter().flat_map(split).collect()
 }
 
-/// Value of a peak in a window without samples, the sign left out; no number of a mechanism is as large.
-pub(super) const ABSENT: f64 = 1e30;
-
 /// A peak as those of the windows, of which each is smooth where peaks at different times are alike: greatest values times a
 /// sign above zero, least ones times one below.
 pub(super) fn windowed(sign: f64, text: &str, windows: &[[f64; 2]]) -> Vec<String> {
     let take = if sign > 0.0 { "max" } else { "min" };
-    let outside = -sign * ABSENT;
     match argument(text, take) {
-        Some(of) if !windows.is_empty() => {
-            let within = |[from, to]: &[f64; 2]| {
-                format!("{take}(if(t >= {from:e} and t < {to:e}, {of}, {outside:e}))")
-            };
-            windows.iter().map(within).collect()
-        }
+        Some(of) if !windows.is_empty() => windows
+            .iter()
+            .map(|[from, to]| format!("{take}_between({of}, {from:e}, {to:e})"))
+            .collect(),
         _ => vec![text.to_owned()],
     }
 }
 
-/// The parts of the time, or of the range of positions, in which peaks are looked for one by one; none of a pose.
+/// The parts of the time, or of the range of positions, in which peaks are looked for one by one; none of a pose, nor
+/// where samples are those of steps.
 pub(super) fn windows(source: &Source, over: &str) -> Result<Vec<[f64; 2]>, DesignError> {
     /// A peak in each, if they are evenly apart as those of a few turns are.
     const N: usize = 12;
-    let [from, to] = match over.split_once('=') {
+    /// Beyond all times: the first and the last part have no end of their own.
+    const BEYOND: f64 = 1e30;
+    // Between samples, so that none is added.
+    let place = |k: usize, n: usize| (k * n + N / 2) / N;
+    let mut ends: Vec<f64> = match over.split_once('=') {
         _ if over == "static" => return Ok(Vec::new()),
         None => {
-            let solve = source.model(&[], false)?.solve;
-            [solve.t_start, source.changes.t_end.unwrap_or(solve.t_end)]
+            let mut solve = source.model(&[], false)?.solve;
+            source.changes.apply(&mut solve);
+            let span = solve.t_end - solve.t_start;
+            let n = (span.abs() / solve.interval()).floor() as usize;
+            let every = solve.interval().copysign(span);
+            match solve.outputs {
+                Outputs::Steps => return Ok(Vec::new()),
+                Outputs::Even => {
+                    (1..N).map(|k| solve.t_start + every * place(k, n) as f64).collect()
+                }
+                Outputs::Times(_) => {
+                    (1..N).map(|k| solve.t_start + span * (k as f64 / N as f64)).collect()
+                }
+            }
         }
         // A range that cannot be read has its fault later.
         Some((name, values)) => {
             let model = source.model(&[], true)?;
-            let range = Drive::parse(&model, name.trim(), values.trim()).map(|d| d.range.values());
-            let values = range.unwrap_or_default();
-            let ends = |fold: fn(f64, f64) -> f64| values.iter().copied().reduce(fold);
-            [ends(f64::min).unwrap_or(0.0), ends(f64::max).unwrap_or(0.0)]
+            let drive = Drive::parse(&model, name.trim(), values.trim()).ok();
+            let values = drive.map(|drive| drive.range.values());
+            let values = values.filter(|values| !values.is_empty()).unwrap_or_else(|| vec![0.0]);
+            (1..N).map(|k| values[place(k, values.len().saturating_sub(1))]).collect()
         }
     };
-    let at = |k: usize| match k {
-        0 => -ABSENT,
-        N => ABSENT,
-        k => from + (to - from) * k as f64 / N as f64,
-    };
-    Ok((0..N).map(|k| [at(k), at(k + 1)]).collect())
+    ends.extend([-BEYOND, BEYOND]);
+    ends.sort_by(f64::total_cmp);
+    Ok(ends.windows(2).map(|ends| [ends[0], ends[1]]).collect())
 }
 
 /// The smooth parts of an objective, the largest of which is least; true where these are of its square.

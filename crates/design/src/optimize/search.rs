@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use super::peaks::ABSENT;
 use super::{
     Case, Condition, ConditionAt, EndOfStart, NamedCase, OptimizeWish, Optimized, Optimum, Range,
     Row,
@@ -36,68 +35,9 @@ const ROUNDING: f64 = 1e-9;
 const SETTLED: f64 = 1e-5;
 
 impl Search<'_> {
-    fn unscaled(&self, x: &[f64]) -> Vec<f64> {
+    pub(super) fn unscaled(&self, x: &[f64]) -> Vec<f64> {
         let ranges = self.ranges.iter().zip(x);
         ranges.map(|(range, x)| range.from + x * (range.to - range.from)).collect()
-    }
-
-    /// By point: goals, equations, conditions of all cases, then the objective by case.
-    fn functions(&self, points: &[Vec<f64>]) -> Vec<Option<Vec<f64>>> {
-        let points: Vec<Vec<f64>> = points.iter().map(|x| self.unscaled(x)).collect();
-        let by_case: Vec<_> = self.cases.iter().map(|case| case.at(&points, self.watch)).collect();
-        let n = self.rows.len();
-        let of_kind = |values: &[&Vec<f64>], kind: std::ops::Range<usize>| -> Vec<f64> {
-            let of_case = |case: &&Vec<f64>| {
-                let case = (*case).clone();
-                kind.clone().map(move |row| self.rows[row].sign * case[row]).collect::<Vec<_>>()
-            };
-            values.iter().flat_map(of_case).collect()
-        };
-        let at = |k: usize| {
-            let values = by_case.iter().map(|case| Some(self.filled(case[k].as_ref()?)));
-            let values = values.collect::<Option<Vec<Vec<f64>>>>()?;
-            let values: Vec<&Vec<f64>> = values.iter().collect();
-            let mut all = of_kind(&values, 0..self.n_parts);
-            all.extend(of_kind(&values, self.n_parts..self.n_parts + self.n_equal));
-            all.extend(of_kind(&values, self.n_parts + self.n_equal..n));
-            all.extend(values.iter().map(|case| case[n]));
-            Some(all)
-        };
-        (0..points.len()).map(at).collect()
-    }
-
-    /// Values with those of the least tight window in place of windows without samples.
-    fn filled(&self, values: &[f64]) -> Vec<f64> {
-        let is_absent = |k: &usize| values[*k].abs() > 0.5 * ABSENT;
-        let looseness = |k: &usize| {
-            // Goals are to be small, conditions large.
-            let sign = if self.rows[*k].condition.is_none() { -1.0 } else { 1.0 };
-            sign * self.rows[*k].sign * values[*k]
-        };
-        let value = |k: usize| {
-            if k >= self.rows.len() || !is_absent(&k) {
-                return values[k];
-            }
-            let is_alike = |other: &usize| {
-                let [own, other] = [k, *other].map(|row| &self.rows[row]);
-                own.condition == other.condition && own.sign == other.sign
-            };
-            let others = (0..self.rows.len()).filter(|k| !is_absent(k)).filter(is_alike);
-            others
-                .max_by(|a, b| looseness(a).total_cmp(&looseness(b)))
-                .map_or(values[k], |k| values[k])
-        };
-        (0..values.len()).map(value).collect()
-    }
-
-    /// The row and the case of every function.
-    fn order(&self) -> Vec<(usize, usize)> {
-        let (a, b, n) = (self.n_parts, self.n_parts + self.n_equal, self.rows.len());
-        let kinds = [0..a, a..b, b..n];
-        let of = |kind: std::ops::Range<usize>| {
-            (0..self.cases.len()).flat_map(move |case| kind.clone().map(move |row| (row, case)))
-        };
-        kinds.into_iter().flat_map(of).collect()
     }
 
     pub(super) fn answer(
@@ -199,12 +139,19 @@ impl Search<'_> {
             let one = |values: Vec<f64>| values.iter().zip(&scale).map(|(v, s)| v / s).collect();
             counted(points).into_iter().map(|values| values.map(one)).collect()
         };
+        let ways_back = AtomicU64::new(0);
+        let slopes = |x: &[f64]| {
+            let slopes = self.slopes_back(x, &order, &scale)?;
+            ways_back.fetch_add(1, Ordering::Relaxed);
+            Some(slopes)
+        };
         let start = AtomicU64::new(0);
         let problem = Problem {
             n: self.ranges.len(),
             n_goals,
             n_equal: self.n_equal * n_cases,
             evaluate: &scaled,
+            slopes: &slopes,
             stop: self.watch.stop,
             reached: &|iteration, merit| {
                 let start = start.load(Ordering::Relaxed);
@@ -360,7 +307,10 @@ impl Search<'_> {
             starts: [ends.len(), n_same],
             evaluations: evaluations.into_inner(),
             iterations: best.n_iterations,
-            slopes: "differences of fourth order".into(),
+            slopes: match ways_back.into_inner() {
+                0 => "differences of fourth order".into(),
+                _ => "the adjoint of the motion".into(),
+            },
             ends: ends.iter().map(|end| self.end_of(end, best.violation)).collect(),
             choices: Vec::new(),
             front: None,
@@ -435,6 +385,7 @@ impl Search<'_> {
             n_goals: n_functions - n_goals + n_equal,
             n_equal: 0,
             evaluate: &violations,
+            slopes: &|_| None,
             stop: problem.stop,
             reached: problem.reached,
         };

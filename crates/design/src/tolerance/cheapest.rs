@@ -305,6 +305,7 @@ fn cheapest(rows: &[Row], weights: &[f64], is_worst: bool, watch: Watch<'_>) -> 
         n_goals: 1,
         n_equal: 0,
         evaluate: &evaluate,
+        slopes: &|_| None,
         stop: watch.stop,
         reached: &|_, _| (),
     };

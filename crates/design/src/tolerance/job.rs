@@ -395,6 +395,7 @@ impl Job<'_> {
             n_goals: 1,
             n_equal: n,
             evaluate: &evaluate,
+            slopes: &|_| None,
             stop: self.watch.stop,
             reached: &|_, _| (),
         };

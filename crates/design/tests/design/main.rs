@@ -2,6 +2,7 @@
 
 #![expect(clippy::unreadable_literal, reason = "reference values as they are printed")]
 
+mod adjoint;
 mod fits;
 mod fronts;
 mod laws;

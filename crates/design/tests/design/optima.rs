@@ -10,7 +10,7 @@ pub(crate) fn solved(text: &str) -> Optimized {
     optimize(&source, &wish, Watch::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn value(found: &Optimized, name: &str) -> f64 {
+pub(crate) fn value(found: &Optimized, name: &str) -> f64 {
     let of = |q: &&bksim_design::Optimum| q.name == name;
     found.quantities.iter().find(of).map_or(f64::NAN, |q| q.after)
 }

@@ -36,6 +36,11 @@ impl Names {
         self.parameters.clone()
     }
 
+    /// The symbols of what varies over time; true of the time itself.
+    pub(super) fn over_time(&self) -> impl Iterator<Item = (SymbolId, bool)> {
+        self.origins.iter().map(|&(symbol, origin)| (symbol, origin == Origin::Time))
+    }
+
     /// A symbol that stands for this.
     pub(super) fn add(&mut self, symbol: SymbolId, origin: Origin) {
         if !self.origins.iter().any(|(known, _)| *known == symbol) {
@@ -100,6 +105,24 @@ impl Quantities {
 
     /// The quantities at a sample.
     pub(super) fn at(&mut self, channels: &Channels, sample: &Sample) -> &[f64] {
+        self.take_arguments(channels, sample);
+        self.tape.evaluate(&mut self.workspace, &self.arguments, &mut self.values);
+        &self.values
+    }
+
+    /// The quantities of arguments that were taken before.
+    pub(super) fn of_arguments(&mut self, arguments: &[f64]) -> &[f64] {
+        self.tape.evaluate(&mut self.workspace, arguments, &mut self.values);
+        &self.values
+    }
+
+    /// What the quantities are functions of, at a sample.
+    pub(super) fn arguments(&mut self, channels: &Channels, sample: &Sample) -> &[f64] {
+        self.take_arguments(channels, sample);
+        &self.arguments
+    }
+
+    fn take_arguments(&mut self, channels: &Channels, sample: &Sample) {
         if let Some(observables) = &mut self.observables {
             let reaction = |joint: JointId| sample.reactions[joint.0];
             observables.at(
@@ -116,8 +139,6 @@ impl Quantities {
                 Origin::Measure(_) => *observed.next().expect("one value for each measure"),
             };
         }
-        self.tape.evaluate(&mut self.workspace, &self.arguments, &mut self.values);
-        &self.values
     }
 }
 

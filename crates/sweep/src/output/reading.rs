@@ -13,7 +13,7 @@ use bksim::sim::observable::Observables;
 
 use super::quantity::{Names, Origin};
 use super::unit::{Unit, either, product};
-use super::{Output, Take};
+use super::{Asked, Output, Take};
 use crate::codes;
 
 /// Takes that are written as functions of one quantity.
@@ -52,11 +52,8 @@ struct Part {
 /// A number that is taken of a quantity.
 #[derive(Clone, Debug)]
 pub(super) struct Taken {
-    pub(super) take: Take,
-    /// Which quantity over time it is of.
-    pub(super) quantity: usize,
-    /// Name of the first output that it is part of.
-    pub(super) output: String,
+    /// With the name of the first output that it is part of.
+    pub(super) asked: Asked,
     pub(super) symbol: SymbolId,
 }
 
@@ -124,7 +121,7 @@ impl<'m> Reader<'m> {
         }
         let signal = root.signal.clone();
         let unit = root.unit.text();
-        let result = self.taken(root, take);
+        let result = self.taken(root, take, None);
         let output = match signal {
             Some((word, unit)) => Output { name: name(&word), unit },
             None => Output { name: given, unit },
@@ -243,14 +240,27 @@ impl<'m> Reader<'m> {
     ) -> Result<Part, Diagnostic> {
         let take = TAKES.iter().find(|(known, _)| *known == name).map(|&(_, take)| take);
         match (name, take, operands.as_slice(), written) {
-            (_, Some(take), [quantity], _) => self.take(name, take, quantity.clone()),
+            (_, Some(take), [quantity], _) => self.take(name, (take, None), quantity.clone()),
+            ("max_between" | "min_between", _, [quantity, from, to], _) => {
+                let end = |part: &Part| {
+                    let number = self.pool.as_number(part.expr).map(|number| number.to_f64());
+                    number.filter(|_| ["", "s"].contains(&part.unit.text().as_str()))
+                };
+                let window = end(from).zip(end(to)).filter(|(from, to)| from <= to);
+                let (from, to) = window.ok_or_else(|| {
+                    let help = format!("write two times, as in `{name}(theta, 0.2 s, 0.4 s)`");
+                    fault(format!("`{name}` is of no part of the time"), help)
+                })?;
+                let take = if name == "max_between" { Take::Max } else { Take::Min };
+                self.take(name, (take, Some([from, to])), quantity.clone())
+            }
             (QUANTILE, _, [quantity, part], _) => {
                 let part = self.pool.as_number(part.expr).map(|part| part.to_f64());
                 let part = part.filter(|part| (0.0..=1.0).contains(part)).ok_or_else(|| {
                     let help = "write it from 0 to 1, as in `quantile(theta, 0.95)`";
                     fault("a quantile is of a part of the time".to_owned(), help.to_owned())
                 })?;
-                self.take(name, Take::Quantile(part), quantity.clone())
+                self.take(name, (Take::Quantile(part), None), quantity.clone())
             }
             (FIRST, _, [_], [SyntaxKind::Call { name: compare, arguments, .. }])
                 if ["gt", "ge", "lt", "le"].contains(&compare.as_str()) =>
@@ -260,7 +270,8 @@ impl<'m> Reader<'m> {
                 let [low, high] = if compare.starts_with('g') { [1, 0] } else { [0, 1] };
                 let [low, high] = [sides[low].clone(), sides[high].clone()];
                 let above = self.join([high, low], |pool, [a, b]| pool.sub(a, b), either);
-                let taken = self.take(name, Take::First, Part { signal: None, ..above })?;
+                let above = Part { signal: None, ..above };
+                let taken = self.take(name, (Take::First, None), above)?;
                 Ok(Part { unit: Unit::of("s"), ..taken })
             }
             (FIRST, ..) => {
@@ -276,20 +287,26 @@ impl<'m> Reader<'m> {
     }
 
     /// A number taken of a quantity over time.
-    fn take(&mut self, name: &str, take: Take, quantity: Part) -> Result<Part, Diagnostic> {
+    fn take(
+        &mut self,
+        name: &str,
+        (take, window): (Take, Option<[f64; 2]>),
+        quantity: Part,
+    ) -> Result<Part, Diagnostic> {
         if quantity.stage == Stage::Taken {
             let help = format!("write `{name}(…)` around what varies over the run");
             return Err(fault(format!("`{name}` of what is one number already"), help));
         }
         let signal = quantity.signal.clone();
-        let taken = self.taken(quantity, take);
+        let taken = self.taken(quantity, take, window);
         let signal = signal.map(|(word, unit)| (format!("{name}({word})"), unit));
-        // A quantile's name has its part in it: as it was written.
-        Ok(Part { signal: signal.filter(|_| !matches!(take, Take::Quantile(_))), ..taken })
+        // A quantile's name has its part in it, and that of a window its times: as it was written.
+        let is_whole = !matches!(take, Take::Quantile(_)) && window.is_none();
+        Ok(Part { signal: signal.filter(|_| is_whole), ..taken })
     }
 
     /// A number of the run: itself, or what is taken of a quantity over time.
-    fn taken(&mut self, part: Part, take: Take) -> Part {
+    fn taken(&mut self, part: Part, take: Take, window: Option<[f64; 2]>) -> Part {
         if part.stage == Stage::Taken {
             return part;
         }
@@ -298,13 +315,16 @@ impl<'m> Reader<'m> {
             self.over_time.push(part.expr);
             self.over_time.len() - 1
         });
-        let same = |taken: &&Taken| taken.take == take && taken.quantity == quantity;
+        let same = |Taken { asked, .. }: &&Taken| {
+            (asked.take, asked.window, asked.quantity) == (take, window, quantity)
+        };
         let symbol = if let Some(known) = self.takes.iter().find(same) {
             known.symbol
         } else {
             // No name of a run has a space.
             let symbol = symbol(&self.pool, &format!("take {}", self.takes.len()));
-            self.takes.push(Taken { take, quantity, output: self.text.clone(), symbol });
+            let asked = Asked { take, window, quantity, output: self.text.clone() };
+            self.takes.push(Taken { asked, symbol });
             symbol
         };
         Part { expr: self.pool.symbol_expr(symbol), stage: Stage::Taken, signal: None, ..part }
@@ -364,7 +384,7 @@ impl<'m> Reader<'m> {
             return parts;
         }
         let taken = |part: Part| match part.stage {
-            Stage::OverTime => self.taken(part, Take::Final),
+            Stage::OverTime => self.taken(part, Take::Final, None),
             _ => part,
         };
         parts.into_iter().map(taken).collect()
@@ -464,7 +484,8 @@ fn unknown_unit() -> Diagnostic {
 }
 
 fn unknown_function(name: &str) -> Diagnostic {
-    let takes = TAKES.iter().map(|(word, _)| *word).chain([QUANTILE, FIRST]);
+    let more = [QUANTILE, FIRST, "max_between", "min_between"];
+    let takes = TAKES.iter().map(|(word, _)| *word).chain(more);
     let names: Vec<&str> = takes.chain(bksim::expr::function_names()).collect();
     fault(format!("`{}` is no output", shorten(name)), suggest(name, &names))
 }

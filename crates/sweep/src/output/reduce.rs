@@ -68,6 +68,30 @@ impl Reduced {
         (self.before, self.t, self.is_empty) = (value, t, false);
     }
 
+    /// Takes an extreme between two samples.
+    pub(super) fn rise(&mut self, value: f64) {
+        match self.take {
+            Take::Min => self.value = lesser(self.value, value),
+            Take::Max => self.value = -lesser(-self.value, -value),
+            Take::PeakToPeak => {
+                self.value = -lesser(-self.value, -value);
+                self.least = lesser(self.least, value);
+            }
+            _ => (),
+        }
+    }
+
+    /// The signs with which extremes are largest, each with the extreme so far.
+    pub(super) fn sides(&self) -> [Option<(f64, f64)>; 2] {
+        let [most, least] = [(1.0, self.value), (-1.0, self.value)];
+        match self.take {
+            Take::Max => [Some(most), None],
+            Take::Min => [None, Some(least)],
+            Take::PeakToPeak => [Some(most), Some((-1.0, self.least))],
+            _ => [None, None],
+        }
+    }
+
     /// Adds a sample; half of the time since the one before goes to each of both.
     fn weigh(&mut self, value: f64, dt: f64) {
         if let Some((_, time)) = self.samples.last_mut() {
@@ -84,6 +108,9 @@ impl Reduced {
             Take::Rms if span == 0.0 => self.before.abs(),
             Take::Mean => value / span,
             Take::Rms => (value / span).sqrt(),
+            // The largest of nothing is below everything.
+            Take::Max | Take::PeakToPeak if self.is_empty => f64::NEG_INFINITY,
+            Take::Min if self.is_empty => f64::INFINITY,
             Take::PeakToPeak => value - self.least,
             Take::Quantile(part) => quantile(&mut self.samples, part),
             _ => value,
