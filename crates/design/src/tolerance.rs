@@ -7,6 +7,7 @@
 //! samples              each followed from the nominal pose; what does not assemble is counted
 //! ```
 
+mod aside;
 mod cheapest;
 mod extreme;
 mod fits;

@@ -199,7 +199,7 @@ impl Job<'_> {
         parts.chain(vec![0.0; 2 * self.plays.len()]).collect()
     }
 
-    fn value(
+    pub(super) fn value(
         &self,
         solver: &mut Solver<'_>,
         pose: &Pose,
@@ -222,20 +222,15 @@ impl Job<'_> {
         (k, of_plays): (usize, &[[f64; 2]]),
     ) -> Ends {
         // By the signs of all slopes, where they are proved.
-        let signs = if self.plays.is_empty() { self.signs(pose, k) } else { None };
-        if let Some(signs) = signs {
-            let of = |turn: bool| {
+        if let Some(signs) = self.signs(pose, k) {
+            let mut end = |turn: bool| {
                 let is_upper = |part: usize| (signs[part] > 0.0) != turn;
-                let point = self.corner(&is_upper);
-                let words = (0..self.parts.len())
-                    .map(|part| if is_upper(part) { "+" } else { "-" })
-                    .collect();
-                (point, words)
+                let side = (k, if turn { -1.0 } else { 1.0 });
+                let value = self.aside(solver, pose, side, &self.corner(&is_upper))?;
+                let word = |part: usize| if is_upper(part) { "+" } else { "-" };
+                Some((value, (0..self.parts.len()).map(word).collect()))
             };
-            let ((low, low_at), (high, high_at)) = (of(true), of(false));
-            let low = self.value(solver, pose, &low, k);
-            let high = self.value(solver, pose, &high, k);
-            if let (Ok(low), Ok(high)) = (low, high) {
+            if let (Some((low, low_at)), Some((high, high_at))) = (end(true), end(false)) {
                 return Ends {
                     interval: [low, high],
                     at: [low_at, high_at],

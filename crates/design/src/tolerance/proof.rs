@@ -1,8 +1,8 @@
-//! The proof that slopes keep their signs throughout the limits.
+//! The proof that slopes keep their signs throughout the limits, wherever pins are in their holes.
 
 use nalgebra::DMatrix;
 
-use super::{Job, Part};
+use super::Job;
 use crate::interval::{Interval, Steps, times};
 use crate::poses::Pose;
 
@@ -17,11 +17,11 @@ impl Job<'_> {
     pub(super) fn signs(&self, pose: &Pose, k: usize) -> Option<Vec<f64>> {
         let steps = self.steps.as_ref()?;
         // Parameters that follow from others are intervals of their own only if each is a part itself.
-        let whole: Vec<Interval> = self
-            .parts
-            .iter()
-            .map(|p| Interval::new(p.nominal + p.limits[0], p.nominal + p.limits[1]))
-            .collect();
+        let of_parts = self.parts.iter();
+        let of_parts = of_parts.map(|p| [p.nominal + p.limits[0], p.nominal + p.limits[1]]);
+        let of_plays = self.plays.iter().flat_map(|play| [[-play.reach, play.reach]; 2]);
+        let whole: Vec<Interval> =
+            of_parts.chain(of_plays).map(|[lo, hi]| Interval::new(lo, hi)).collect();
         let nominal = (self.parameters)(&self.nominal())?;
         let moved = (self.parameters)(&self.corner(&|_| true))?;
         let is_part = |i: usize| self.parts.iter().any(|part| part.place == i);
@@ -36,9 +36,17 @@ impl Job<'_> {
             if n_seen > MOST_PIECES {
                 return None;
             }
-            let Some(found) = self.signs_in(steps, pose, k, &piece) else {
+            let found = self.slopes_in(steps, pose, k, &piece);
+            let found = found.and_then(|slopes| {
+                slopes[..self.parts.len()].iter().map(|slope| sign(*slope)).collect()
+            });
+            let Some(found) = found else {
                 // Halves along the part that is widest.
-                let width = |i: &usize| piece[*i].radius() / self.parts[*i].half();
+                let size = |i: usize| match i.checked_sub(self.parts.len()) {
+                    None => self.parts[i].half(),
+                    Some(i) => self.plays[i / 2].reach,
+                };
+                let width = |i: &usize| piece[*i].radius() / size(*i);
                 let widest = (0..piece.len()).max_by(|a, b| width(a).total_cmp(&width(b)))?;
                 let [mut low, mut high] = [piece.clone(), piece.clone()];
                 let middle = piece[widest].middle();
@@ -55,14 +63,15 @@ impl Job<'_> {
         signs
     }
 
-    /// The signs of slopes in one piece, by Krawczyk's operator.
-    fn signs_in(
+    /// Bounds of the slopes of a result in one piece, by Krawczyk's operator: by the parts, then by both components of each
+    /// play.
+    pub(super) fn slopes_in(
         &self,
         steps: &Steps,
         pose: &Pose,
         k: usize,
         piece: &[Interval],
-    ) -> Option<Vec<f64>> {
+    ) -> Option<Vec<Interval>> {
         let poses = self.poses;
         let n = poses.n();
         let mut solver = poses.solver();
@@ -71,8 +80,8 @@ impl Job<'_> {
         let p = (self.parameters)(&middle)?;
         let m = solver.follow(pose, &p, &pose.u).ok()?;
         let mut p_box: Vec<Interval> = p.iter().map(|&p| Interval::point(p)).collect();
-        for (part, bounds) in self.parts.iter().zip(piece) {
-            p_box[part.place] = *bounds;
+        for (place, bounds) in self.places().zip(piece) {
+            p_box[place] = *bounds;
         }
         let inputs = |q: Vec<Interval>| [vec![Interval::point(0.0)], q, p_box.clone()].concat();
         let at_middle: Vec<Interval> = m.q.iter().map(|&q| Interval::point(q)).collect();
@@ -133,7 +142,7 @@ impl Job<'_> {
                 return None;
             }
             if image.iter().zip(&x_box).all(|(image, of)| image.is_within(*of)) {
-                return self.signs_of(k, (&values, &matrix), &y, (&a, n_p));
+                return self.slopes_of(k, (&values, &matrix), &y, (&a, n_p));
             }
             for (radius, (image, q)) in radius.iter_mut().zip(image.iter().zip(&m.q)) {
                 *radius = 1.2 * (image.hi - q).abs().max((image.lo - q).abs()) + 1e-15;
@@ -142,14 +151,20 @@ impl Job<'_> {
         None
     }
 
-    /// The signs of dh/dp, from bounds of all slopes.
-    fn signs_of(
+    /// Places of the parts, then of both components of each play, among the parameters.
+    fn places(&self) -> impl Iterator<Item = usize> {
+        let of_plays = self.plays.iter().flat_map(|play| [play.place, play.place + 1]);
+        self.parts.iter().map(|part| part.place).chain(of_plays)
+    }
+
+    /// Bounds of dh/dp, from bounds of all slopes.
+    fn slopes_of(
         &self,
         k: usize,
         (values, matrix): (&[Interval], &MatrixOf<'_>),
         y: &DMatrix<f64>,
         (a, n_p): (&[Vec<Interval>], usize),
-    ) -> Option<Vec<f64>> {
+    ) -> Option<Vec<Interval>> {
         let n = self.poses.n();
         // D = −(Y Φ_q)⁻¹ Y Φ_p, with I − Y Φ_q smaller than one.
         let row_sum = |i: usize| {
@@ -167,23 +182,27 @@ impl Job<'_> {
         let b = times(y, &matrix(values, 0, n, n, n_p));
         let h_q = matrix(values, n + k, n + k + 1, 0, n);
         let h_p = matrix(values, n + k, n + k + 1, n, n_p);
-        let sign = |part: &Part| {
-            let column: Vec<Interval> = b.iter().map(|row| row[part.place]).collect();
+        let slope = |place: usize| {
+            let column: Vec<Interval> = b.iter().map(|row| row[place]).collect();
             let largest = column.iter().map(|x| x.size()).fold(0.0, f64::max);
             let spread = e / (1.0 - e) * largest * (1.0 + 1e-12);
             let terms = (0..n).map(|i| {
                 let d = column[i].scaled(-1.0).add(Interval::new(-spread, spread));
                 h_q[0][i].multiply(d)
             });
-            let slope = terms.fold(h_p[0][part.place], Interval::add);
-            match slope {
-                Interval { lo, .. } if lo >= 0.0 => Some(1.0),
-                Interval { hi, .. } if hi <= 0.0 => Some(-1.0),
-                // Nothing depends on it, but for rounding.
-                slope if slope.size() < 1e-13 => Some(1.0),
-                _ => None,
-            }
+            terms.fold(h_p[0][place], Interval::add)
         };
-        self.parts.iter().map(sign).collect()
+        Some(self.places().map(slope).collect())
+    }
+}
+
+/// The sign of a slope with these bounds; `None` where it has either.
+fn sign(slope: Interval) -> Option<f64> {
+    match slope {
+        Interval { lo, .. } if lo >= 0.0 => Some(1.0),
+        Interval { hi, .. } if hi <= 0.0 => Some(-1.0),
+        // Nothing depends on it, but for rounding.
+        slope if slope.size() < 1e-13 => Some(1.0),
+        _ => None,
     }
 }

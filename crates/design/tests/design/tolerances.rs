@@ -206,7 +206,7 @@ fn play_of_a_pin_is_a_link_in_any_direction() {
     for (end, exact) in band.exact_interval.into_iter().zip([best(-1.0), best(1.0)]) {
         assert!((end - exact).abs() < 1e-10, "{end} for {exact}");
     }
-    assert!(!band.proved && !band.linear_fails, "{band:?}");
+    assert!(band.proved && !band.linear_fails, "{band:?}");
     // A place in a disc: a quarter of the square of its radius along any line.
     let sigma = 0.5 * band.linear_worst;
     assert!((band.sigma_linear / sigma - 1.0).abs() < 1e-12, "{band:?}");
@@ -220,6 +220,30 @@ fn play_of_a_pin_is_a_link_in_any_direction() {
     assert!((both.linear_worst - parts.linear_worst - band.linear_worst).abs() < 1e-12);
     assert_eq!(both.contributors.last().map(|c| c.name.as_str()), Some("B (play)"));
     assert!(both.exact_interval[0] < parts.exact_interval[0]);
+    assert!(both.proved, "{both:?}");
+
+    // Two pins at once, each aside in any direction: by all pairs of these.
+    let text = FOUR_BAR.replace(limits, "play = { B = \"0.5 mm\", A = \"0.2 mm\" }");
+    let two = &solved(&text.replace("10000", "500")).poses[0].bands[0];
+    assert!(two.proved, "{two:?}");
+    let direction = |k: i32| f64::from(k) * std::f64::consts::TAU / 2000.0;
+    let aside = |r: f64, turn: f64| [r * turn.cos(), r * turn.sin()];
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    for (k, l) in (0..2000).flat_map(|k| (0..2000).step_by(20).map(move |l| (k, l))) {
+        let [b, a] = [aside(reach, direction(k)), aside(0.2e-3, direction(l))];
+        let value = of([b[0] + a[0], b[1] + a[1]]);
+        (least, most) = (least.min(value), most.max(value));
+    }
+    // Both pins move the same point of the loop: together as one with the sum of both plays.
+    assert!(two.exact_interval[0] <= least + 1e-12 && two.exact_interval[1] >= most - 1e-12);
+    let whole = |sign: f64| {
+        let value =
+            |k: i32| sign * of(aside(0.7e-3, f64::from(k) * std::f64::consts::TAU / 40_000.0));
+        (0..40_000).map(value).fold(f64::NEG_INFINITY, f64::max) * sign
+    };
+    for (end, exact) in two.exact_interval.into_iter().zip([whole(-1.0), whole(1.0)]) {
+        assert!((end - exact).abs() < 1e-10, "{end} for {exact}");
+    }
 }
 
 #[test]
