@@ -31,7 +31,7 @@ pub(super) struct Wish {
     dwell: Written,
     /// Angle through which the output swings in the rest of the turn; 30° unless given.
     swing: Option<Written>,
-    /// What rests: a rocker unless given.
+    /// Kind of the link that rests: a rocker unless given.
     #[serde(default)]
     output: OutputKind,
     /// Distance of the pivots of the four-bar; 1 m unless given.
@@ -42,7 +42,7 @@ pub(super) struct Wish {
     starts: Option<usize>,
 }
 
-/// What a coupler point moves.
+/// Kind of the link that a coupler point moves.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Deserialize, Debug)]
 #[serde(rename_all = "snake_case")]
 enum OutputKind {

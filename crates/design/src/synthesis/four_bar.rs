@@ -191,7 +191,7 @@ impl FourBar {
     }
 }
 
-/// What the point of a coupler moves.
+/// Link that the point of a coupler moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Second {
     /// A link to the pin of a second rocker: its pivot, and the pin.

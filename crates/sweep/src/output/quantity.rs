@@ -116,7 +116,7 @@ impl Quantities {
         &self.values
     }
 
-    /// What the quantities are functions of, at a sample.
+    /// Arguments of the quantities at a sample.
     pub(super) fn arguments(&mut self, channels: &Channels, sample: &Sample) -> &[f64] {
         self.take_arguments(channels, sample);
         &self.arguments
