@@ -10,7 +10,7 @@ use bksim_expr::{Expr, Pool, PoolSnapshot, SymbolId};
 
 use crate::assembly::ChosenAssembly;
 use crate::belt::Belt;
-use crate::body::{Body, Space};
+use crate::body::{Anchor, Body, Space};
 use crate::compliance::Compliance;
 use crate::contact::ContactPair;
 use crate::coupling::Coupling;
@@ -153,6 +153,15 @@ impl<P> Model<P> {
 }
 
 impl Model {
+    /// Name of a point of a body, `crank.P`; that of the body for its origin.
+    pub fn anchor_name(&self, anchor: Anchor) -> String {
+        let body = &self.bodies[anchor.body.0];
+        match anchor.point {
+            Some(point) => format!("{}.{}", body.name, body.points[point.0].name),
+            None => body.name.clone(),
+        }
+    }
+
     /// All couplings, and the teeth with play.
     pub fn all_couplings(&self) -> impl Iterator<Item = &Coupling> {
         // One of the two sides of each pair.

@@ -31,6 +31,8 @@ pub struct RopeNode {
     pub radius: Expr,
     /// True if the rope turns left around it.
     pub is_left: bool,
+    /// True of an end, and of a pulley that the rope does not slip over.
+    pub grips: bool,
     /// Turn of the rope about a pulley, rad, on and on from the start: an expression of signals. The rope touches where
     /// this is not below zero.
     pub turn: Option<Expr>,

@@ -28,6 +28,7 @@ bksim_model::codes! {
     ROPE_WAY = "S031", "a rope without a way";
     OVERLAP = "S032", "outlines that overlap at the start";
     SKEW_TEETH = "S035", "a pressure angle of wheels of which it is not known where they press";
+    PULLEY_CANNOT_TURN = "S039", "a rope that grips a pulley that cannot turn";
     DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
     NO_VALUE = "R002", "an expression leaves its domain";
     STEP_TOO_SMALL = "R003", "the step size became too small";

@@ -10,7 +10,7 @@ use bksim_mbs::worm::Worm;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
 use bksim_model::{
-    Belt, Coupling, CouplingKind, Measure, Model, MotionKind, Rope, Space, Vector, Wheels,
+    Belt, BodyId, Coupling, GROUND, CouplingKind, Measure, Model, MotionKind, Rope, Space, Vector, Wheels,
 };
 
 use crate::belt::{NoStrand, Way, span_between};
@@ -42,9 +42,32 @@ pub(crate) fn check_couplings(
         faults.extend(belt_fault(model, system, belt)?);
     }
     for rope in &model.ropes {
+        faults.extend(gripped(model, system, rope));
         faults.extend(rope_fault(model, system, rope)?);
     }
     Ok(faults)
+}
+
+/// A rope that grips a pulley of a body that no joint lets turn: it is as if tied to the body.
+fn gripped(model: &Model, system: &SymbolicSystem, rope: &Rope) -> Option<Diagnostic> {
+    let coordinates = coordinates_at_start(model, &system.kinematics);
+    let turns = |body: BodyId| {
+        let angle = system.kinematics.measure(model, Measure::BodyAngle(body));
+        coordinates.iter().any(|(symbol, _)| model.pool.depends_on(angle, *symbol))
+    };
+    let inner = 1..rope.nodes.len().saturating_sub(1);
+    let place = (inner.map(|k| (k, &rope.nodes[k])))
+        .find(|(_, node)| node.grips && node.center.body != GROUND && !turns(node.center.body));
+    let (k, node) = place?;
+    let center = model.anchor_name(node.center);
+    let body = &model.bodies[node.center.body.0].name;
+    let message = format!(
+        "rope `{}` grips the pulley at `{center}`, and the joints of `{body}` do not let it turn",
+        rope.name
+    );
+    let label = format!("at place {} of `over`", k + 1);
+    let help = "write `slips = true` of the pulley: the rope runs over it, as if it turned in the body";
+    Some(Diagnostic::error(codes::PULLEY_CANNOT_TURN, message).at(rope.span.clone(), label).help(help))
 }
 
 /// A rope without a way where the start puts what it goes over.

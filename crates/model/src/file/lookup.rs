@@ -223,8 +223,8 @@ impl Reader<'_> {
         let location = context.quoted.span_of(&(start..start + word.len()));
         if part == 0 && find_unit(word).is_some() {
             let help = format!(
-                "a unit follows a number, `1 {word}`, or a unit and a space, `1 kg {word}`; \
-                 after `*` a parameter comes first"
+                "add `{word} = …` to `[parameters]` if it is meant as a quantity; as a unit it \
+                 follows a number, `1 {word}`, or a unit and a space, `1 kg {word}`"
             );
             self.report(
                 Diagnostic::error(codes::UNKNOWN_NAME, message)

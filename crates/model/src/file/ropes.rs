@@ -464,7 +464,7 @@ impl Reader<'_> {
         }
         let node = |(stop, turn): (&Stop, Option<Expr>)| {
             let Stop { center, is_left, leaves, .. } = *stop;
-            RopeNode { center, radius: stop.wheel.radius, is_left, turn, leaves }
+            RopeNode { center, radius: stop.wheel.radius, is_left, grips: stop.holds, turn, leaves }
         };
         let nodes = stops.iter().zip(turns).map(node).collect();
         let span = fields.location(&["over"]);

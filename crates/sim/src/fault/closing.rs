@@ -4,7 +4,7 @@
 use super::guesses::written;
 use super::reach::{Short, Span, in_words, reach_of_others, shortest_loop, spans, unit, value};
 use super::words::{
-    anchor_name, bodies_of, drive_position, drive_value, name, position_of, unit_of,
+    bodies_of, drive_position, drive_value, name, position_of, unit_of,
 };
 use super::{pole, within_turn};
 use crate::codes;
@@ -57,8 +57,8 @@ fn lengths_exclude(model: &Model, found: &Short, gaps: &[Gap]) -> Diagnostic {
         "the loop of joints {} cannot close: the smallest gap is {} m between `{}` and `{}`",
         in_order(model, around),
         short(*gap),
-        anchor_name(model, joint.predecessor),
-        anchor_name(model, joint.successor),
+        model.anchor_name(joint.predecessor),
+        model.anchor_name(joint.successor),
     );
     let is_open = gaps.iter().any(|gap| gap.joint == around[0]);
     let label = if is_open { "stays open" } else { "is in this loop" };
@@ -109,7 +109,7 @@ fn in_order(model: &Model, around: &[JointId]) -> String {
 /// How far a joint is open in the closest position found.
 fn left_open(model: &Model, gap: Gap) -> String {
     let joint = &model.joints[gap.joint.0];
-    let ends = [joint.predecessor, joint.successor].map(|end| anchor_name(model, end));
+    let ends = [joint.predecessor, joint.successor].map(|end| model.anchor_name(end));
     if let Some(length) = joint.kind.link_length() {
         let length = value(model, length);
         let apart = (length * length + 2.0 * length * gap.distance).max(0.0).sqrt();

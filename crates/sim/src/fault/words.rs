@@ -1,6 +1,6 @@
 //! Names, units and positions of parts of a model, as faults say them.
 
-use bksim_model::{Anchor, Drive, JointId, Measure, Model};
+use bksim_model::{Drive, JointId, Measure, Model};
 
 /// Where the drive puts its joint at time `t`, such as "1.0472 rad (60°)"; `write` gives the digits.
 pub(super) fn drive_position(
@@ -32,14 +32,6 @@ pub(super) fn drive_value(model: &Model, drive: &Drive, t: f64) -> f64 {
         parameter.or_else(|| (symbol == model.time).then_some(t))
     };
     model.pool.evaluate(drive.motion, &value).unwrap_or(f64::NAN)
-}
-
-pub(super) fn anchor_name(model: &Model, anchor: Anchor) -> String {
-    let body = &model.bodies[anchor.body.0];
-    match anchor.point {
-        Some(point) => format!("{}.{}", body.name, body.points[point.0].name),
-        None => body.name.clone(),
-    }
 }
 
 pub(super) fn bodies_of<'a>(model: &'a Model, around: &[JointId]) -> Vec<&'a str> {

@@ -8,7 +8,7 @@ use crate::equations::{
     ContactText, Counts, FunctionText, Level, ReadingForm, RowName, contact_texts, functions,
 };
 use crate::system::Derivation;
-use bksim_model::{Anchor, BodyId, JointId, Model, NamedSignal, Space, StateId};
+use bksim_model::{BodyId, JointId, NamedSignal, Space, StateId};
 
 /// The form as the style wants it: typeset, multipliers are λ₁, λ₂ …
 pub(super) fn form_for(subject: &Subject<'_>, style: Style) -> ReadingForm {
@@ -159,21 +159,13 @@ fn joints(subject: &Subject<'_>) -> Vec<Vec<Cell>> {
             words(kind),
             Cell::Code(format!(
                 "{}, {}",
-                anchor(model, joint.predecessor),
-                anchor(model, joint.successor)
+                model.anchor_name(joint.predecessor),
+                model.anchor_name(joint.successor)
             )),
             words(role),
         ]
     };
     model.joints.iter().enumerate().map(row).collect()
-}
-
-fn anchor(model: &Model, anchor: Anchor) -> String {
-    let body = &model.bodies[anchor.body.0];
-    match anchor.point {
-        Some(point) => format!("{}.{}", body.name, body.points[point.0].name),
-        None => body.name.clone(),
-    }
 }
 
 fn coordinates(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
