@@ -147,7 +147,7 @@ pub(crate) struct Draft {
     pub(crate) curves: Vec<Table>,
     /// Keys of `[initial]`.
     pub(crate) initial: Vec<(String, String)>,
-    /// Joints that cannot start at zero: joint, word of the motion, the limit nearest to zero and a place within it.
+    /// Joints that do not start at zero: joint, word of the motion, and where, at a limit on it and a little within it.
     pub(crate) starts: Vec<(String, String, [f64; 2])>,
     /// Parameters that are inputs.
     pub(crate) inputs: Vec<String>,

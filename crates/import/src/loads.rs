@@ -64,12 +64,15 @@ impl Draft {
             _ => return,
         };
         let word = motion.of.unwrap_or(if motion.turns { "angle" } else { "position" });
+        if self.starts.iter().any(|(joint, own, _)| joint == motion.joint && own == word) {
+            return;
+        }
         let range = lower.zip(upper).map_or(0.0, |(lower, upper)| upper - lower);
         let inwards = INWARDS * range * nearest.signum();
         self.starts.push((motion.joint.to_owned(), word.to_owned(), [nearest, nearest + inwards]));
     }
 
-    /// Writes where joints start that cannot start at zero: at their limits, but in loops, which move on as they close, a
+    /// Writes where joints start that do not start at zero: of those that cannot, at their limits, but in loops, which move on as they close, a
     /// little within them.
     pub(crate) fn write_starts(&mut self) {
         // A tree has as many joints as bodies.

@@ -14,12 +14,16 @@ use crate::spatial::{Pose, Rotation, Vector, cross, dot, norm, scale, sub, unit}
 const MEANT: f64 = 1e-4;
 /// Loops whose axes are all at smaller angles stay as their files have them, rad: they close around the pose of the file.
 const CLOSING: f64 = 1e-6;
+/// Loops that such angles would lock are straightened from here on, rad: smaller ones are none for the ranks of an analysis.
+const LOCKING: f64 = 1e-9;
 /// Axes at a smaller angle stay as they are, rad: arithmetic leaves as much.
 const ROUNDING: f64 = 1e-12;
 
 /// Joints that hold two frames upon each other at zero.
 const FRAMED: [&str; 8] =
     ["revolute", "prismatic", "cylindrical", "universal", "spherical", "free", "weld", "screw"];
+/// Joints of loops that move only while all their axes are parallel; balls let others close around the pose of the file.
+const STIFF: [&str; 4] = ["revolute", "cylindrical", "prismatic", "weld"];
 /// Joints that turn about their axis.
 const TURNING: [&str; 2] = ["revolute", "cylindrical"];
 
@@ -61,7 +65,8 @@ pub(crate) fn straighten(draft: &mut Draft, job: &mut Job<'_>) {
         let turning: Vec<usize> = members.iter().copied().filter(|&j| is(j, &TURNING)).collect();
         let pairs = turning.iter().flat_map(|&a| turning.iter().map(move |&b| (a, b)));
         let largest = pairs.map(|(a, b)| angle(a, b)).fold(0.0, f64::max);
-        if !(CLOSING..MEANT).contains(&largest) {
+        let least = if members.iter().all(|&j| is(j, &STIFF)) { LOCKING } else { CLOSING };
+        if !(least..MEANT).contains(&largest) {
             continue;
         }
         for pair in turning.windows(2) {

@@ -25,11 +25,13 @@ const JOINTS: [(&str, &str); 11] = [
 ];
 
 /// Primitives by their words, with their types here.
-const PRIMITIVES: [(&str, &str); 5] = [
+const PRIMITIVES: [(&str, &str); 6] = [
     ("ATPOINT", "spherical"),
     ("INLINE", "point-on-line"),
     ("INPLANE", "point-on-plane"),
     ("PARALLEL_AXES", "parallel-axes"),
+    // With another joint that holds the turn about z.
+    ("ORIENTATION", "parallel-axes"),
     ("PERPENDICULAR", "perpendicular-axes"),
 ];
 
@@ -139,7 +141,7 @@ impl Reader<'_, '_> {
     }
 
     pub(super) fn primitive(&mut self, statement: &Statement) {
-        let Some(&(_, kind)) = PRIMITIVES.iter().find(|(word, _)| statement.has(word)) else {
+        let Some(&(word, kind)) = PRIMITIVES.iter().find(|(word, _)| statement.has(word)) else {
             let message = "this primitive is not a joint of a model".to_owned();
             let help = "replace it in the model by a joint that holds the same directions";
             self.job.warn(codes::NOT_MODELLED, message, (&statement.place, "left out"), help);
@@ -158,7 +160,15 @@ impl Reader<'_, '_> {
             table = Table::new(table.name.clone(), kind).between(&first, &second);
             table = table.key("axis", "[0, 0, 1]").key("second", "[1, 0, 0]");
         }
-        self.draft.joints.push(table.note(format!("JPRIM/{}", statement.id.unwrap_or(0))));
+        let note = format!("JPRIM/{}", statement.id.unwrap_or(0));
+        if word == "ORIENTATION" {
+            // Next to z of both, x of J and y of I stay perpendicular.
+            let about_z = self.names.coin(&format!("{}_about_z", table.name));
+            let about_z = Table::new(about_z, "perpendicular-axes").between(&first, &second);
+            let about_z = about_z.key("axis", "[1, 0, 0]").key("second", "[0, 1, 0]");
+            self.draft.joints.push(about_z.note(note.clone()));
+        }
+        self.draft.joints.push(table.note(note));
     }
 
     /// `DM(i, j) - length` is a rod without mass; other constraints are left out.

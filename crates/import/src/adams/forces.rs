@@ -80,7 +80,9 @@ impl Reader<'_, '_> {
     /// A force between two markers, or a torque between two parts, by a function.
     pub(super) fn force(&mut self, statement: &Statement) {
         let Some([i, j]) = self.ends(statement) else { return };
-        let done = if statement.has("ROTATIONAL") {
+        let done = if statement.has("ACTIONONLY") {
+            self.action_by(statement, [i, j])
+        } else if statement.has("ROTATIONAL") {
             self.torque_by(statement, [i, j])
         } else {
             self.force_by(statement, [i, j])
@@ -100,6 +102,37 @@ impl Reader<'_, '_> {
     ) -> Option<String> {
         let time = format!("(t/({} s))", number(self.units.time));
         translated(&statement.expression("FUNCTION")?, &time, measures)
+    }
+
+    /// A force or torque on the part of I alone, along z of J: known where J is fixed in the world, and of a force also where it
+    /// turns with the part of I.
+    fn action_by(&mut self, statement: &Statement, [i, j]: [u64; 2]) -> Option<()> {
+        let action = self.markers.get(&i)?.part?;
+        let base = self.markers.get(&j)?.clone();
+        let is_torque = statement.has("ROTATIONAL");
+        let (turn, axes) = match base.part {
+            None => (self.world_of(j).turn, "world"),
+            Some(part) if part == action && !is_torque => (base.pose.turn, "body"),
+            Some(_) => return None,
+        };
+        let direction = turn.axes()[2];
+        let law = self.law(statement, &|_, _| None)?;
+        let (unit, size) = if is_torque {
+            ("N m", self.units.force * self.units.length)
+        } else {
+            ("N", self.units.force)
+        };
+        let component = |along: f64| format!("\"{} {unit}*({law})\"", number(size * along));
+        let vector = format!("[{}]", direction.map(component).join(", "));
+        let name = self.load_name(statement);
+        let table = if is_torque {
+            Table::new(name, "torque").text("on", &self.draft.bodies[action].name)
+        } else {
+            let point = self.point_at(i, Rotation::NONE);
+            Table::new(name, "force").text("on", &point).text("axes", axes)
+        };
+        self.draft.loads.push(table.key("vector", vector));
+        Some(())
     }
 
     fn torque_by(&mut self, statement: &Statement, ends: [u64; 2]) -> Option<()> {
@@ -130,7 +163,7 @@ impl Reader<'_, '_> {
 
     /// Along the line of two markers: an actuator without mass between them has the length.
     fn force_by(&mut self, statement: &Statement, ends: [u64; 2]) -> Option<()> {
-        if statement.has("ACTIONONLY") || self.distance(ends[0], ends[1]) == 0.0 {
+        if self.distance(ends[0], ends[1]) == 0.0 {
             return None;
         }
         let line = statement

@@ -31,8 +31,9 @@ impl Reader<'_, '_> {
             shapes.extend(drawn);
         }
         let inertia = match (uses_shapes, stated) {
-            (true, _) => Inertia::sum(&parts),
-            (false, stated) => stated.unwrap_or_default(),
+            // Without shapes that count, what is stated stays.
+            (true, _) if !parts.is_empty() => Inertia::sum(&parts),
+            (_, stated) => stated.unwrap_or_default(),
         };
         (self.bounded(inertia), shapes)
     }

@@ -109,6 +109,15 @@ impl Reader<'_, '_> {
             table = table.number("armature", armature);
         }
         self.draft.joints.push(table);
+        // The file has its bodies where the joint is at `ref`, and its motion starts there.
+        let word = match kind {
+            "revolute" => Some("angle"),
+            "prismatic" => Some("position"),
+            _ => None,
+        };
+        if let Some(word) = word.filter(|_| made.reference != 0.0) {
+            self.draft.starts.push((name.clone(), word.to_owned(), [made.reference; 2]));
+        }
         match kind {
             "free" => self.start_of(&name, at),
             "spherical" => self.ball_damping(item, class, [from, to]),
