@@ -274,3 +274,40 @@ fn a_flat_follower_is_lifted_by_an_eccentric_disc() {
     let lift = last.q[place] - first.q[place];
     assert!((lift - 0.002).abs() < 1e-7, "{lift} m");
 }
+
+/// A support is a triangle with its corner in the middle of the pin or, as often, on its circle.
+#[test]
+fn a_pin_stands_on_a_triangle_that_begins_at_its_circle() {
+    let four_bar = |apex: f64| {
+        let line = |[ax, ay]: [f64; 2], [bx, by]: [f64; 2]| {
+            format!("0\nLINE\n8\n0\n10\n{ax}\n20\n{ay}\n11\n{bx}\n21\n{by}\n")
+        };
+        let [a, b, c, d] =
+            [[0.0, 0.0], [16.209_069_2, 25.244_129_5], [105.711_173_9, 69.846_520_1], [110.0, 10.0]];
+        let mut entities: Vec<String> = [(a, b), (b, c), (c, d)].map(|(p, q)| line(p, q)).to_vec();
+        entities.extend(
+            [a, b, c, d].map(|[x, y]| format!("0\nCIRCLE\n8\n0\n10\n{x}\n20\n{y}\n40\n2.5\n")),
+        );
+        for [x, y] in [a, d] {
+            let (top, base) = ([x, y - apex], y - 14.0);
+            entities.push(line(top, [x - 9.0, base]));
+            entities.push(line(top, [x + 9.0, base]));
+            entities.push(line([x - 12.0, base], [x + 12.0, base]));
+            for k in -3..=3 {
+                let x = x + 4.0 * f64::from(k);
+                entities.push(line([x, base], [x - 4.0, base - 4.0]));
+            }
+        }
+        format!("0\nSECTION\n2\nENTITIES\n{}0\nENDSEC\n0\nEOF\n", entities.concat())
+    };
+    for apex in [0.0, 2.5] {
+        let text = four_bar(apex);
+        let found = understood(("four_bar", text.as_bytes()), &[]);
+        let on_ground = |joint: &&bksim::import::plain::FoundJoint| {
+            joint.bodies.iter().any(|body| body == "ground")
+        };
+        assert_eq!((found.joints.len(), found.mobility), (4, 1), "{apex}: {:?}", found.joints);
+        assert_eq!(found.joints.iter().filter(on_ground).count(), 2, "{apex}");
+        assert!(found.joints.iter().all(|joint| !joint.is_asked), "{apex}: {:?}", found.joints);
+    }
+}

@@ -28,6 +28,7 @@ mod pieces;
 mod questions;
 mod report;
 mod springs;
+mod stands;
 mod straighten;
 mod svg;
 mod wheels;
@@ -373,10 +374,10 @@ fn found(sheet: Sheet, held: &[usize]) -> Found {
     let (bases, plates) = hatching::bases(&sheet, &mut pieces, &places);
     pieces.merge_lines(&places);
     let with_radii: Vec<(Point, f64)> = pins.iter().map(|pin| (pin.at, pin.reach())).collect();
-    let mut is_fixed = hatching::stands(&mut pieces, &bases, &with_radii);
+    let mut is_fixed = stands::stands(&mut pieces, &bases, &with_radii);
     let springs = springs::springs(&mut pieces);
     loops::close_rings(&mut pieces, &places);
-    hatching::stand_symbols(&mut pieces, &bases, &with_radii, &mut is_fixed);
+    stands::stand_symbols(&mut pieces, &bases, &with_radii, &mut is_fixed);
     let mut bodies = bodies::bodies(&mut pieces, &pins, &plates, &is_fixed);
     wheels::add_wheels(&mut bodies, &pieces, (&pins, held), &rings);
     let mut scene = Scene {
