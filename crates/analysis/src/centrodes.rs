@@ -51,8 +51,9 @@ pub struct Centrodes {
     pub moving: Vec<Vec<[f64; 2]>>,
 }
 
-/// Centres farther away than so many longest links are left out of centrodes.
-const FAR: f64 = 10.0;
+/// Centres farther from both bodies than so many longest links are left out of centrodes: these go to infinity, and
+/// in a picture of all that is left the mechanism can still be seen.
+const FAR: f64 = 2.0;
 /// Relative rates below this are none.
 const NO_RATE: f64 = 1e-10;
 
@@ -156,7 +157,9 @@ impl BodyRates {
             let rates = self.at(curve, point);
             let (a, b) = (rates[fixed.0], rates[moving.0]);
             let near = match self.centre(a, b) {
-                CentrePlace::At(p) => Some(p).filter(|p| p[0].hypot(p[1]) < FAR * self.size),
+                CentrePlace::At(p) => {
+                    Some(p).filter(|&p| a.distance(p).min(b.distance(p)) < FAR * self.size)
+                }
                 _ => None,
             };
             let Some(p) = near else {
@@ -176,11 +179,19 @@ impl BodyRates {
                 }
             }
         }
+        // A single point is no curve.
+        found.fixed.retain(|piece| piece.len() > 1);
+        found.moving.retain(|piece| piece.len() > 1);
         found
     }
 }
 
 impl BodyRate {
+    /// Distance of a point of the world from the origin of the body.
+    fn distance(&self, [x, y]: [f64; 2]) -> f64 {
+        (x - self.at[0]).hypot(y - self.at[1])
+    }
+
     /// Velocity of the point of the body that is at the origin of the world.
     fn at_origin(&self) -> [f64; 2] {
         let [x, y, _] = self.at;

@@ -95,27 +95,38 @@ pub fn kinematics_along(
         };
         return found.table.check_numbers(is_named).map(|()| found);
     }
-    Err(match prescribed {
-        Prescribed::Drives { drives, .. } => AnalysisError::Singular {
-            name: drives.first().map_or_else(String::new, |drive| drive.name.clone()),
-        },
-        Prescribed::Times(times) => AnalysisError::Lost { t: times.from },
-    })
+    Err(prescribed.nowhere())
 }
 
-/// The quantities of `positions` with rate and acceleration at the first values of the drives.
-pub(crate) fn at_first(positions: &Positions, drives: &[Drive]) -> Result<Vec<f64>, AnalysisError> {
-    let first = |drive: &Drive| {
-        let range = Range { from: drive.range.from, to: drive.range.from, n: 1 };
-        Drive { range, ..drive.clone() }
+impl Prescribed {
+    /// The fault of a range that is left at its first value.
+    fn nowhere(&self) -> AnalysisError {
+        match self {
+            Self::Drives { drives, .. } => AnalysisError::Singular {
+                name: drives.first().map_or_else(String::new, |drive| drive.name.clone()),
+            },
+            Self::Times(times) => AnalysisError::Lost { t: times.from },
+        }
+    }
+}
+
+/// The quantities of `positions` with rate and acceleration at the first of the prescribed values.
+pub(crate) fn at_first(
+    positions: &Positions,
+    prescribed: &Prescribed,
+) -> Result<Vec<f64>, AnalysisError> {
+    let first = |range: Range| Range { to: range.from, n: 1, ..range };
+    let of_drive = |drive: &Drive| Drive { range: first(drive.range), ..drive.clone() };
+    let options = KinematicsOptions::default();
+    let (found, n_prescribed) = match prescribed {
+        Prescribed::Drives { drives, .. } => {
+            let drives: Vec<Drive> = drives.iter().map(of_drive).collect();
+            (over_drives((positions, &[]), &drives, false, options)?, 3 * drives.len())
+        }
+        Prescribed::Times(times) => (over_times((positions, &[]), first(*times), options)?, 1),
     };
-    let drives: Vec<Drive> = drives.iter().map(first).collect();
-    let found = over_drives((positions, &[]), &drives, false, KinematicsOptions::default())?;
-    let n_prescribed = 3 * drives.len();
     let row = found.table.rows.first().map(|row| row[n_prescribed..].to_vec());
-    row.filter(|row| row.iter().all(|x| x.is_finite())).ok_or_else(|| AnalysisError::Singular {
-        name: drives.first().map_or(String::new(), |drive| drive.name.clone()),
-    })
+    row.filter(|row| row.iter().all(|x| x.is_finite())).ok_or_else(|| prescribed.nowhere())
 }
 
 fn over_drives(

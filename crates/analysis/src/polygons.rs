@@ -10,9 +10,8 @@
 
 use bksim_model::{Anchor, BodyId, GROUND, Model, Space};
 
-use crate::drive::Drive;
 use crate::error::AnalysisError;
-use crate::kinematics::at_first;
+use crate::kinematics::{Prescribed, at_first};
 use crate::positions::Positions;
 use crate::quantity::PoseQuantity;
 
@@ -76,18 +75,18 @@ pub enum VectorPart {
 /// Parts smaller than this part of the largest vector are left out.
 const NOTHING: f64 = 1e-9;
 
-/// The polygons of `model` with these drives at the first values of their ranges.
+/// The polygons of `model` at the first of the prescribed values.
 ///
 /// # Errors
 /// [`AnalysisError`] as of [`kinematics`](crate::kinematics()), or for a mechanism in space.
-pub fn polygons(model: Model, drives: &[Drive]) -> Result<Polygons, AnalysisError> {
+pub fn polygons(model: Model, prescribed: &Prescribed) -> Result<Polygons, AnalysisError> {
     if model.space != Space::Planar {
         return Err(AnalysisError::NotPlanar { what: "polygons" });
     }
     let mut positions = Positions::of(model)?;
     let quantities = body_quantities(&positions);
     positions.quantities = quantities;
-    let row = at_first(&positions, drives)?;
+    let row = at_first(&positions, prescribed)?;
     let motions = [BodyMotion::default()].into_iter().chain(row.chunks(9).map(BodyMotion::of));
     let moving = Moving { positions: &positions, motions: motions.collect() };
     let places = moving.places();

@@ -1,7 +1,7 @@
 //! Velocity and acceleration polygons against a textbook's numbers and against what closes them.
 
 use crate::support::geometry;
-use bksim_analysis::{Drive, Polygon, Polygons, VectorPart, polygons};
+use bksim_analysis::{Drive, Polygon, Polygons, Prescribed, Range, VectorPart, polygons};
 
 fn length(a: [f64; 2]) -> f64 {
     a[0].hypot(a[1])
@@ -29,14 +29,13 @@ fn asked(text: &str, drive: (&str, &str), rate: f64, acceleration: f64) -> Polyg
     let model = geometry(text);
     let drive =
         Drive { rate, acceleration, ..Drive::parse(&model, drive.0, drive.1).expect("a drive") };
-    polygons(model, &[drive]).expect("polygons")
+    let drives = Prescribed::Drives { drives: vec![drive], through: false };
+    polygons(model, &drives).expect("polygons")
 }
 
 /// R. L. Norton, *Design of Machinery*: links of 40, 120, 80 and 100 mm at 40°, ω 25 rad/s, α 15 rad/s²; the open
 /// assembly has ω₃ −4.1209, ω₄ 6.9980 rad/s, α₃ 296.0892, α₄ 470.1335 rad/s².
-#[test]
-fn a_four_bar_of_the_textbook() {
-    let text = r#"
+const FOUR_BAR: &str = r#"
 [ground]
 points = { D = ["100 mm", 0] }
 [bodies.crank]
@@ -54,7 +53,10 @@ D = { type = "revolute", between = ["ground.D", "rocker"] }
 A = { angle = "40 deg" }
 rocker = { guess = { angle = "57 deg" } }
 "#;
-    let found = asked(text, ("A.angle", "40 deg"), 25.0, 15.0);
+
+#[test]
+fn a_four_bar_of_the_textbook() {
+    let found = asked(FOUR_BAR, ("A.angle", "40 deg"), 25.0, 15.0);
     let body = |name: &str| found.bodies.iter().find(|b| b.0 == name).expect("a body");
     assert!((body("coupler").1 + 4.1209).abs() < 5e-5 && (body("rocker").1 - 6.9980).abs() < 5e-5);
     assert!((body("coupler").2 - 296.0892).abs() < 5e-5);
@@ -80,6 +82,28 @@ rocker = { guess = { angle = "57 deg" } }
     assert!(expected.iter().all(|x| normal("C").iter().any(|found| (found - x).abs() < 1e-9)));
     closes(v);
     closes(a);
+}
+
+#[test]
+fn an_instant_of_a_drive_has_its_position_rate_and_acceleration() {
+    let drive = "[drives.motor]\njoint = \"A\"\nmotion = \"40 deg + 25 rad/s*t + 7.5 rad/s^2*t^2\"\n";
+    let model = geometry(&FOUR_BAR.replace("[initial]", &format!("{drive}[initial]")));
+    let instant = Prescribed::Times(Range { from: 0.02, to: 0.02, n: 1 });
+    let found = polygons(model, &instant).expect("polygons");
+    let angle = (40_f64.to_radians() + 25.0 * 0.02 + 7.5 * 0.02 * 0.02).to_string();
+    let expected = asked(FOUR_BAR, ("A.angle", &angle), 25.3, 15.0);
+    let pairs = [
+        (&found.velocity, &expected.velocity),
+        (&found.acceleration, &expected.acceleration),
+    ];
+    for (polygon, known) in pairs {
+        assert!(polygon.vertices.len() >= 2);
+        for v in &polygon.vertices {
+            let [x, y] = vertex(known, &v.name);
+            let off = length([v.at[0] - x, v.at[1] - y]);
+            assert!(off < 1e-8 * length([x, y]), "{v:?}: {off}");
+        }
+    }
 }
 
 /// A crank whose pin slides along a bar that turns about the ground: the part of Coriolis is 2 ω v.

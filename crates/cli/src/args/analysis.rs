@@ -102,7 +102,7 @@ pub(crate) struct Curves {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
     /// A point whose way is traced: `coupler.P`, a joint, or a body for its centre of mass; may be repeated.
-    #[arg(long, value_name = "POINT")]
+    #[arg(long, visible_alias = "path", value_name = "POINT")]
     pub(crate) point: Vec<String>,
     /// A body whose centrodes are traced against the ground, or against another body, `coupler/crank`; may be
     /// repeated.
@@ -126,7 +126,8 @@ pub(crate) struct Curves {
 pub struct Polygons {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// The pose: a value of a measure for each free motion, `crank.angle=40 deg`; may be repeated.
+    /// The pose: a value of a measure for each free motion, `crank.angle=40 deg`, or an instant of the drives of the model,
+    /// `t=0.1 s`, which have rates of their own; may be repeated.
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     pub(crate) drive: Vec<(String, String)>,
     /// Rate of a drive, `25` (rad/s or m/s) or `10 deg/s`; 1 unless given. One for each drive.
@@ -197,7 +198,7 @@ pub(crate) struct Linearize {
     #[arg(long, value_name = "NAME")]
     pub(crate) input: Vec<String>,
     /// An output: a measure, `rocker.angle` or `rocker.rate`; may be repeated.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, visible_alias = "of", value_name = "NAME")]
     pub(crate) output: Vec<String>,
     /// A measure whose deviation and rate are states, in place of a coordinate; one for each free motion.
     #[arg(long, value_name = "NAME")]
@@ -260,7 +261,7 @@ pub struct Bode {
     #[arg(long, value_name = "NAME")]
     pub(crate) input: Vec<String>,
     /// An output, as of `bksim linearize`; may be repeated.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, visible_alias = "of", value_name = "NAME")]
     pub(crate) output: Vec<String>,
     /// Frequencies in even steps of their logarithm, `0.1:100 rad/s:201`; a decade beyond the poles unless given.
     #[arg(long, value_name = "VALUES")]

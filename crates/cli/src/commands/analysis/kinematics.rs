@@ -80,6 +80,7 @@ pub fn run(
                  `--limits` or `--assemblies`";
             return Err(Failure::usage("nothing is asked for", help));
         };
+        without_rates_of_drives(&prescribed, rates)?;
         let options = KinematicsOptions { branch: args.branch, has_jerk: args.jerk };
         let found = || kinematics_along(model, &prescribed, options);
         let found = waiting("computing positions", found).map_err(&failed)?;
@@ -123,6 +124,21 @@ fn passed_over(
         "m"
     };
     another_assembly(model, &found.changes, |at| format!("{name} = {}", shown(at, unit)))
+}
+
+/// Refuses rates next to the drives of the model, which have their own.
+///
+/// # Errors
+/// [`Failure`] where there are some.
+pub(super) fn without_rates_of_drives(
+    prescribed: &Prescribed,
+    rates: [&[String]; 2],
+) -> Result<(), Failure> {
+    if matches!(prescribed, Prescribed::Drives { .. }) || rates.iter().all(|it| it.is_empty()) {
+        return Ok(());
+    }
+    let message = "the drives of the model have rates of their own";
+    Err(Failure::usage(message, "leave out `--rate` and `--acceleration`"))
 }
 
 /// Reads the motion that is prescribed, if any: drives with their ranges, their rates and accelerations, and

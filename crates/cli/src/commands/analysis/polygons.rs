@@ -1,12 +1,12 @@
 //! `bksim polygons`: velocity and acceleration polygons of a pose.
 
 use bksim::analysis::{
-    Column, Polygon, PolygonVector, Polygons, Prescribed, Table, VectorPart, polygons,
+    Column, Polygon, PolygonVector, Polygons, Table, VectorPart, polygons,
 };
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, Draw, asked_drawn, failed, lines};
-use super::kinematics::prescribed;
+use super::kinematics::{prescribed, without_rates_of_drives};
 use crate::args::analysis::Polygons as Args;
 use crate::exit::{Failure, Status};
 use crate::output::{counted, number};
@@ -31,11 +31,12 @@ pub fn run(
     let failed = failed(&source);
     let rates = [args.rate.as_slice(), &args.acceleration];
     let asked = prescribed(&model, &args.drive, rates, false).map_err(&failed)?;
-    let Some(Prescribed::Drives { drives, .. }) = asked else {
-        let help = "write `--drive crank.angle=\"40 deg\"` and `--rate 25`";
+    let Some(prescribed) = asked else {
+        let help = "write `--drive crank.angle=\"40 deg\"` and `--rate 25`, or `--drive t=\"0.1 s\"` of drives of the model";
         return Err(Failure::usage("no pose is asked for", help));
     };
-    let found = polygons(model, &drives).map_err(&failed)?;
+    without_rates_of_drives(&prescribed, rates)?;
+    let found = polygons(model, &prescribed).map_err(&failed)?;
     let n = found.velocity.vectors.len() + found.acceleration.vectors.len();
     let n = counted(n, "vector", "vectors");
     let picture = draw.map(|draw| Ok::<_, Failure>((draw(&name, &found)?, n))).transpose()?;
