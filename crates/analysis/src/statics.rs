@@ -36,6 +36,8 @@ pub struct Statics {
     pub ways: Vec<WayRates>,
     /// Stops and friction that count as constraints, and friction that is left out.
     pub held: HeldContacts,
+    /// True of a model with drives, which hold their joints.
+    pub is_driven: bool,
 }
 
 /// Finds the equilibria of `model`, in which states of controllers have no rates; of a family of equilibria the first that is
@@ -79,7 +81,10 @@ fn with_the_contacts_of_the_start(
     let joints = loaded.mechanism.compiled.joints.clone();
     let (is_complete, held) = (poses.is_complete, loaded.held_contacts());
     let ways = balance.ways_of_start()?;
-    Ok((Statics { joints, by, equilibria, left_out, is_complete, ways, held }, poses, none))
+    let is_driven = !loaded.mechanism.model.drives.is_empty();
+    let found =
+        Statics { joints, by, equilibria, left_out, is_complete, ways, held, is_driven };
+    Ok((found, poses, none))
 }
 
 impl Statics {

@@ -309,3 +309,28 @@ fn starts_and_derivatives_are_in_units() {
     let [own, si] = [newtons(" --units deg"), newtons(" --units si")];
     assert!((own - si.to_degrees()).abs() < 1e-8 * own.abs(), "{own} and {si}");
 }
+
+/// A drive that stands still holds what it drives, and the pin bears the weight.
+#[test]
+fn reactions_in_equilibria_are_printed() {
+    let place = Scratch::new();
+    let arm = r#"
+[bodies.arm]
+mass = 2
+com = [0.5, 0]
+[joints.A]
+type = "revolute"
+between = ["ground", "arm"]
+[loads.gravity]
+type = "gravity"
+acceleration = [0, -9.81]
+"#;
+    place.write("free.toml", arm);
+    place.write("held.toml", format!("{arm}[drives.hold]\njoint = \"A\"\nmotion = 0\n"));
+    let held = text(&place.run("static held.toml").stdout);
+    assert!(held.contains("held by the drives") && held.contains("19.62 N"), "{held}");
+    // Free, it hangs or stands upright: two equilibria, each with its reactions.
+    let free = text(&place.run("static free.toml").stdout);
+    assert_eq!(free.matches("19.62 N").count(), 2, "{free}");
+    assert!(free.contains("reactions in equilibrium 2") && !free.contains("held by"), "{free}");
+}

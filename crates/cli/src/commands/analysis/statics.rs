@@ -106,7 +106,13 @@ pub fn told(name: &str, found: &Statics) -> Answer {
             0 => word(e.stability).to_owned(),
             _ => format!("{}, branch point", word(e.stability)),
         };
-        vec![what, least, position(&found.by, e), on_stops(e)]
+        // Where no motion is free, there is no position to tell.
+        let place = match (found.by.is_empty(), found.is_driven) {
+            (false, _) => position(&found.by, e),
+            (true, true) => "held by the drives".to_owned(),
+            (true, false) => "nothing can move".to_owned(),
+        };
+        vec![what, least, place, on_stops(e)]
     };
     let mut rows: Vec<_> = found.equilibria.iter().map(row).collect();
     let mut heads = vec!["", "least stiffness", "where", "on"];
@@ -139,6 +145,12 @@ pub fn told(name: &str, found: &Statics) -> Answer {
     for (k, e) in found.equilibria.iter().enumerate().filter(|(_, e)| e.open.n_self_stresses > 0) {
         text.extend([open_text(k + 1, &e.open)]);
     }
+    if found.equilibria.len() <= MOST_REACTIONS {
+        let tables = found.equilibria.iter().enumerate();
+        text.extend(tables.map(|(k, e)| reactions_text(k + 1, &found.joints, e)));
+    } else {
+        text.push_str("\n\n  -o FILE.csv has the reactions in them");
+    }
     let equilibria = found.equilibria.iter().map(|e| equilibrium_json(&found.joints, e));
     let left_out = found.left_out.iter().map(|e| equilibrium_json(&found.joints, e));
     let json = json!({
@@ -149,6 +161,36 @@ pub fn told(name: &str, found: &Statics) -> Answer {
         "left_out": left_out.collect::<Vec<_>>(),
     });
     Answer { command: "static", json: with_held(json, &found.held), text, table: found.table() }
+}
+
+/// Equilibria whose reactions are printed.
+const MOST_REACTIONS: usize = 3;
+/// A component below this part of the largest one is rounding, forces in N and moments in N m.
+const ROUNDING: f64 = 1e-12;
+
+/// The reactions of all joints in an equilibrium, without components that are zero throughout.
+fn reactions_text(number: usize, joints: &[String], e: &Equilibrium) -> String {
+    let names = ["fx", "fy", "fz", "mx", "my", "mz"];
+    let size = |k: usize| e.reactions.iter().map(|r| r[k].abs()).fold(0.0, f64::max);
+    let largest = (0..6).map(size).fold(0.0, f64::max);
+    let is_rounding = |x: f64| x.abs() <= ROUNDING * largest;
+    let kept: Vec<usize> = (0..6).filter(|&k| !is_rounding(size(k))).collect();
+    if kept.is_empty() {
+        return String::new();
+    }
+    let row = |(joint, r): (&String, &[f64; 6])| {
+        let cell = |&k: &usize| {
+            let value = if is_rounding(r[k]) { 0.0 } else { r[k] };
+            shown(value, if k < 3 { "N" } else { "N*m" })
+        };
+        std::iter::once(joint.clone()).chain(kept.iter().map(cell)).collect()
+    };
+    let rows = joints.iter().zip(&e.reactions).map(row).collect();
+    let heads: Vec<&str> = std::iter::once("").chain(kept.iter().map(|&k| names[k])).collect();
+    format!(
+        "\n\nreactions in equilibrium {number}, on the second bodies of joints\n{}",
+        lines(&heads, rows)
+    )
 }
 
 /// The note that branches cross in the start.
