@@ -130,7 +130,8 @@ fn test(core: &Core, id: &str) -> String {
          m.s.v[i], q, v);\n                failed = 1;\n            }}\n            \
          if (memcmp(&m.s.q[i], &again.s.q[i], sizeof(double)) != 0) {{\n                \
          fprintf(stderr, \"a copy moves otherwise\\n\");\n                failed = 1;\n            }}\n        \
-         }}\n    }}\n    return failed;\n}}\n",
+         }}\n    }}\n    \
+         fputs(failed ? \"FAILED\\n\" : \"all coordinates and rates as expected\\n\", stderr);\n    return failed;\n}}\n",
         n.max(1),
         1 + 2 * nq
     )

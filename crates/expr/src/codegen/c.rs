@@ -193,7 +193,7 @@ impl Program<'_> {
                 array(&point.outputs),
             );
         }
-        test.push_str("    return failed;\n}\n");
+        test.push_str("    fputs(failed ? \"FAILED\\n\" : \"all outputs as expected\\n\", stderr);\n    return failed;\n}\n");
         test
     }
 }
