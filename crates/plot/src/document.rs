@@ -19,8 +19,8 @@ const TITLE: f64 = 20.0;
 const HEADING: f64 = 14.0;
 const TEXT: f64 = 11.0;
 const CELL: f64 = 10.0;
-/// The smallest letters of a wide table.
-const LEAST: f64 = 6.0;
+/// The smallest letters of a wide table: one that is wider yet goes on in a second table below.
+const LEAST: f64 = 8.0;
 /// Space between two columns of a table, in heights of letters, and the height of a row.
 const GAP: f64 = 1.2;
 const ROW: f64 = 1.55;
@@ -52,6 +52,8 @@ pub enum Block {
 pub struct Document {
     /// Title.
     pub title: String,
+    /// The language of its words, `en`.
+    pub language: &'static str,
     /// Words at the foot of each page.
     pub foot: String,
     /// The parts, in their order.
@@ -73,19 +75,66 @@ fn numeric(rows: &[Vec<String>]) -> Vec<bool> {
     (0..n).map(is_of_numbers).collect()
 }
 
+/// A table as it fits on a page: rows, the widths of their columns at letters of height one, and the height of letters.
+struct Fitted {
+    rows: Vec<Vec<String>>,
+    widths: Vec<f64>,
+    size: f64,
+}
+
+impl Fitted {
+    /// Tables below each other with all columns of one: each begins with the columns of names that this begins with.
+    fn all(rows: &[Vec<String>]) -> Vec<Self> {
+        let n = rows.first().map_or(0, Vec::len);
+        let widest = |k: usize| {
+            let cells = rows.iter().filter_map(|row| row.get(k));
+            cells.map(|cell| font::width(cell, 1.0)).fold(0.0, f64::max) + GAP
+        };
+        let widths: Vec<f64> = (0..n).map(widest).collect();
+        let of = |columns: &[usize]| {
+            let row = |row: &Vec<String>| {
+                columns.iter().map(|&k| row.get(k).cloned().unwrap_or_default()).collect()
+            };
+            let widths: Vec<f64> = columns.iter().map(|&k| widths[k]).collect();
+            let size = (ROOM / widths.iter().sum::<f64>()).clamp(LEAST, CELL);
+            Self { rows: rows.iter().map(row).collect(), widths, size }
+        };
+        let all: Vec<usize> = (0..n).collect();
+        let n_names = numeric(rows).iter().take_while(|is_number| !**is_number).count();
+        let (names, others) = all.split_at(n_names);
+        let width = |columns: &[usize]| columns.iter().map(|&k| widths[k]).sum::<f64>();
+        if LEAST * width(&all) <= ROOM || others.is_empty() || LEAST * width(names) > 0.5 * ROOM {
+            return vec![of(&all)];
+        }
+        let mut parts = vec![names.to_vec()];
+        for &column in others {
+            let last = parts.last_mut().expect("there is a first part");
+            if last.len() > n_names && CELL * (width(last) + widths[column]) > ROOM {
+                parts.push([names, &[column]].concat());
+            } else {
+                last.push(column);
+            }
+        }
+        parts.iter().map(|part| of(part)).collect()
+    }
+}
+
 impl Document {
     /// The document as a page of HTML without scripts.
     pub fn to_html(&self) -> String {
         let title = escaped(&self.title);
         let mut out = format!(
-            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n"
+            "<!doctype html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n",
+            self.language
         );
         // Writing to a text does not fail.
         for block in &self.blocks {
             let _ = match block {
                 Block::Heading(text) => writeln!(out, "<h2>{}</h2>", escaped(text)),
                 Block::Text(text) => writeln!(out, "<p>{}</p>", escaped(text)),
-                Block::Table(rows) => writeln!(out, "{}", html_table(rows)),
+                Block::Table(rows) => Fitted::all(rows)
+                    .iter()
+                    .try_for_each(|part| writeln!(out, "{}", html_table(part))),
                 Block::Picture { svg, caption, .. } => {
                     writeln!(
                         out,
@@ -126,7 +175,7 @@ impl Document {
                     }
                     sheets.y += 0.4 * TEXT;
                 }
-                Block::Table(rows) => sheets.table(rows),
+                Block::Table(rows) => Fitted::all(rows).iter().for_each(|part| sheets.table(part)),
                 Block::Picture { svg, size, caption } => sheets.picture(svg, *size, caption),
             }
         }
@@ -230,15 +279,10 @@ impl Sheets {
         self.y += TEXT;
     }
 
-    fn table(&mut self, rows: &[Vec<String>]) {
+    fn table(&mut self, Fitted { rows, widths, size }: &Fitted) {
         let Some(head) = rows.first() else { return };
-        let widest = |k: usize| {
-            let cells = rows.iter().filter_map(|row| row.get(k));
-            cells.map(|cell| font::width(cell, 1.0)).fold(0.0, f64::max) + GAP
-        };
-        let widths: Vec<f64> = (0..head.len()).map(widest).collect();
+        let size = *size;
         let total: f64 = widths.iter().sum();
-        let size = (ROOM / total).clamp(LEAST, CELL);
         // A table that is still too wide loses the ends of its widest cells.
         let shrink = (ROOM / (size * total)).min(1.0);
         let right = numeric(rows);
@@ -246,10 +290,10 @@ impl Sheets {
             if self.y + ROW * size > PAGE.height - MARGIN {
                 self.turn();
                 if idx > 0 {
-                    self.row(head, (&widths, &right), size, shrink);
+                    self.row(head, (widths, &right), size, shrink);
                 }
             }
-            self.row(row, (&widths, &right), size, shrink);
+            self.row(row, (widths, &right), size, shrink);
             let color = if idx == 0 { INK } else { RULE };
             let (x, y) = (MARGIN + ROOM.min(shrink * size * total), self.y);
             let _ = writeln!(
@@ -274,7 +318,7 @@ impl Sheets {
     }
 }
 
-fn html_table(rows: &[Vec<String>]) -> String {
+fn html_table(Fitted { rows, size, .. }: &Fitted) -> String {
     let right = numeric(rows);
     let row = |(idx, row): (usize, &Vec<String>)| {
         let tag = if idx == 0 { "th" } else { "td" };
@@ -285,16 +329,18 @@ fn html_table(rows: &[Vec<String>]) -> String {
         format!("<tr>{}</tr>", row.iter().zip(&right).map(cell).collect::<String>())
     };
     let rows: Vec<String> = rows.iter().enumerate().map(row).collect();
-    format!("<table>\n{}\n</table>", rows.join("\n"))
+    let letters =
+        if *size < CELL { format!(" style=\"font-size: {size:.1}px\"") } else { String::new() };
+    format!("<table{letters}>\n{}\n</table>", rows.join("\n"))
 }
 
 const STYLE: &str = "\
 @page { size: A4; margin: 15mm }
 body { font: 10pt/1.4 Ubuntu, 'Segoe UI', 'Helvetica Neue', Arial, sans-serif; color: #1f2328; max-width: 180mm; margin: 15mm auto }
 h1 { font-size: 16pt } h2 { font-size: 12pt; margin: 1.4em 0 .4em; break-after: avoid }
-table { border-collapse: collapse; font-size: 8.5pt; font-variant-numeric: tabular-nums; break-inside: auto }
-th, td { text-align: left; padding: .15em 1em .15em 0; border-bottom: 1px solid #c4c9cf; white-space: nowrap; font-weight: normal }
-th { border-color: #1f2328 } .number { text-align: right }
+table { border-collapse: collapse; font-size: 7.5pt; font-variant-numeric: tabular-nums; break-inside: auto; margin-bottom: 1em }
+th, td { text-align: left; padding: .15em 1em .15em 0; border-bottom: 1px solid #c4c9cf; font-weight: normal }
+th { border-color: #1f2328 } .number { text-align: right; white-space: nowrap }
 figure { margin: 1em 0; text-align: center; break-inside: avoid } figcaption { font-size: 9pt }
 footer { margin-top: 2em; font-size: 8pt; color: #5c636b }
 @media print { body { margin: 0 } }
@@ -312,7 +358,12 @@ mod tests {
         let size = Size { width: 200.0, height: 100.0 };
         let picture = Block::Picture { svg: svg.to_owned(), size, caption: "A square.".to_owned() };
         let blocks = vec![Block::Heading("Forces".to_owned()), Block::Table(rows), picture];
-        Document { title: "Press & lever".to_owned(), foot: "bksim".to_owned(), blocks }
+        Document {
+            title: "Press & lever".to_owned(),
+            language: "en",
+            foot: "bksim".to_owned(),
+            blocks,
+        }
     }
 
     #[test]
@@ -325,6 +376,22 @@ mod tests {
         }
         let all = pages.concat();
         assert!((0..200).all(|k| all.contains(&format!(">A{k}<"))), "no row is lost");
+    }
+
+    #[test]
+    fn a_table_that_is_too_wide_goes_on_below_with_its_names() {
+        let heads = (0..20).map(|k| format!("angle of joint {k} [deg]"));
+        let heads = std::iter::once("joint".to_owned()).chain(heads);
+        let cells = (0..20).map(|k| format!("{k}.25"));
+        let cells = std::iter::once("A".to_owned()).chain(cells);
+        let rows = vec![heads.collect(), cells.collect()];
+        let parts = Fitted::all(&rows);
+        assert!(parts.len() > 1);
+        let fits = |part: &Fitted| part.size * part.widths.iter().sum::<f64>() <= ROOM * 1.000_001;
+        assert!(parts.iter().all(fits), "no part is wider than the page");
+        assert!(parts.iter().all(|part| part.rows[0][0] == "joint" && part.rows[1][0] == "A"));
+        let n: usize = parts.iter().map(|part| part.rows[0].len() - 1).sum();
+        assert_eq!(n, 20, "each column is there once");
     }
 
     #[test]

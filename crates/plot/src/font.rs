@@ -15,6 +15,11 @@ pub(crate) fn width(text: &str, size: f64) -> f64 {
     size * text.chars().map(|letter| advance(letter).unwrap_or(0.6)).sum::<f64>()
 }
 
+/// True of a letter that the built-in fonts have, and of line ends.
+pub(crate) fn has(letter: char) -> bool {
+    letter.is_ascii_control() || faces().iter().any(|face| advance(face, letter).is_some())
+}
+
 fn faces() -> &'static [Face<'static>] {
     static FACES: OnceLock<Vec<Face<'static>>> = OnceLock::new();
     let face = |bytes: &&'static [u8]| Face::parse(bytes, 0).expect("the fonts built in are valid");

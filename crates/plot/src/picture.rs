@@ -3,12 +3,13 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use fontdb::Database;
 use krilla::geom::Size as PageSize;
 use krilla::metadata::Metadata;
 use krilla::page::PageSettings;
 use krilla_svg::{SurfaceExt, SvgSettings};
 use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{Options, Tree, fontdb::Database};
+use resvg::usvg::{Options, Tree};
 
 use crate::{Figure, Size, Theme, font};
 
@@ -135,6 +136,10 @@ fn tree(svg: &str) -> Result<Tree, PlotError> {
     let family = fonts.faces().next().and_then(|face| face.families.first());
     let (family, _) = family.cloned().expect("the fonts built in are valid and have names");
     fonts.set_sans_serif_family(&family);
+    // Letters of other languages come from the fonts of the system.
+    if !svg.chars().all(font::has) {
+        fonts.load_system_fonts();
+    }
     let options = Options { fontdb: Arc::new(fonts), font_family: family, ..Options::default() };
     Tree::from_str(svg, &options).map_err(|error| library(&error))
 }

@@ -9,7 +9,9 @@ use std::io::Write;
 use std::path::Path;
 
 use bksim::model::file::ShownUnits;
-use bksim::report::{PinTable, Report, json_of, pin_table, report, worst_cases};
+use bksim::report::{
+    PinTable, Report, angle_unit, json_of, pin_table, report, six_digits, worst_cases,
+};
 use bksim::sim::run::Unreplayed;
 use bksim::sim::wrenches::{ContactForces, WrenchAt};
 use bksim_cli::args::ModelArgs;
@@ -104,8 +106,12 @@ impl Runs {
     }
 }
 
-/// A table for people: headings and cells as texts, columns that are zero throughout left out.
-fn shown(found: &PinTable) -> Vec<Vec<String>> {
+/// A table for people: headings and cells as texts, columns that are zero throughout left out, angles within half a turn
+/// where they are beyond a whole one.
+fn shown(found: &PinTable, units: &ShownUnits) -> Vec<Vec<String>> {
+    let angle = angle_unit(units);
+    let turn = angle.of_si(std::f64::consts::TAU);
+    let is_angle = |k: usize| found.heads[k].ends_with(&format!("[{}]", angle.unit));
     let is_empty =
         |k: usize| found.rows.iter().all(|row| matches!(row[k].text().as_str(), "0" | ""));
     let is_component = |head: &str| {
@@ -115,6 +121,9 @@ fn shown(found: &PinTable) -> Vec<Vec<String>> {
         .filter(|&k| !(is_component(&found.heads[k]) && is_empty(k)))
         .collect();
     let cell = |row: &Vec<bksim::report::Cell>, k: usize| match &row[k] {
+        bksim::report::Cell::Number(x) if x.abs() > turn && is_angle(k) => {
+            number(six_digits(x - turn * (x / turn).round(), turn))
+        }
         bksim::report::Cell::Number(x) if !x.is_nan() => number(*x),
         other => other.text(),
     };
@@ -140,16 +149,17 @@ fn case_table(runs: &Runs) -> Vec<Vec<String>> {
 /// Remarks on the tables: runs that ended early.
 fn remarks(runs: &Runs) -> Vec<String> {
     let early = runs.cases.iter().filter(|case| !case.is_complete).map(|case| {
-        let of_case = if case.name.is_empty() {
-            String::new()
-        } else {
-            format!(" of load case {}", case.name)
-        };
         let t = runs.units.of("s");
-        let end = number(t.of_si(case.report.span[1]));
-        format!(
-            "The run{of_case} ended early, at t = {end} {}: later forces are not in this sheet.",
-            t.unit
+        let end = format!("{} {}", number(t.of_si(case.report.span[1])), t.unit);
+        if case.name.is_empty() {
+            return page::said(
+                "The run ended early, at t = {}: later forces are not in this sheet.",
+                &[&end],
+            );
+        }
+        page::said(
+            "The run of load case {} ended early, at t = {}: later forces are not in this sheet.",
+            &[&case.name, &end],
         )
     });
     early.collect()
@@ -227,7 +237,7 @@ fn in_words(runs: &Runs) -> String {
     if !cases.is_empty() {
         parts.push(format!("Load cases\n{}", table(&cases)));
     }
-    parts.push(format!("Largest forces\n{}", table(&shown(&runs.largest()))));
+    parts.push(format!("Largest forces\n{}", table(&shown(&runs.largest(), &runs.units))));
     parts.extend(remarks(runs));
     parts.join("\n\n")
 }

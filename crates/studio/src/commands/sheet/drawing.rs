@@ -135,10 +135,38 @@ pub(super) fn with_dimensions(
             None => named.push(([x, y], joint.name.clone())),
         }
     }
-    over.extend(named.iter().map(|([x, y], name)| text_at([x + 8.0, y - 8.0], 0.0, "start", name)));
+    over.extend(labels(&named));
     insert(&mut drawn, &over);
     let [width, height] = camera.size;
     Ok((Drawing { svg: drawn, size: Size { width, height }, scale }, t))
+}
+
+/// Names next to their points: each at the first of four corners where it is on no other name.
+fn labels(named: &[([f64; 2], String)]) -> Vec<String> {
+    const CORNERS: [([f64; 2], &str); 4] = [
+        ([8.0, -8.0], "start"),
+        ([8.0, 16.0], "start"),
+        ([-8.0, -8.0], "end"),
+        ([-8.0, 16.0], "end"),
+    ];
+    let mut taken: Vec<[f64; 4]> = Vec::new();
+    let place = |(at, name): &([f64; 2], String)| {
+        let width = 0.58 * LETTERS * name.chars().count() as f64;
+        let area = |([dx, dy], anchor): ([f64; 2], &str)| {
+            let [x, y] = [at[0] + dx, at[1] + dy];
+            let left = if anchor == "end" { x - width } else { x };
+            [left, y - LETTERS, left + width, y]
+        };
+        let is_free = |corner: &&([f64; 2], &str)| {
+            let [left, top, right, bottom] = area(**corner);
+            !taken.iter().any(|b| left < b[2] && b[0] < right && top < b[3] && b[1] < bottom)
+        };
+        let corner = *CORNERS.iter().find(is_free).unwrap_or(&CORNERS[0]);
+        taken.push(area(corner));
+        let ([dx, dy], anchor) = corner;
+        text_at([at[0] + dx, at[1] + dy], 0.0, anchor, name)
+    };
+    named.iter().map(place).collect()
 }
 
 /// The mechanism at an instant with the reactions as arrows and their sizes, in a picture of this width.

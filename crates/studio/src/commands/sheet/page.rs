@@ -1,8 +1,10 @@
 //! The sheet as a document: drawing with dimensions, load cases, tables, curves and poses of the largest forces.
 
+use bksim::answered::{Role, answered};
 use bksim::model::file::ShownUnits;
 use bksim::report::{pin_table, six_digits};
 use bksim::sim::run::Unreplayed;
+use bksim::translation::{Language, spoken};
 use bksim_cli::output::number;
 use bksim_plot::{Axis, Block, Curve, Document, Figure, Panel, ROOM, Size, Theme};
 
@@ -15,6 +17,29 @@ const INSTANTS: u32 = 400;
 const CURVES: usize = 6;
 const POSES: usize = 4;
 
+/// A text in the language that is spoken, its places `{}` filled.
+pub(super) fn said(english: &str, values: &[&str]) -> String {
+    let mut parts = Vec::new();
+    let words = answered(english, Role::Heading, spoken());
+    let mut values = values.iter();
+    for (idx, part) in words.split("{}").enumerate() {
+        parts.extend((idx > 0).then(|| values.next().copied().unwrap_or_default()));
+        parts.push(part);
+    }
+    parts.concat()
+}
+
+/// A table with its headings in the language that is spoken, their units apart.
+fn headed(mut rows: Vec<Vec<String>>) -> Block {
+    for head in rows.iter_mut().take(1).flatten() {
+        *head = match head.split_once(" [") {
+            Some((name, unit)) => format!("{} [{unit}", said(name, &[])),
+            None => said(head, &[]),
+        };
+    }
+    Block::Table(rows)
+}
+
 /// The sheet of these runs.
 pub(super) fn of(runs: &mut Runs) -> Result<Document, Unreplayed> {
     let units = runs.units.clone();
@@ -22,41 +47,48 @@ pub(super) fn of(runs: &mut Runs) -> Result<Document, Unreplayed> {
     let first = runs.cases.first_mut().expect("there is a case");
     let (drawing, t) = with_dimensions(&mut first.show, &units)?;
     let instant = instant(first, t, &units);
-    let caption =
-        format!("{} at {instant}, scale {}, lengths in {length}.", runs.model, drawing.scale);
+    let caption = said(
+        "{} at {}, scale {}, lengths in {}.",
+        &[&runs.model, &instant, &drawing.scale, &length],
+    );
     let picture = Block::Picture { svg: drawing.svg, size: drawing.size, caption };
     let mut blocks = vec![picture];
+    let heading = |english: &str| Block::Heading(said(english, &[]));
     let cases = case_table(runs);
     let has_cases = !cases.is_empty();
     if has_cases {
-        blocks.extend([Block::Heading("Load cases".to_owned()), Block::Table(cases)]);
+        blocks.extend([heading("Load cases"), headed(cases)]);
     }
-    let title = "Largest pin forces";
-    let title = if has_cases { format!("{title} over all cases") } else { title.to_owned() };
-    blocks.extend([Block::Heading(title), Block::Table(shown(&runs.largest()))]);
-    blocks.push(Block::Text(
-        "Forces are those on the second body of a joint or a contact, along the axes of the ground; the direction is counted from x. \
-         Six digits of each force are shown, and its components to the same digit."
-            .to_owned(),
-    ));
+    let over = if has_cases { "Largest pin forces over all cases" } else { "Largest pin forces" };
+    blocks.extend([heading(over), headed(shown(&runs.largest(), &units))]);
+    blocks.extend(NOTES.map(|note| Block::Text(said(note, &[]))));
     blocks.extend(remarks(runs).into_iter().map(Block::Text));
-    blocks.push(Block::Heading("Poses of the largest forces".to_owned()));
+    blocks.push(heading("Poses of the largest forces"));
     blocks.extend(poses(runs)?);
-    blocks.push(Block::Heading("Pin forces over time".to_owned()));
+    blocks.push(heading("Pin forces over time"));
     for case in &mut runs.cases {
         let figure = figure(case, &units)?;
         let size = Size { width: ROOM, height: 300.0 };
-        let caption =
-            if case.name.is_empty() { String::new() } else { format!("Load case {}.", case.name) };
+        let is_only = case.name.is_empty();
+        let caption = if is_only { String::new() } else { said("Load case {}.", &[&case.name]) };
         blocks.push(Block::Picture { svg: figure.to_svg(size, &Theme::LIGHT), size, caption });
     }
     if has_cases {
         let all = pin_table(&runs.named(), &units);
-        blocks.extend([Block::Heading("Each load case".to_owned()), Block::Table(shown(&all))]);
+        blocks.extend([heading("Each load case"), headed(shown(&all, &units))]);
     }
-    let foot = format!("{}, made by bksim {}", runs.model, env!("CARGO_PKG_VERSION"));
-    Ok(Document { title: format!("Pin forces of {}", runs.model), foot, blocks })
+    let foot = said("{}, made by bksim {}", &[&runs.model, env!("CARGO_PKG_VERSION")]);
+    let title = said("Pin forces of {}", &[&runs.model]);
+    let language = if spoken() == Language::Vietnamese { "vi" } else { "en" };
+    Ok(Document { title, language, foot, blocks })
 }
+
+/// Notes below the table of largest forces.
+const NOTES: [&str; 3] = [
+    "Forces are those on the second body of a joint or a contact, along the axes of the ground; the direction is counted from x.",
+    "Six digits of each force are shown, and its components to the same digit.",
+    "Angles of joints that have gone beyond a turn are given within half a turn.",
+];
 
 /// A joint with its largest force, N.
 type Named = (String, f64);
@@ -85,12 +117,9 @@ fn poses(runs: &mut Runs) -> Result<Vec<Block>, Unreplayed> {
         let case = &mut runs.cases[case];
         let drawn = with_forces(case, t, &units, ROOM)?;
         let names: Vec<String> = joints.into_iter().map(|(name, _)| name).collect();
-        let caption = format!(
-            "Largest force of {} at {}; scale {}.",
-            names.join(", "),
-            instant(case, t, &units),
-            drawn.scale
-        );
+        let at = instant(case, t, &units);
+        let caption =
+            said("Largest force of {} at {}; scale {}.", &[&names.join(", "), &at, &drawn.scale]);
         blocks.push(Block::Picture { svg: drawn.svg, size: drawn.size, caption });
     }
     Ok(blocks)
@@ -101,9 +130,8 @@ fn instant(case: &CaseRun, t: f64, units: &ShownUnits) -> String {
     let time = units.of("s");
     let [first, last] = case.report.span.map(f64::abs);
     let shown = number(six_digits(time.of_si(t), time.of_si(first.max(last))));
-    let of_case =
-        if case.name.is_empty() { String::new() } else { format!(", load case {}", case.name) };
-    format!("t = {shown} {}{of_case}", time.unit)
+    let at = format!("t = {shown} {}", time.unit);
+    if case.name.is_empty() { at } else { said("{}, load case {}", &[&at, &case.name]) }
 }
 
 /// Instants of a run: even ones, and those of all peaks.
@@ -137,7 +165,7 @@ fn figure(case: &mut CaseRun, units: &ShownUnits) -> Result<Figure, Unreplayed> 
         Curve::new(&case.report.reactions[joint].name, points)
     };
     let curves = curves.into_iter().zip(&joints).map(named).collect();
-    let panel =
-        Panel::new(Axis::new("time", &time.unit), Axis::new("pin force", &force.unit), curves);
+    let axis = |name: &str, unit: &str| Axis::new(&said(name, &[]), unit);
+    let panel = Panel::new(axis("time", &time.unit), axis("pin force", &force.unit), curves);
     Ok(Figure::new("", vec![panel]))
 }
