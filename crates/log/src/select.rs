@@ -133,10 +133,20 @@ fn unknown(pattern: &str, header: &Header, all: &[Column]) -> LogError {
     const N_SUGGESTIONS: usize = 3;
     let topics = header.topics.iter().map(|topic| dotted(&topic.name));
     let names = topics.chain(all.iter().map(|column| column.name.clone()));
-    let mut close: Vec<(f64, String)> = names
-        .map(|name| (strsim::jaro_winkler(pattern, &name), name))
-        .filter(|(likeness, _)| *likeness >= LIKENESS)
-        .collect();
+    let names: Vec<String> = names.collect();
+    let by = |likeness: &dyn Fn(&str) -> f64, least: f64| -> Vec<(f64, String)> {
+        let rated = names.iter().map(|name| (likeness(name), name.clone()));
+        rated.filter(|(likeness, _)| *likeness >= least).collect()
+    };
+    let mut close = by(&|name| strsim::jaro_winkler(pattern, name), LIKENESS);
+    if close.is_empty() {
+        // Nothing is spelled alike: what has most of the names in it, `drives.motor` for `motor.torque`.
+        let n_shared = |name: &str| {
+            let parts = pattern.split('.');
+            parts.filter(|part| name.split('.').any(|own| own == *part)).count() as f64
+        };
+        close = by(&n_shared, 1.0);
+    }
     close.sort_by(|(a, _), (b, _)| b.total_cmp(a));
     let close = close.into_iter().map(|(_, name)| name).take(N_SUGGESTIONS).collect();
     LogError::UnknownChannel { name: pattern.into(), close }
@@ -184,6 +194,8 @@ mod tests {
             error,
             "no channel matches `state.a_agnle`, did you mean `state.a_angle`, `state.b_angle`, `state`"
         );
+        let error = select(&["b.torque"]).expect_err("no such channel").to_string();
+        assert!(error.contains("did you mean `reactions.b`, `reactions.b.fx`"), "{error}");
         assert_eq!(select(&["qqq"]).expect_err("strange").to_string(), "no channel matches `qqq`");
     }
 }

@@ -68,6 +68,13 @@ impl Table {
             let help = "name the columns in the first line: `t, A.angle [deg]`";
             return Err(refused(path, "has no headings", Some(help)));
         }
+        let has = |name: &str| headings.iter().any(|heading| heading.name == name);
+        if headings.first().is_some_and(|first| first.name == "case") && has("status") {
+            let what =
+                "is the table of a sweep, which as CSV does not say units and which columns vary";
+            let help = "write the sweep with `-o sweep.parquet` and draw that file";
+            return Err(refused(path, what, Some(help)));
+        }
         let is_time = |h: &Heading| TIME.iter().any(|time| h.name.eq_ignore_ascii_case(time));
         let time = headings.iter().position(is_time);
         let time = time.map(|place| (place, headings.remove(place)));
