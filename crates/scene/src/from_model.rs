@@ -58,16 +58,17 @@ impl Scene {
         // Back to front; springs lie between the bodies and the pins, see `Role::is_in_front`.
         let mut shapes = sketch.ground();
         shapes.extend(sketch.curves());
-        let (blocks, mut others): (Vec<usize>, Vec<usize>) = (1..model.bodies.len())
+        let (blocks, others): (Vec<usize>, Vec<usize>) = (1..model.bodies.len())
             .filter(|&body| model.bodies[body].flexible.is_none())
             .partition(|&body| sketch.is_slider(body));
-        // Wide plates lie under thin links, which they would hide.
-        others.sort_by(|&a, &b| sketch.width(b).total_cmp(&sketch.width(a)));
-        for body in blocks.into_iter().chain(others) {
-            shapes.extend(sketch.body(body));
-        }
-        shapes.extend(sketch.wheels());
-        shapes.extend(sketch.pulleys());
+        shapes.extend(blocks.into_iter().flat_map(|body| sketch.body(body)));
+        // Wide plates and wheels are under thin links, which they would hide.
+        let wheels = [sketch.wheels(), sketch.pulleys()].concat().into_iter();
+        let wheels = wheels.map(|wheel| (sketch.box_of([&wheel]), vec![wheel]));
+        let others = others.into_iter().map(|body| (sketch.width(body), sketch.body(body)));
+        let mut layers: Vec<(f64, Vec<Shape>)> = wheels.chain(others).collect();
+        layers.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        shapes.extend(layers.into_iter().flat_map(|(_, layer)| layer));
         shapes.extend(sketch.outlines());
         shapes.extend(sketch.stops());
         shapes.extend(sketch.torsion_springs());
@@ -143,12 +144,7 @@ impl<'a> Sketch<'a> {
         }
         let solids = self.solids(body);
         if !solids.is_empty() {
-            let corners: Vec<_> = solids.iter().flat_map(|shape| shape.form.reach()).collect();
-            let span = |axis: usize| {
-                let along = || corners.iter().map(|p| p[axis]);
-                along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
-            };
-            return span(0) * span(1) / (self.pin * self.pin);
+            return self.box_of(&solids);
         }
         let points = &self.attached[body];
         if points.len() < 3 || !self.model().bodies[body].outline.is_empty() {
@@ -160,6 +156,16 @@ impl<'a> Sketch<'a> {
         let (first, rest) = (&points[0], &points[1..]);
         let areas = rest.windows(2).map(|pair| across(&pair[1], first, &pair[0]));
         areas.fold(0.0, f64::max) / (self.pin * self.pin)
+    }
+
+    /// Area of the box around shapes of a body, in squares of pins.
+    fn box_of<'s>(&self, shapes: impl IntoIterator<Item = &'s Shape>) -> f64 {
+        let corners: Vec<_> = shapes.into_iter().flat_map(|shape| shape.form.reach()).collect();
+        let span = |axis: usize| {
+            let along = || corners.iter().map(|p| p[axis]);
+            along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+        };
+        span(0) * span(1) / (self.pin * self.pin)
     }
 
     fn role_of(&self, body: usize) -> Role {

@@ -318,6 +318,11 @@ impl Sketch<'_> {
         if belted.any(|wheel| ends(model, wheel)[0].body.0 == body) {
             return true;
         }
+        let mut pulleys = model.ropes.iter().flat_map(|rope| &rope.nodes);
+        if pulleys.any(|node| node.center.body.0 == body && self.numbers.value(node.radius) != 0.0)
+        {
+            return true;
+        }
         model.all_couplings().any(|coupling| match &coupling.kind {
             CouplingKind::Gear(wheels) | CouplingKind::Belt(wheels) => {
                 wheels.wheels.iter().any(|wheel| wheel.body.0 == body)
