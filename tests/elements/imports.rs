@@ -360,12 +360,10 @@ fn a_part_of_adams_that_keeps_its_orientation_moves_by_forces_on_it_alone() {
     let a = solve(&mechanism).samples[0].a.clone();
     // z of marker 11, and of marker 21 seen from the ground: z-x-z of the marker in z-x-z of the part.
     let euler = |[a, b, c]: [f64; 3], v: [f64; 3]| {
-        let about_z = |t: f64, [x, y, z]: [f64; 3]| {
-            [x * t.cos() - y * t.sin(), x * t.sin() + y * t.cos(), z]
-        };
-        let about_x = |t: f64, [x, y, z]: [f64; 3]| {
-            [x, y * t.cos() - z * t.sin(), y * t.sin() + z * t.cos()]
-        };
+        let about_z =
+            |t: f64, [x, y, z]: [f64; 3]| [x * t.cos() - y * t.sin(), x * t.sin() + y * t.cos(), z];
+        let about_x =
+            |t: f64, [x, y, z]: [f64; 3]| [x, y * t.cos() - z * t.sin(), y * t.sin() + z * t.cos()];
         about_z(a, about_x(b, about_z(c, v)))
     };
     let up = [0.0, 0.0, 1.0];
@@ -420,7 +418,10 @@ fn a_loop_of_pins_moves_though_its_axes_are_off_by_hundred_millionths() {
             pin("D", ["world", "c"], [0.5, 0.0], 0.0),
         ];
         let links = ["a", "b", "c"].map(link).concat();
-        imported("loop.sdf", &format!("<sdf version='1.9'><model name='m'>{links}{}</model></sdf>", pins.concat()))
+        imported(
+            "loop.sdf",
+            &format!("<sdf version='1.9'><model name='m'>{links}{}</model></sdf>", pins.concat()),
+        )
     };
     for tilt in [0.0, 2e-8, 3e-7, 2e-6] {
         let found = four_bar(tilt);

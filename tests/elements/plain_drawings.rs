@@ -282,8 +282,12 @@ fn a_pin_stands_on_a_triangle_that_begins_at_its_circle() {
         let line = |[ax, ay]: [f64; 2], [bx, by]: [f64; 2]| {
             format!("0\nLINE\n8\n0\n10\n{ax}\n20\n{ay}\n11\n{bx}\n21\n{by}\n")
         };
-        let [a, b, c, d] =
-            [[0.0, 0.0], [16.209_069_2, 25.244_129_5], [105.711_173_9, 69.846_520_1], [110.0, 10.0]];
+        let [a, b, c, d] = [
+            [0.0, 0.0],
+            [16.209_069_2, 25.244_129_5],
+            [105.711_173_9, 69.846_520_1],
+            [110.0, 10.0],
+        ];
         let mut entities: Vec<String> = [(a, b), (b, c), (c, d)].map(|(p, q)| line(p, q)).to_vec();
         entities.extend(
             [a, b, c, d].map(|[x, y]| format!("0\nCIRCLE\n8\n0\n10\n{x}\n20\n{y}\n40\n2.5\n")),

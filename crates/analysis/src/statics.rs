@@ -82,8 +82,7 @@ fn with_the_contacts_of_the_start(
     let (is_complete, held) = (poses.is_complete, loaded.held_contacts());
     let ways = balance.ways_of_start()?;
     let is_driven = !loaded.mechanism.model.drives.is_empty();
-    let found =
-        Statics { joints, by, equilibria, left_out, is_complete, ways, held, is_driven };
+    let found = Statics { joints, by, equilibria, left_out, is_complete, ways, held, is_driven };
     Ok((found, poses, none))
 }
 

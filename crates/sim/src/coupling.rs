@@ -10,7 +10,8 @@ use bksim_mbs::worm::Worm;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
 use bksim_model::{
-    Belt, BodyId, Coupling, GROUND, CouplingKind, Measure, Model, MotionKind, Rope, Space, Vector, Wheels,
+    Belt, BodyId, Coupling, CouplingKind, GROUND, Measure, Model, MotionKind, Rope, Space, Vector,
+    Wheels,
 };
 
 use crate::belt::{NoStrand, Way, span_between};
@@ -66,8 +67,13 @@ fn gripped(model: &Model, system: &SymbolicSystem, rope: &Rope) -> Option<Diagno
         rope.name
     );
     let label = format!("at place {} of `over`", k + 1);
-    let help = "write `slips = true` of the pulley: the rope runs over it, as if it turned in the body";
-    Some(Diagnostic::error(codes::PULLEY_CANNOT_TURN, message).at(rope.span.clone(), label).help(help))
+    let help =
+        "write `slips = true` of the pulley: the rope runs over it, as if it turned in the body";
+    Some(
+        Diagnostic::error(codes::PULLEY_CANNOT_TURN, message)
+            .at(rope.span.clone(), label)
+            .help(help),
+    )
 }
 
 /// A rope without a way where the start puts what it goes over.

@@ -86,16 +86,15 @@ fn a_four_bar_of_the_textbook() {
 
 #[test]
 fn an_instant_of_a_drive_has_its_position_rate_and_acceleration() {
-    let drive = "[drives.motor]\njoint = \"A\"\nmotion = \"40 deg + 25 rad/s*t + 7.5 rad/s^2*t^2\"\n";
+    let drive =
+        "[drives.motor]\njoint = \"A\"\nmotion = \"40 deg + 25 rad/s*t + 7.5 rad/s^2*t^2\"\n";
     let model = geometry(&FOUR_BAR.replace("[initial]", &format!("{drive}[initial]")));
     let instant = Prescribed::Times(Range { from: 0.02, to: 0.02, n: 1 });
     let found = polygons(model, &instant).expect("polygons");
     let angle = (40_f64.to_radians() + 25.0 * 0.02 + 7.5 * 0.02 * 0.02).to_string();
     let expected = asked(FOUR_BAR, ("A.angle", &angle), 25.3, 15.0);
-    let pairs = [
-        (&found.velocity, &expected.velocity),
-        (&found.acceleration, &expected.acceleration),
-    ];
+    let pairs =
+        [(&found.velocity, &expected.velocity), (&found.acceleration, &expected.acceleration)];
     for (polygon, known) in pairs {
         assert!(polygon.vertices.len() >= 2);
         for v in &polygon.vertices {

@@ -3,9 +3,7 @@
 
 use super::guesses::written;
 use super::reach::{Short, Span, in_words, reach_of_others, shortest_loop, spans, unit, value};
-use super::words::{
-    bodies_of, drive_position, drive_value, name, position_of, unit_of,
-};
+use super::words::{bodies_of, drive_position, drive_value, name, position_of, unit_of};
 use super::{pole, within_turn};
 use crate::codes;
 use crate::mobility::loop_through;

@@ -1,8 +1,6 @@
 //! `bksim polygons`: velocity and acceleration polygons of a pose.
 
-use bksim::analysis::{
-    Column, Polygon, PolygonVector, Polygons, Table, VectorPart, polygons,
-};
+use bksim::analysis::{Column, Polygon, PolygonVector, Polygons, Table, VectorPart, polygons};
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, Draw, asked_drawn, failed, lines};
