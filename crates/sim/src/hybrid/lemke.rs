@@ -36,8 +36,11 @@ pub(super) fn lemke(m: &DMatrix<f64>, q: &DVector<f64>) -> Option<Complementary>
     let basis = complementary_basis(m, q)?;
     let is_basic = |k: usize| basis.contains(&(n + k));
     let chosen: Vec<usize> = (0..n).filter(|&k| is_basic(k)).collect();
-    let values =
-        m.select_rows(&chosen).select_columns(&chosen).lu().solve(&-q.select_rows(&chosen))?;
+    let values = if chosen.is_empty() {
+        DVector::zeros(0)
+    } else {
+        m.select_rows(&chosen).select_columns(&chosen).lu().solve(&-q.select_rows(&chosen))?
+    };
     let mut z = DVector::zeros(n);
     for (&k, value) in chosen.iter().zip(values.iter()) {
         z[k] = value.max(0.0);
@@ -130,6 +133,13 @@ fn complementary_basis(m: &DMatrix<f64>, q: &DVector<f64>) -> Option<Vec<usize>>
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn right_sides_below_zero_by_rounding_are_solved_by_nothing() {
+        let m = DMatrix::identity(2, 2);
+        let z = lemke(&m, &DVector::from_vec(vec![-1e-14, 1.0])).expect("a solution").z;
+        assert!(z.amax() <= 1e-14, "{z}");
+    }
 
     #[test]
     fn solutions_are_complementary() {
