@@ -51,6 +51,12 @@ pub trait Events {
     /// Writes the functions at a state to `out`. They should be continuous; a value that is not
     /// finite counts as no crossing.
     fn values(&mut self, t: f64, y: &[f64], out: &mut [f64]);
+
+    /// Function `i` at a state, the same number as among all of them; `room` has room for these.
+    fn value(&mut self, i: usize, t: f64, y: &[f64], room: &mut [f64]) -> f64 {
+        self.values(t, y, room);
+        room[i]
+    }
 }
 
 /// Sample points of a step, closer at its ends: an extremum needs a sample on either side.
@@ -62,6 +68,8 @@ const FIRST_NODE: f64 = 0.001;
 /// A parabola through three samples that passes zero between them has an outer one larger than the middle one by
 /// 1.6 or more, with these nodes; a function that stays as it is, by rounding.
 const BEND: f64 = 1.1;
+/// Crossings this near to one another, as a part of t, may be taken for one.
+const SAME_INSTANT: f64 = 64.0 * f64::EPSILON;
 /// Refinements of an extremum.
 const MAX_EXTREMUM: usize = 24;
 /// Refinements of a bracket; bisection alone needs 52.
@@ -114,6 +122,8 @@ pub struct EventSearch {
     found: Vec<Event>,
     /// The next step is the first.
     is_first: bool,
+    /// Where only the first crossing is looked for: an instant just after the first of those found, and the functions there.
+    after: Option<(f64, Vec<f64>)>,
 }
 
 /// Two times with the values of one function, of opposite sign or around an extremum.
@@ -135,6 +145,7 @@ impl EventSearch {
             y: vec![0.0; start.y.len()],
             found: Vec::with_capacity(2 * n),
             is_first: true,
+            after: None,
         };
         events.values(start.t, &start.y, &mut search.samples[..n]);
         search
@@ -162,7 +173,25 @@ impl EventSearch {
     /// All crossings of a step that count, in its order of time. Each step begins where the one
     /// before it ended.
     pub fn crossings<E: Events>(&mut self, events: &mut E, step: &Step<'_>) -> &[Event] {
+        self.search(events, step, false)
+    }
+
+    /// The first crossing of a step that counts, with all that are as early up to rounding, and maybe some that come later.
+    ///
+    /// They are those that begin what [`EventSearch::crossings`] returns, to the last bit. Functions that have not crossed yet just
+    /// after the first crossing found so far are left out, so that many functions which cross in a step are not all located.
+    pub fn first_crossings<E: Events>(&mut self, events: &mut E, step: &Step<'_>) -> &[Event] {
+        self.search(events, step, true)
+    }
+
+    fn search<E: Events>(
+        &mut self,
+        events: &mut E,
+        step: &Step<'_>,
+        is_first_enough: bool,
+    ) -> &[Event] {
         self.found.clear();
+        self.after = None;
         if self.n == 0 {
             return &self.found;
         }
@@ -171,16 +200,51 @@ impl EventSearch {
             step.at(t, &mut self.y);
             events.values(t, &self.y, &mut self.samples[k * self.n..(k + 1) * self.n]);
         }
-        for i in 0..self.n {
-            self.crossings_of(events, step, i, &times);
-        }
-        // Stable: functions that cross at the same instant keep their order.
         let forward = step.h().signum();
-        self.found.sort_by(|a, b| (forward * a.t).total_cmp(&(forward * b.t)));
+        for k in 1..=N_PARTS {
+            for i in 0..self.n {
+                let n_before = self.found.len();
+                self.crossings_in(events, step, (i, k), &times);
+                if is_first_enough && self.found.len() > n_before {
+                    self.look_after(events, step);
+                }
+            }
+            // What crosses in later parts does so after this.
+            let is_past = |after: &(f64, Vec<f64>)| forward * (after.0 - times[k]) < 0.0;
+            if self.after.as_ref().is_some_and(is_past) {
+                break;
+            }
+        }
+        // Functions that cross at the same instant keep their order.
+        self.found.sort_by(|a, b| (forward * a.t).total_cmp(&(forward * b.t)).then(a.i.cmp(&b.i)));
 
         self.samples.copy_within(N_PARTS * self.n.., 0);
         self.is_first = false;
         &self.found
+    }
+
+    /// Takes the functions just after the first crossing found so far, unless they are known.
+    fn look_after<E: Events>(&mut self, events: &mut E, step: &Step<'_>) {
+        let forward = step.h().signum();
+        let times = self.found.iter().map(|event| forward * event.t);
+        let first = times.fold(f64::INFINITY, f64::min);
+        let t = forward * (first + SAME_INSTANT * first.abs());
+        if self.after.as_ref().is_some_and(|(known, _)| forward * (known - t) <= 0.0) {
+            return;
+        }
+        let mut values = self.after.take().map_or_else(|| vec![0.0; self.n], |(_, values)| values);
+        step.at(t, &mut self.y);
+        events.values(t, &self.y, &mut values);
+        self.after = Some((t, values));
+    }
+
+    /// True of function `i` if it has the sign that it has at `a` still after the first crossing found so far: by more than
+    /// its band, or from `a` on.
+    fn is_later<E: Events>(&self, events: &E, forward: f64, i: usize, a: (f64, f64)) -> bool {
+        self.after.as_ref().is_some_and(|(t, values)| {
+            let is_before = values[i] * a.1 > 0.0 && values[i].abs() > events.band(i);
+            forward * (a.0 - t) >= 0.0 || is_before
+        })
     }
 
     /// Time of sample `k`. The first one of the first step comes early: it shows on which side of
@@ -195,34 +259,35 @@ impl EventSearch {
         step.t0() + part * (step.t1() - step.t0())
     }
 
-    fn crossings_of<E: Events>(
+    /// Keeps the crossings of function `i` between samples k − 1 and k, and those about sample k.
+    fn crossings_in<E: Events>(
         &mut self,
         events: &mut E,
         step: &Step<'_>,
-        i: usize,
+        (i, k): (usize, usize),
         times: &[f64; N_PARTS + 1],
     ) {
         let sample = |search: &Self, k: usize| (times[k], search.samples[k * search.n + i]);
-        for k in 1..=N_PARTS {
-            let (a, b) = (sample(self, k - 1), sample(self, k));
-            if a.1 * b.1 < 0.0 || (b.1 == 0.0 && a.1 != 0.0) {
-                self.keep(events, step, i, Bracket { a, b });
-            }
-            if k == N_PARTS {
-                continue;
-            }
-            // An extremum near the middle of three samples of one sign, the middle nearest to zero, on a curve
-            // that bends enough to get there.
-            let c = sample(self, k + 1);
-            let [before, middle, after] = [a.1, b.1, c.1].map(f64::abs);
-            let turns = a.1 * b.1 > 0.0
-                && b.1 * c.1 > 0.0
-                && middle <= before.min(after)
-                && before.max(after) > BEND * middle;
-            if turns && let Some(m) = self.opposite(events, step, i, a, c) {
-                self.keep(events, step, i, Bracket { a, b: m });
-                self.keep(events, step, i, Bracket { a: m, b: c });
-            }
+        let (a, b) = (sample(self, k - 1), sample(self, k));
+        let forward = step.h().signum();
+        if (a.1 * b.1 < 0.0 || (b.1 == 0.0 && a.1 != 0.0)) && !self.is_later(events, forward, i, a)
+        {
+            self.keep(events, step, i, Bracket { a, b });
+        }
+        if k == N_PARTS {
+            return;
+        }
+        // An extremum near the middle of three samples of one sign, the middle nearest to zero, on a curve
+        // that bends enough to get there.
+        let c = sample(self, k + 1);
+        let [before, middle, after] = [a.1, b.1, c.1].map(f64::abs);
+        let turns = a.1 * b.1 > 0.0
+            && b.1 * c.1 > 0.0
+            && middle <= before.min(after)
+            && before.max(after) > BEND * middle;
+        if turns && let Some(m) = self.opposite(events, step, i, a, c) {
+            self.keep(events, step, i, Bracket { a, b: m });
+            self.keep(events, step, i, Bracket { a: m, b: c });
         }
     }
 
@@ -351,7 +416,6 @@ impl EventSearch {
 
     fn value<E: Events>(&mut self, events: &mut E, step: &Step<'_>, i: usize, t: f64) -> f64 {
         step.at(t, &mut self.y);
-        events.values(t, &self.y, &mut self.scratch);
-        self.scratch[i]
+        events.value(i, t, &self.y, &mut self.scratch)
     }
 }

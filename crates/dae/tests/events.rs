@@ -164,6 +164,33 @@ fn crossings(mut functions: OfTime<'_>, from: f64, to: f64) -> Vec<Event> {
     found
 }
 
+#[test]
+fn the_first_crossings_are_those_that_all_crossings_begin_with() {
+    // Waves of many lengths, some of which touch zero twice between samples, and some that cross at one instant.
+    let waves: Vec<Box<dyn Fn(f64) -> f64>> = (0..60_i32)
+        .map(|k| {
+            let (rate, lag) = (0.3 + 0.17 * f64::from(k % 13), 0.011 * f64::from(k * k % 29));
+            let level = 0.02 * f64::from(k % 7);
+            Box::new(move |t: f64| (rate * (t - lag)).cos() - level) as Box<dyn Fn(f64) -> f64>
+        })
+        .collect();
+    let all = || OfTime(waves.iter().map(|wave| (Crossing::Falling, &**wave)).collect());
+    let (mut solver, start) = clock(0.0, 20.0);
+    let mut whole = EventSearch::new(&mut all(), &start);
+    let mut first = EventSearch::new(&mut all(), &start);
+    let mut n_met = 0;
+    while let Some(step) = solver.step().expect("no failure") {
+        let expected = whole.crossings(&mut all(), &step);
+        let found = first.first_crossings(&mut all(), &step);
+        assert_eq!(found.first(), expected.first());
+        let Some(earliest) = expected.first() else { continue };
+        let now = |events: &[Event]| events.iter().filter(|e| e.t == earliest.t).count();
+        assert_eq!(now(found), now(expected));
+        n_met += expected.len();
+    }
+    assert!(n_met > 100, "{n_met} crossings");
+}
+
 fn assert_times(found: &[Event], expected: &[(usize, f64)]) {
     assert_eq!(found.len(), expected.len(), "{found:?}, expected {expected:?}");
     for (found, expected) in found.iter().zip(expected) {
