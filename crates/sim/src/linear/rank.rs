@@ -32,8 +32,27 @@ pub(crate) fn dependent_rows(jacobian: &SparseRows) -> Dependence {
     if jacobian.n_columns > LARGEST_DENSE {
         sparse_dependent_rows(jacobian, ROUNDING)
     } else {
-        dense::dependent_rows(&jacobian.dense())
+        dense_dependent_rows(jacobian)
     }
+}
+
+/// Dependent rows by dense elimination, for which rows of zeros, as of the many open contacts of a pile, are left out.
+fn dense_dependent_rows(jacobian: &SparseRows) -> Dependence {
+    let is_row = |&row: &usize| jacobian.row(row).iter().any(|&(_, g)| g != 0.0);
+    let rows: Vec<usize> = (0..jacobian.n_rows()).filter(is_row).collect();
+    if rows.len() == jacobian.n_rows() {
+        return dense::dependent_rows(&jacobian.dense());
+    }
+    let found = dense::dependent_rows(&jacobian.select(&rows).dense());
+    // They follow from any others, and take no part.
+    let with_empty = |some: &[usize]| {
+        let mut marked = vec![true; jacobian.n_rows()];
+        rows.iter().for_each(|&row| marked[row] = false);
+        some.iter().for_each(|&k| marked[rows[k]] = true);
+        (0..marked.len()).filter(|&row| marked[row]).collect()
+    };
+    let (dependent, involved) = (with_empty(&found.dependent), with_empty(&found.involved));
+    Dependence { rank: found.rank, dependent, involved }
 }
 
 /// Remainders of dependent rows in a pose that is closed to rounding.
