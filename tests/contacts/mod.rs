@@ -8,3 +8,4 @@ mod leaving;
 mod lifting;
 mod rolling;
 mod rubbing;
+mod space;

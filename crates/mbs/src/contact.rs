@@ -12,7 +12,7 @@ use crate::rope::{self, section_wrenches};
 use crate::rubbing::friction;
 use crate::signal::{signal_values, values_at_start};
 use crate::sliding::Sliding;
-use crate::touch::{Touching, is_on_track, pressing, speed_along};
+use crate::touch::{Touching, is_on_track, pressing, speed_along, way_of_slip};
 use bksim_model::{FrictionLaw, JointId, LoadId, LoadKind, Model, MotionKind, Opposed, Signal};
 
 /// A constraint row that opens and closes.
@@ -49,7 +49,8 @@ pub enum Law {
     },
     /// The row is p₀ − p, its multiplier the friction along p, |λ| no greater than `sticking`.
     Friction {
-        /// Friction F while it slides, N or N m; it may depend on multipliers of its joint.
+        /// Friction F while it slides, N or N m; it may depend on multipliers of its joint. In one of two directions its
+        /// component, F times that of the unit vector along the slip.
         sliding: Expr,
         /// Largest friction F₀ while it sticks, N or N m; so may this.
         sticking: Expr,
@@ -57,10 +58,19 @@ pub enum Law {
         slip: SymbolId,
         /// Symbol of p₀, the position at which it sticks.
         stuck_at: SymbolId,
+        /// In two directions of a tangent plane: the contact of the other one. Both have one limit, √(λ₁² + λ₂²) ≤ F₀, and
+        /// their ς are the components of the unit vector in which the slip began.
+        other: Option<usize>,
     },
 }
 
 impl Law {
+    /// The friction −λ while it slides; `None` of a stop.
+    pub fn slipping(&self, pool: &Pool) -> Option<Expr> {
+        let Self::Friction { sliding, slip, other, .. } = *self else { return None };
+        Some(if other.is_some() { sliding } else { pool.mul(pool.symbol_expr(slip), sliding) })
+    }
+
     /// F while friction slides and F₀ while it sticks, with the multiplier `lambda` of its row; `None` of a stop.
     ///
     /// Friction holds with no less than it would slide with, against the motion that it keeps from beginning.
@@ -68,7 +78,10 @@ impl Law {
     /// # Panics
     /// Never: `sign` has one argument and `max` two.
     pub fn friction(&self, pool: &Pool, lambda: SymbolId) -> Option<[Expr; 2]> {
-        let Self::Friction { sliding, sticking, slip, .. } = *self else { return None };
+        let Self::Friction { sliding, sticking, slip, other, .. } = *self else { return None };
+        if other.is_some() {
+            return Some([sliding, sticking]);
+        }
         let held = pool.call(Function::Sign, &[pool.symbol_expr(lambda)]).expect("one argument");
         let sliding_then = pool.substitute(sliding, &[(slip, pool.neg(held))]);
         let sticking = if sticking == sliding_then {
@@ -328,7 +341,11 @@ fn row_of_contact(model: &Model, kinematics: &Kinematics, id: LoadId) -> Option<
         states: Some(states_of(pool, id)),
         expression: pool.zero(),
         source: Source::Friction(id),
-        direction: if opposed == Opposed::Slip { "along" } else { "roll" },
+        direction: match opposed {
+            Opposed::Slip => "along",
+            Opposed::Across => "across",
+            Opposed::Roll => "roll",
+        },
         effort: model.loads[id.0].effort(),
         rate: Some(speed_along(model, kinematics, &wrenches)),
         reach: None,
@@ -373,10 +390,30 @@ pub(crate) fn contacts(
         }
         let (law, [slip, stuck_at]) = match (&model.loads[load.0].kind, states) {
             (LoadKind::Friction { law, .. }, Some(states)) => (law, *states),
-            (&LoadKind::Rub { contact, track, sliding, sticking, .. }, Some([slip, stuck_at])) => {
+            (
+                &LoadKind::Rub { contact, track, sliding, sticking, opposed },
+                Some([slip, stuck_at]),
+            ) => {
                 let pressing = pressing(model, constraints, (contact, track));
-                let [sliding, sticking] = [sliding, sticking].map(|mu| pool.mul(mu, pressing));
-                return Law::Friction { sliding, sticking, slip: *slip, stuck_at: *stuck_at };
+                let is_spatial = model.contacts[contact.0].is_spatial(pool.zero());
+                let other = is_spatial.then(|| other_way(row - first, opposed));
+                let sizes = match other {
+                    None => [sliding, sticking],
+                    Some(other) => {
+                        let at = row - first;
+                        let (one, two) = (at.min(other), at.max(other));
+                        let both = [&rows[one], &rows[two]];
+                        let began = both.map(|row| {
+                            row.states.map_or(pool.zero(), |[slip, _]| pool.symbol_expr(slip))
+                        });
+                        let rates = both.map(|row| row.rate.unwrap_or(pool.zero()));
+                        let way = way_of_slip(pool, began, rates)[at - one];
+                        [pool.mul(way, sliding), pool.max(sliding, sticking)]
+                    }
+                };
+                let [sliding, sticking] = sizes.map(|mu| pool.mul(mu, pressing));
+                let (slip, stuck_at) = (*slip, *stuck_at);
+                return Law::Friction { sliding, sticking, slip, stuck_at, other };
             }
             (LoadKind::Capstan { mu: [sliding, sticking], .. }, Some([slip, stuck_at])) => {
                 let own = pool.symbol_expr(constraints[row].lambda);
@@ -385,7 +422,8 @@ pub(crate) fn contacts(
                 let sizes =
                     [size(*sliding, pool.symbol_expr(*slip)), size(*sticking, pool.neg(held))];
                 let [sliding, sticking] = sizes.map(|e| pool.substitute(e, signals));
-                return Law::Friction { sliding, sticking, slip: *slip, stuck_at: *stuck_at };
+                let (slip, stuck_at) = (*slip, *stuck_at);
+                return Law::Friction { sliding, sticking, slip, stuck_at, other: None };
             }
             _ => unreachable!("only stops and friction have rows"),
         };
@@ -402,7 +440,7 @@ pub(crate) fn contacts(
             }
         };
         let [sliding, sticking] = [sliding, sticking].map(|e| pool.substitute(e, signals));
-        Law::Friction { sliding, sticking, slip, stuck_at }
+        Law::Friction { sliding, sticking, slip, stuck_at, other: None }
     };
     let contact = |(k, row): (usize, &ContactRow)| {
         let closed = pool.symbol(&format!("'closed{k}"));
@@ -416,6 +454,11 @@ pub(crate) fn contacts(
     rows.iter().enumerate().map(contact).collect()
 }
 
+/// The row of friction in the other direction: both follow each other.
+fn other_way(row: usize, opposed: Opposed) -> usize {
+    if opposed == Opposed::Across { row - 1 } else { row + 1 }
+}
+
 /// Wrenches of friction while it slides: −ς F on the successor along the motion, and the opposite on
 /// the predecessor.
 pub(crate) fn slip_wrenches(
@@ -426,9 +469,9 @@ pub(crate) fn slip_wrenches(
     let pool = &model.pool;
     let mut wrenches = Vec::new();
     for contact in contacts {
-        let Law::Friction { sliding, slip, .. } = contact.law else { continue };
+        let Some(slipping) = contact.law.slipping(pool) else { continue };
         let row = &constraints[contact.row];
-        let effort = pool.neg(pool.mul(pool.symbol_expr(slip), sliding));
+        let effort = pool.neg(slipping);
         wrenches.extend(row.wrenches.iter().map(|wrench| wrench.scaled(pool, effort)));
     }
     wrenches

@@ -16,8 +16,7 @@ pub(crate) fn with_modes(model: &Model, system: &SymbolicSystem) -> Option<Symbo
     // Friction acts as a load while it slides; open rows vanish.
     for contact in &system.contacts {
         let row = contact.row;
-        if let Law::Friction { sliding, slip, .. } = contact.law {
-            let effort = pool.mul(pool.symbol_expr(slip), sliding);
+        if let Some(effort) = contact.law.slipping(pool) {
             // The row holds −∂p/∂q.
             for &(i, g) in system.constraint_jacobian.row(row) {
                 integrated.applied_force[i] =

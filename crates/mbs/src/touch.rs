@@ -13,6 +13,16 @@
 //! φ is the penetration where it is zero, with its right slopes, and has no root that vanishes; n is the direction of the
 //! force on the mover. Friction is along t = (n_y, −n_x): the speed of the mover along t against the base is that of the
 //! second body along the first, whichever of them the mover belongs to.
+//!
+//! In space a plane through A with the normal n is as an edge, balls and the inside of spheres are as discs and rings. Friction is
+//! along two directions t₁ and t₂ across n: those of a plane are fixed in its body, and those of a ball follow n, without
+//! a jump but where n is far below the plane of x and y,
+//!
+//! ```text
+//! t₁ = (1 − n_x²/(1 + n_z), − n_x n_y/(1 + n_z), − n_x),   t₂ = n × t₁        and for n_z < −1/2 with 1 − n_z likewise
+//! ```
+//!
+//! Source: J. R. Frisvad, *Building an orthonormal basis from a 3D unit vector without normalization* (2012).
 
 use bksim_expr::{Expr, Function, Pool};
 
@@ -23,11 +33,13 @@ use crate::kinematics::Kinematics;
 use crate::spatial;
 use bksim_model::{
     Anchor, Base, BodyId, ContactId, ContactPair, ContactPart, LoadId, Model, Opposed, Place,
-    Reach, Vector,
+    Reach, Space, Vector,
 };
 
 /// A corner may be turned by this sine beyond where its own edge lies on the edge that it meets.
 const TURNED: (i64, i64) = (3, 10);
+/// Speed, m/s, below which the direction of a slip is that in which it began.
+const AT_REST: f64 = 1e-12;
 /// How deep, as a part of its length, an edge of an open chain is felt by a point.
 const DEPTH: (i64, i64) = (1, 4);
 
@@ -45,6 +57,8 @@ pub(crate) struct Touching {
     at: Vector,
     /// A point of the line along which they rub.
     along: Vector,
+    /// Unit vectors along which they rub, the second in space alone.
+    ways: [Vector; 2],
     mover: BodyId,
     base: BodyId,
     is_second: bool,
@@ -60,7 +74,18 @@ impl Touching {
         let d = spatial::sub(pool, &center, &origin);
         let scaled = |s, v: &Vector| spatial::scale(pool, s, v);
         let mut reaches = Vec::new();
+        let mut ways = None;
         let (penetration, gap, normal, at, along) = match &place.base {
+            Base::Plane(plane) => {
+                let frame = kinematics.frame(model, plane.anchor).rotation;
+                let turned = |v: &Vector| frame.apply(pool, v);
+                let normal = turned(&plane.normal);
+                ways = Some(spatial::perpendicular(pool, &plane.normal).map(|way| turned(&way)));
+                let above = pool.simplify(spatial::dot(pool, &normal, &d));
+                let penetration = pool.sub(radius, above);
+                let at = spatial::sub(pool, &center, &scaled(radius, &normal));
+                (penetration, pool.neg(penetration), normal, at, at)
+            }
             Base::Edge { ends, reach } => {
                 let (way, length) = direction(model, kinematics, *ends);
                 let normal = spatial::cross(pool, &spatial::z_axis(pool), &way);
@@ -135,9 +160,13 @@ impl Touching {
         }
         let least = |a, b| pool.call(Function::Min, &[a, b]).expect("two arguments");
         let reach = reaches.into_iter().reduce(least).unwrap_or(pool.one());
+        let ways = ways.unwrap_or_else(|| match model.space {
+            Space::Spatial => across(pool, &normal),
+            Space::Planar => [[normal[1], pool.neg(normal[0]), normal[2]], spatial::z_axis(pool)],
+        });
         let [mover, base] = [place.mover.center.body, place.base.anchor().body];
         let is_second = place.is_second;
-        Self { penetration, gap, reach, normal, at, along, mover, base, is_second }
+        Self { penetration, gap, reach, normal, at, along, ways, mover, base, is_second }
     }
 
     fn pair(&self, pool: &Pool, force: Vector, at: Vector) -> Vec<Wrench> {
@@ -153,10 +182,9 @@ impl Touching {
         self.pair(pool, self.normal, self.at)
     }
 
-    /// Of a unit friction.
-    pub(crate) fn rubbing(&self, pool: &Pool) -> Vec<Wrench> {
-        let [x, y, z] = self.normal;
-        self.pair(pool, [y, pool.neg(x), z], self.along)
+    /// Of a unit friction along one of its directions.
+    fn rubbing(&self, pool: &Pool, way: usize) -> Vec<Wrench> {
+        self.pair(pool, self.ways[way], self.along)
     }
 
     /// Of a unit torque of rolling resistance, counter-clockwise on the second body.
@@ -172,10 +200,49 @@ impl Touching {
     /// Of one unit of friction against this motion.
     pub(crate) fn against(&self, pool: &Pool, opposed: Opposed) -> Vec<Wrench> {
         match opposed {
-            Opposed::Slip => self.rubbing(pool),
+            Opposed::Slip => self.rubbing(pool, 0),
+            Opposed::Across => self.rubbing(pool, 1),
             Opposed::Roll => self.rolling(pool),
         }
     }
+}
+
+/// Two unit vectors across a unit vector and each other.
+///
+/// # Panics
+/// Never: comparisons have two operands.
+fn across(pool: &Pool, [x, y, z]: &Vector) -> [Vector; 2] {
+    let [x, y, z] = [*x, *y, *z];
+    let one = pool.one();
+    // About the pole that is farther: s is the sign of z there.
+    let about = |s: Expr| -> [Vector; 2] {
+        let a = pool.neg(pool.div(one, pool.add(s, z)));
+        let b = pool.mul(pool.mul(x, y), a);
+        let s_times = |e: Expr| pool.mul(s, e);
+        let first = pool.add(one, s_times(pool.mul(pool.powi(x, 2), a)));
+        let second = pool.add(s, pool.mul(pool.powi(y, 2), a));
+        [[first, s_times(b), pool.neg(s_times(x))], [b, second, pool.neg(y)]]
+    };
+    let [above, below] = [about(one), about(pool.int(-1))];
+    let is_above = pool.call(Function::Gt, &[z, pool.rational(-1, 2)]).expect("two arguments");
+    let choose =
+        |k: usize| std::array::from_fn(|i| pool.select(is_above, above[k][i], below[k][i]));
+    [choose(0), choose(1)]
+}
+
+/// The unit vector along a slip w = (w₁, w₂) of these rates, which `began` along the unit vector d = (ς₁, ς₂).
+///
+/// With e across d and ρ = (w · e)/(w · d) it is d + ρ e over its length: w/|w| as long as w · d > 0, d where w = 0, and goes on
+/// smoothly past the rest to which friction brings the bodies.
+pub(crate) fn way_of_slip(pool: &Pool, [c, s]: [Expr; 2], [w1, w2]: [Expr; 2]) -> [Expr; 2] {
+    let forward = pool.add(pool.mul(c, w1), pool.mul(s, w2));
+    let sideways = pool.sub(pool.mul(c, w2), pool.mul(s, w1));
+    let square = pool.add(pool.powi(forward, 2), pool.float(AT_REST * AT_REST));
+    let slope = pool.div(pool.mul(forward, sideways), square);
+    let length = pool.sqrt(pool.add(pool.one(), pool.powi(slope, 2)));
+    let first = pool.sub(c, pool.mul(s, slope));
+    let second = pool.add(s, pool.mul(c, slope));
+    [first, second].map(|part| pool.div(part, length))
 }
 
 /// The penetration (d·d − ρ²)/2ρ and |d|.
@@ -244,6 +311,7 @@ pub fn part(
 ) -> Expr {
     let pool = &model.pool;
     let pair: &ContactPair = &model.contacts[contact.0];
+    let is_spatial = pair.is_spatial(pool.zero());
     // Of the forces that press, or of friction against one motion.
     let lambdas = |wanted: Option<Opposed>| -> Expr {
         let of = |row: &&Constraint| {
@@ -259,6 +327,19 @@ pub fn part(
     };
     match part {
         ContactPart::Force => lambdas(None),
+        ContactPart::Friction if is_spatial => {
+            // The size of the sum over all places.
+            let ways =
+                |track: &Vec<usize>| Touching::of(model, kinematics, &pair.places[track[0]]).ways;
+            let forces = constraints.iter().filter_map(|row| {
+                let Source::Friction(LoadId(load)) = row.source else { return None };
+                let (of, track, opposed) = model.loads[load].kind.rub()?;
+                let way = ways(&pair.tracks[track])[usize::from(opposed == Opposed::Across)];
+                (of == contact).then(|| spatial::scale(pool, pool.symbol_expr(row.lambda), &way))
+            });
+            let total = forces.fold(spatial::zero(pool), |sum, one| spatial::add(pool, &sum, &one));
+            pool.sqrt(spatial::dot(pool, &total, &total))
+        }
         ContactPart::Friction => lambdas(Some(Opposed::Slip)),
         ContactPart::Rolling => lambdas(Some(Opposed::Roll)),
         ContactPart::Gap => {
@@ -285,7 +366,12 @@ pub fn part(
                 let pressed = pressing(model, constraints, (contact, track));
                 let first = pair.tracks[track][0];
                 let touching = Touching::of(model, kinematics, &pair.places[first]);
-                let speed = speed_along(model, kinematics, &touching.rubbing(pool));
+                let along = |way| speed_along(model, kinematics, &touching.rubbing(pool, way));
+                let speed = if is_spatial {
+                    pool.sqrt(pool.add(pool.powi(along(0), 2), pool.powi(along(1), 2)))
+                } else {
+                    along(0)
+                };
                 let is_pressed = pool.call(Function::Gt, &[pressed, pool.zero()]);
                 let is_pressed = is_pressed.expect("two arguments");
                 let while_pressed = |value: Expr| pool.select(is_pressed, value, pool.zero());

@@ -1,15 +1,16 @@
 //! Contacts: outlines of two bodies that may touch, taken apart into places.
 //!
 //! A place is a point, corner or disc of one body against an edge, a ring, a disc or a corner of the other. All places on
-//! one straight edge rub along it together: they share a [`Track`].
+//! one straight edge rub along it together: they share a [`Track`]. In space a place is a point or ball of one body against
+//! a plane, a ball or the inside of a sphere of the other, and rubs by itself, in every direction of its tangent plane.
 
 use bksim_expr::Expr;
 
 use crate::body::Anchor;
 use crate::diagnostic::Span;
-use crate::ids::JointId;
+use crate::ids::{JointId, Vector};
 
-/// Two outlines that may touch, in the plane.
+/// Two outlines, or surfaces in space, that may touch.
 #[derive(Clone, Debug)]
 pub struct ContactPair {
     /// Name as written.
@@ -26,6 +27,13 @@ pub struct ContactPair {
     pub span: Span,
 }
 
+impl ContactPair {
+    /// True of surfaces in space.
+    pub fn is_spatial(&self, zero: Expr) -> bool {
+        self.shapes.iter().any(|shape| shape.is_spatial(zero) == Some(true))
+    }
+}
+
 /// The outline of a body.
 #[derive(Clone, Debug)]
 pub enum Shape {
@@ -33,6 +41,14 @@ pub enum Shape {
     Round(Round),
     /// The inside of a circle.
     Ring(Round),
+    /// A ball, from outside.
+    Ball(Round),
+    /// The inside of a sphere.
+    Bowl(Round),
+    /// Points of a body in space.
+    Points(Vec<Anchor>),
+    /// A plane without ends.
+    Plane(Flat),
     /// The curve that a joint of this kind lifts off; what lifts off it is the other shape.
     Curve {
         /// The joint.
@@ -64,14 +80,38 @@ impl Shape {
     /// Every point that it is given by.
     pub fn anchors(&self) -> Vec<Anchor> {
         match self {
-            Self::Round(round) | Self::Ring(round) => vec![round.center],
+            Self::Round(round) | Self::Ring(round) | Self::Ball(round) | Self::Bowl(round) => {
+                vec![round.center]
+            }
+            Self::Plane(plane) => vec![plane.anchor],
+            Self::Points(points) => points.clone(),
             Self::Curve { anchor, .. } => vec![*anchor],
             Self::Edges { corners, .. } => corners.clone(),
         }
     }
 }
 
-/// A circle; a point has the radius zero.
+impl Shape {
+    /// True of what is for models in space, false of what is for those in the plane; `None` of a point.
+    pub fn is_spatial(&self, zero: Expr) -> Option<bool> {
+        match self {
+            Self::Round(round) if round.radius == zero => None,
+            Self::Ball(_) | Self::Bowl(_) | Self::Points(_) | Self::Plane(_) => Some(true),
+            Self::Round(_) | Self::Ring(_) | Self::Curve { .. } | Self::Edges { .. } => Some(false),
+        }
+    }
+}
+
+/// A plane through a point; what touches it is on the side of its normal.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Flat {
+    /// A point of it.
+    pub anchor: Anchor,
+    /// Unit vector across it, in the axes of the point.
+    pub normal: Vector,
+}
+
+/// A circle or sphere; a point has the radius zero.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Round {
     /// Centre of the circle, or the point.
@@ -103,8 +143,10 @@ pub enum Base {
         /// How far it reaches.
         reach: Reach,
     },
-    /// The inside of a circle.
+    /// The inside of a circle, or of a sphere.
     Ring(Round),
+    /// A plane.
+    Plane(Flat),
     /// The curve of a joint that lifts off it, at the place nearest to what lifts off, which is a coordinate of the joint.
     Curve {
         /// The joint.
@@ -112,7 +154,7 @@ pub enum Base {
         /// The point in whose frame the curve is.
         anchor: Anchor,
     },
-    /// The outside of a circle, or a corner between the edges that come from and lead to these.
+    /// The outside of a circle or sphere, or a corner between the edges that come from and lead to these.
     Round {
         /// The circle or corner.
         round: Round,
@@ -138,6 +180,7 @@ impl Base {
         match self {
             Self::Edge { ends, .. } => ends[0],
             Self::Curve { anchor, .. } => *anchor,
+            Self::Plane(plane) => plane.anchor,
             Self::Ring(round) | Self::Round { round, .. } => round.center,
         }
     }

@@ -49,7 +49,7 @@ pub use assembly::{AssemblyChoice, ChosenAssembly, FoundAssembly};
 pub use belt::{Belt, BeltWheel};
 pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm, Space};
 pub use compliance::Compliance;
-pub use contact::{Base, ContactPair, EdgesForm, Place, Reach, Round, Shape};
+pub use contact::{Base, ContactPair, EdgesForm, Flat, Place, Reach, Round, Shape};
 pub use coupling::{Coupling, CouplingKind, Flanks, Rack, Wheels, WormSize};
 pub use curve::{Cam, CamLaw, Curve, FollowerKind, LawSegment};
 pub use drive::Drive;

@@ -269,8 +269,10 @@ data_of_kinds! {
 /// The motion of bodies in touch that friction opposes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Opposed {
-    /// Along the line on which they rub, by a force.
+    /// Along the line on which they rub, by a force; in space along the first of two directions.
     Slip,
+    /// In space along the second direction; one limit bounds the friction in both.
+    Across,
     /// Turning against each other, by a torque.
     Roll,
 }

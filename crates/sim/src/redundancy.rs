@@ -234,9 +234,13 @@ pub(crate) fn resting(
     let mut evaluator = indicators.at(parameters);
     let values = evaluator.values(t, q, v).clone();
     let rates = evaluator.rates(t, q, v, a);
-    let is_held = |contact_idx: &usize| {
-        let rates = [values.contacts[*contact_idx].rate(), rates.contacts[*contact_idx]];
-        slips(&modes.contacts[*contact_idx]) && rates.iter().all(|rate| rate.abs() <= AT_REST)
+    let rests = |contact_idx: usize| {
+        let rates = [values.contacts[contact_idx].rate(), rates.contacts[contact_idx]];
+        rates.iter().all(|rate| rate.abs() <= AT_REST)
+    };
+    let is_held = |&contact_idx: &usize| {
+        let other = indicators.contacts[contact_idx].other;
+        slips(&modes.contacts[contact_idx]) && rests(contact_idx) && other.is_none_or(rests)
     };
     (0..modes.contacts.len()).filter(is_held).collect()
 }

@@ -36,6 +36,10 @@ pub fn contact_texts(
                 let law = "stop: penetration <= 0, multiplier >= 0, one of them 0; restitution";
                 (law, contact.expression, vec![restitution])
             }
+            Law::Friction { sticking, other: Some(_), .. } => {
+                let law = "friction in two directions: against the slip while it slides, and no greater in both together while it sticks";
+                (law, contact.rate, vec![sticking])
+            }
             Law::Friction { sliding, sticking, slip, .. } => {
                 let law = "friction: against the rate while it slides, no greater while it sticks";
                 let sense = pool.call(Function::Sign, &[contact.rate]);

@@ -164,7 +164,7 @@ impl Kinematics {
     }
 
     /// The pose of a body, turned into the frame of one of its points.
-    fn frame(&self, model: &Model, anchor: Anchor) -> Pose {
+    pub(crate) fn frame(&self, model: &Model, anchor: Anchor) -> Pose {
         self.framed(model, anchor, &self.turned(model, anchor))
     }
 

@@ -83,7 +83,7 @@ crate::codes! {
     NO_TOUCH = "M111", "shapes that cannot touch";
     MANY_PLACES = "M112", "outlines with too many corners";
     BAD_SHAPE = "M113", "a shape that is none";
-    CONTACT_IN_SPACE = "M114", "a contact in a spatial model";
+    CONTACT_IN_SPACE = "M114", "a contact of outlines in a spatial model";
     NO_DISC = "M115", "rolling resistance of shapes that do not roll";
     TOOTH_ANGLE = "M120", "an angle that teeth do not have";
     NO_PITCH_RADII = "M121", "tooth forces without pitch radii";
@@ -99,6 +99,7 @@ crate::codes! {
     NOT_LEFT = "M137", "a place that a rope cannot leave";
     HERTZ = "M142", "hertz where an angle is counted in radians";
     NO_LIFT = "M143", "keys of lifting off a curve where nothing lifts off, or twice";
+    SURFACE_IN_PLANE = "M144", "a contact of surfaces in space in a planar model, or with an outline";
 }
 
 #[cfg(test)]

@@ -4,12 +4,14 @@ use bksim_expr::Expr;
 
 use super::bodies::BodyFacts;
 use super::codes;
+use super::places::{Points, cross, places_of};
 use super::reader::{Fields, Reader};
+use super::tangent_planes::rows_in_space;
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
 use super::value::Scope;
 use crate::body::{Anchor, Body, Space};
-use crate::contact::{Base, ContactPair, EdgesForm, Place, Reach, Round, Shape};
+use crate::contact::{ContactPair, EdgesForm, Round, Shape};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::{BodyId, ContactId};
 use crate::load::{Load, LoadKind, Opposed};
@@ -17,15 +19,19 @@ use crate::load::{Load, LoadKind, Opposed};
 /// Keys of a contact.
 pub(super) const CONTACT_KEYS: [&str; 5] = ["between", "mu", "static", "rolling", "restitution"];
 /// Keys of a shape that is no point.
-const SHAPE_KEYS: [&str; 6] = ["disc", "ring", "line", "edges", "outline", "radius"];
+const SHAPE_KEYS: [&str; 11] = [
+    "disc", "ring", "line", "edges", "outline", "ball", "bowl", "points", "plane", "radius",
+    "normal",
+];
+/// How many of them name a shape.
+const N_KINDS: usize = 9;
 /// How shapes are written.
 const SHAPES: &str = "write a point `\"rod.A\"`, `{ disc = \"ball.C\", radius = \"40 mm\" }`, a `ring` of the same form, or \
-                      `{ line = [\"ground.A\", \"ground.B\"] }`, `edges` or an `outline` of points";
+                      `{ line = [\"ground.A\", \"ground.B\"] }`, `edges` or an `outline` of points; in space a point, \
+                      `{ ball = \"ball.C\", radius = \"40 mm\" }`, a `bowl` of the same form, `{ plane = \"ground.A\" }` or \
+                      `points`";
 /// Places that one contact may have.
 const MOST_PLACES: usize = 200;
-
-/// Where the points of bodies are in their own axes, m.
-type Points<'a> = &'a dyn Fn(Anchor) -> [f64; 2];
 
 impl Reader<'_> {
     /// Reads all contacts, in file order; their rows become loads after those of the author.
@@ -99,16 +105,31 @@ impl Reader<'_> {
         true
     }
 
-    /// Outlines are in a plane.
-    pub(super) fn check_plane_of_contacts(&mut self, space: Space, contacts: &[ContactPair]) {
-        let Some(pair) = contacts.first().filter(|_| space == Space::Spatial) else { return };
+    /// Outlines are in a plane, surfaces in space.
+    pub(super) fn check_space_of_contacts(&mut self, space: Space, contacts: &[ContactPair]) {
+        let zero = self.pool.zero();
+        let is_other = |pair: &&ContactPair| {
+            let mut spaces = pair.shapes.iter().filter_map(|shape| shape.is_spatial(zero));
+            spaces.any(|is_spatial| is_spatial != (space == Space::Spatial))
+        };
+        let Some(pair) = contacts.iter().find(is_other) else { return };
+        if space == Space::Planar {
+            let message =
+                format!("contact `{}` is of surfaces in space, the model is planar", pair.name);
+            self.report(
+                Diagnostic::error(codes::SURFACE_IN_PLANE, message)
+                    .at(pair.span.clone(), "these touch in space alone")
+                    .help("make the model spatial, or use a `disc`, `ring` or `line`"),
+            );
+            return;
+        }
         let message = format!("contact `{}` is in a spatial model", pair.name);
         let help = if matches!(pair.shapes[0], Shape::Curve { .. }) {
             "remove `lifts`, or keep to the plane"
         } else if pair.play_of.is_some() {
             "remove `clearance`, or keep to the plane"
         } else {
-            "keep to the plane, or use a joint of type \"rolling\" or a load of type \"stop\""
+            "use a `ball`, `bowl` or `plane`, or `points` of the body that touch, or keep to the plane"
         };
         self.report(
             Diagnostic::error(codes::CONTACT_IN_SPACE, message)
@@ -162,6 +183,18 @@ impl Reader<'_> {
         }
         let span = node.span.clone();
         let (places, tracks) = places_of(&shapes, points, self.pool.zero());
+        let spaces = [0, 1].map(|k| shapes[k].is_spatial(self.pool.zero()));
+        if let [Some(first), Some(second)] = spaces
+            && first != second
+        {
+            let message = format!("contact `{name}` is of a shape in the plane and one in space");
+            self.report(
+                Diagnostic::error(codes::SURFACE_IN_PLANE, message)
+                    .at(span, "these never meet")
+                    .help("in space, use a `ball` for a `disc`, a `bowl` for a `ring` and a `plane` for a `line`"),
+            );
+            return None;
+        }
         if places.is_empty() {
             let message = format!("the two shapes of contact `{name}` cannot touch");
             self.report(
@@ -186,17 +219,26 @@ impl Reader<'_> {
         let is_disc = |shape: &Shape| matches!(shape, Shape::Round(round) if round.radius != self.pool.zero());
         if rolling.is_some() && !shapes.iter().any(is_disc) {
             let message = format!("contact `{name}` has `rolling` and no disc");
+            let help = if spaces.contains(&Some(true)) {
+                "remove `rolling`, which is for discs in the plane"
+            } else {
+                "remove `rolling`, or give one of them the shape of a `disc` with a radius"
+            };
             self.report(
-                Diagnostic::error(codes::NO_DISC, message).at(span, "neither of these rolls").help(
-                    "remove `rolling`, or give one of them the shape of a `disc` with a radius",
-                ),
+                Diagnostic::error(codes::NO_DISC, message)
+                    .at(span, "neither of these rolls")
+                    .help(help),
             );
             return None;
         }
         let restitution = restitution?;
         let name = name.to_owned();
         let pair = ContactPair { name, shapes, places, tracks, play_of: None, span };
-        let rows = rows_of(&pair, id, restitution, friction, rolling);
+        let rows = if pair.is_spatial(self.pool.zero()) {
+            rows_in_space(&pair, id, restitution, friction)
+        } else {
+            rows_of(&pair, id, restitution, friction, rolling)
+        };
         Some((pair, rows))
     }
 
@@ -213,7 +255,8 @@ impl Reader<'_> {
         };
         let owner = format!("a shape of {}", fields.owner);
         let own = Fields::open(self, table, owner, node.span.clone(), &SHAPE_KEYS);
-        let kinds: Vec<&str> = SHAPE_KEYS[..5].iter().copied().filter(|key| own.has(key)).collect();
+        let kinds: Vec<&str> =
+            SHAPE_KEYS[..N_KINDS].iter().copied().filter(|key| own.has(key)).collect();
         if let [one, other, ..] = kinds[..] {
             own.conflict(self, one, other);
             return None;
@@ -223,24 +266,39 @@ impl Reader<'_> {
             return None;
         };
         let node = own.get(kind)?;
-        if let "disc" | "ring" = kind {
+        let is_round = matches!(kind, "disc" | "ring" | "ball" | "bowl");
+        let unfit = [
+            ("radius", is_round, "disc, ring, ball or bowl"),
+            ("normal", kind == "plane", "plane"),
+        ];
+        for (key, fits, forms) in unfit {
+            if let Some(entry) = own.entry(key).filter(|_| !fits) {
+                let message = format!("{} has a `{key}` and is no {forms}", own.owner);
+                self.report(
+                    Diagnostic::error(codes::KEY_CONFLICT, message)
+                        .at(entry.key_span.clone(), "of no meaning here")
+                        .help(format!("remove it, or name a {forms}")),
+                );
+                return None;
+            }
+        }
+        if kind == "plane" {
+            return self.flat(node, &own);
+        }
+        if is_round {
             let center = self.point_of_shape(node, &own.what(kind), fields);
             let radius = own.require(self, "radius", "write for example `radius = \"40 mm\"`")?;
             let what = own.what("radius");
             let radius = self.scalar(radius, Quantity::LENGTH, &what, Scope::Constant)?;
             let is_good = self.check_positive(&what, &radius, Quantity::LENGTH);
             let round = Round { center: center?, radius: radius.expr };
-            let shape = if kind == "disc" { Shape::Round(round) } else { Shape::Ring(round) };
+            let shape = match kind {
+                "disc" => Shape::Round(round),
+                "ring" => Shape::Ring(round),
+                "ball" => Shape::Ball(round),
+                _ => Shape::Bowl(round),
+            };
             return is_good.then_some(shape);
-        }
-        if let Some(entry) = own.entry("radius") {
-            let message = format!("{} has a `radius` and is no disc or ring", own.owner);
-            self.report(
-                Diagnostic::error(codes::KEY_CONFLICT, message)
-                    .at(entry.key_span.clone(), "of no meaning here")
-                    .help("remove it, or name a `disc` or `ring` by its centre"),
-            );
-            return None;
         }
         self.edges(kind, node, &own, fields, points)
     }
@@ -256,6 +314,7 @@ impl Reader<'_> {
         let what = own.what(kind);
         let nodes = self.array(node, &what, "an array of points", "[\"box.A\", \"box.B\"]")?;
         let (form, fewest) = match kind {
+            "points" => (EdgesForm::Chain, 1),
             "line" => (EdgesForm::Line, 2),
             "edges" => (EdgesForm::Chain, 2),
             _ => (EdgesForm::Outline, 3),
@@ -269,6 +328,7 @@ impl Reader<'_> {
         if corners.len() < fewest || form == EdgesForm::Line && corners.len() > 2 {
             let message = format!("{what} has {} points", corners.len());
             let help = match form {
+                _ if kind == "points" => "give one point at least",
                 EdgesForm::Line => "give two points of the line; what touches it is to its left",
                 EdgesForm::Chain => {
                     "give two points at least, in order; what touches them is to their left"
@@ -288,6 +348,9 @@ impl Reader<'_> {
                 "take all points from one body",
             ));
             return None;
+        }
+        if kind == "points" {
+            return Some(Shape::Points(corners));
         }
         let at: Vec<[f64; 2]> = corners.iter().map(|&corner| points(corner)).collect();
         let n = at.len();
@@ -316,7 +379,12 @@ impl Reader<'_> {
     }
 
     /// A named point of a body or of the ground.
-    fn point_of_shape(&mut self, node: &Node, what: &str, fields: &Fields<'_>) -> Option<Anchor> {
+    pub(super) fn point_of_shape(
+        &mut self,
+        node: &Node,
+        what: &str,
+        fields: &Fields<'_>,
+    ) -> Option<Anchor> {
         let anchor = self.anchor(node, what, &fields.owner)?;
         if anchor.point.is_none() {
             let body = self.names.bodies[anchor.body.0].name.clone();
@@ -353,127 +421,4 @@ fn rows_of(
         rows.extend((0..pair.tracks.len()).map(|track| load(rub(track))));
     }
     rows
-}
-
-fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
-}
-
-/// A corner, point or disc of a shape, with the corners before and after it.
-type Tip = (Round, [Option<Anchor>; 2]);
-
-/// The places where two shapes may touch, and those that rub together.
-fn places_of(shapes: &[Shape; 2], points: Points<'_>, zero: Expr) -> (Vec<Place>, Vec<Vec<usize>>) {
-    let (mut places, mut tracks) = (Vec::new(), Vec::new());
-    let mut add = |together: Vec<Place>, are_straight: bool| {
-        let numbers: Vec<usize> = (places.len()..places.len() + together.len()).collect();
-        places.extend(together);
-        if are_straight && !numbers.is_empty() {
-            tracks.push(numbers);
-        } else {
-            tracks.extend(numbers.into_iter().map(|number| vec![number]));
-        }
-    };
-    for (of_base, is_second) in [(0, true), (1, false)] {
-        let (base, mover) = (&shapes[of_base], &shapes[1 - of_base]);
-        let tips = tips(mover, points, zero);
-        let place = |tip: &Tip, base: Base| Place {
-            mover: tip.0,
-            neighbors: tip.1.iter().flatten().copied().collect(),
-            base,
-            is_second,
-        };
-        match base {
-            &Shape::Curve { joint, anchor } => {
-                let base = Base::Curve { joint, anchor };
-                add(tips.iter().map(|tip| place(tip, base.clone())).collect(), false);
-            }
-            Shape::Ring(ring) => {
-                let all = tips.iter().map(|tip| place(tip, Base::Ring(*ring))).collect();
-                add(all, false);
-            }
-            Shape::Round(round) => {
-                // A disc meets a disc or point once; edges have it as their tip.
-                let Shape::Round(other) = mover else { continue };
-                let is_pair = is_second && !(round.radius == zero && other.radius == zero);
-                let base = Base::Round { round: *round, wedge: [None; 2] };
-                add(
-                    tips.iter().filter(|_| is_pair).map(|tip| place(tip, base.clone())).collect(),
-                    false,
-                );
-            }
-            Shape::Edges { corners, form } => {
-                let edges = edges_of(corners, *form);
-                let is_convex = is_convex(corners, *form, points);
-                for (k, &ends) in edges.iter().enumerate() {
-                    let reach = |tip: &Tip| match form {
-                        EdgesForm::Line => Reach::Endless,
-                        EdgesForm::Outline if is_convex && tip.0.radius == zero => {
-                            let others = edges.iter().enumerate().filter(|&(at, _)| at != k);
-                            Reach::Within(others.map(|(_, &ends)| ends).collect())
-                        }
-                        _ => Reach::Ends,
-                    };
-                    let on_edge = |tip: &Tip| place(tip, Base::Edge { ends, reach: reach(tip) });
-                    add(tips.iter().map(on_edge).collect(), true);
-                }
-                // Around its corners.
-                let Shape::Round(disc) = mover else { continue };
-                if disc.radius == zero {
-                    continue;
-                }
-                let corners = self::tips(base, points, zero).into_iter();
-                let around = corners
-                    .map(|(round, wedge)| place(&(*disc, [None; 2]), Base::Round { round, wedge }));
-                add(around.collect(), false);
-            }
-        }
-    }
-    (places, tracks)
-}
-
-/// Points, discs, and corners that stand out: all of a shape that meets edges and rings.
-fn tips(shape: &Shape, points: Points<'_>, zero: Expr) -> Vec<Tip> {
-    match shape {
-        Shape::Ring(_) | Shape::Curve { .. } | Shape::Edges { form: EdgesForm::Line, .. } => {
-            Vec::new()
-        }
-        Shape::Round(round) => vec![(*round, [None; 2])],
-        Shape::Edges { corners, form } => {
-            let n = corners.len();
-            let is_closed = *form == EdgesForm::Outline;
-            let next_to = |k: usize| {
-                let before = (is_closed || k > 0).then(|| corners[(k + n - 1) % n]);
-                let after = (is_closed || k + 1 < n).then(|| corners[(k + 1) % n]);
-                [before, after]
-            };
-            let stands_out = |&k: &usize| match next_to(k) {
-                [Some(before), Some(after)] => turn(points, [before, corners[k], after]) < 0.0,
-                _ => true,
-            };
-            let round = |k: usize| Round { center: corners[k], radius: zero };
-            (0..n).filter(stands_out).map(|k| (round(k), next_to(k))).collect()
-        }
-    }
-}
-
-fn edges_of(corners: &[Anchor], form: EdgesForm) -> Vec<[Anchor; 2]> {
-    let mut edges: Vec<[Anchor; 2]> = corners.windows(2).map(|pair| [pair[0], pair[1]]).collect();
-    if form == EdgesForm::Outline {
-        edges.push([corners[corners.len() - 1], corners[0]]);
-    }
-    edges
-}
-
-/// True of a closed outline that turns one way at every corner.
-fn is_convex(corners: &[Anchor], form: EdgesForm, points: Points<'_>) -> bool {
-    let n = corners.len();
-    let turns = |k: usize| turn(points, [corners[k], corners[(k + 1) % n], corners[(k + 2) % n]]);
-    form == EdgesForm::Outline && (0..n).all(|k| turns(k) <= 0.0)
-}
-
-/// Twice the area of three points, positive where they turn left.
-fn turn(points: Points<'_>, at: [Anchor; 3]) -> f64 {
-    let [a, b, c] = at.map(points);
-    cross([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]])
 }

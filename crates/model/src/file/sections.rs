@@ -117,7 +117,7 @@ impl Reader<'_> {
         self.read_formulas();
         let ranges = self.read_ranges(root);
         let space = self.read_space(&top);
-        self.check_plane_of_contacts(space, &contacts);
+        self.check_space_of_contacts(space, &contacts);
         let coordinates = self.read_policy(&top);
         let name = self.read_name(&top).unwrap_or_else(|| source.name.to_owned());
         // Checks of the whole; a model only where there was no error.

@@ -214,7 +214,7 @@ fn overlap(model: &Model, place: &Place, by: f64) -> f64 {
             let sum = radius(round) + own;
             sum - (sum * sum - 2.0 * sum * by).max(0.0).sqrt()
         }
-        Base::Edge { .. } | Base::Curve { .. } => by,
+        Base::Edge { .. } | Base::Curve { .. } | Base::Plane(_) => by,
     }
 }
 

@@ -36,6 +36,8 @@ pub(crate) struct Rubbing<'a> {
     pub(crate) mu: &'a [f64],
     /// The stops that press each, by their numbers among those of the impact.
     pub(crate) pressed_by: &'a [Vec<usize>],
+    /// Whether tracks are the two directions of tangent planes, which follow each other.
+    pub(crate) is_spatial: bool,
 }
 
 /// Outcome of an impact.
@@ -106,7 +108,8 @@ impl ImpactEquations<'_> {
             Some(Impact { v: after, impulses })
         });
         found.or_else(|| {
-            let none = Rubbing { rows: &self.stops.select(&[]), mu: &[], pressed_by: &[] };
+            let rows = &self.stops.select(&[]);
+            let none = Rubbing { rows, mu: &[], pressed_by: &[], is_spatial: false };
             (n > FEWEST_OF_MANY).then(|| self.solve_rubbing(v, &none)).flatten()
         })
     }

@@ -27,6 +27,8 @@
 //! | `complementarity` | the conditions on contacts and kinks, one function each |
 //! | `impact` | velocities after an impact |
 //! | `rubbing_impact` | the same where bodies rub |
+//! | `cones` | forces within cones of friction |
+//! | `cone_search` | the search for modes where surfaces in space touch |
 //! | `lemke` | linear complementarity |
 //! | `mode_sets` | all combinations of some choices, in order |
 //! | `undecided` | modes that only the motion from an instant on decides |
@@ -47,6 +49,8 @@
 mod bands;
 mod bounces;
 mod complementarity;
+mod cone_search;
+mod cones;
 mod consistent;
 mod fixed;
 mod impact;

@@ -20,7 +20,7 @@ use super::consistent::{ConsistentModes, Hit, ImpactRecord, Instant, NoConsisten
 use super::fixed::{FixedModes, JUMP};
 use super::impact::{ImpactEquations, Rubbing, independent_without};
 use super::mode_sets::ModeSets;
-use super::undecided::{Undecided, differ, none_consistent};
+use super::undecided::{TrialMotion, Undecided, differ, none_consistent};
 use crate::linear::matrix::Matrix;
 use crate::modes::indicators::{CompiledContact, ContactState, Indicator, IndicatorValues};
 use crate::modes::{ContactMode, Modes};
@@ -78,19 +78,6 @@ pub(super) struct ModeSearch<'a> {
     pub(super) stuck: Vec<bool>,
 }
 
-/// Accelerations in one set of modes, and the rates that follow from them.
-pub(super) struct TrialMotion {
-    pub(super) a: Vec<f64>,
-    pub(super) lambda: Vec<f64>,
-    /// u′ of every switch.
-    kink_rates: Vec<f64>,
-    /// φ″ or p″ of every contact.
-    pub(super) contact_accelerations: Vec<f64>,
-    /// Size of velocities and accelerations, and rounding of the latter where rows hold what forces would move.
-    scale: f64,
-    noise: f64,
-}
-
 impl<'a> ModeSearch<'a> {
     fn new(mut at: Instant<'a>) -> Self {
         // The rate of a limit that follows others is a difference of such rates.
@@ -115,7 +102,7 @@ impl<'a> ModeSearch<'a> {
         &self.at.compiled.indicators.contacts
     }
 
-    fn has_fired(&self, indicator: Indicator) -> bool {
+    pub(super) fn has_fired(&self, indicator: Indicator) -> bool {
         self.at.fired.contains(&indicator)
     }
 
@@ -149,8 +136,10 @@ impl<'a> ModeSearch<'a> {
         for (k, &state) in contacts.iter().enumerate() {
             let is_at_rest = self.is_at_rest(k, state);
             match state {
-                ContactState::Friction { rate, .. } if !is_at_rest => {
-                    self.modes.contacts[k] = ContactMode::Slip(rate.signum());
+                ContactState::Friction { rate, speed, .. } if !is_at_rest => {
+                    let has_two = self.contacts()[k].other.is_some();
+                    let way = if has_two { rate / speed } else { rate.signum() };
+                    self.modes.contacts[k] = ContactMode::Slip(way);
                 }
                 ContactState::Stop { rate, .. }
                     if !self.is_closed(k, state) || rate < 0.0 && !is_at_rest =>
@@ -167,12 +156,13 @@ impl<'a> ModeSearch<'a> {
     pub(super) fn is_at_rest(&self, k: usize, state: ContactState) -> bool {
         let has_passed = matches!(state, ContactState::Friction { .. })
             && !self.at.before.contacts[k].is_active()
+            && self.contacts()[k].other.is_none()
             && self.has_fired(Indicator::Contact(k));
         has_passed
             || self.grazes[k]
             || self.stuck[k]
             || self.is_kept(k, state)
-            || self.at.bands.is_at_rest(state.rate())
+            || self.at.bands.is_at_rest(state.speed())
     }
 
     /// True where a stop that was held until now has the rate of one: no more than a run lets it drift by.
@@ -251,7 +241,8 @@ impl<'a> ModeSearch<'a> {
         } else {
             let rows = at.jacobian.select(&rubbing);
             let (mu, pressed_by) = self.rubbing(&tracks, &closed, &values);
-            let rubbing = Rubbing { rows: &rows, mu: &mu, pressed_by: &pressed_by };
+            let is_spatial = self.at.compiled.indicators.has_planes();
+            let rubbing = Rubbing { rows: &rows, mu: &mu, pressed_by: &pressed_by, is_spatial };
             equations.solve_rubbing(&velocity, &rubbing)
         };
         let Some(impact) = found else {
@@ -334,6 +325,9 @@ impl<'a> ModeSearch<'a> {
     /// the dense output, off the rows by the tolerances; on them a contact that has let go may still hold by as much. It then
     /// goes on holding, and lets go at the next event.
     fn choose(self, undecided: &[Undecided]) -> Result<ConsistentModes, NoConsistentModes> {
+        if self.at.compiled.indicators.has_planes() {
+            return self.choose_in_cones(undecided);
+        }
         let mut largest_met: f64 = 0.0;
         let values = self.indicators(&self.modes);
         let weak = self.weak_contact(&values);
@@ -424,7 +418,7 @@ impl<'a> ModeSearch<'a> {
             }
             Undecided::Contact { contact, .. } => {
                 let acceleration = motion.contact_accelerations[contact];
-                let force = motion.lambda[self.contacts()[contact].row];
+                let force = motion.force(self.contacts(), contact);
                 match (modes.contacts[contact], values.contacts[contact]) {
                     (ContactMode::Closed, _) => pushes(force, rounding * lambda),
                     (ContactMode::Open, _) => stays_apart(acceleration, small),
@@ -473,7 +467,7 @@ impl<'a> ModeSearch<'a> {
     }
 
     /// The state on all active rows, from which the motion goes on.
-    fn start_in(self, modes: Modes) -> ConsistentModes {
+    pub(super) fn start_in(self, modes: Modes) -> ConsistentModes {
         let mut fixed = self.fixed(&modes);
         let Instant { t, mut q, mut v, compiled, .. } = self.at;
         let inactive = fixed.inactive_rows(t, &q);

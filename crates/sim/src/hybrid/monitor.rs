@@ -98,7 +98,7 @@ impl<'a> EventMonitor<'a> {
             let (y, ydot) = (step.y0().to_vec(), step.ydot1().to_vec());
             EventSearch::new(indicators, &Start { t: step.t0(), y, ydot })
         });
-        let found = search.crossings(indicators, step);
+        let found = search.first_crossings(indicators, step);
         let t = found.first()?.t;
         let is_now = |event: &&Event| (event.t - t).abs() <= SAME_INSTANT * t.abs();
         let events = found.iter().take_while(is_now);
@@ -169,8 +169,18 @@ impl SignedIndicators<'_> {
         let mut size: f64 = 0.0;
         for (k, value) in of_contacts.iter_mut().enumerate() {
             let (mode, state) = (modes.contacts[k], values.contacts[k]);
-            let force = found.map_or(f64::NAN, |found| found.lambda[contacts[k].row]);
-            *value = signed(mode, state, force);
+            let force_of = |k: usize| found.map_or(f64::NAN, |found| found.lambda[contacts[k].row]);
+            let force = force_of(k);
+            *value = match contacts[k].other {
+                None => signed(mode, state, force),
+                Some(other) if other > k => {
+                    let sticks = state.sticking() - force.hypot(force_of(other));
+                    let rates = [k, other].map(|k| values.contacts[k].rate());
+                    in_plane([mode, modes.contacts[other]], rates, sticks)
+                }
+                // The first of two directions stands for both.
+                Some(_) => 1.0,
+            };
             if mode.is_active() {
                 size = size.max(force.abs()).max(largest_force(state));
             }
@@ -192,6 +202,15 @@ fn signed(mode: ContactMode, state: ContactState, force: f64) -> f64 {
     }
 }
 
+/// The indicator of friction in two directions: slip is along its direction as long as less of it is across, which ends where
+/// it comes to rest and where it has turned by an eighth of a turn.
+fn in_plane(modes: [ContactMode; 2], [w1, w2]: [f64; 2], sticks: f64) -> f64 {
+    match modes {
+        [ContactMode::Slip(c), ContactMode::Slip(s)] => (c * w1 + s * w2) - (c * w2 - s * w1).abs(),
+        _ => sticks,
+    }
+}
+
 /// A force that an active contact may reach, by which rounding is measured besides its own.
 fn largest_force(state: ContactState) -> f64 {
     match state {
@@ -199,6 +218,12 @@ fn largest_force(state: ContactState) -> f64 {
         ContactState::Stop { restitution, .. } => restitution.max(0.0),
         ContactState::Friction { sticking, .. } => sticking,
     }
+}
+
+/// An indicator raised by its band; a function that is zero all along has not crossed.
+fn raised(value: f64, band: f64) -> f64 {
+    let raised = value + band;
+    if raised == 0.0 { f64::MIN_POSITIVE } else { raised }
 }
 
 impl Events for SignedIndicators<'_> {
@@ -219,11 +244,20 @@ impl Events for SignedIndicators<'_> {
         let (q, v) = y[..2 * self.nq].split_at(self.nq);
         self.signed_into(t, q, v, out);
         for (value, band) in out.iter_mut().zip(&self.bands) {
-            *value += band;
-            // A function that is zero all along has not crossed.
-            if *value == 0.0 {
-                *value = f64::MIN_POSITIVE;
-            }
+            *value = raised(*value, *band);
         }
+    }
+
+    /// Without the forces of contacts where a gap is all that is asked for.
+    fn value(&mut self, i: usize, t: f64, y: &[f64], room: &mut [f64]) -> f64 {
+        let open = i.checked_sub(self.modes.signs.len());
+        let open = open.filter(|&k| self.modes.contacts[k] == ContactMode::Open);
+        let Some(k) = open else {
+            self.values(t, y, room);
+            return room[i];
+        };
+        let (q, v) = y[..2 * self.nq].split_at(self.nq);
+        let state = self.evaluator.values(t, q, v).contacts[k];
+        raised(signed(ContactMode::Open, state, f64::NAN), self.bands[i])
     }
 }

@@ -83,7 +83,7 @@ impl ModeSearch<'_> {
         let values = self.indicators(&self.modes);
         let size = STUCK * largest(&self.at.v).max(f64::MIN_POSITIVE);
         for &k in tracks {
-            self.stuck[k] = values.contacts[k].rate().abs() <= size;
+            self.stuck[k] = values.contacts[k].speed() <= size;
         }
     }
 
@@ -126,10 +126,19 @@ impl ModeSearch<'_> {
 
     /// The response of the mechanism to forces of these stops and frictions.
     pub(super) fn response(&self, closed: &[usize], tracks: &[usize]) -> Option<Response> {
-        let modes = self.modes_of_impact(closed, tracks);
+        self.response_in(&self.modes_of_impact(closed, tracks), closed, tracks)
+    }
+
+    /// The response in these modes, in which all of them hold.
+    pub(super) fn response_in(
+        &self,
+        modes: &Modes,
+        closed: &[usize],
+        tracks: &[usize],
+    ) -> Option<Response> {
         let rows: Vec<usize> = closed.iter().map(|&k| self.contacts()[k].row).collect();
         let rubbing: Vec<usize> = tracks.iter().map(|&k| self.contacts()[k].row).collect();
-        let at = self.fixed(&modes).matrices(self.at.t, &self.at.q, &self.at.v);
+        let at = self.fixed(modes).matrices(self.at.t, &self.at.q, &self.at.v);
         let held = independent_without(&at.jacobian, &[&rows[..], &rubbing].concat());
         let zeros = vec![0.0; held.len().max(rows.len())];
         let equations = ImpactEquations {
@@ -172,12 +181,12 @@ impl ModeSearch<'_> {
         let slips: Vec<f64> = tracks.iter().map(slip).collect();
         let (mu, pressed_by) = self.rubbing(&tracks, &closed, values);
         let rows = SparseRows::new(self.at.v.len());
-        let rubbing = Rubbing { rows: &rows, mu: &mu, pressed_by: &pressed_by };
+        let rubbing = Rubbing { rows: &rows, mu: &mu, pressed_by: &pressed_by, is_spatial: false };
         let response = self.response(&closed, &tracks)?;
         let (response, resting) = response.of_forces(&rates, &slips, &rubbing);
         let mu: Vec<f64> = resting.iter().map(|&k| mu[k]).collect();
         let pressed_by: Vec<Vec<usize>> = resting.iter().map(|&k| pressed_by[k].clone()).collect();
-        let rubbing = Rubbing { rows: &rows, mu: &mu, pressed_by: &pressed_by };
+        let rubbing = Rubbing { rows: &rows, mu: &mu, pressed_by: &pressed_by, is_spatial: false };
         let chosen = response.choices(&rubbing)?;
         for (&k, slip) in tracks.iter().zip(&slips).filter(|(_, slip)| **slip != 0.0) {
             modes.contacts[k] = ContactMode::Slip(*slip);

@@ -46,9 +46,9 @@ pub(crate) struct Response {
     free: DVector<f64>,
     columns: Vec<DVector<f64>>,
     /// u and w without impulses.
-    rates: DVector<f64>,
+    pub(super) rates: DVector<f64>,
     /// The change of u and w by impulses P and L, with their signs.
-    w: DMatrix<f64>,
+    pub(super) w: DMatrix<f64>,
 }
 
 /// Stops and tracks in a solution of a complementarity problem.
@@ -64,9 +64,9 @@ pub(super) struct Choices {
 }
 
 /// Impulses P and L in one set of choices.
-struct Outcome {
-    impulses: DVector<f64>,
-    rates: DVector<f64>,
+pub(super) struct Outcome {
+    pub(super) impulses: DVector<f64>,
+    pub(super) rates: DVector<f64>,
 }
 
 impl ImpactEquations<'_> {
@@ -156,6 +156,9 @@ impl Response {
     /// The impulses for which stops part at these speeds, u⁺ = `parting` where they push: those of each group that
     /// others leave alone by itself, none where nothing meets.
     fn outcome(&self, parting: &DVector<f64>, rubbing: &Rubbing<'_>) -> Option<Outcome> {
+        if rubbing.is_spatial {
+            return self.outcome_in_cones(parting, rubbing);
+        }
         let n = self.n_stops;
         let mut impulses = DVector::zeros(self.rates.len());
         for group in self.groups(rubbing) {
@@ -176,7 +179,7 @@ impl Response {
                 rates: self.rates.select_rows(&own),
                 w: self.w.select_rows(&own).select_columns(&own),
             };
-            let rubbing = Rubbing { rows: rubbing.rows, mu: &mu, pressed_by: &pressed_by };
+            let rubbing = Rubbing { mu: &mu, pressed_by: &pressed_by, ..*rubbing };
             let found = part.outcome_of_group(&parting.select_rows(&stops), &rubbing)?;
             own.iter().zip(found.impulses.iter()).for_each(|(&k, p)| impulses[k] = *p);
         }

@@ -347,7 +347,11 @@ impl<'a> Switching<'a> {
             add(ChangeKind::Hit(contacts[contact].load, speed));
         }
         let modes = self.modes.contacts.iter().zip(&found.modes.contacts);
-        for (contact, (before, after)) in contacts.iter().zip(modes) {
+        for (k, (contact, (before, after))) in contacts.iter().zip(modes).enumerate() {
+            // The first of two directions stands for both.
+            if contact.other.is_some_and(|other| other < k) {
+                continue;
+            }
             let load = contact.load;
             match (before, after) {
                 (ContactMode::Open, ContactMode::Closed) => add(ChangeKind::Rest(load)),

@@ -1,6 +1,7 @@
-//! [`Undecided`]: modes at one instant that only the motion from there on decides.
+//! [`Undecided`]: modes at one instant that only the motion from there on decides, with this motion in some of them.
 
 use super::consistent::NoConsistentModes;
+use crate::modes::indicators::CompiledContact;
 use crate::modes::{ContactMode, Modes};
 use crate::multiplier::largest;
 
@@ -24,6 +25,27 @@ impl Undecided {
             Self::Kink { kink, signs } => modes.signs[*kink] = signs[choice],
             Self::Contact { contact, modes: choices } => modes.contacts[*contact] = choices[choice],
         }
+    }
+}
+
+/// Accelerations in one set of modes, and the rates that follow from them.
+pub(super) struct TrialMotion {
+    pub(super) a: Vec<f64>,
+    pub(super) lambda: Vec<f64>,
+    /// u′ of every switch.
+    pub(super) kink_rates: Vec<f64>,
+    /// φ″ or p″ of every contact.
+    pub(super) contact_accelerations: Vec<f64>,
+    /// Size of velocities and accelerations, and rounding of the latter where rows hold what forces would move.
+    pub(super) scale: f64,
+    pub(super) noise: f64,
+}
+
+impl TrialMotion {
+    /// The multiplier of a contact; of friction in two directions the size of both.
+    pub(super) fn force(&self, contacts: &[CompiledContact], contact: usize) -> f64 {
+        let of = |k: usize| self.lambda[contacts[k].row];
+        contacts[contact].other.map_or(of(contact), |other| of(contact).hypot(of(other)))
     }
 }
 

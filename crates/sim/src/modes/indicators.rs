@@ -50,6 +50,8 @@ pub(crate) struct CompiledContact {
     pub(crate) law: ContactLaw,
     /// Whether it is a place where outlines touch, or their friction.
     pub(crate) is_outline: bool,
+    /// Of friction in two directions: the contact of the other one.
+    pub(crate) other: Option<usize>,
 }
 
 /// The law of a contact.
@@ -88,6 +90,8 @@ pub(crate) enum ContactState {
         position: f64,
         /// p′.
         rate: f64,
+        /// |p′|, of two directions together.
+        speed: f64,
         /// F, N or N m.
         sliding: f64,
         /// F₀, no less than F.
@@ -127,7 +131,8 @@ impl ContactState {
                 Self::Stop { penetration: position, rate, restitution: first, reach }
             }
             ContactLaw::Friction => {
-                Self::Friction { position, rate, sliding: first, sticking: second.max(0.0) }
+                let speed = rate.abs();
+                Self::Friction { position, rate, speed, sliding: first, sticking: second.max(0.0) }
             }
         }
     }
@@ -136,6 +141,22 @@ impl ContactState {
     pub(crate) fn rate(&self) -> f64 {
         match *self {
             Self::Stop { rate, .. } | Self::Friction { rate, .. } => rate,
+        }
+    }
+
+    /// |φ′| or |p′|, of friction in two directions that of both together.
+    pub(crate) fn speed(&self) -> f64 {
+        match *self {
+            Self::Stop { rate, .. } => rate.abs(),
+            Self::Friction { speed, .. } => speed,
+        }
+    }
+
+    /// F₀ of friction.
+    pub(crate) fn sticking(&self) -> f64 {
+        match *self {
+            Self::Stop { .. } => 0.0,
+            Self::Friction { sticking, .. } => sticking,
         }
     }
 }
@@ -176,6 +197,11 @@ impl EventIndicators {
     /// True if nothing ever switches.
     pub(crate) fn is_empty(&self) -> bool {
         self.timed.is_empty() && self.contacts.is_empty() && !self.has_latches
+    }
+
+    /// True if surfaces rub in two directions.
+    pub(crate) fn has_planes(&self) -> bool {
+        self.contacts.iter().any(|contact| contact.other.is_some())
     }
 
     /// True if outlines rub.
@@ -311,7 +337,12 @@ pub(crate) fn indicator_functions(
         functions.extend([position, contact.rate]);
         functions.extend(numbers);
         let is_outline = model.loads[contact.load.0].contact().is_some();
-        contacts.push(CompiledContact { load: contact.load, row: contact.row, law, is_outline });
+        let other = match contact.law {
+            Law::Friction { other, .. } => other,
+            Law::Stop { .. } => None,
+        };
+        let (load, row) = (contact.load, contact.row);
+        contacts.push(CompiledContact { load, row, law, is_outline, other });
     }
     (functions, contacts)
 }
@@ -350,6 +381,13 @@ impl IndicatorEvaluator<'_> {
         self.values
             .contacts
             .extend(states.map(|(contact, four)| ContactState::of(contact.law, four)));
+        for (k, contact) in contacts.iter().enumerate() {
+            let Some(other) = contact.other else { continue };
+            let both = self.values.contacts[k].rate().hypot(self.values.contacts[other].rate());
+            if let ContactState::Friction { speed, .. } = &mut self.values.contacts[k] {
+                *speed = both;
+            }
+        }
         &self.values
     }
 
@@ -378,8 +416,10 @@ impl IndicatorEvaluator<'_> {
         for ((contact, state), mode) in contacts.iter().zip(&values.contacts).zip(&modes.contacts) {
             if let (ContactMode::Slip(sign), ContactState::Friction { sliding, .. }) = (mode, state)
             {
+                // In two directions it is a component already.
+                let sign = if contact.other.is_some() { 1.0 } else { *sign };
                 lambda[contact.row] = -sign * sliding;
-                if *sign != 0.0 && *sliding < 0.0 && !contact.is_outline {
+                if sign != 0.0 && *sliding < 0.0 && !contact.is_outline {
                     driving = driving.or(Some(contact.load));
                 }
             }
