@@ -5,7 +5,7 @@ use bksim_mbs::constraint::Source;
 use bksim_mbs::contact::Law;
 use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::modes::with_branches;
-use bksim_mbs::system::SymbolicSystem;
+use bksim_mbs::system::{Switch, SwitchOf, SymbolicSystem};
 use bksim_model::diagnostic::{Diagnostic, Rejected, Span};
 use bksim_model::{
     Body, CouplingKind, HeldChange, HeldSignal, JointId, Measure, Model, ParameterId, Shape,
@@ -151,7 +151,8 @@ impl Loaded {
     fn find_start(&mut self) -> Result<(), AnalysisError> {
         let mechanism = &self.mechanism;
         let system = mechanism.system.integrated();
-        let switches = !system.contacts.is_empty() || !mechanism.system.switches.is_empty();
+        let is_switch = |switch: &Switch| switch.of != SwitchOf::Multipliers;
+        let switches = !system.contacts.is_empty() || system.switches.iter().any(is_switch);
         let n_rows = system.constraints.len();
         // Without anything that switches the start needs no accelerations, and so no inertia.
         let moving = if switches { Some(mechanism.start()?) } else { mechanism.start().ok() };

@@ -4,7 +4,8 @@ use bksim_analysis::{AnalysisError, without_contacts};
 use bksim_expr::{Expr, SymbolId};
 use bksim_mbs::contact::Law;
 use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
-use bksim_mbs::system::SymbolicSystem;
+use bksim_mbs::modes::with_modes_of_state;
+use bksim_mbs::system::{SwitchOf, SymbolicSystem};
 use bksim_model::diagnostic::{Diagnostic, Rejected};
 use bksim_model::{Method, Model, Outputs};
 use bksim_sim::input::check_inputs;
@@ -106,7 +107,8 @@ impl Core {
         forward(&mechanism.model)?;
         let start = mechanism.start()?;
         let mechanism = &*mechanism;
-        let (model, system) = (&mechanism.model, mechanism.system.integrated());
+        let model = &mechanism.model;
+        let system = &with_modes_of_state(&model.pool, &mechanism.system);
         too_large(model, system)?;
         let symbols = Symbols::of(model, system);
         let mut writer = Writer::new(model);
@@ -343,8 +345,11 @@ fn tables(
     });
     let contacts = contacts.collect();
     // Signs as at the start; contacts open, nothing held: the start decides them.
-    let mut modes = start.parameters_with_modes(&mechanism.parameters).split_off(n_own);
-    modes[n_switches..].fill(0.0);
+    let at_start = start.parameters_with_modes(&mechanism.parameters).split_off(n_own);
+    let signs = mechanism.system.switches.iter().zip(at_start);
+    let signs = signs.filter(|(known, _)| known.of != SwitchOf::Multipliers).map(|(_, sign)| sign);
+    let mut modes: Vec<f64> = signs.collect();
+    modes.resize(system.parameters(&mechanism.model).len() - n_own, 0.0);
     let size = |c: &Coordinate| match c.kind {
         CoordinateKind::Length if start.longest_link > 0.0 => start.longest_link,
         _ => 1.0,
@@ -356,7 +361,7 @@ fn tables(
     Tables {
         mass: system.mass_matrix.lower().map(|(i, j, _)| [i, j]).collect(),
         jacobian: system.constraint_jacobian.entries().map(|(i, j, _)| [i, j]).collect(),
-        timed: system.switches.iter().map(|switch| switch.is_timed).collect(),
+        timed: system.switches.iter().map(|switch| switch.of == SwitchOf::Time).collect(),
         contacts,
         pressing_rows: symbols.pressing.iter().map(row_of).collect(),
         levels,

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use bksim_expr::{Expr, Function, Pool, SymbolId};
 
 use crate::contact::{Law, slip_wrenches};
-use crate::system::{Switch, SymbolicSystem};
+use crate::system::{Switch, SwitchOf, SymbolicSystem};
 use bksim_model::Model;
 
 /// Replaces what switches in `system`, its contacts included; `None` when nothing does.
@@ -76,17 +76,36 @@ pub fn with_branches(pool: &Pool, system: &SymbolicSystem) -> SymbolicSystem {
     for switch in &branching.switches {
         // A function may have the mode of one before it in it.
         let function = pool.substitute(switch.function, &signs);
-        let sign = pool.call(Function::Sign, &[function]).expect("one argument");
+        let sign = match switch.of {
+            SwitchOf::Multipliers => pool.zero(),
+            _ => pool.call(Function::Sign, &[function]).expect("one argument"),
+        };
         signs.push((switch.mode, sign));
     }
-    let roots = switching_roots(&mut branching);
-    let exprs: Vec<Expr> = roots.iter().map(|root| **root).collect();
-    let images = pool.substitute_all(&exprs, &signs);
-    roots.into_iter().zip(images).for_each(|(root, image)| *root = image);
+    put_modes(pool, &mut branching, &signs);
     branching
 }
 
-/// Replaces the kinks of some expressions of t, q and v; the switches decide them.
+/// The equations that are integrated, with expressions that depend on multipliers as they are written: for solvers that
+/// find no events at zeros of multipliers.
+pub fn with_modes_of_state(pool: &Pool, system: &SymbolicSystem) -> SymbolicSystem {
+    let mut of_state = system.integrated().clone();
+    let is_pressing = |switch: &Switch| switch.of == SwitchOf::Multipliers;
+    let pressing: Vec<Switch> = of_state.switches.extract_if(.., |s| is_pressing(s)).collect();
+    let as_written: Vec<_> = pressing.iter().map(|switch| (switch.mode, pool.zero())).collect();
+    put_modes(pool, &mut of_state, &as_written);
+    of_state
+}
+
+/// Puts values in place of modes.
+fn put_modes(pool: &Pool, system: &mut SymbolicSystem, values: &[(SymbolId, Expr)]) {
+    let roots = switching_roots(system);
+    let exprs: Vec<Expr> = roots.iter().map(|root| **root).collect();
+    let images = pool.substitute_all(&exprs, values);
+    roots.into_iter().zip(images).for_each(|(root, image)| *root = image);
+}
+
+/// Replaces the kinks of some expressions of t, q, v and λ; the switches decide them.
 pub fn switches_of(
     model: &Model,
     system: &SymbolicSystem,
@@ -115,54 +134,78 @@ impl Kinks<'_> {
     fn image(&mut self, function: Function, operands: &[Expr]) -> Option<Expr> {
         use Function::{Abs, Ge, Gt, Le, Lt, Max, Min, Sign};
         let pool = self.pool;
-        let difference = |a, b| pool.sub(a, b);
-        // A condition is 1 where it holds and 0 elsewhere, at zero as it is written; `if` then takes one branch only.
-        let holds = |mode| pool.call(Gt, &[mode, pool.zero()]);
-        let holds_at_zero = |mode| pool.call(Ge, &[mode, pool.zero()]);
-        Some(match (function, operands) {
-            // Its slope is that of one side where it is zero, as those of `min` and `max` are.
-            (Abs, &[a]) => pool.select(holds_at_zero(self.mode_of(a, None)?)?, a, pool.neg(a)),
-            (Sign, &[a]) => self.mode_of(a, None)?,
-            (Min, &[a, b]) => pool.select(holds(self.mode_of(difference(a, b), None)?)?, b, a),
-            (Max, &[a, b]) => pool.select(holds(self.mode_of(difference(a, b), None)?)?, a, b),
-            (Gt, &[a, b]) => holds(self.mode_of(difference(a, b), Some(-1.0))?)?,
-            (Ge, &[a, b]) => holds_at_zero(self.mode_of(difference(a, b), Some(1.0))?)?,
-            (Lt, &[a, b]) => holds(self.mode_of(difference(b, a), Some(-1.0))?)?,
-            (Le, &[a, b]) => holds_at_zero(self.mode_of(difference(b, a), Some(1.0))?)?,
+        // The function whose sign decides, and the sign with which a condition is as written where it is zero.
+        let (u, at_zero) = match (function, operands) {
+            (Abs | Sign, &[a]) => (a, None),
+            (Min | Max, &[a, b]) => (pool.sub(a, b), None),
+            (Gt, &[a, b]) => (pool.sub(a, b), Some(-1.0)),
+            (Ge, &[a, b]) => (pool.sub(a, b), Some(1.0)),
+            (Lt, &[a, b]) => (pool.sub(b, a), Some(-1.0)),
+            (Le, &[a, b]) => (pool.sub(b, a), Some(1.0)),
             _ => return None,
+        };
+        let of = self.decided_by(u)?;
+        let mode = self.mode_of(u, of, at_zero);
+        let (zero, one) = (pool.zero(), pool.one());
+        // What the function is where u is above zero, and below.
+        let [above, below] = match (function, operands) {
+            (Abs, &[a]) => [a, pool.neg(a)],
+            (Sign, _) => [one, pool.neg(one)],
+            (Min, &[a, b]) => [b, a],
+            (Max, &[a, b]) => [a, b],
+            _ => [one, zero],
+        };
+        let call = |function, a, b| pool.call(function, &[a, b]);
+        if of == SwitchOf::Multipliers {
+            let written = pool.call(function, operands)?;
+            let not_above = pool.select(call(Lt, mode, zero)?, below, written);
+            return Some(pool.select(call(Gt, mode, zero)?, above, not_above));
+        }
+        // A condition is 1 where it holds and 0 elsewhere, at zero as it is written; `if` then takes one branch only.
+        // The slope of `abs` is that of one side where it is zero, as those of `min` and `max` are.
+        Some(match function {
+            Sign => mode,
+            Abs => pool.select(call(Ge, mode, zero)?, above, below),
+            Min | Max => pool.select(call(Gt, mode, zero)?, above, below),
+            Gt | Lt => call(Gt, mode, zero)?,
+            _ => call(Ge, mode, zero)?,
         })
     }
 
-    /// σ of `u`, or −σ of −u; `None` when `u` keeps its value between events, or depends on multipliers: these have
-    /// no rates by which a mode could be found, and the friction that depends on them is continuous. `at_zero` is the
-    /// sign with which a condition is as written where u is zero.
-    fn mode_of(&mut self, u: Expr, at_zero: Option<f64>) -> Option<Expr> {
-        let pool = self.pool;
-        let symbols = pool.symbols_of(u);
-        let moves = symbols.iter().any(|symbol| self.state.contains(symbol));
-        let presses = symbols.iter().any(|symbol| self.multipliers.contains(symbol));
-        if presses || !moves && !symbols.contains(&self.time) {
-            return None;
+    /// What `u` depends on; `None` when it keeps its value between events.
+    fn decided_by(&self, u: Expr) -> Option<SwitchOf> {
+        let symbols = self.pool.symbols_of(u);
+        if symbols.iter().any(|symbol| self.multipliers.contains(symbol)) {
+            return Some(SwitchOf::Multipliers);
         }
-        // Time does not rest.
-        let at_zero = at_zero.filter(|_| moves);
+        if symbols.iter().any(|symbol| self.state.contains(symbol)) {
+            return Some(SwitchOf::State);
+        }
+        symbols.contains(&self.time).then_some(SwitchOf::Time)
+    }
+
+    /// σ of `u`, or −σ of −u. `at_zero` is the sign with which a condition is as written where u is zero.
+    fn mode_of(&mut self, u: Expr, of: SwitchOf, at_zero: Option<f64>) -> Expr {
+        let pool = self.pool;
+        // Time does not rest, and the friction that depends on multipliers is continuous.
+        let at_zero = at_zero.filter(|_| of == SwitchOf::State);
         let opposite = pool.neg(u);
         for known in &mut self.switches {
             let mode = pool.symbol_expr(known.mode);
             if known.function == u {
                 known.at_zero = known.at_zero.or(at_zero);
-                return Some(mode);
+                return mode;
             }
             if known.function == opposite {
                 known.at_zero = known.at_zero.or(at_zero.map(|sign| -sign));
-                return Some(pool.neg(mode));
+                return pool.neg(mode);
             }
         }
         // Not an identifier, so that no name of the model can meet it.
         let mode = pool.symbol(&format!("'mode{}", self.switches.len()));
         let symbol = pool.symbol_id(mode).expect("a symbol was just made");
-        self.switches.push(Switch { function: u, mode: symbol, is_timed: !moves, at_zero });
-        Some(mode)
+        self.switches.push(Switch { function: u, mode: symbol, of, at_zero });
+        mode
     }
 }
 

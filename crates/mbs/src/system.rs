@@ -136,13 +136,24 @@ impl SymbolicSystem {
 /// A kink or jump of an expression.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Switch {
-    /// u(t, q, v), with the modes of kinks inside it: where it changes sign the expression kinks.
+    /// u(t, q, v) or u(t, q, v, λ), with the modes of kinks inside it: where it changes sign the expression kinks.
     pub function: Expr,
-    /// Symbol of σ, the sign of u.
+    /// Symbol of σ, the sign of u; zero leaves an expression that depends on multipliers as it is written.
     pub mode: SymbolId,
-    /// True if u depends on time alone.
-    pub is_timed: bool,
+    /// What u depends on.
+    pub of: SwitchOf,
     /// The value of σ with which the first condition on the sign of u is as written where u is zero; `None` without
-    /// one, and for u that depends on time alone.
+    /// one, and for u that depends on time alone, or on multipliers.
     pub at_zero: Option<f64>,
+}
+
+/// What the function of a switch depends on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum SwitchOf {
+    /// On time alone.
+    Time,
+    /// On positions and velocities.
+    State,
+    /// On multipliers: its sign is known with the accelerations, its rate is not.
+    Multipliers,
 }

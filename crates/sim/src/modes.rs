@@ -1,7 +1,7 @@
 //! The modes of everything that could switch: numbers that stay as they are between two events.
 //!
 //! ```text
-//! switch     σ            sign of the function u that decides it, ±1
+//! switch     σ            sign of the function u that decides it, ±1; 0: of multipliers, as it is written
 //! stop       κ            1 in contact, else 0
 //! friction   κ, ς, p₀     κ = 1 while it sticks at p₀; ς = sign p′ while it slips
 //! signal     x            its value since the last tick of its clock, or the last condition
@@ -19,7 +19,7 @@ use crate::sampled::Held;
 /// The branches and contacts that hold until the next event.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct Modes {
-    /// σ of every switch, ±1.
+    /// σ of every switch, ±1; 0 where an expression of multipliers is evaluated as it is written.
     pub(crate) signs: Vec<f64>,
     /// Modes of the contacts, in the order of the system.
     pub(crate) contacts: Vec<ContactMode>,

@@ -100,7 +100,7 @@ impl Start {
         let acceleration = AccelerationRef { a, lambda: &self.lambda };
         let mut evaluator = compiled.evaluator(&all);
         evaluator.reactions_into(StateRef { t: *t, q, v }, acceleration, &mut reactions);
-        compiled.indicators.at(&all).fill_slip_friction(modes, (*t, q, v), &mut lambda);
+        compiled.indicators.at(&all).fill_slip_friction(modes, (*t, q, v), &mut lambda, 0.0);
         compiled.share(&all, (*t, q), &|_| true, (&mut reactions, &mut lambda));
         lambda
     }
@@ -196,7 +196,7 @@ pub fn start_at(
         return Err(StartError::NoCoordinates);
     }
     let t = options.t_start;
-    let is_reversible = compiled.indicators.is_empty() && compiled.sampled.is_empty();
+    let is_reversible = compiled.indicators.is_still() && compiled.sampled.is_empty();
     if options.t_end < t && !is_reversible {
         return Err(StartError::Irreversible);
     }
@@ -264,7 +264,7 @@ pub fn start_at(
     let mobility = q.len() - joint_rank - compiled.n_states;
     let mobility_of_positions = q.len() - position_rank - compiled.n_states;
 
-    let found = if compiled.indicators.is_empty() {
+    let found = if compiled.indicators.is_still() {
         let state = State { t, q, v };
         completed(&mut evaluator, &mut multipliers, state, modes, &dependence)?
     } else {
@@ -462,7 +462,7 @@ fn modes_of_start(
             return Err(StartError::BeyondStop { load: contact.load, by: penetration });
         }
     }
-    let bands = Bands::new(options.atol, &values, &compiled.indicators);
+    let bands = Bands::new((options.atol, options.rtol), &values, &compiled.indicators);
     // Outlines that are stated to touch do, whatever rounding makes of their places.
     let mut before = before.clone();
     for (k, state) in values.contacts.iter().enumerate() {
@@ -477,7 +477,7 @@ fn modes_of_start(
     }
     // Functions that are zero up to rounding are: conditions on them are as written unless the motion leads away.
     for (k, u) in values.kinks.iter().enumerate() {
-        if u.abs() <= bands.kinks[k] {
+        if !compiled.indicators.is_of_multipliers(k) && u.abs() <= bands.kinks[k] {
             before.signs[k] = compiled.indicators.at_zero[k];
         }
     }

@@ -2,6 +2,7 @@
 
 use bksim_mbs::contact::{Contact, Law};
 use bksim_mbs::power::Actor;
+use bksim_mbs::system::{Switch, SwitchOf};
 use bksim_model::{ContactId, Model, MotionKind};
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::Uniqueness;
@@ -252,7 +253,8 @@ fn unit_of(kind: MotionKind) -> &'static str {
 fn may_hit(mechanism: &Mechanism) -> bool {
     let Mechanism { model, system, .. } = mechanism;
     let is_stop = |contact: &Contact| matches!(contact.law, Law::Stop { .. });
-    let has_kinks = !system.integrated().switches.is_empty();
+    let is_kink = |switch: &Switch| switch.of != SwitchOf::Multipliers;
+    let has_kinks = system.integrated().switches.iter().any(is_kink);
     system.contacts.iter().any(is_stop) || has_kinks && !model.drives.is_empty()
 }
 

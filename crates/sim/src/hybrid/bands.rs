@@ -2,6 +2,7 @@
 
 use crate::modes::indicators::{EventIndicators, IndicatorValues};
 use crate::multiplier::largest;
+use bksim_mbs::system::SwitchOf;
 
 /// Sizes below which indicators are zero, at one tolerance.
 #[derive(Clone, PartialEq, Debug)]
@@ -14,6 +15,8 @@ pub(crate) struct Bands {
     pub(crate) rate: f64,
     /// Bounces no higher, m or rad, and no faster, m/s or rad/s, come to rest.
     pub(crate) rest: [f64; 2],
+    /// Part of the largest multiplier that functions of multipliers are known to.
+    pub(crate) force: f64,
 }
 
 /// Part of the absolute tolerance that functions and rates are known to.
@@ -25,23 +28,39 @@ const ROUNDING_OF_POSITION: f64 = 64.0 * f64::EPSILON;
 /// An event is located where its function has passed the band; bands this much wider hold all that is
 /// zero there.
 const SLACK: f64 = 4.0;
+/// Part of the relative tolerance that multipliers are known to, and of their size that is rounding.
+const PART_OF_FORCE: f64 = 0.1;
+const ROUNDING_OF_FORCE: f64 = 1e-9;
 /// Rates by which the run lets held rows drift, in those that come to rest.
 const DRIFT: f64 = 10.0;
 
 impl Bands {
-    /// The bands for an absolute tolerance, with the rounding of these values of the switches.
+    /// The bands for the absolute and the relative tolerance, with the rounding of these values of the switches.
     ///
     /// Switches that depend on time alone have none: their instants are known exactly.
-    pub(crate) fn new(atol: f64, values: &IndicatorValues, indicators: &EventIndicators) -> Self {
-        let band = |(u, &timed): (&f64, &bool)| {
-            if timed { 0.0 } else { PART * atol + ROUNDING * u.abs() }
+    pub(crate) fn new(
+        (atol, rtol): (f64, f64),
+        values: &IndicatorValues,
+        indicators: &EventIndicators,
+    ) -> Self {
+        let band = |(u, of): (&f64, &SwitchOf)| match of {
+            SwitchOf::Time => 0.0,
+            SwitchOf::State | SwitchOf::Multipliers => PART * atol + ROUNDING * u.abs(),
         };
         Self {
-            kinks: values.kinks.iter().zip(&indicators.timed).map(band).collect(),
+            kinks: values.kinks.iter().zip(&indicators.switches).map(band).collect(),
             position: ROUNDING_OF_POSITION,
             rate: PART * atol,
             rest: [atol; 2],
+            force: ROUNDING_OF_FORCE.max(PART_OF_FORCE * rtol),
         }
+    }
+
+    /// The band of a switch that depends on multipliers, of which these are all: what tolerances make of a force that is
+    /// zero must not be an event.
+    pub(super) fn of_multipliers(&self, kink: usize, lambda: &[f64]) -> f64 {
+        let size = self.force * largest(lambda);
+        if size.is_finite() { self.kinks[kink] + size } else { self.kinks[kink] }
     }
 
     /// φ ≥ 0 up to rounding: the gap of a stop is closed.

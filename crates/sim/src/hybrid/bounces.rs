@@ -1,4 +1,4 @@
-//! Bounces that are too low to be seen, in the search for modes: bodies rest instead.
+//! Bounces that are too low to be seen, in the search for modes: bodies rest instead, or go on where they turn back.
 
 use super::mode_search::ModeSearch;
 use crate::modes::ContactMode;
@@ -35,6 +35,25 @@ impl ModeSearch<'_> {
         let held = if parting.len() < closed.len() { without(parting) } else { None };
         let Some(held) = held else { return Some(free) };
         Some(free.iter().zip(&held).map(|(free, held)| free.max(*held)).collect())
+    }
+
+    /// Takes stops out that bodies only touch: left alone, they would turn back within the absolute tolerance. A motion that
+    /// comes back to a stop on which it began at rest does so, and an impact there would be one of rounding.
+    pub(super) fn leave_out_touched(&self, closed: &mut Vec<usize>, values: &IndicatorValues) {
+        let [depth, _] = self.at.bands.rest;
+        let may_touch = |k: usize| {
+            let is_open = self.modes.contacts[k] == ContactMode::Open;
+            is_open && !self.contacts()[k].is_outline && values.contacts[k].rate() > 0.0
+        };
+        if !closed.iter().any(|&k| may_touch(k)) {
+            return;
+        }
+        let Some(motion) = self.motion_in(&self.modes) else { return };
+        closed.retain(|&k| {
+            let (rate, acceleration) =
+                (values.contacts[k].rate(), motion.contact_accelerations[k]);
+            !(may_touch(k) && acceleration < 0.0 && rate * rate <= -2.0 * acceleration * depth)
+        });
     }
 
     /// Height of flights that are of rounding.

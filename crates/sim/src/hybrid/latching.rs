@@ -13,7 +13,7 @@ const MOST_CHANGES: usize = 100;
 const SLACK: f64 = 4.0;
 
 /// A search for the modes at an instant.
-type Search = fn(Instant<'_>) -> Result<ConsistentModes, NoConsistentModes>;
+pub(super) type Search = fn(Instant<'_>) -> Result<ConsistentModes, NoConsistentModes>;
 
 /// Finds consistent modes by `search`, and the latched values that go with them; `holding` are the conditions
 /// that held before the instant.

@@ -35,6 +35,7 @@
 //! | `bands` | the sizes of rounding about zero |
 //! | `consistent` | an instant at which modes are chosen, and the modes that are consistent |
 //! | `mode_search` | the search for them |
+//! | `signs` | signs of expressions of multipliers |
 //! | `bounces` | bounces that are too low to be seen |
 //! | `outline_search` | the same for contacts of outlines |
 //! | `latching` | modes and latched signals that agree |
@@ -62,6 +63,7 @@ mod monitor;
 mod outline_search;
 mod passage;
 mod rubbing_impact;
+mod signs;
 mod switching;
 mod undecided;
 

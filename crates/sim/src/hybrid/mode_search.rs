@@ -20,6 +20,7 @@ use super::consistent::{ConsistentModes, Hit, ImpactRecord, Instant, NoConsisten
 use super::fixed::{FixedModes, JUMP};
 use super::impact::{ImpactEquations, Rubbing, independent_without};
 use super::mode_sets::ModeSets;
+use super::signs::as_written;
 use super::undecided::{TrialMotion, Undecided, differ, none_consistent};
 use crate::linear::matrix::Matrix;
 use crate::modes::indicators::{CompiledContact, ContactState, Indicator, IndicatorValues};
@@ -84,7 +85,7 @@ impl<'a> ModeSearch<'a> {
         at.bands.rate = at.bands.rate.max(ROUNDING_OF_RATE * largest(&at.v));
         let grazes = vec![false; at.before.contacts.len()];
         let stuck = grazes.clone();
-        let (modes, hits, impacts) = (at.before.clone(), Vec::new(), Vec::new());
+        let (modes, hits, impacts) = (as_written(&at), Vec::new(), Vec::new());
         Self { modes, at, impact_work: 0.0, hits, impacts, grazes, stuck }
     }
 
@@ -123,6 +124,9 @@ impl<'a> ModeSearch<'a> {
     /// σ = sign u; a function that has just crossed zero has changed its sign.
     fn decide_kinks(&mut self, functions: &[f64]) {
         for (k, &u) in functions.iter().enumerate() {
+            if self.at.compiled.indicators.is_of_multipliers(k) {
+                continue;
+            }
             if u.abs() > self.at.bands.kinks[k] {
                 self.modes.signs[k] = u.signum();
             } else if self.has_fired(Indicator::Kink(k)) {
@@ -198,7 +202,8 @@ impl<'a> ModeSearch<'a> {
     /// once. False when there is neither.
     fn pass_impact(&mut self) -> Result<bool, NoConsistentModes> {
         let values = self.indicators(&self.modes);
-        let closed = self.closed_stops(&values);
+        let mut closed = self.closed_stops(&values);
+        self.leave_out_touched(&mut closed, &values);
         let (t, bands) = (self.at.t, &self.at.bands);
         let approaching = |k: &usize| {
             let state = values.contacts[*k];
@@ -268,7 +273,9 @@ impl<'a> ModeSearch<'a> {
         let values = self.indicators(&self.modes);
         let mut undecided = Vec::new();
         for (kink, &u) in values.kinks.iter().enumerate() {
-            if u.abs() <= self.at.bands.kinks[kink] || self.has_fired(Indicator::Kink(kink)) {
+            let is_near = u.abs() <= self.at.bands.kinks[kink];
+            let is_open = is_near || self.has_fired(Indicator::Kink(kink));
+            if is_open && !self.at.compiled.indicators.is_of_multipliers(kink) {
                 let sign = self.modes.signs[kink];
                 undecided.push(Undecided::Kink { kink, signs: [sign, -sign] });
             }

@@ -5,7 +5,7 @@
 //! zero:
 //!
 //! ```text
-//! kink       σ u
+//! kink       σ u                          λ of the accelerations where u is a function of multipliers
 //! stop       −φ, −r apart          λ, r in contact        r: how far it reaches; the larger, the smaller of both
 //! friction   ς p′ slipping         F₀ − |λ| sticking
 //! ```
@@ -15,7 +15,7 @@ use bksim_dae::{Crossing, Event, EventSearch, Events, Loader, Saver, SolveError,
 use super::bands::Bands;
 use super::fixed::FixedModes;
 use crate::compiled::CompiledSystem;
-use crate::modes::indicators::{CompiledContact, ContactState, Indicator, IndicatorEvaluator};
+use crate::modes::indicators::{ContactState, Indicator, IndicatorEvaluator};
 use crate::modes::{ContactMode, Modes};
 
 /// Newtons for a metre by which a stop ends: a force is smaller until then.
@@ -50,12 +50,13 @@ impl<'a> EventMonitor<'a> {
     ) -> Self {
         let mut indicators = SignedIndicators {
             evaluator: compiled.indicators.at(parameters),
-            contacts: &compiled.indicators.contacts,
+            compiled,
             fixed: FixedModes::new(compiled, parameters),
             nq: q.len(),
             modes: modes.clone(),
             inactive: inactive.to_vec(),
             bands: vec![0.0; modes.signs.len() + modes.contacts.len()],
+            lambda: Vec::new(),
         };
         indicators.raise(bands, (t, q, v));
         Self { indicators, search: None }
@@ -112,7 +113,7 @@ const SAME_INSTANT: f64 = 16.0 * f64::EPSILON;
 /// The indicators of fixed modes as functions that are positive while the modes last.
 struct SignedIndicators<'a> {
     evaluator: IndicatorEvaluator<'a>,
-    contacts: &'a [CompiledContact],
+    compiled: &'a CompiledSystem,
     fixed: FixedModes<'a>,
     nq: usize,
     modes: Modes,
@@ -120,6 +121,8 @@ struct SignedIndicators<'a> {
     inactive: Vec<usize>,
     /// The amount that each indicator is raised by.
     bands: Vec<f64>,
+    /// The multipliers at the state that they were last evaluated at; empty where they were not needed, or there are none.
+    lambda: Vec<f64>,
 }
 
 impl SignedIndicators<'_> {
@@ -130,15 +133,23 @@ impl SignedIndicators<'_> {
     fn raise(&mut self, bands: &Bands, (t, q, v): (f64, &[f64], &[f64])) {
         let mut start = vec![0.0; self.bands.len()];
         let force = self.signed_into(t, q, v, &mut start);
-        let rates = &start[self.modes.signs.len()..];
-        let of_contact = |(mode, &rate): (&ContactMode, &f64)| match mode {
+        let mut of_kinks = bands.kinks.clone();
+        for k in self.compiled.indicators.of_multipliers() {
+            of_kinks[k] = bands.of_multipliers(k, &self.lambda);
+        }
+        let values = &start[self.modes.signs.len()..];
+        let states = &self.evaluator.values(t, q, v).contacts;
+        let of_contact = |((mode, &value), state): ((_, &f64), &ContactState)| match mode {
+            // Bodies that only touch a stop turn back within the tolerance.
+            ContactMode::Open if bands.is_closed(-value) && state.rate() > 0.0 => bands.rest[0],
             ContactMode::Open => bands.position,
-            ContactMode::Slip(_) if bands.is_at_rest(rate) => bands.drift(v),
+            ContactMode::Slip(_) if bands.is_at_rest(value) => bands.drift(v),
             ContactMode::Slip(_) => bands.rate,
             ContactMode::Closed | ContactMode::Stick(_) => FORCE_BAND * force,
         };
-        let of_contacts = self.modes.contacts.iter().zip(rates).map(of_contact);
-        let all = bands.kinks.iter().copied().chain(of_contacts);
+        let of_contacts = self.modes.contacts.iter().copied().zip(values).zip(states);
+        let of_contacts = of_contacts.map(of_contact);
+        let all = of_kinks.into_iter().chain(of_contacts);
         let raised = all.zip(&start).map(|(band, &value)| band + (-value).max(0.0));
         self.bands = raised.collect();
     }
@@ -154,9 +165,13 @@ impl SignedIndicators<'_> {
     ///
     /// Multipliers are NaN, which is no crossing, where the motion has none.
     fn signed_into(&mut self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) -> f64 {
-        let Self { evaluator, contacts, fixed, modes, inactive, .. } = self;
+        let Self { evaluator, compiled, fixed, modes, inactive, lambda, .. } = self;
+        let indicators = &compiled.indicators;
         let has_active = modes.contacts.iter().any(|mode| mode.is_active());
-        let found = if has_active { fixed.acceleration((t, q, v), inactive) } else { None };
+        let is_needed = has_active || indicators.of_multipliers().next().is_some();
+        let found = if is_needed { fixed.acceleration((t, q, v), inactive) } else { None };
+        lambda.clear();
+        lambda.extend(found.iter().flat_map(|found| &found.lambda));
         let values = match found {
             Some(found) => evaluator.values_with(t, (q, v), &found.lambda),
             None => evaluator.values(t, q, v),
@@ -166,6 +181,10 @@ impl SignedIndicators<'_> {
         for ((value, u), sign) in kinks.iter_mut().zip(&values.kinks).zip(&modes.signs) {
             *value = sign * u;
         }
+        if found.is_none() {
+            indicators.of_multipliers().for_each(|k| kinks[k] = f64::NAN);
+        }
+        let contacts = &indicators.contacts;
         let mut size: f64 = 0.0;
         for (k, value) in of_contacts.iter_mut().enumerate() {
             let (mode, state) = (modes.contacts[k], values.contacts[k]);

@@ -5,9 +5,9 @@ use bksim_dae::{Loader, Saver, SolveError};
 use super::bands::Bands;
 use super::consistent::{ConsistentModes, Hit, Instant, NoConsistentModes};
 use super::fixed::FixedModes;
-use super::latching::latched_modes;
 use super::mode_search::consistent_modes;
 use super::monitor::{Crossed, EventMonitor};
+use super::signs::{signed_modes, take_signs};
 use crate::compiled::CompiledSystem;
 use crate::modes::indicators::{Indicator, IndicatorEvaluator};
 use crate::modes::{ContactMode, Modes};
@@ -90,7 +90,7 @@ impl Change {
         let speed = loader.real()?;
         let load = LoadId(of);
         let is_known = match kind {
-            0 => of < compiled.indicators.timed.len(),
+            0 => of < compiled.indicators.switches.len(),
             _ => compiled.indicators.contacts.iter().any(|contact| contact.load == load),
         };
         let kind = match kind {
@@ -115,23 +115,30 @@ const NO_PROGRESS: f64 = 1e-10;
 const REACH: f64 = 1e-6;
 
 impl<'a> Switching<'a> {
-    /// The modes of a run that starts at (t, q, v) in `modes`.
+    /// The modes of a run that starts at (t, q, v) in `modes`, with these multipliers.
     pub(crate) fn new(
         compiled: &'a CompiledSystem,
         own: &[f64],
         options: &SolveOptions,
         modes: &Modes,
-        (t, q, v): (f64, &[f64], &[f64]),
+        ((t, q, v), lambda): ((f64, &[f64], &[f64]), &[f64]),
     ) -> Self {
-        let parameters = modes.parameters_with_modes(own);
+        let mut parameters = modes.parameters_with_modes(own);
         let mut evaluator = compiled.indicators.at(&parameters);
-        let bands = Bands::new(options.atol, evaluator.values(t, q, v), &compiled.indicators);
+        let tolerances = (options.atol, options.rtol);
+        let bands = Bands::new(tolerances, evaluator.values(t, q, v), &compiled.indicators);
+        let mut modes = modes.clone();
+        if compiled.indicators.of_multipliers().next().is_some() {
+            take_signs((compiled, own, &bands), (t, q, v), lambda, &mut modes);
+            parameters = modes.parameters_with_modes(own);
+            evaluator = compiled.indicators.at(&parameters);
+        }
         let length = (options.t_end - t).abs();
         Self {
             compiled,
             own: own.to_vec(),
             parameters,
-            modes: modes.clone(),
+            modes,
             bands,
             atol: options.atol,
             rtol: options.rtol,
@@ -148,7 +155,7 @@ impl<'a> Switching<'a> {
     /// Saves the modes and the memory of events.
     pub(crate) fn save(&self, saver: &mut Saver) {
         self.modes.save(saver);
-        let Bands { kinks, position, rate, rest } = &self.bands;
+        let Bands { kinks, position, rate, rest, .. } = &self.bands;
         saver.slice(kinks);
         saver.slice(&[*position, *rate, rest[0], rest[1], self.fastest, self.last_event]);
         saver.count(self.n_short);
@@ -255,7 +262,7 @@ impl<'a> Switching<'a> {
     ) -> Result<ConsistentModes, NoConsistentModes> {
         // Bands follow the largest values of the switches so far.
         let values = self.evaluator.values(t, &q, &v);
-        let wider = Bands::new(self.atol, values, &self.compiled.indicators);
+        let wider = Bands::new((self.atol, self.rtol), values, &self.compiled.indicators);
         for (band, now) in self.bands.kinks.iter_mut().zip(wider.kinks) {
             *band = band.max(now);
         }
@@ -273,7 +280,7 @@ impl<'a> Switching<'a> {
             fired,
             bands: self.bands.clone(),
         };
-        let found = latched_modes(instant, holding, consistent_modes)?;
+        let found = signed_modes(instant, holding, consistent_modes)?;
         for hit in &found.hits {
             self.fastest = self.fastest.max(hit.speed);
         }
@@ -298,7 +305,10 @@ impl<'a> Switching<'a> {
         v: &[f64],
         lambda: &mut [f64],
     ) -> Option<LoadId> {
-        self.evaluator.fill_slip_friction(&self.modes, (t, q, v), lambda)
+        // With the sign of a reaction that is held, F is below zero by as much as that is known to.
+        let has_held = self.compiled.indicators.of_multipliers().next().is_some();
+        let slack = if has_held { self.bands.force } else { 0.0 };
+        self.evaluator.fill_slip_friction(&self.modes, (t, q, v), lambda, slack)
     }
 
     /// The modes that hold.
@@ -339,7 +349,10 @@ impl<'a> Switching<'a> {
         let contacts = &self.compiled.indicators.contacts;
         let mut add = |kind| changes.push(Change { t, kind });
         for indicator in fired {
-            if let Indicator::Kink(kink) = indicator {
+            // A force that turns round in a joint is no event of the model.
+            if let Indicator::Kink(kink) = indicator
+                && !self.compiled.indicators.is_of_multipliers(*kink)
+            {
                 add(ChangeKind::Kink(*kink));
             }
         }

@@ -1,21 +1,23 @@
 //! Event indicators: the functions of the motion whose signs decide the modes, compiled.
 //!
 //! ```text
-//! switch     u                 u′
+//! switch     u                 u′, of functions of λ 0
 //! stop       φ, φ′, ε, r       φ″
 //! friction   p, p′, F, F₀      p″
 //! ```
 //!
 //! r is positive where a place of a contact is one, and one of other stops; friction of a contact has its coefficient
-//! in the place of p. The left column is a function of (t, q, v), F and F₀ of λ too, the right one of the accelerations.
+//! in the place of p. The left column is a function of (t, q, v), u, F and F₀ may be of λ too, the right one of the
+//! accelerations.
 
 use bksim_expr::{Expr, SymbolId, TapeError};
 
 use super::{ContactMode, Modes};
 use crate::function::{Buffers, Function};
+use crate::multiplier::largest;
 use crate::sampled::Held;
 use bksim_mbs::contact::{Law, pressed_by};
-use bksim_mbs::system::SymbolicSystem;
+use bksim_mbs::system::{Switch, SwitchOf, SymbolicSystem};
 use bksim_model::{LoadId, Model};
 
 /// Outlines that end at one place touch, whichever of them rounding makes longer, m.
@@ -30,8 +32,8 @@ pub(crate) struct EventIndicators {
     idle_lambda: Vec<f64>,
     /// u′ of every switch, then the acceleration of every contact.
     rates: Function,
-    /// Whether each switch depends on time alone.
-    pub(crate) timed: Vec<bool>,
+    /// What each switch depends on.
+    pub(crate) switches: Vec<SwitchOf>,
     /// By switch: σ where u is zero and stays so, as the author wrote the condition.
     pub(crate) at_zero: Vec<f64>,
     pub(crate) contacts: Vec<CompiledContact>,
@@ -183,7 +185,7 @@ impl EventIndicators {
             functions: Function::compile(model, &functions, &[&t, &q, &v, &lambda], &parameters)?,
             idle_lambda: vec![0.0; lambda.len()],
             rates: Function::compile(model, &rates, &[&t, &q, &v, &a], &parameters)?,
-            timed: system.switches.iter().map(|switch| switch.is_timed).collect(),
+            switches: system.switches.iter().map(|switch| switch.of).collect(),
             at_zero: system.switches.iter().map(|switch| switch.at_zero.unwrap_or(1.0)).collect(),
             pressed_by: (system.contacts.iter())
                 .map(|contact| pressed_by(model, &system.contacts, contact))
@@ -196,7 +198,23 @@ impl EventIndicators {
 
     /// True if nothing ever switches.
     pub(crate) fn is_empty(&self) -> bool {
-        self.timed.is_empty() && self.contacts.is_empty() && !self.has_latches
+        self.switches.is_empty() && self.contacts.is_empty() && !self.has_latches
+    }
+
+    /// True if nothing switches but expressions of multipliers, whose signs a run finds by itself.
+    pub(crate) fn is_still(&self) -> bool {
+        (0..self.switches.len()).all(|k| self.is_of_multipliers(k))
+            && self.contacts.is_empty() && !self.has_latches
+    }
+
+    /// The switches that depend on multipliers.
+    pub(crate) fn of_multipliers(&self) -> impl Iterator<Item = usize> {
+        (0..self.switches.len()).filter(|&k| self.is_of_multipliers(k))
+    }
+
+    /// True if a switch depends on multipliers.
+    pub(crate) fn is_of_multipliers(&self, switch: usize) -> bool {
+        self.switches[switch] == SwitchOf::Multipliers
     }
 
     /// True if surfaces rub in two directions.
@@ -209,21 +227,22 @@ impl EventIndicators {
         self.pressed_by.iter().any(|stops| !stops.is_empty())
     }
 
-    /// The modes before anything is known: stops open, friction without force, every σ positive, nothing held.
+    /// The modes before anything is known: stops open, friction without force, every σ positive but those of expressions
+    /// of multipliers, which are as written, nothing held.
     pub(crate) fn idle(&self) -> Modes {
         let idle = |contact: &CompiledContact| match contact.law {
             ContactLaw::Stop => ContactMode::Open,
             ContactLaw::Friction => ContactMode::Slip(0.0),
         };
         Modes {
-            signs: vec![1.0; self.timed.len()],
+            signs: self.switches.iter().map(|of| sign_before_any(*of)).collect(),
             contacts: self.contacts.iter().map(idle).collect(),
             held: Held::zeros(self.n_held),
         }
     }
 
     /// The modes with the signs that the switches have at a state and these values held, all contacts idle. Where
-    /// functions are zero, the first conditions on them are as written.
+    /// functions are zero, the first conditions on them are as written; so is what depends on multipliers.
     pub(crate) fn decided(
         &self,
         held: Held,
@@ -247,6 +266,7 @@ impl EventIndicators {
         for _ in 0..=modes.signs.len() {
             let values = self.at(&modes.parameters_with_modes(parameters)).values(t, q, v).clone();
             let sign = |(k, &u): (usize, &f64)| match u {
+                _ if self.is_of_multipliers(k) => 0.0,
                 u if u < 0.0 => -1.0,
                 0.0 => at_zero(k),
                 _ => 1.0,
@@ -263,7 +283,7 @@ impl EventIndicators {
     /// The modes whose numbers follow the parameters in [`Modes::parameters_with_modes`]; `None` when
     /// their count is not that of these switches and contacts.
     pub(crate) fn modes_from_numbers(&self, numbers: &[f64]) -> Option<Modes> {
-        let (signs, mut rest) = numbers.split_at_checked(self.timed.len())?;
+        let (signs, mut rest) = numbers.split_at_checked(self.switches.len())?;
         let mut contacts = Vec::with_capacity(self.contacts.len());
         for contact in &self.contacts {
             let (mode, after) = match (contact.law, rest) {
@@ -304,11 +324,21 @@ pub fn event_functions(model: &Model, system: &SymbolicSystem) -> [Vec<Expr>; 2]
     [functions, rates]
 }
 
+/// σ of a switch before anything is known.
+fn sign_before_any(of: SwitchOf) -> f64 {
+    if of == SwitchOf::Multipliers { 0.0 } else { 1.0 }
+}
+
 /// u′ of every switch, then the acceleration of every contact.
 fn indicator_rates(model: &Model, system: &SymbolicSystem, functions: &[Expr]) -> Vec<Expr> {
     let kinematics = &system.kinematics;
     let (kinks, of_contacts) = functions.split_at(system.switches.len());
-    let rates = kinks.iter().map(|&u| kinematics.second_rate(model, u));
+    let rate = |(&u, switch): (&Expr, &Switch)| match switch.of {
+        // Without a rate of multipliers there is none.
+        SwitchOf::Multipliers => model.pool.zero(),
+        _ => kinematics.second_rate(model, u),
+    };
+    let rates = kinks.iter().zip(&system.switches).map(rate);
     let of_contacts = of_contacts.chunks_exact(ContactState::N_OUTPUTS);
     let of_contacts = of_contacts.map(|four| kinematics.second_rate(model, four[1]));
     rates.chain(of_contacts).collect()
@@ -370,9 +400,9 @@ impl IndicatorEvaluator<'_> {
         (q, v): (&[f64], &[f64]),
         lambda: &[f64],
     ) -> &IndicatorValues {
-        let EventIndicators { functions, timed, contacts, .. } = self.indicators;
+        let EventIndicators { functions, switches, contacts, .. } = self.indicators;
         let out = functions.evaluate(&mut self.functions, &[&[t], q, v, lambda]);
-        let (kinks, outputs) = out.split_at(timed.len());
+        let (kinks, outputs) = out.split_at(switches.len());
         self.values.kinks.clear();
         self.values.kinks.extend_from_slice(kinks);
         let outputs = outputs.chunks_exact(ContactState::N_OUTPUTS);
@@ -393,19 +423,21 @@ impl IndicatorEvaluator<'_> {
 
     /// How the indicators change at a state with these accelerations.
     pub(crate) fn rates(&mut self, t: f64, q: &[f64], v: &[f64], a: &[f64]) -> IndicatorRates<'_> {
-        let EventIndicators { rates, timed, .. } = self.indicators;
+        let EventIndicators { rates, switches, .. } = self.indicators;
         let out = rates.evaluate(&mut self.rates, &[&[t], q, v, a]);
-        let (kinks, contacts) = out.split_at(timed.len());
+        let (kinks, contacts) = out.split_at(switches.len());
         IndicatorRates { kinks, contacts }
     }
 
     /// Writes λ = −ς F of friction that slips: a load in the equations, but a multiplier for those
-    /// who read the motion. Returns the first friction whose F is below zero.
+    /// who read the motion. Returns the first friction whose F is below zero, by more than `slack` times the largest
+    /// multiplier.
     pub(crate) fn fill_slip_friction(
         &mut self,
         modes: &Modes,
         (t, q, v): (f64, &[f64], &[f64]),
         lambda: &mut [f64],
+        slack: f64,
     ) -> Option<LoadId> {
         if modes.contacts.iter().all(|mode| !matches!(mode, ContactMode::Slip(_))) {
             return None;
@@ -413,13 +445,14 @@ impl IndicatorEvaluator<'_> {
         let contacts = &self.indicators.contacts;
         let values = self.values_with(t, (q, v), lambda);
         let mut driving = None;
+        let least = if slack > 0.0 { -slack * largest(lambda) } else { 0.0 };
         for ((contact, state), mode) in contacts.iter().zip(&values.contacts).zip(&modes.contacts) {
             if let (ContactMode::Slip(sign), ContactState::Friction { sliding, .. }) = (mode, state)
             {
                 // In two directions it is a component already.
                 let sign = if contact.other.is_some() { 1.0 } else { *sign };
                 lambda[contact.row] = -sign * sliding;
-                if sign != 0.0 && *sliding < 0.0 && !contact.is_outline {
+                if sign != 0.0 && *sliding < least && !contact.is_outline {
                     driving = driving.or(Some(contact.load));
                 }
             }

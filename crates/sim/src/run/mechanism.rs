@@ -35,7 +35,7 @@ impl<'a> PhaseMechanism<'a> {
             parameters,
             options,
             &start.modes,
-            (start.t, &start.q, &start.v),
+            ((start.t, &start.q, &start.v), &start.lambda),
         );
         Self {
             compiled,

@@ -85,7 +85,7 @@ impl<'a> Replay<'a> {
         // Numbers without a value are NaN, and show as such.
         let _ = complete_state(evaluator, multipliers, sample);
         let Sample { q, v, lambda, .. } = sample;
-        self.watcher.fill_slip_friction(&self.modes, (t, q, v), lambda);
+        self.watcher.fill_slip_friction(&self.modes, (t, q, v), lambda, 0.0);
         measure_contacts(self.compiled, evaluator, sample);
         if self.compiled.yields() {
             let parameters = self.modes.parameters_with_modes(&self.own);

@@ -429,7 +429,7 @@ impl<'a> PhaseEquations<'a> {
             &mut self.indicators,
             &[&at.arguments(change, (&by.q, &by.v), (&by.a, &by.lambda))],
         );
-        let of_contacts = outputs[compiled.indicators.timed.len()..].chunks_exact(4);
+        let of_contacts = outputs[compiled.indicators.switches.len()..].chunks_exact(4);
         let contacts = compiled.indicators.contacts.iter().zip(&self.modes.contacts);
         for ((contact, mode), four) in contacts.zip(of_contacts) {
             if let ContactMode::Slip(sign) = mode {

@@ -160,7 +160,7 @@ impl Follower<'_, '_> {
         state: (&[f64], &[f64]),
         dz: (&[f64], &[f64]),
     ) -> f64 {
-        let n_kinks = self.problem.compiled.indicators.timed.len();
+        let n_kinks = self.problem.compiled.indicators.switches.len();
         let arguments = before.point().arguments(change, state, dz);
         let out = self.following.indicators.evaluate(&mut self.phase.indicators, &[&arguments]);
         let contact = match indicator {
@@ -281,7 +281,7 @@ impl Follower<'_, '_> {
         let acceleration = AccelerationRef { a: &idle.0, lambda: &idle.1 };
         let arguments =
             TangentPoint { state, acceleration }.arguments(change, (dq, dv), (&idle.0, &idle.1));
-        let n_kinks = compiled.indicators.timed.len();
+        let n_kinks = compiled.indicators.switches.len();
         let out = self.following.indicators.evaluate(&mut self.phase.indicators, &[&arguments]);
         let changed = out[n_kinks + 4 * contact + 2];
         let values = self.phase.values.values(state.t, state.q, state.v);
