@@ -427,6 +427,10 @@ fn conditions_on_rates_at_rest() {
         ("if(S.velocity < 0, -10, 1)", 1.0),
         ("if(b.vx > 0 and S.position < 1, 10, 0)", 0.0),
         ("if(t > 0, 10, 0)", 10.0),
+        // Each of two conditions on one rate is as it is written.
+        ("if(S.velocity < 0, 1, 0) + if(S.velocity > 0, 1, 0)", 0.0),
+        ("if(S.velocity >= 0, 2, 0) + if(S.velocity > 0, 1, 0) - 2", 0.0),
+        ("if(S.velocity > 0, 1, 0) + if(S.velocity >= 0, 2, 0) - 2", 0.0),
     ];
     for (force, expected) in cases {
         let text = format!(

@@ -43,6 +43,43 @@ fn a_slider_on_an_incline() {
     }
 }
 
+/// The force across a guide passes zero: friction has a bend there that no step contains, and nothing is repeated.
+#[test]
+fn a_guide_whose_load_turns_round() {
+    let (mu, v0) = (0.3, 10.0);
+    for method in ["explicit", "radau"] {
+        let text = format!(
+            "[bodies.b]\nmass = 1\n[joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"b\"]\naxis = [1, 0]\n\
+             [loads.across]\ntype = \"force\"\non = \"b\"\nvector = [0, \"10 - 20*t\"]\n\
+             [loads.rub]\ntype = \"friction\"\njoint = \"S\"\nmu = {mu}\n\
+             [initial]\nS = {{ position = 0, velocity = {v0} }}\n\
+             [solve]\nt_end = 1\nrtol = 1e-9\natol = 1e-11\nmethod = \"{method}\"\n"
+        );
+        let motion = solve(&derive(model(&text)));
+        // v = v₀ − μ ∫ |10 − 20 s| ds, and its integral, at t = 1 s.
+        let end = motion.samples.last().expect("a sample");
+        close("velocity", end.v[0], v0 - mu * 5.0, within(1e-9));
+        close("position", end.q[0], v0 - mu * 2.5, within(1e-9));
+        let n_reject = motion.summary.stats.n_reject;
+        assert!(method == "radau" || n_reject == 0, "{:?}", motion.summary.stats);
+    }
+}
+
+/// A joint that bears nothing but what rounding makes has no events without end.
+#[test]
+fn a_guide_that_bears_nothing() {
+    let text = "[bodies.b]\nmass = 1\n[joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"b\"]\naxis = [0.6, 0.8]\n\
+         [loads.along]\ntype = \"force\"\non = \"b\"\nvector = [\"6*cos(9*t)\", \"8*cos(9*t)\"]\n\
+         [loads.rub]\ntype = \"friction\"\njoint = \"S\"\nmu = 0.3\n\
+         [initial]\nS = { position = 0, velocity = 10 }\n[solve]\nt_end = 5\nmethod = \"explicit\"\n";
+    let motion = solve(&derive(model(text)));
+    let end = motion.samples.last().expect("a sample");
+    let expected = 10.0 + 10.0 / 9.0 * f64::sin(45.0);
+    close("velocity", end.v[0].hypot(end.v[1]), expected, within(1e-5));
+    assert!(motion.summary.driving.is_none(), "{:?}", motion.summary.driving);
+    assert!(motion.summary.stats.n_step < 200, "{:?}", motion.summary.stats);
+}
+
 /// A sleeve that bears with both ends jams where 2 μ a/l ≥ 1.
 #[test]
 fn a_sleeve_pushed_off_its_axis() {

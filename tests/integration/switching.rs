@@ -473,3 +473,24 @@ along = { guess = { position = "4.48 m" }, velocity = 0 }
     let hits = times(&motion, |kind| matches!(kind, ChangeKind::Hit(..)));
     assert!((1..40).contains(&hits.len()), "{} hits", hits.len());
 }
+
+/// A motion that comes back to the stop on which it began at rest only touches it, whatever rounding makes of the speed
+/// there: an impact would shift all that follows by the root of the tolerance.
+#[test]
+fn a_stop_that_is_only_touched_takes_no_impact() {
+    let text = |start: f64| {
+        block(&format!(
+            "[loads.spring]\ntype = \"force\"\non = \"block\"\nvector = [\"-2 N/m*x\", 0]\n[loads.stop]\n\
+             type = \"stop\"\njoint = \"S\"\nmax = 1\nrestitution = 0\n[initial]\nx = {start}\n"
+        ))
+    };
+    let (_, motion) = run(&text(1.0), 40.0, 1e-9);
+    for sample in &motion.samples {
+        close("touched", sample.q[0], sample.t.cos(), Within { relative: 0.0, absolute: 1e-6 });
+    }
+    // One that it reaches with a speed stops it there.
+    let (_, motion) = run(&text(-1.01), 40.0, 1e-9);
+    let end = motion.samples.last().expect("a sample");
+    let hit = std::f64::consts::PI - (1.0_f64 / 1.01).acos();
+    close("hit", end.q[0], (end.t - hit).cos(), Within { relative: 0.0, absolute: 1e-6 });
+}

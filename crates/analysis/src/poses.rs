@@ -22,6 +22,8 @@ pub(crate) struct Poses {
     pub(crate) on_stops: Option<Vec<(usize, Vec<f64>)>>,
     /// True where there are no others on the assembly of the start.
     pub(crate) is_complete: bool,
+    /// False where none but the one to which the start leads was searched for.
+    pub(crate) is_searched: bool,
 }
 
 /// Poses from which equilibria are searched.
@@ -30,6 +32,8 @@ const N_POSES: usize = 300;
 const N_UNKNOWNS: usize = 60;
 /// Fewest poses.
 const FEWEST: usize = 8;
+/// Unknowns above which a few poses say nothing of equilibria besides the one to which the start leads.
+const N_LARGE: usize = 150;
 
 impl Balance<'_> {
     /// Positions of all equilibria, and whether there are no others on the assembly of the start.
@@ -37,6 +41,19 @@ impl Balance<'_> {
     /// # Errors
     /// [`AnalysisError::GoesNowhere`] for a start that yields, but goes nowhere.
     pub(crate) fn all(&mut self) -> Result<Poses, AnalysisError> {
+        self.equilibria(false)
+    }
+
+    /// Positions of all equilibria ([`Balance::all`]); of a mechanism with many unknowns the one to which the start leads, if
+    /// it leads to one.
+    ///
+    /// # Errors
+    /// [`AnalysisError::GoesNowhere`] for a start that yields, but goes nowhere.
+    pub(crate) fn around_one(&mut self) -> Result<Poses, AnalysisError> {
+        self.equilibria(self.n_unknowns() > N_LARGE)
+    }
+
+    fn equilibria(&mut self, is_one_enough: bool) -> Result<Poses, AnalysisError> {
         without_rates(self.loaded.model())?;
         let q = self.start();
         let around = self.around_start()?;
@@ -52,6 +69,11 @@ impl Balance<'_> {
                 self.along_free_motion(&ahead)
             }
             _ => {
+                let nearest = if is_one_enough { self.search_many_poses(1) } else { Vec::new() };
+                let nearest = self.sorted(nearest, None, false);
+                if !nearest.balanced.is_empty() {
+                    return Ok(Poses { is_searched: false, ..nearest });
+                }
                 let found = self.search_many_poses(self.affordable(N_POSES));
                 Ok(self.sorted(found, None, false))
             }
@@ -60,8 +82,12 @@ impl Balance<'_> {
 
     /// Number of poses to search from: `n_poses`, or fewer for a mechanism with many unknowns.
     pub(crate) fn affordable(&self, n_poses: usize) -> usize {
-        let n = self.forces.n() + self.forces.nc();
+        let n = self.n_unknowns();
         if n <= N_UNKNOWNS { n_poses } else { (n_poses * N_UNKNOWNS.pow(3) / n.pow(3)).max(FEWEST) }
+    }
+
+    fn n_unknowns(&self) -> usize {
+        self.forces.n() + self.forces.nc()
     }
 
     /// True of two positions that are one, whole turns aside.
@@ -85,7 +111,7 @@ impl Balance<'_> {
             }
         }
         let (balanced, beyond) = once.into_iter().partition(|q| self.stops.allow(q));
-        Poses { balanced, beyond, on_stops, is_complete }
+        Poses { balanced, beyond, on_stops, is_complete, is_searched: true }
     }
 
     /// Newton's iteration on all equations from the start and many other poses.

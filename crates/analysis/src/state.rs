@@ -33,6 +33,8 @@ pub struct State {
     pub others: Vec<OtherState>,
     /// True where there are no more equilibria on the assembly of the start.
     pub is_complete: bool,
+    /// False where no others were searched for, as of mechanisms with many unknowns.
+    pub is_searched: bool,
     /// Rates of the start that the answer leaves out: it is as if at rest.
     pub left_out: Vec<(String, f64, String)>,
     /// True if the motion goes on to other linear equations: these are of this instant alone.
@@ -68,6 +70,7 @@ impl State {
             number: None,
             others: Vec::new(),
             is_complete: true,
+            is_searched: true,
             left_out: Vec::new(),
             is_passing: false,
             by_quaternions: false,
@@ -103,7 +106,7 @@ impl Balance<'_> {
     /// # Errors
     /// [`AnalysisError`] where there is none before the stops, or none of this number.
     pub(crate) fn chosen(&mut self, about: About) -> Result<(Equilibrium, State), AnalysisError> {
-        let poses = self.all()?;
+        let poses = if about == About::Static { self.around_one()? } else { self.all()? };
         let [mut found, _] = self.listed(&poses)?;
         if found.is_empty() {
             let on_stops = poses.on_stops.unwrap_or_default();
@@ -140,6 +143,7 @@ impl Balance<'_> {
             number: Some(place + 1),
             others,
             is_complete: poses.is_complete,
+            is_searched: poses.is_searched,
             ..State::of_motion(self.loaded, about, Vec::new())
         };
         Ok((own, state))

@@ -11,6 +11,7 @@
 //! exceeded, the growth of a small difference of the start is measured ([`crate::growth`]), by which every error of a
 //! run grows, too: allowed is as much more, up to the time at which it hides all else.
 
+use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
@@ -242,6 +243,11 @@ fn way(mechanism: &Mechanism, motion: &Motion) -> Way {
     }
 }
 
+/// Steps that a run in other coordinates may take, and as many times those of the run itself: next to a pose that is
+/// singular in them alone, all that is left are steps of rounding.
+const ALWAYS: usize = 10_000;
+const TIMES_OWN: usize = 100;
+
 /// Runs the same motion in other coordinates, by a method that the run has not, a hundredth of its tolerances;
 /// where no start closes in those coordinates, as with wheels whose turns count, in its own.
 fn twin(
@@ -257,8 +263,14 @@ fn twin(
     elsewhere.forget_cuts();
     elsewhere.bodies.iter_mut().for_each(|body| body.coordinate_names.clear());
     let last = |motion: &Motion| motion.samples.last().map_or(0.0, |sample| sample.t);
-    let first = tried(own, elsewhere, motion, watch);
-    // Where other coordinates come to less than half of the motion in their time, the own ones may come farther.
+    let n_most = ALWAYS + TIMES_OWN * motion.summary.stats.n_step;
+    let n_asked = Cell::new(0);
+    let stop = || {
+        n_asked.set(n_asked.get() + 1);
+        n_asked.get() > n_most || (watch.stop)()
+    };
+    let first = tried(own, elsewhere, motion, Watch { stop: &stop, ..watch });
+    // Where other coordinates come to less than half of the motion in their steps, the own ones may come farther.
     let begun = motion.start.t;
     let is_enough =
         |twin: &Twin| (last(&twin.motion) - begun).abs() >= 0.5 * (last(motion) - begun).abs();

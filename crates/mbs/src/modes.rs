@@ -192,13 +192,15 @@ impl Kinks<'_> {
         let opposite = pool.neg(u);
         for known in &mut self.switches {
             let mode = pool.symbol_expr(known.mode);
-            if known.function == u {
+            let (at_zero, mode) = match known.function {
+                function if function == u => (at_zero, mode),
+                function if function == opposite => (at_zero.map(|sign| -sign), pool.neg(mode)),
+                _ => continue,
+            };
+            // Conditions that differ where their function is zero have a mode each.
+            if known.at_zero.or(at_zero) == at_zero.or(known.at_zero) {
                 known.at_zero = known.at_zero.or(at_zero);
                 return mode;
-            }
-            if known.function == opposite {
-                known.at_zero = known.at_zero.or(at_zero.map(|sign| -sign));
-                return pool.neg(mode);
             }
         }
         // Not an identifier, so that no name of the model can meet it.

@@ -6,7 +6,7 @@ use bksim_load::Text;
 use pyo3::prelude::*;
 use serde::Serialize;
 
-use crate::fault::Fault;
+use crate::fault::{Fault, warn};
 use crate::sweep::watched;
 
 /// A file of measurements: name, text, parameters of its run.
@@ -24,9 +24,10 @@ pub(crate) fn design_answer(
     question: Option<String>,
     data: Vec<Measured>,
 ) -> PyResult<(String, Vec<(String, String)>)> {
-    let (found, raised) = watched(py, None, move |monitor| {
+    let about = Text::new(format!("{name}.toml"), text.clone());
+    let mut warnings = Vec::new();
+    let (found, raised) = watched(py, None, |monitor| {
         let asked = question.as_deref().unwrap_or(&text);
-        let about = Text::new(format!("{name}.toml"), text.clone());
         let source = Source { text: text.clone(), name, ..Source::default() };
         let watch = Watch { stop: monitor.stop, ..Watch::default() };
         let model = |text: &str| vec![(source.name.clone(), text.to_owned())];
@@ -53,7 +54,10 @@ pub(crate) fn design_answer(
                     .collect();
                 FitWish::of_model(asked)
                     .and_then(|wish| bksim_design::fit(&source, &data, &wish, watch))
-                    .map(|found| (json(&found), model(&found.model)))
+                    .map(|found| {
+                        warnings.clone_from(&found.warnings);
+                        (json(&found), model(&found.model))
+                    })
             }
             "tolerance" => ToleranceWish::of_model(asked)
                 .and_then(|wish| bksim_design::tolerance(&source, &wish, watch))
@@ -68,6 +72,7 @@ pub(crate) fn design_answer(
         };
         found.map_err(|error| fault(&about, &error))
     })?;
+    warn(py, &about, &warnings, 3)?;
     raised.map_or(Ok(found), |error| {
         Python::attach(|py| Err(PyErr::from_value(error.into_bound(py))))
     })

@@ -123,6 +123,20 @@ where
     made.map_or_else(|error| error, PyErr::from_value)
 }
 
+/// Warns of inputs that are hardly meant as they are written; whoever gave them called so many functions of the package.
+pub(crate) fn warn(
+    py: Python<'_>,
+    source: &Text,
+    warnings: &[Diagnostic],
+    depth: usize,
+) -> PyResult<()> {
+    if warnings.is_empty() {
+        return Ok(());
+    }
+    let diagnostics = json_all(source, warnings).to_string();
+    py.import("bksim._errors")?.call_method1("warn", (diagnostics, depth)).map(drop)
+}
+
 /// Does work that other threads of Python need not wait for; a panic in it is an `InternalError`, and
 /// what a law of Python's raises in it is raised.
 pub(crate) fn guard<T: Send>(

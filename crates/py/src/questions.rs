@@ -17,7 +17,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::table;
 use crate::engine::Engine;
-use crate::fault::{Fault, guard};
+use crate::fault::{Fault, guard, warn};
 
 /// The object of `--json`, the text, names and units of the columns, and a row of the array for each column.
 type Told<'py> = (String, String, Vec<String>, Vec<String>, Bound<'py, PyArray2<f64>>);
@@ -269,7 +269,8 @@ pub(crate) fn inverse_of(
     let (named, limit, curve, compliance) = acting;
     let engine = engine.get();
     let (text, overrides) = (engine.source().text.as_str(), engine.overrides.as_slice());
-    ask(py, engine, move |name, mut model| {
+    let mut warnings = Vec::new();
+    let told = ask(py, engine, |name, mut model| {
         let source = Source { overrides, ..Source::new(text, name) };
         model.compliances = compliances(&model, &compliance)?;
         let read = |(name, points): &Curve| points.of(&model, name);
@@ -289,8 +290,11 @@ pub(crate) fn inverse_of(
             }
         }
         let motions: Vec<Motion> = motion.iter().map(read).collect::<Result<_, _>>()?;
+        warnings.extend(motions.iter().filter_map(questions::inverse::like_degrees));
         Ok(questions::inverse::told(name, &inverse(model, &motions, &times, &actuators)?))
-    })
+    })?;
+    warn(py, engine.source(), &warnings, 1)?;
+    Ok(told)
 }
 
 /// Free motions, repeated conditions, cures.

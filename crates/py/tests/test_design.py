@@ -1,5 +1,7 @@
 """Optima, fits, tolerances and synthesis through Python."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -77,6 +79,16 @@ def test_a_fit_takes_arrays():
     estimates = {one["name"]: one["estimate"] for one in found["unknowns"]}
     assert abs(estimates["a"] - 0.06) < 1e-9
     assert abs(estimates["b"] - 0.17) < 1e-9
+
+
+def test_degrees_without_a_unit_are_warned_of():
+    phi = np.linspace(0, 6, 40)
+    runs = {"phi [rad]": phi, "psi": 20 + 10 * np.cos(phi)}
+    asked = {"vary": {"a": "55 mm"}, "drive": {"A.angle": "phi"}, "compare": {"psi": "D.angle"}}
+    with pytest.warns(bksim.InputWarning, match="30 rad = 4.8 turns") as caught:
+        bksim.fit(BAR, runs, **asked)
+    assert caught[0].message.diagnostic.code == "M034"
+    assert Path(caught[0].filename) == Path(__file__)
 
 
 def test_tolerances_are_proved():

@@ -196,6 +196,9 @@ def test_efforts_of_a_formula_and_of_a_table() -> None:
     assert set(formula) == set(by_table)
     name = next(load["name"] for load in formula.facts["loads"])
     assert np.allclose(formula[name][1:-1], by_table[name][1:-1], atol=1e-3)
+    with pytest.warns(bksim.InputWarning, match="30 rad = 4.8 turns") as caught:
+        m.inverse({"A.angle": "30*sin(2*t)"}, times="0:1 s:11")
+    assert Path(caught[0].filename) == Path(__file__)
 
 
 RUBBING = """

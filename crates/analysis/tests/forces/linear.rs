@@ -319,3 +319,27 @@ fn an_output_without_a_slope_is_refused() {
     let found = asked("0.25").expect("matrices");
     assert!((found.c[(0, 0)] - 1.0).abs() < 1e-12, "{}", found.c);
 }
+
+/// A hanging chain of many links swings as a rope does, ω = j₀₁/2 √(g/L), and only the equilibrium to which its start leads
+/// is searched for.
+#[test]
+fn a_chain_of_many_links_swings_as_a_rope() {
+    use std::fmt::Write as _;
+    let n = 60;
+    let mut text = "[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n".to_owned();
+    for k in 0..n {
+        let from = if k == 0 { "ground".to_owned() } else { format!("b{}.E", k - 1) };
+        let _ = write!(
+            text,
+            "[bodies.b{k}]\nmass = 1\ninertia = \"0.01/12\"\ncom = [0, -0.05]\npoints = {{ E = [0, -0.1] }}\n\
+             [joints.j{k}]\ntype = \"revolute\"\nbetween = [\"{from}\", \"b{k}\"]\n"
+        );
+    }
+    let found = modes(model(&text), About::Static).expect("modes");
+    assert!(!found.state.is_searched && found.state.others.is_empty(), "{:?}", found.state.others);
+    assert_eq!(found.modes.len(), n);
+    let length = 0.1 * n as f64;
+    for (mode, zero) in found.modes.iter().zip([2.404_825_557_7, 5.520_078_110_3]) {
+        close(mode.omega, 0.5 * zero * (9.81_f64 / length).sqrt(), 2e-3);
+    }
+}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,9 +60,8 @@ def _again(kind: type[Error], words: tuple[Any, ...], rest: dict[str, Any]) -> E
     return error
 
 
-class WorthWarning(UserWarning):
-    """A run that went to its end, but whose results are worth less than its tolerances promise, or that took
-    far more steps than expected; :attr:`diagnostic` says how much."""
+class _Said(UserWarning):
+    """A diagnostic as a warning."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(str(diagnostic))
@@ -69,6 +69,22 @@ class WorthWarning(UserWarning):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.diagnostic,)
+
+
+class WorthWarning(_Said):
+    """A run that went to its end, but whose results are worth less than its tolerances promise, or that took
+    far more steps than expected; :attr:`diagnostic` says how much."""
+
+
+class InputWarning(_Said):
+    """An input that is hardly meant as it is written, such as degrees without a unit; :attr:`diagnostic` says what to
+    write instead."""
+
+
+def warn(diagnostics: str, depth: int) -> None:
+    """Warns of inputs, given as JSON; the caller is so many functions of the package away."""
+    for diagnostic in diagnostics_of(diagnostics):
+        warnings.warn(InputWarning(diagnostic), stacklevel=depth + 2)
 
 
 class ModelError(Error):

@@ -106,6 +106,8 @@ impl Change {
     }
 }
 
+/// Friction below zero by as many bands of its reaction is rounding: of that it is μ times.
+const BANDS_OF_FRICTION: f64 = 10.0;
 /// Events without progress after which a run is given up.
 const MAX_SHORT: usize = 1000;
 /// Part of a run that counts as no progress.
@@ -306,8 +308,9 @@ impl<'a> Switching<'a> {
         lambda: &mut [f64],
     ) -> Option<LoadId> {
         // With the sign of a reaction that is held, F is below zero by as much as that is known to.
-        let has_held = self.compiled.indicators.of_multipliers().next().is_some();
-        let slack = if has_held { self.bands.force } else { 0.0 };
+        let held = self.compiled.indicators.of_multipliers();
+        let slack = held.map(|k| self.bands.of_multipliers(k, lambda)).fold(0.0, f64::max);
+        let slack = BANDS_OF_FRICTION * slack;
         self.evaluator.fill_slip_friction(&self.modes, (t, q, v), lambda, slack)
     }
 

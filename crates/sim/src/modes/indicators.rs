@@ -14,7 +14,6 @@ use bksim_expr::{Expr, SymbolId, TapeError};
 
 use super::{ContactMode, Modes};
 use crate::function::{Buffers, Function};
-use crate::multiplier::largest;
 use crate::sampled::Held;
 use bksim_mbs::contact::{Law, pressed_by};
 use bksim_mbs::system::{Switch, SwitchOf, SymbolicSystem};
@@ -430,8 +429,7 @@ impl IndicatorEvaluator<'_> {
     }
 
     /// Writes λ = −ς F of friction that slips: a load in the equations, but a multiplier for those
-    /// who read the motion. Returns the first friction whose F is below zero, by more than `slack` times the largest
-    /// multiplier.
+    /// who read the motion. Returns the first friction whose F is below zero by more than `slack`.
     pub(crate) fn fill_slip_friction(
         &mut self,
         modes: &Modes,
@@ -445,14 +443,13 @@ impl IndicatorEvaluator<'_> {
         let contacts = &self.indicators.contacts;
         let values = self.values_with(t, (q, v), lambda);
         let mut driving = None;
-        let least = if slack > 0.0 { -slack * largest(lambda) } else { 0.0 };
         for ((contact, state), mode) in contacts.iter().zip(&values.contacts).zip(&modes.contacts) {
             if let (ContactMode::Slip(sign), ContactState::Friction { sliding, .. }) = (mode, state)
             {
                 // In two directions it is a component already.
                 let sign = if contact.other.is_some() { 1.0 } else { *sign };
                 lambda[contact.row] = -sign * sliding;
-                if sign != 0.0 && *sliding < least && !contact.is_outline {
+                if sign != 0.0 && *sliding < -slack && !contact.is_outline {
                     driving = driving.or(Some(contact.load));
                 }
             }

@@ -12,6 +12,8 @@ const MAX_STEPS: usize = 40;
 const FOUND: f64 = 4.0 * f64::EPSILON;
 /// Multipliers that no longer get nearer are found too, if they are as near as this.
 const NEAR: f64 = 1e-9;
+/// Or as near as this part of the forces: all multipliers may be zero at once.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl MultiplierSystem {
     /// Solves for the multipliers that loads depend on: those that the system has under these loads.
@@ -44,7 +46,9 @@ impl MultiplierSystem {
         evaluator.press(lambda);
         let mut last = f64::INFINITY;
         for _ in 0..MAX_STEPS {
-            self.solved_into(&evaluator.dynamics(t, q, v), vdot, lambda)?;
+            let at = evaluator.dynamics(t, q, v);
+            let force = largest(at.force);
+            self.solved_into(&at, vdot, lambda)?;
             let n_own = own.len();
             let found = DVector::from_iterator(n_own, own_rows.iter().map(|&row| lambda[row]));
             let pressing = evaluator.pressing_mut();
@@ -52,7 +56,8 @@ impl MultiplierSystem {
             let gap = &found - &guess;
             let size = largest(lambda);
             let error = gap.amax();
-            if error <= FOUND * size || error >= last && error <= NEAR * size {
+            let near = (NEAR * size).max(ROUNDING * force);
+            if error <= FOUND * size || error >= last && error <= near {
                 return Ok(());
             }
             last = error;

@@ -19,7 +19,7 @@ use super::follower::Follower;
 use super::tangent::{TangentPoint, Tangents};
 use crate::hybrid::{ImpactRecord, Passage};
 use crate::modes::ContactMode;
-use crate::modes::indicators::{ContactState, Indicator};
+use crate::modes::indicators::{ContactLaw, ContactState, Indicator};
 use crate::run::Undefined;
 use crate::state::{AccelerationRef, StateRef};
 
@@ -53,6 +53,9 @@ impl Follower<'_, '_> {
     pub(super) fn jump(&mut self, passage: &Passage) -> Result<(), Undefined> {
         let before = self.before(passage)?;
         let after = &passage.after;
+        if let Some(&stop) = passage.fired.iter().find(|of| self.is_only_touched(**of, passage)) {
+            return Err(self.touched(stop));
+        }
         let is_smooth = after.impacts.is_empty()
             && is_near(&after.v, before.state.v)
             && is_near(&after.a, &before.a);
@@ -187,6 +190,15 @@ impl Follower<'_, '_> {
         let bend = self.phase.values.rates(t, q, v, &before.a).contacts[contact];
         let reach = TOUCH * self.problem.options.atol;
         speed <= 0.0 || bend < 0.0 && speed * speed <= -2.0 * bend * reach
+    }
+
+    /// True of a stop that the run went past without an impact, because the motion turns back by itself.
+    fn is_only_touched(&self, indicator: Indicator, passage: &Passage) -> bool {
+        let Indicator::Contact(k) = indicator else { return false };
+        let contact = &self.problem.compiled.indicators.contacts[k];
+        let modes = [&passage.before, &passage.after.modes].map(|modes| modes.contacts[k]);
+        let is_stop = contact.law == ContactLaw::Stop && !contact.is_outline;
+        is_stop && modes == [ContactMode::Open; 2] && passage.after.impacts.is_empty()
     }
 
     fn touched(&self, indicator: Indicator) -> Undefined {

@@ -76,7 +76,7 @@ pub fn run(
 }
 
 /// The warning of a motion whose amplitude looks like degrees.
-fn like_degrees(motion: &Motion) -> Option<Diagnostic> {
+pub fn like_degrees(motion: &Motion) -> Option<Diagnostic> {
     let value = motion.amplitude?;
     let turns = value / std::f64::consts::TAU;
     let name = &motion.name;

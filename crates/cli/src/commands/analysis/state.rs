@@ -29,6 +29,7 @@ pub fn about(state: &State, units: &ShownUnits) -> String {
     let found = if state.is_complete { "" } else { " found" };
     let others = match (state.number, state.others.len()) {
         (None, _) => String::new(),
+        (_, 0) if !state.is_searched => "; others were not searched for".to_owned(),
         (_, 0) => format!("; no other{found}"),
         (_, n) => format!("; {n} {}{found}", if n == 1 { "other" } else { "others" }),
     };
@@ -148,6 +149,7 @@ pub fn json(state: &State, units: &ShownUnits) -> Value {
         "number": state.number,
         "others": state.others.iter().map(other).collect::<Vec<_>>(),
         "complete": state.is_complete,
+        "searched": state.is_searched,
         "passing": state.is_passing,
         "quaternions": state.by_quaternions,
         "kinks": state.kinks.iter().map(|kink| {
