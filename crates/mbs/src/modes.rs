@@ -172,7 +172,7 @@ impl Kinks<'_> {
         })
     }
 
-    /// What `u` depends on; `None` when it keeps its value between events.
+    /// Kind of the switch of `u`; `None` when it keeps its value between events.
     fn decided_by(&self, u: Expr) -> Option<SwitchOf> {
         let symbols = self.pool.symbols_of(u);
         if symbols.iter().any(|symbol| self.multipliers.contains(symbol)) {

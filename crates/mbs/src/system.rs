@@ -140,14 +140,14 @@ pub struct Switch {
     pub function: Expr,
     /// Symbol of σ, the sign of u; zero leaves an expression that depends on multipliers as it is written.
     pub mode: SymbolId,
-    /// What u depends on.
+    /// Kind of quantities that decide u.
     pub of: SwitchOf,
     /// The value of σ with which the first condition on the sign of u is as written where u is zero; `None` without
     /// one, and for u that depends on time alone, or on multipliers.
     pub at_zero: Option<f64>,
 }
 
-/// What the function of a switch depends on.
+/// Kind of quantities that decide a switch.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SwitchOf {
     /// On time alone.

@@ -50,8 +50,7 @@ impl ModeSearch<'_> {
         }
         let Some(motion) = self.motion_in(&self.modes) else { return };
         closed.retain(|&k| {
-            let (rate, acceleration) =
-                (values.contacts[k].rate(), motion.contact_accelerations[k]);
+            let (rate, acceleration) = (values.contacts[k].rate(), motion.contact_accelerations[k]);
             !(may_touch(k) && acceleration < 0.0 && rate * rate <= -2.0 * acceleration * depth)
         });
     }

@@ -39,9 +39,8 @@ pub(super) fn signed_modes(
     };
 
     // Other modes have changed at the same instant, and with them the force: all is as written but what they decide.
-    let is_other = |of: &Indicator| {
-        !compiled.indicators.of_multipliers().any(|k| *of == Indicator::Kink(k))
-    };
+    let is_other =
+        |of: &Indicator| !compiled.indicators.of_multipliers().any(|k| *of == Indicator::Kink(k));
     let others: Vec<Indicator> = fired.iter().copied().filter(is_other).collect();
     if others.len() == fired.len() {
         return Err(found.unwrap_or(NoConsistentModes::Chatter { kink }));

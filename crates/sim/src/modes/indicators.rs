@@ -31,7 +31,7 @@ pub(crate) struct EventIndicators {
     idle_lambda: Vec<f64>,
     /// u′ of every switch, then the acceleration of every contact.
     rates: Function,
-    /// What each switch depends on.
+    /// Kind of each switch.
     pub(crate) switches: Vec<SwitchOf>,
     /// By switch: σ where u is zero and stays so, as the author wrote the condition.
     pub(crate) at_zero: Vec<f64>,
@@ -203,7 +203,8 @@ impl EventIndicators {
     /// True if nothing switches but expressions of multipliers, whose signs a run finds by itself.
     pub(crate) fn is_still(&self) -> bool {
         (0..self.switches.len()).all(|k| self.is_of_multipliers(k))
-            && self.contacts.is_empty() && !self.has_latches
+            && self.contacts.is_empty()
+            && !self.has_latches
     }
 
     /// The switches that depend on multipliers.
