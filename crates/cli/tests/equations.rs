@@ -128,6 +128,7 @@ fn aligned_lines_keep_to_the_width() {
         "spatial-four-bar",
         "stewart-platform",
         "flexible-arm",
+        "billiards",
     ];
     let breaks = |model: &PathBuf| !long.iter().any(|name| model.to_string_lossy().contains(name));
     for model in examples().into_iter().filter(breaks) {
