@@ -137,7 +137,8 @@ impl Place<'_> {
         if help.starts_with("rename one of them, for example") {
             return Some(replaced(label.clone(), between(help, "to `", "`")?));
         }
-        (help == "keep one of the two lines").then(|| replaced(self.line(), ""))
+        (help == "keep one of the two lines" || help.starts_with("remove the line,"))
+            .then(|| replaced(self.line(), ""))
     }
 
     /// Cures that a help offers after the first: `…, or write X`, `…, or X in its table`.

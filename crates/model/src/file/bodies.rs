@@ -369,7 +369,7 @@ impl Reader<'_> {
         what: &str,
         scope: Scope,
     ) -> Option<VectorValue> {
-        let example = format!("[\"{0}\", \"{0}\"]", quantity.example);
+        let example = example_vector(node, quantity);
         let values = self.array(node, what, "[x, y] or [x, y, z]", &example)?;
         self.check_commas_of_vector(node, values, what);
         if !(2..=3).contains(&values.len()) {
@@ -402,5 +402,27 @@ impl Reader<'_> {
     /// Sums with the pool's own folding.
     pub(super) fn total(&self, terms: &[Expr]) -> Expr {
         self.pool.sum(terms.iter().copied())
+    }
+}
+
+/// A vector in place of what is none: gravity downwards, a direction along an axis.
+fn example_vector(node: &Node, quantity: Quantity) -> String {
+    let noun = quantity.noun;
+    let axis = match &node.value {
+        Value::Text(text) => ["x", "y", "z"].iter().position(|axis| text == axis),
+        _ => None,
+    };
+    match (&node.value, axis) {
+        (_, Some(0)) if noun == Quantity::NUMBER.noun => "[1, 0]".to_owned(),
+        (_, Some(1)) if noun == Quantity::NUMBER.noun => "[0, 1]".to_owned(),
+        (_, Some(_)) if noun == Quantity::NUMBER.noun => "[0, 0, 1]".to_owned(),
+        _ if noun == Quantity::NUMBER.noun => "[1, 0]".to_owned(),
+        (Value::Number { digits, .. }, _) if noun == Quantity::ACCELERATION.noun => {
+            format!("[0, -{}]", digits.trim_start_matches(['-', '+']))
+        }
+        _ if noun == Quantity::ACCELERATION.noun => {
+            format!("[0, \"-{}\"]", quantity.example)
+        }
+        _ => format!("[\"{0}\", \"{0}\"]", quantity.example),
     }
 }

@@ -18,7 +18,7 @@ use crate::message::short;
 const TURN: f64 = 2.0 * std::f64::consts::PI;
 
 /// True of a number that nobody writes for radians: of more than a turn, and whole or half.
-fn looks_like_degrees(value: f64) -> bool {
+pub fn looks_like_degrees(value: f64) -> bool {
     value.abs() > TURN && (2.0 * value).fract() == 0.0
 }
 
@@ -187,16 +187,25 @@ impl Reader<'_> {
         let parameter = |name: &str| known(name)?.value.map(Constant::look);
         let Some(root) = syntax.nodes.len().checked_sub(1) else { return };
         let Some(found) = amplitude(syntax, root, 0, &parameter) else { return };
+        let source = found.name.and_then(known).and_then(|bare| self.bare_source(bare));
+        let (location, mark) = match source {
+            Some((_, location)) => (location, '"'),
+            None => (quoted.span_of(found.span), '`'),
+        };
+        self.warn_of_amplitude(&found, what, location, mark);
+    }
+
+    /// The warning of an amplitude in `what`; the cure is written between `mark`s.
+    fn warn_of_amplitude(&mut self, found: &Amplitude<'_>, what: &str, location: Span, mark: char) {
         let shown = short(found.value);
         let per_time = match found.power {
             1 => "/s",
             2 => "/s^2",
             _ => "",
         };
-        let source = found.name.and_then(known).and_then(|bare| self.bare_source(bare));
-        let (what, location, mark) = match (found.name, source) {
-            (Some(name), Some((_, location))) => (format!("`{name}` in {what}"), location, '"'),
-            _ => (format!("{shown} in {what}"), quoted.span_of(found.span), '`'),
+        let what = match found.name {
+            Some(name) => format!("`{name}` in {what}"),
+            None => format!("{shown} in {what}"),
         };
         let help = format!(
             "write {mark}{shown} deg{per_time}{mark}, or {mark}{shown} rad{per_time}{mark} if it is right"
@@ -209,6 +218,26 @@ impl Reader<'_> {
         let n_turns = found.value / TURN;
         let message = format!("{what} is {shown} rad{per_time} = {n_turns:.1} turns{turns}");
         self.warn_in_radians(message, location, help);
+    }
+
+    /// Warns of sines and cosines whose argument grows by whole quarters of a turn in degrees: `sin(360*t)`.
+    pub(super) fn check_sines(&mut self, syntax: &Syntax, quoted: &Quoted<'_>, what: &str) {
+        if self.units.angle_stated {
+            return;
+        }
+        for node in &syntax.nodes {
+            let SyntaxKind::Call { name, arguments, .. } = &node.kind else { continue };
+            let [argument] = arguments.as_slice() else { continue };
+            if !["sin", "cos"].contains(&name.as_str()) {
+                continue;
+            }
+            let Some(found) = amplitude(syntax, *argument, 0, &|_| None) else { continue };
+            // Other rates may be angular frequencies.
+            if found.power == 1 && found.value % 90.0 == 0.0 {
+                let place = format!("a sine in {what}");
+                self.warn_of_amplitude(&found, &place, quoted.span_of(found.span), '`');
+            }
+        }
     }
 
     /// Position of a bare number: here, or in the definition of the parameter that it is.

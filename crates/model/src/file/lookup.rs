@@ -222,10 +222,17 @@ impl Reader<'_> {
         let start = range.start + parts[..part].iter().map(|p| p.len() + 1).sum::<usize>();
         let location = context.quoted.span_of(&(start..start + word.len()));
         if part == 0 && find_unit(word).is_some() {
-            let help = format!(
-                "add `{word} = …` to `[parameters]` if it is meant as a quantity; as a unit it \
-                 follows a number, `1 {word}`, or a unit and a space, `1 kg {word}`"
-            );
+            // The letter of gravity.
+            let is_gravity = context.what.contains("`acceleration`")
+                && context.quoted.text.trim_start_matches(['-', '+', ' ']).trim_end() == "g";
+            let help = if is_gravity {
+                "write \"-9.81 m/s^2\", or define a parameter `g`".to_owned()
+            } else {
+                format!(
+                    "add `{word} = …` to `[parameters]` if it is meant as a quantity; as a unit it \
+                     follows a number, `1 {word}`, or a unit and a space, `1 kg {word}`"
+                )
+            };
             self.report(
                 Diagnostic::error(codes::UNKNOWN_NAME, message)
                     .at(location, "no such name")

@@ -1,6 +1,6 @@
 //! Faults of texts that are no expressions, and the words of other languages with what they are here.
 
-use bksim_expr::{ParseError, ParseErrorKind};
+use bksim_expr::{ParseError, ParseErrorKind, function_names};
 
 use super::codes;
 use super::letters::{first_foreign, meant};
@@ -164,7 +164,147 @@ fn character(found: char) -> &'static str {
     }
 }
 
+/// Units under names that others use, and what to write for them.
+const UNIT_WORDS: [(&str, &str); 8] = [
+    ("grad", "`deg` if degrees are meant; a gradian is 0.9 deg"),
+    ("Grad", "`deg`"),
+    ("degree", "`deg`"),
+    ("degrees", "`deg`"),
+    ("minute", "`min`"),
+    ("minutes", "`min`"),
+    ("kgm2", "`kg m^2`"),
+    ("kgmm2", "`kg mm^2`"),
+];
+
+/// The digits at the end of a text.
+fn last_digits(text: &str) -> &str {
+    &text[text.trim_end_matches(|c: char| c.is_ascii_digit()).len()..]
+}
+
+/// The digits at the start of a text.
+fn first_digits(text: &str) -> &str {
+    &text[..text.len() - text.trim_start_matches(|c: char| c.is_ascii_digit()).len()]
+}
+
+/// A number in groups of three digits: `1 000`, `1,000`, with `mark` between the groups; without the marks.
+fn without_groups(text: &str, mark: char) -> Option<String> {
+    let mut groups = text.split(mark);
+    let mut written = groups.next()?.to_owned();
+    let mut n_groups = 0;
+    for group in groups {
+        let (before, digits) = (last_digits(&written), first_digits(group));
+        let is_group = digits.len() == 3
+            && !before.is_empty()
+            && !before.starts_with('0')
+            && (before.len() <= 3 || n_groups > 0)
+            && !written[..written.len() - before.len()].ends_with('.');
+        if is_group {
+            n_groups += 1;
+        } else {
+            written.push(mark);
+        }
+        written.push_str(group);
+    }
+    (n_groups > 0).then_some(written)
+}
+
+/// A text with a mixed number as a sum: `1 1/2 in`, where the fraction begins at `at`.
+fn mixed_number(text: &str, at: usize) -> Option<String> {
+    let before = text[..at].trim_end();
+    let whole = last_digits(before);
+    let above = first_digits(&text[at..]);
+    let under = first_digits(text[at + above.len()..].strip_prefix('/')?);
+    if whole.is_empty() || above.is_empty() || under.is_empty() || before.len() == at {
+        return None;
+    }
+    let rest = &text[at + above.len() + 1 + under.len()..];
+    let start = &before[..before.len() - whole.len()];
+    Some(format!("{start}({whole} + {above}/{under}){rest}"))
+}
+
+/// A text with the brackets that a function needs: of `cos 0.1`, and of `sin^2(x)`, where the argument begins at `at`.
+fn with_brackets(text: &str, at: usize) -> Option<String> {
+    let before = text[..at].trim_end();
+    let (called, power) = match before.rsplit_once('^') {
+        Some((called, power)) if !power.is_empty() && last_digits(power) == power => {
+            (called, Some(power))
+        }
+        _ => (before, None),
+    };
+    let start = called.trim_end_matches(|c: char| c.is_ascii_alphanumeric() || c == '_').len();
+    let name = &called[start..];
+    if !function_names().any(|known| known == name) {
+        return None;
+    }
+    let rest = &text[at..];
+    let end = if rest.starts_with('(') {
+        let mut depth = 0;
+        let closing = rest.char_indices().find(|(_, c)| {
+            depth += i32::from(*c == '(') - i32::from(*c == ')');
+            depth == 0
+        });
+        closing?.0 + 1
+    } else {
+        rest.find(|c: char| !(c.is_ascii_alphanumeric() || matches!(c, '.' | '_')))
+            .unwrap_or(rest.len())
+    };
+    let argument = rest[..end].trim_start_matches('(').trim_end_matches(')');
+    let inside = if rest.starts_with('(') { &rest[1..end - 1] } else { argument };
+    let power = power.map_or_else(String::new, |power| format!("^{power}"));
+    Some(format!("{}{name}({inside}){power}{}", &called[..start], &rest[end..]))
+}
+
+/// A choice as Python writes it, `a if c else b`, in the order of bksim.
+fn choice(text: &str, at: usize) -> Option<String> {
+    let (condition, other) = text[at..].strip_prefix("if ")?.split_once(" else ")?;
+    let first = text[..at].trim();
+    Some(format!("if {} then {first} else {}", condition.trim(), other.trim()))
+}
+
 impl Reader<'_> {
+    /// The help for the first of the texts that is an expression.
+    fn first_readable(&self, texts: impl IntoIterator<Item = Option<String>>) -> Option<String> {
+        let is_own = |name: &str| self.is_own_name(name);
+        let is_readable = |text: &String| syntax_of(text, self.nesting, &is_own).is_ok();
+        let found = texts.into_iter().flatten().find(is_readable)?;
+        Some(format!("write \"{found}\""))
+    }
+
+    /// The help where an operand follows another one, from what may be meant.
+    fn without_operator(&self, text: &str, at: usize) -> Option<String> {
+        self.first_readable([
+            mixed_number(text, at),
+            without_groups(text, ' '),
+            with_brackets(text, at),
+            choice(text, at),
+        ])
+    }
+
+    /// The help for a sign that is in no expression, from what may be meant in `what`.
+    fn with_other_sign(&self, text: &str, found: char, what: &str) -> Option<String> {
+        let (before, after) = text.split_once(found)?;
+        let is_ratio = !last_digits(before.trim_end()).is_empty()
+            && !first_digits(after.trim_start()).is_empty();
+        match found {
+            ':' if is_ratio && !text.contains('?') => {
+                let quotient = format!("{}/{}", before.trim_end(), after.trim_start());
+                let help = self.first_readable([Some(quotient)])?;
+                Some(format!("{help}, a quotient"))
+            }
+            '=' if what.starts_with("`relation`") => {
+                let (left, right) = (before.trim(), after.trim());
+                let difference = match right.contains([' ', '+', '-']) {
+                    true => format!("{left} - ({right})"),
+                    false => format!("{left} - {right}"),
+                };
+                let help = self.first_readable([Some(difference)])?;
+                Some(format!("{help}: a relation is an expression that is zero"))
+            }
+            '\'' => Some("write feet and inches as units: `1 ft + 6 in`".to_owned()),
+            _ => None,
+        }
+    }
+
     /// The help for a name of another language, or for a letter that books use for a motion.
     pub(super) fn foreign_name(&self, name: &str, scope: Scope) -> Option<String> {
         if let Some((_, written)) = NAMES.iter().find(|(known, _)| *known == name) {
@@ -218,7 +358,14 @@ impl Reader<'_> {
             // Words and their order.
             ParseErrorKind::UnknownUnit { name } => {
                 let units: Vec<&str> = UNITS.iter().map(|unit| unit.name).collect();
-                let help = if WORDS.iter().any(|(known, _)| known == name) {
+                let joined = quoted.text.replace(name.as_str(), &name.replace('_', " "));
+                let divided = name.starts_with('_').then(|| self.first_readable([Some(joined)]));
+                let word = UNIT_WORDS.iter().find(|(known, _)| known == name);
+                let help = if let Some(help) = divided.flatten() {
+                    help
+                } else if let Some((_, written)) = word {
+                    format!("write {written}")
+                } else if WORDS.iter().any(|(known, _)| known == name) {
                     after_operand(name)
                 } else if self.names.plain(name).is_some() {
                     format!("write `*` between the number and `{name}`")
@@ -245,8 +392,17 @@ impl Reader<'_> {
             ParseErrorKind::UnexpectedToken { found, expected } => {
                 let decimals = self.decimals(quoted.text).filter(|_| found == ",");
                 let is_word = WORDS.iter().any(|(known, _)| known == found);
+                let thousands = without_groups(quoted.text, ',');
+                let meant = || self.without_operator(quoted.text, error.span.start);
+                let meant = (*expected == "an operator").then(meant).flatten();
                 let help = match decimals {
-                    Some(text) => format!("write \"{text}\""),
+                    Some(text) => match self.first_readable([thousands]) {
+                        Some(other) => format!(
+                            "write \"{text}\" if decimals follow the comma, or {other} if it divides thousands"
+                        ),
+                        None => format!("write \"{text}\""),
+                    },
+                    None if meant.is_some() => meant.unwrap_or_default(),
                     None if *expected == "an operator" || is_word => after_operand(found),
                     None => format!("write {expected} before it, or remove it"),
                 };
@@ -273,9 +429,14 @@ impl Reader<'_> {
                 let is_double = matches!(found, '&' | '|' | '=') && after.starts_with(*found);
                 let end = error.span.end + usize::from(is_double);
                 let location = quoted.span_of(&(error.span.start..end));
-                fault(format!("an expression cannot contain `{}`", found.escape_debug()))
+                let shown = match found {
+                    '\'' | '"' => found.to_string(),
+                    found => found.escape_debug().to_string(),
+                };
+                let help = self.with_other_sign(quoted.text, *found, what);
+                fault(format!("an expression cannot contain `{shown}`"))
                     .at(location, "")
-                    .help(character(*found))
+                    .help(help.unwrap_or_else(|| character(*found).to_owned()))
             }
             ParseErrorKind::BadNumber { found } => fault(format!("`{}` is no number", cut(found)))
                 .at(location, "")

@@ -121,7 +121,7 @@ use bksim_expr::{Expr, Pool};
 
 pub use codes::PAGES;
 pub use compliance::NoCompliance;
-pub use degrees::amplitude_like_degrees;
+pub use degrees::{amplitude_like_degrees, looks_like_degrees};
 pub use expand::{Expansion, LOOP_OF_LINKS, Open, SourceFile, expand, triangles};
 pub use naming::{NAMED, OWNERS, is_name, is_word};
 pub use quantity::names_in;

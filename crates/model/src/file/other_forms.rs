@@ -162,6 +162,49 @@ pub(super) fn repaired(text: &str, line: &Span) -> Option<Diagnostic> {
             kept,
         ));
     }
+    // What is copied along with a text: signs of Markdown, numbers of lines.
+    if whole.starts_with("```") {
+        return Some(
+            Diagnostic::error(codes::SYNTAX, "a line of Markdown")
+                .at(start..start + whole.len(), "it is around the text, not part of it")
+                .help("remove the line, and the one that closes it"),
+        );
+    }
+    for mark in ["- ", "* "] {
+        if let Some(kept) = whole.strip_prefix(mark).map(str::trim).filter(|kept| is_toml(kept)) {
+            return Some(fault("a line begins with a mark of lists", 0, 1, "not needed", kept));
+        }
+    }
+    if let Some((number, kept)) = whole.split_once(['|', ':'])
+        && number.trim().parse::<u32>().is_ok()
+        && is_toml(kept.trim())
+    {
+        let length = number.len() + 1;
+        return Some(fault(
+            "a line begins with its number",
+            0,
+            length,
+            "not part of it",
+            kept.trim(),
+        ));
+    }
+    if let Some(inside) = whole.strip_prefix("\"\"\"").and_then(|rest| rest.strip_suffix("\"\"\""))
+    {
+        let written = format!("# {inside}");
+        return Some(fault("a text that is no value", 0, 3, "comments follow `#`", &written));
+    }
+    if let Some(at) = bare(&[':']) {
+        let written = changed_outside_texts(whole, |part| part.replace(':', " ="));
+        if whole[..at].contains('=') && is_toml(&written) {
+            return Some(fault(
+                "`:` after a key, not `=`",
+                at,
+                1,
+                "a key and its value are joined by `=`",
+                &written,
+            ));
+        }
+    }
     if let Some(at) = bare(&['/']).filter(|at| whole[*at..].starts_with("//")) {
         let written = format!("{}# {}", &whole[..at], whole[at..].trim_start_matches(['/', ' ']));
         if is_toml(&written) {

@@ -15,7 +15,26 @@ const EARTH: std::ops::Range<f64> = 9.7..9.9;
 /// Units of length that are mixed up with metres, m.
 const MIXED_UP: [(&str, f64); 4] = [("mm", 1e-3), ("cm", 1e-2), ("in", 0.0254), ("ft", 0.3048)];
 
+/// Foams have 20 kg/m³ and more; what bodies of machines are made of has between 0.5 and 25 g/cm³.
+const LIGHTEST: f64 = 20.0;
+
 impl Reader<'_> {
+    /// A density without a unit whose number is that of a solid in g/cm³.
+    pub(super) fn check_density(&mut self, what: &str, density: f64, span: &Span) {
+        if !(0.5..=LIGHTEST).contains(&density) {
+            return;
+        }
+        let message = format!("{what} is {} kg/m^3, less than that of foam", short(density));
+        let written = short(density);
+        self.report(
+            Diagnostic::warning(codes::IMPLAUSIBLE_SIZE, message)
+                .at(span.clone(), "without a unit it is in the units of the file")
+                .help(format!(
+                    "write \"{written} g/cm^3\", or \"{written} kg/m^3\" if it is right"
+                )),
+        );
+    }
+
     fn hardly_meant(&mut self, message: String, span: Span, label: &str, help: String) {
         self.report(
             Diagnostic::warning(codes::IMPLAUSIBLE_LOAD, message).at(span, label).help(help),

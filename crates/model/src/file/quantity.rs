@@ -49,6 +49,7 @@ impl Reader<'_> {
         };
         if let Some((syntax, quoted)) = &written {
             self.check_hertz(syntax, quoted, quantity, what);
+            self.check_sines(syntax, quoted, what);
         }
         let is_bare = lowered.kind == Kind::Bare;
         let help = self
@@ -63,6 +64,9 @@ impl Reader<'_> {
         };
         if let Some(value) = value {
             self.check_turns(quantity, what, value.look(), &span)?;
+            if is_bare && quantity.dimension() == Quantity::DENSITY.dimension() {
+                self.check_density(what, value.look(), &span);
+            }
         }
         match (value, written) {
             (Some(value), _) if is_bare => {
