@@ -36,6 +36,7 @@ pub(crate) fn without(text: &str, endings: &[&str]) -> String {
 
 /// Values of coordinates and their accelerations at the start with `initial`.
 pub(crate) fn at_start(text: &str, initial: &str) -> (Mechanism, Vec<f64>, Vec<f64>) {
+    let text = without(text, &["initial"]);
     let text = format!("{text}\n[initial]\n{initial}\n[solve]\nt_end = 1e-6\nevery = 1e-6\n");
     let mechanism = derive(model(&text));
     let motion = solve(&mechanism);
@@ -432,4 +433,75 @@ fn a_loop_of_pins_moves_though_its_axes_are_off_by_hundred_millionths() {
     }
     // Smaller angles are none for the ranks of an analysis.
     assert!(!four_bar(1e-10).model.expect("a model").contains("straightened"));
+}
+
+/// Joints of MuJoCo are at their references in the pose of the file, that of a loop too.
+#[test]
+fn a_loop_of_joints_with_references_starts_at_them() {
+    let text = r#"<mujoco><compiler angle="degree"/><worldbody>
+      <body name="crank"><joint name="a" ref="90"/><geom type="capsule" fromto="0 0 0 0 0.1 0" size="0.01" mass="0.3"/>
+        <body name="rod" pos="0 0.1 0"><joint name="b" ref="-70"/><geom type="capsule" fromto="0 0 0 0.3 0.1 0" size="0.01" mass="0.4"/></body></body>
+      <body name="rocker" pos="0.35 0 0"><joint name="c" ref="100"/><geom type="capsule" fromto="0 0 0 -0.05 0.2 0" size="0.01" mass="0.4"/></body>
+    </worldbody><equality><connect name="cl" body1="rod" body2="rocker" anchor="0.3 0.1 0"/></equality></mujoco>"#;
+    let mechanism = derive(model(&text_of("loop.xml", text)));
+    let start = mechanism.start().expect("a start");
+    for (name, degrees) in [("a_angle", 90.0_f64), ("b_angle", -70.0), ("c_angle", 100.0)] {
+        let within = Within { relative: 0.0, absolute: 1e-9 };
+        close(name, start.q[coordinate(&mechanism, name)], degrees.to_radians(), within);
+    }
+}
+
+/// The followed joint keeps its zero; the offset is in the joint that follows, not shared between both.
+#[test]
+fn the_offset_of_a_mimic_joint_moves_that_joint_alone() {
+    let link = |name: &str| {
+        format!(
+            "<link name=\"{name}\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>"
+        )
+    };
+    let joint = |name: &str, [from, to]: [&str; 2], more: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"prismatic\"><parent link=\"{from}\"/><child link=\"{to}\"/><axis xyz=\"0 0 1\"/><limit lower=\"0\" upper=\"0.2\" effort=\"1\" velocity=\"1\"/>{more}</joint>"
+        )
+    };
+    let mimic = "<mimic joint=\"j\" multiplier=\"1\" offset=\"0.02\"/>";
+    let text = [
+        "<robot name=\"r\">".to_owned(),
+        ["a", "b", "c"].map(link).concat(),
+        joint("j", ["a", "b"], ""),
+        joint("k", ["b", "c"], mimic),
+        "</robot>".to_owned(),
+    ]
+    .concat();
+    let mechanism = derive(model(&text_of("r.urdf", &text)));
+    let start = mechanism.start().expect("a start");
+    let within = Within { relative: 0.0, absolute: 1e-12 };
+    for (name, value) in [("j_position", 0.0), ("k_position", 0.02)] {
+        close(name, start.q[coordinate(&mechanism, name)], value, within);
+    }
+}
+
+/// `inertial auto` weighs the shapes with which a link collides: a box of 6 kg, and a ball of half a kilogram aside of it.
+#[test]
+fn a_link_of_sdf_weighs_as_its_shapes_do() {
+    let ball = "<collision name=\"d\"><density>500</density><pose>0.5 0 0 0 0 0</pose><geometry><sphere><radius>0.062035049089940</radius></sphere></geometry></collision>";
+    let text = |more: &str| {
+        format!(
+            "<sdf version=\"1.11\"><model name=\"m\"><link name=\"b\"><inertial auto=\"true\"><density>1000</density></inertial><collision name=\"c\"><geometry><box><size>0.1 0.2 0.3</size></box></geometry></collision>{more}</link></model></sdf>"
+        )
+    };
+    let number = |text: &str, key: &str| -> Vec<f64> {
+        let start = format!("{key} = ");
+        let line = text.lines().find_map(|line| line.strip_prefix(&start)).expect(key);
+        line.trim_matches(['[', ']']).split(", ").map(|n| n.parse().expect("a number")).collect()
+    };
+    let within = Within { relative: 1e-9, absolute: 1e-12 };
+    let alone = text_of("m.sdf", &text(""));
+    close("mass", number(&alone, "mass")[0], 6.0, within);
+    for (found, exact) in number(&alone, "inertia").iter().zip([0.065, 0.05, 0.025]) {
+        close("inertia", *found, exact, within);
+    }
+    let both = text_of("m.sdf", &text(ball));
+    close("mass", number(&both, "mass")[0], 6.5, within);
+    close("centre", number(&both, "com")[0], 0.25 / 6.5, within);
 }

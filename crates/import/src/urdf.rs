@@ -371,8 +371,10 @@ impl Reader<'_, '_> {
                 short(&joint.written),
                 short(&written)
             );
-            let help = suggestion(&written, joints.iter().map(|other| other.written.as_str()));
-            let help = format!("{help} Without it the joint moves by itself");
+            let others = joints.iter().filter(|other| other.written != joint.written);
+            let help = suggestion(&written, others.map(|other| other.written.as_str()));
+            let end = if help.ends_with('?') { "" } else { "." };
+            let help = format!("{help}{end} Without it the joint moves by itself");
             self.job.warn(codes::UNKNOWN_NAME, message, (&place, "not a joint of the file"), &help);
             return;
         };
@@ -387,6 +389,15 @@ impl Reader<'_, '_> {
         let multiplier = self.number(mimic, "multiplier").unwrap_or(1.0);
         let offset = self.number(mimic, "offset").unwrap_or(0.0);
         let values = [multiplier, offset];
+        // All joints that nothing else moves are at zero: the followed one does not give way to the offset.
+        if offset != 0.0 && self.tree.child(other.node, "mimic").is_none() {
+            let key = if by_length { "position" } else { "angle" };
+            let stated = (other.name.clone(), format!("{{ {key} = 0 }}"));
+            let is_placed = self.draft.starts.iter().any(|(joint, ..)| *joint == other.name);
+            if !is_placed && !self.draft.initial.contains(&stated) {
+                self.draft.initial.push(stated);
+            }
+        }
         self.draft.add_mimic(self.names, &joint.name, [(of, is_length), (by, by_length)], values);
     }
 }

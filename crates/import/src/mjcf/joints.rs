@@ -169,6 +169,11 @@ impl Reader<'_, '_> {
         self.draft.add_spring(self.names, motion, [stiffness, rest, damping]);
         let place = self.tree.place(item.node).clone();
         self.draft.add_friction(self.names, motion, friction, &place);
+        for key in ["springdamper", "actuatorfrcrange"] {
+            if self.attribute(item.node, class, key).is_some() {
+                self.job.leave_out(format!("{key} of joint {}", made.name), &place);
+            }
+        }
         let limits =
             self.limits(item, class).map(|limits| limits.map(|limit| Some(angle(self, limit))));
         if let Some(limits) = limits {
