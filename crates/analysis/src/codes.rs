@@ -18,6 +18,7 @@ bksim_model::codes! {
     NO_ACTUATOR = "Q016", "a motion that no actuator can meet";
     STOP_LETS_GO = "Q017", "a stop that would have to pull";
     FRICTION_JAMS = "Q018", "friction that no efforts are in balance with";
+    DRIVE_REPLACED = "Q019", "a motion in place of that of a drive";
     GOES_NOWHERE = "Q020", "a start that yields, but goes nowhere";
     BRANCH_POINT = "Q021", "a pose in which branches cross";
     NOT_CLOSED = "Q022", "a start that no value closes";
@@ -27,4 +28,5 @@ bksim_model::codes! {
     MOVING_INPUT = "Q030", "an input whose rates act, too";
     SINGULAR_START = "S026", "a run from a pose that yields, but goes nowhere";
     BRANCHES_AT_START = "S027", "a run from a pose in which branches cross";
+    RATES_OFF_BRANCHES = "S034", "a start whose rates follow none of the branches that cross there";
 }

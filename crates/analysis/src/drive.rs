@@ -1,6 +1,8 @@
 //! Prescribed measures of a question, each over a range.
 
-use bksim_model::file::WrittenUnit;
+use bksim_model::diagnostic::Diagnostic;
+use bksim_model::file::{WrittenUnit, code, looks_like_degrees};
+use bksim_model::message::short;
 use bksim_model::{Measure, Model};
 
 use crate::error::AnalysisError;
@@ -132,6 +134,26 @@ impl Drive {
         let range = Range::parse(values, measure.unit(model))?;
         Ok(Self { name: name.to_owned(), measure, range, rate: 1.0, acceleration: 0.0 })
     }
+}
+
+/// The warning of a range of an angle that has no unit and whose numbers are degrees.
+pub fn range_like_degrees(drive: &Drive, model: &Model, values: &str) -> Option<Diagnostic> {
+    let is_bare = values.split(':').all(|part| part.trim().parse::<f64>().is_ok());
+    let found = [drive.range.from, drive.range.to].into_iter().find(|x| looks_like_degrees(*x))?;
+    if !is_bare || drive.measure.unit(model) != "rad" {
+        return None;
+    }
+    let (name, shown, turns) = (&drive.name, short(found), found / std::f64::consts::TAU);
+    let message = format!("{shown} in the range of `{name}` is {shown} rad = {turns:.1} turns");
+    // The unit is written once, at the end of the last angle.
+    let parts: Vec<&str> = values.split(':').collect();
+    let written = |unit: &str| match parts.as_slice() {
+        [one] => format!("{name}={one} {unit}"),
+        [from, to] => format!("{name}={from}:{to} {unit}"),
+        _ => format!("{name}={}:{} {unit}:{}", parts[0], parts[1], parts[2..].join(":")),
+    };
+    let help = format!("write `{}`, or `{}` if it is right", written("deg"), written("rad"));
+    Some(Diagnostic::warning(code::LOOKS_LIKE_DEGREES, message).help(help))
 }
 
 /// The measure of this name, which is a position or an angle.

@@ -125,7 +125,7 @@ pub use doctor::{
 };
 pub use double_points::{Cusp, DoublePoint, PoseOf};
 pub use drag::{Drag, DragLimit, Dragged};
-pub use drive::{Drive, DriveRate, Range, position, quantity};
+pub use drive::{Drive, DriveRate, Range, position, quantity, range_like_degrees};
 pub use duty::{Duty, MotorCurve};
 pub use effort_record::{Inverse, LimitUse, Load};
 pub use equilibrium::{BearingStop, CrossingBranch, Equilibrium, Family, PassedStop, Stability};

@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use bksim_expr::{Expr, Tape};
-use bksim_model::diagnostic::Rejected;
+use bksim_model::diagnostic::{Diagnostic, Rejected};
 use bksim_model::file::{Formula, Source, amplitude_like_degrees, read_formulas};
 use bksim_model::{JointId, Measure, Model};
 use nalgebra::{DMatrix, DVector};
 
+use crate::codes;
 use crate::drive::{Range, position};
 use crate::error::AnalysisError;
 
@@ -53,6 +54,19 @@ impl Motion {
 
     fn of(name: &str, measure: Measure, law: TimeLaw) -> Self {
         Self { name: name.to_owned(), measure, law, ends: None, amplitude: None }
+    }
+
+    /// The warning that a drive of the model is left out because this motion is in its place.
+    pub fn replaced_drive(&self, model: &Model) -> Option<Diagnostic> {
+        let is_own = |drive: &&bksim_model::Drive| {
+            self.measure == Measure::JointPosition(drive.joint, drive.motion_idx)
+        };
+        let drive = model.drives.iter().find(is_own)?;
+        let message =
+            format!("the motion of `{}` is in place of that of drive `{}`", self.name, drive.name);
+        let help = format!("leave out `--motion {}` for the motion of the drive", self.name);
+        let fault = Diagnostic::warning(codes::DRIVE_REPLACED, message);
+        Some(fault.at(drive.span.clone(), "left out here").help(help))
     }
 
     /// Refuses times that the table of this motion does not reach.

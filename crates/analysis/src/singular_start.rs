@@ -3,10 +3,12 @@
 //! A run may stand in such a pose for as long as nothing moves it, and its multipliers are finite; that nothing holds it there is
 //! only seen in the poses around it.
 
+use bksim_mbs::constraint::Source;
 use bksim_model::Model;
 use bksim_model::diagnostic::{Diagnostic, Span};
 use bksim_sim::Mechanism;
 use bksim_sim::start::Start;
+use nalgebra::DVector;
 
 use crate::around::{Around, around};
 use crate::codes;
@@ -22,30 +24,48 @@ use crate::ways::Named;
 const MOST: usize = 200;
 
 /// Warnings that the start is a singular pose, drives held: one that yields but goes nowhere (S026), or one in which branches
-/// cross (S027).
+/// cross (S027); of one that moves, that it follows none of these (S034).
 pub fn diagnose_singular_start(mechanism: &Mechanism, start: &Start) -> Vec<Diagnostic> {
-    if start.not_unique_rows().is_empty() || start.q.len() > MOST {
+    let is_passing = start.passes_singular_pose();
+    if start.not_unique_rows().is_empty() && !is_passing || start.q.len() > MOST {
         return Vec::new();
     }
     // A mechanism that cannot be compiled has faults of its own.
-    found(mechanism, start).unwrap_or_default()
+    found(mechanism, start, is_passing).unwrap_or_default()
 }
 
-fn found(mechanism: &Mechanism, start: &Start) -> Result<Vec<Diagnostic>, AnalysisError> {
+/// Rates along a branch have this cosine with it, and more.
+const ALONG: f64 = 0.9999;
+
+/// The warnings of a start; of one that is passing a singular pose, drives let go, that its rates are those of no branch (S034).
+fn found(
+    mechanism: &Mechanism,
+    start: &Start,
+    is_passing: bool,
+) -> Result<Vec<Diagnostic>, AnalysisError> {
     let (model, system) = (&mechanism.model, mechanism.system.integrated());
     let parameters = start.parameters_with_modes(&mechanism.parameters);
     let size = if start.longest_link > 0.0 { start.longest_link } else { 1.0 };
-    let is_held = |row: &usize| {
-        !system.constraints[*row].source.is_contact() || !start.inactive_rows().contains(row)
+    let is_held = |row: &usize| match system.constraints[*row].source {
+        Source::Drive(_) => !is_passing,
+        source => !source.is_contact() || !start.inactive_rows().contains(row),
     };
     let kept: Vec<usize> = (0..system.constraints.len()).filter(is_held).collect();
     let numbers = (parameters.as_slice(), size, Clock::Held);
     let mut rows = Rows::compile(model, system, &[], &kept, numbers)?;
     let x = rows.scaled(&start.q);
+    let rates = DVector::from_vec(rows.scaled(&start.v));
     let mut path = Path::of_all(&mut rows, (Law { t: start.t, ..Law::default() }, false));
     let z = path.unknowns(&x);
     let no_path = match around(&mut path, &z) {
-        Around::Nowhere(directions) => NoPath::Nowhere(directions),
+        Around::Nowhere(directions) if !is_passing => NoPath::Nowhere(directions),
+        Around::Nowhere(_) => return Ok(Vec::new()),
+        Around::Crossing(ways)
+            if is_passing
+                && ways.iter().any(|w| w.tangent.dot(&rates).abs() >= ALONG * rates.norm()) =>
+        {
+            return Ok(Vec::new());
+        }
         Around::Crossing(ways) if ways.len() > 1 => NoPath::Crossing(ways),
         Around::Crossing(_) | Around::Regular(_) => return Ok(Vec::new()),
     };
@@ -62,10 +82,18 @@ fn found(mechanism: &Mechanism, start: &Start) -> Result<Vec<Diagnostic>, Analys
         let warning = Diagnostic::warning(codes::SINGULAR_START, message);
         return Ok(vec![warning.at(span, label).help(help)]);
     };
-    let warning = Diagnostic::warning(codes::BRANCHES_AT_START, message).at(span, label);
+    let (code, message, help) = if is_passing {
+        let message = format!("{message}, and the start has the rates of none of them");
+        let help = "state the rate of another joint in `[initial]` as one of the branches has it, or begin a little aside";
+        (codes::RATES_OFF_BRANCHES, message, help)
+    } else {
+        let help = "begin a little aside, on the branch that is meant, so that the run keeps to it";
+        (codes::BRANCHES_AT_START, message, help)
+    };
+    let label = if is_passing { "" } else { label };
+    let warning = Diagnostic::warning(code, message).at(span, label);
     let line = |(k, way)| format!("branch {}: {}", k + 1, in_words(way));
     let notes = ways.iter().enumerate().map(line);
-    let help = "begin a little aside, on the branch that is meant, so that the run keeps to it";
     Ok(vec![notes.fold(warning, Diagnostic::note).help(help)])
 }
 

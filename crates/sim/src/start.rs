@@ -55,6 +55,8 @@ pub struct Start {
     pub(crate) dependence: Dependence,
     /// Rows of open contacts, and rows that follow from others.
     pub(crate) inactive: Vec<usize>,
+    /// True if rank is lost there for the instant alone.
+    passes_singular: bool,
     /// The branches that hold and the contacts that are closed.
     pub(crate) modes: Modes,
     /// Degrees of freedom without the drives: nq − rank of the joints' rows.
@@ -103,6 +105,11 @@ impl Start {
         compiled.indicators.at(&all).fill_slip_friction(modes, (*t, q, v), &mut lambda, 0.0);
         compiled.share(&all, (*t, q), &|_| true, (&mut reactions, &mut lambda));
         lambda
+    }
+
+    /// True if the start moves through a singular pose: its rows have their rank a little ahead.
+    pub fn passes_singular_pose(&self) -> bool {
+        self.passes_singular
     }
 
     /// Constraint rows that take part in a dependency: their multipliers are not unique.
@@ -219,7 +226,8 @@ pub fn start_at(
     let position_residual = largest(evaluator.constraints(t, &q).value);
     let v = closing.fit_velocities(&mut evaluator, t, &q)?;
     let velocity_residual = largest(&evaluator.constraints(t, &q).rate_of(&v));
-    let jacobian = regular_jacobian(&mut evaluator, t, (&q, &v), equations.n_bilateral);
+    let (jacobian, passes_singular) =
+        regular_jacobian(&mut evaluator, t, (&q, &v), equations.n_bilateral);
     // Loads follow the branches of the state that was found.
     if !compiled.indicators.is_empty() {
         modes = compiled.indicators.decided(modes.held, parameters, (t, &q, &v));
@@ -297,6 +305,7 @@ pub fn start_at(
         mobility_of_positions,
         longest_link,
         rivals,
+        passes_singular,
     })
 }
 
@@ -419,13 +428,13 @@ impl Start {
 }
 
 /// The first `n_rows` rows of G at the start, or, where rank is lost there for an instant, at a state
-/// a little ahead.
+/// a little ahead; true if it is.
 fn regular_jacobian(
     evaluator: &mut Evaluator,
     t: f64,
     (q, v): (&[f64], &[f64]),
     n_rows: usize,
-) -> SparseRows {
+) -> (SparseRows, bool) {
     /// Part of a radian, or of a metre.
     const AHEAD: f64 = 1e-4;
     let first: Vec<usize> = (0..n_rows).collect();
@@ -433,13 +442,14 @@ fn regular_jacobian(
     let fastest = largest(v);
     let is_full = dependent_rows(&jacobian).dependent.is_empty();
     if is_full || fastest == 0.0 {
-        return jacobian;
+        return (jacobian, false);
     }
     let ahead = AHEAD / fastest;
     let q: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + ahead * v).collect();
     let there = evaluator.constraints(t + ahead, &q).jacobian_rows().select(&first);
     let ranks = [&jacobian, &there].map(|rows| dependent_rows(rows).rank);
-    if ranks[1] > ranks[0] { there } else { jacobian }
+    let is_lost = ranks[1] > ranks[0];
+    (if is_lost { there } else { jacobian }, is_lost)
 }
 
 /// Branches and contacts of the start; bodies that run into a stop do so in the run.

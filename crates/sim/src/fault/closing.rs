@@ -368,6 +368,17 @@ pub(super) fn stated_positions(
         conflicts.iter().find(own).map(|c| c.stated).or_else(driven)
     };
     let fault = match shortest_loop(model, None, &stated) {
+        // Two pins of the same bodies: no other part has a length.
+        Some(Short { around, spans, .. }) if spans.len() == 1 => {
+            let joints: Vec<&str> =
+                around.iter().map(|id| model.joints[id.0].name.as_str()).collect();
+            fault.help = Some(format!(
+                "remove one of the joints {} if the bodies should turn, or what is stated of it",
+                listed(&joints)
+            ));
+            let [joints, bodies] = [listed(&joints), in_words(&spans[0])];
+            fault.note(format!("{joints} join {bodies}: together they leave no turn between them"))
+        }
         Some(found) => fault.note(beyond_reach(&found)),
         None => fault,
     };

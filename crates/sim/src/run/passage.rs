@@ -7,7 +7,7 @@ use super::ending::PhaseEnd;
 use super::observer::Observer;
 use super::problem::Problem;
 use super::progress::{Halt, Run, StepOutcome};
-use super::singular::{REGULAR, SingularMonitor};
+use super::singular::{CLOSE, REGULAR, SingularMonitor};
 use super::summary::{Integrator, MethodChange, Reason};
 use crate::hybrid::{ConsistentModes, Crossed, Passage};
 use crate::redundancy::MovingInstant;
@@ -164,6 +164,11 @@ impl Run<'_> {
     pub(super) fn note(&mut self, reason: Reason) {
         let method = self.method;
         self.summary.methods.push(MethodChange { t: self.reached.t, method, reason });
+    }
+
+    /// True if the last step ends so near to a singular pose that multipliers are without bound.
+    pub(super) fn is_in_singular_pose(&mut self) -> bool {
+        self.rank_margin() < CLOSE
     }
 
     /// Rank margin of the constraints at the end of the last step.

@@ -213,7 +213,7 @@ impl<'a> Run<'a> {
     /// method at its end. `stop` is asked once.
     ///
     /// # Errors
-    /// [`Failure`] when the integrator cannot go on; the end of its last step has been handed out.
+    /// [`Failure`] when the integrator cannot go on; the end of its last step has been handed out, unless forces have no bound there.
     pub fn step(
         &mut self,
         observer: &mut dyn Observer,
@@ -229,7 +229,7 @@ impl<'a> Run<'a> {
             observer.passage(&passed);
         }
         self.tell_uniqueness(n_known, observer);
-        if outcome.is_err() {
+        if outcome.is_err() && !self.is_in_singular_pose() {
             self.hand_out_last(observer);
         }
         self.or_failure(outcome)

@@ -63,6 +63,7 @@ pub fn run(
     }
     let motions: Vec<Motion> = motions.into_iter().map(|given| given.motion).collect();
     warnings.extend(motions.iter().filter_map(like_degrees));
+    warnings.extend(motions.iter().filter_map(|motion| motion.replaced_drive(&model)));
     let actuators = Actuators {
         named: args.actuator.clone(),
         limits: limits(&args.limit).map_err(&failed)?,

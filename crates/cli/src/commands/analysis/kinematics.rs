@@ -3,7 +3,7 @@
 use bksim::analysis::{
     AnalysisError, Closing, Drive, Dyad, Kinematics, KinematicsOptions, Larger, LimitsRequest,
     Platform, Prescribed, Proof, Range, Root, Solution, StudyPoint, Table, Triad, assemblies,
-    assembly_panels, closing, kinematics_along, limits, quantity,
+    assembly_panels, closing, kinematics_along, limits, quantity, range_like_degrees,
 };
 use bksim::expr::PoolSnapshot;
 use bksim::model::Model;
@@ -81,6 +81,13 @@ pub fn run(
             return Err(Failure::usage("nothing is asked for", help));
         };
         without_rates_of_drives(&prescribed, rates)?;
+        if let Prescribed::Drives { drives, .. } = &prescribed {
+            let named = drives.iter().zip(&args.drive);
+            let looks = |(drive, (_, values)): (&Drive, &(String, String))| {
+                range_like_degrees(drive, &model, values)
+            };
+            warnings.extend(named.filter_map(looks));
+        }
         let options = KinematicsOptions { branch: args.branch, has_jerk: args.jerk };
         let found = || kinematics_along(model, &prescribed, options);
         let found = waiting("computing positions", found).map_err(&failed)?;
