@@ -10,4 +10,5 @@ bksim_model::codes! { pages "/docs/diagnostics/";
     NO_LINKAGE = "O007", "a task that no linkage does";
     UNMET = "O008", "conditions that nothing meets";
     NOT_ASSEMBLED = "O009", "a pose that is not assembled";
+    LIMIT_THROUGH_ZERO = "O013", "limits of a length that go through zero";
 }

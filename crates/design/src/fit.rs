@@ -46,7 +46,7 @@ pub struct FitWish {
 
 /// Names alone, or with values.
 #[derive(Deserialize, Debug)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a list of names, or a table of names with values")]
 enum Names {
     List(Vec<String>),
     Table(BTreeMap<String, Written>),

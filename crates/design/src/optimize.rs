@@ -5,22 +5,25 @@ mod choices;
 mod front;
 mod functions;
 mod peaks;
+mod ranges;
 mod search;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::stated_ranges;
 use bksim_sweep::Study;
 use serde::{Deserialize, Serialize};
 
-use crate::base::{Quantity, Source, Stated, Watch};
+use crate::base::{Source, Stated, Watch};
 use crate::codes;
 use crate::error::DesignError;
 use crate::poses::Poses;
 use crate::spec::{Written, located, ranges_of, section};
 use case::driven;
 use peaks::{parts_of, peaks, sides, windowed, windows};
+use ranges::{Range, outside, ranges};
 use search::Search;
 
 /// Load case by its name: values of parameters, each by its name, as written.
@@ -174,6 +177,9 @@ pub struct Optimized {
     /// The text of the model with the values of the optimum.
     #[serde(skip)]
     pub model: String,
+    /// Quantities that the model states outside of their ranges.
+    #[serde(skip)]
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// The finished searches of a front that was stopped.
@@ -286,14 +292,6 @@ impl OptimizeWish {
     }
 }
 
-/// A varied quantity with its range.
-struct Range {
-    stated: Stated,
-    from: f64,
-    to: f64,
-    unit: String,
-}
-
 /// One function of the problem, an output of every case.
 struct Row {
     /// Text of the row, for messages.
@@ -342,10 +340,12 @@ pub fn optimize(
         let fault = DesignError::fault(codes::BAD_QUESTION, "a front has 3 to 1000 points", help);
         return Err(located(fault, &source.text, "points"));
     }
-    match &wish.against {
+    let mut found = match &wish.against {
         Some(against) => front::front(source, wish, against, watch),
         None => choices::best(source, wish, watch),
-    }
+    }?;
+    found.warnings = outside(source, wish)?;
+    Ok(found)
 }
 
 /// Finds the optimum of what varies continuously.
@@ -355,7 +355,7 @@ fn continuous(
     watch: Watch<'_>,
 ) -> Result<Optimized, DesignError> {
     let over = wish.over.as_deref().unwrap_or("motion").trim();
-    let is_geometry = over != "motion" && over != "static";
+    let is_geometry = is_geometry(wish);
     let (goal, objective) = match (&wish.minimize, &wish.maximize) {
         (Some(text), None) => ("minimize", text.trim()),
         (None, Some(text)) => ("maximize", text.trim()),
@@ -444,26 +444,8 @@ fn located_any(fault: DesignError, source: &Source, wish: &OptimizeWish) -> Desi
     }
 }
 
-fn ranges(
-    source: &Source,
-    wish: &OptimizeWish,
-    is_geometry: bool,
-) -> Result<Vec<Range>, DesignError> {
-    let names: Vec<String> = wish.vary.iter().map(|(name, _)| name.clone()).collect();
-    let stated = source.stated(&names, is_geometry)?;
-    let range = |(stated, (_, [from, to])): (Stated, &(String, [String; 2]))| {
-        let ends = Quantity::read(from).zip(Quantity::read(to));
-        let is_range = |(from, to): &(Quantity, Quantity)| {
-            from.value < to.value && from.fits(&stated.unit) && to.fits(&stated.unit)
-        };
-        let (from, to) = ends.filter(is_range).ok_or_else(|| {
-            let message = format!("`{from}` to `{to}` is no range of `{}`", stated.name);
-            let unit = &stated.unit;
-            let help = format!("give the least value first, and units of the kind {unit}: `{} = [\"0.5 {unit}\", \"2 {unit}\"]`", stated.name);
-            located(DesignError::fault(codes::BAD_QUESTION, message, help), &source.text, from)
-        })?;
-        let unit = if to.unit.is_empty() { from.unit.clone() } else { to.unit.clone() };
-        Ok(Range { stated, from: from.value, to: to.value, unit })
-    };
-    stated.into_iter().zip(&wish.vary).map(range).collect()
+/// True of a question over positions, for which nothing needs a mass.
+fn is_geometry(wish: &OptimizeWish) -> bool {
+    let over = wish.over.as_deref().unwrap_or("motion").trim();
+    over != "motion" && over != "static"
 }

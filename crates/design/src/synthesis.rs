@@ -15,8 +15,14 @@ mod quick_return;
 mod slide;
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::{code, looks_like_degrees};
+use bksim::model::message::short;
 use serde::{Deserialize, Serialize};
+use serde_spanned::Spanned;
+use toml::de::{DeString, DeTable, DeValue};
 
 use crate::base::Quantity;
 use crate::codes;
@@ -50,6 +56,9 @@ pub struct Synthesis {
     pub facts: BTreeMap<String, Vec<f64>>,
     /// The linkages, the best first where they are ranked.
     pub candidates: Vec<Candidate>,
+    /// Angles that look like degrees.
+    #[serde(skip)]
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// A point.
@@ -83,7 +92,8 @@ pub fn synthesize(text: &str) -> Result<Synthesis, DesignError> {
             EXAMPLE,
         ));
     };
-    match task {
+    let warnings = like_degrees(text);
+    let found = match task {
         Task::Function(wish) => function::solve(&wish),
         Task::Poses(wish) => poses::solve(&wish),
         Task::Path(wish) => path::solve(&wish),
@@ -91,7 +101,56 @@ pub fn synthesize(text: &str) -> Result<Synthesis, DesignError> {
         Task::QuickReturn(wish) => quick_return::solve(&wish),
         Task::StraightLine(wish) => lines::solve(&wish),
         Task::Dwell(wish) => dwell::solve(&wish),
+    };
+    // Where nothing is found, angles may be the cause.
+    match found {
+        Ok(found) => Ok(Synthesis { warnings, ..found }),
+        Err(DesignError::Rejected(bksim::Rejected(mut faults))) => {
+            faults.extend(warnings);
+            Err(bksim::Rejected(faults).into())
+        }
+        Err(error) => Err(error),
     }
+}
+
+/// Keys of tasks that hold angles.
+const ANGLES: [&str; 6] = ["phi", "psi", "angle", "angles", "dwell", "swing"];
+
+/// Warnings of angles without a unit whose numbers are degrees: the first of each key.
+fn like_degrees(text: &str) -> Vec<Diagnostic> {
+    let Ok(root) = DeTable::parse(text) else { return Vec::new() };
+    let task = root.get_ref().get("synthesize").and_then(|task| task.get_ref().as_table());
+    let warning = |(key, value): (&Spanned<DeString<'_>>, &Spanned<DeValue<'_>>)| {
+        let key: &str = key.get_ref();
+        let mut found = Vec::new();
+        match value.get_ref() {
+            // The third number of a pose.
+            DeValue::Array(poses) if key == "poses" => {
+                let last =
+                    |pose: &Spanned<DeValue<'_>>| Some(pose.get_ref().as_array()?.get(2)?.span());
+                found.extend(poses.iter().filter_map(last));
+            }
+            DeValue::Array(all) if ANGLES.contains(&key) => {
+                found.extend(all.iter().map(Spanned::span));
+            }
+            _ if ANGLES.contains(&key) => found.push(value.span()),
+            _ => (),
+        }
+        let like = |span: &Range<usize>| {
+            let value: f64 = text[span.clone()].trim_matches(['"', '\'']).trim().parse().ok()?;
+            looks_like_degrees(value).then_some(value)
+        };
+        let (span, value) =
+            found.into_iter().find_map(|span| Some((span.clone(), like(&span)?)))?;
+        let (shown, turns) = (short(value), value / std::f64::consts::TAU);
+        let message = format!("{shown} in `{key}` is {shown} rad = {turns:.1} turns");
+        Some(
+            Diagnostic::warning(code::LOOKS_LIKE_DEGREES, message)
+                .at(span, "a number without unit is in radians")
+                .help(format!("write \"{shown} deg\", or \"{shown} rad\" if it is right")),
+        )
+    };
+    task.into_iter().flatten().filter_map(warning).collect()
 }
 
 /// A value in SI.

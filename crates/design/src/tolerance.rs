@@ -22,6 +22,8 @@ use std::collections::BTreeMap;
 use bksim::Mechanism;
 use bksim::analysis::Drive;
 use bksim::expr::Expr;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::message::short;
 use serde::{Deserialize, Serialize};
 
 use crate::base::{Source, Watch};
@@ -30,7 +32,7 @@ use crate::error::DesignError;
 use crate::formula::formula;
 use crate::interval::Steps;
 use crate::poses::Poses;
-use crate::spec::{Written, located, section};
+use crate::spec::{Written, located, place, section};
 pub use cheapest::{Cheapest, CheapestPart, Kept};
 use parts::{Part, Spread, limits_of};
 use play::Play;
@@ -62,7 +64,7 @@ pub struct ToleranceWish {
 
 /// A limit alone, or with its distribution.
 #[derive(Deserialize, Debug)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a limit in quotes such as \"±0.1 mm\", or a table with `limit`")]
 enum Limit {
     Alone(String),
     With { limit: String, distribution: Option<String> },
@@ -70,7 +72,7 @@ enum Limit {
 
 /// One or several.
 #[derive(Deserialize, Debug)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a text, or a list of texts")]
 enum Texts {
     One(String),
     Many(Vec<String>),
@@ -238,6 +240,9 @@ pub struct Tolerance {
     /// The text of the model with the cheapest limits.
     #[serde(skip)]
     pub model: Option<String>,
+    /// Limits that go as far as the value itself.
+    #[serde(skip)]
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// Finds what limits do to the results of a model, or the cheapest limits with which results keep theirs.
@@ -403,6 +408,26 @@ fn banded(
         stopped: (watch.stop)(),
         cheapest: None,
         model: None,
+        warnings: parts.iter().filter_map(|part| beyond_zero(part, &source.text)).collect(),
+    })
+}
+
+/// The warning of a length whose limits go through zero.
+fn beyond_zero(part: &Part, text: &str) -> Option<Diagnostic> {
+    let ends = part.limits.map(|limit| part.nominal + limit);
+    if part.unit != "m" || part.nominal == 0.0 || ends[0] * ends[1] > 0.0 {
+        return None;
+    }
+    let [low, nominal, high] = [ends[0], part.nominal, ends[1]].map(short);
+    let message = format!(
+        "the limits of `{}` go from {low} m to {high} m, through zero, and its value is {nominal} m",
+        part.name
+    );
+    let fault = Diagnostic::warning(codes::LIMIT_THROUGH_ZERO, message)
+        .help("write smaller limits with their unit, as in \"±0.1 mm\"");
+    Some(match place(text, &part.name) {
+        Some(span) => fault.at(span, "its limits"),
+        None => fault,
     })
 }
 

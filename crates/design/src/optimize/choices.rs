@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Choice, NamedCase, OptimizeWish, Optimized, continuous};
+use super::{Choice, NamedCase, OptimizeWish, Optimized, continuous, is_geometry};
 use crate::base::{Source, Watch};
 use crate::codes;
 use crate::error::DesignError;
@@ -77,7 +77,7 @@ pub(super) fn best(
 
 /// Refuses rows of values that are no parameters, and parameters that two catalogues set.
 fn check(source: &Source, wish: &OptimizeWish) -> Result<(), DesignError> {
-    let is_geometry = wish.over.as_deref().is_some_and(|over| over != "motion" && over != "static");
+    let is_geometry = is_geometry(wish);
     let mut owners: BTreeMap<&str, &str> = BTreeMap::new();
     for (catalogue, rows) in &wish.choose {
         let names: BTreeSet<&str> = rows

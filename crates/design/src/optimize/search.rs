@@ -74,18 +74,21 @@ impl Search<'_> {
             found
         };
 
-        // Starts: that of the model, then the best of Sobol's sequence.
-        let of_model: Vec<f64> = self
-            .ranges
-            .iter()
-            .map(|r| ((r.stated.value - r.from) / (r.to - r.from)).clamp(0.0, 1.0))
-            .collect();
-        let before = counted(std::slice::from_ref(&of_model)).pop().flatten();
-        if before.is_some() {
+        // Starts: that of the model or the nearest in the ranges, then the best of Sobol's sequence.
+        let stated: Vec<f64> =
+            self.ranges.iter().map(|r| (r.stated.value - r.from) / (r.to - r.from)).collect();
+        let of_model: Vec<f64> = stated.iter().map(|x| x.clamp(0.0, 1.0)).collect();
+        let start_values = counted(std::slice::from_ref(&of_model)).pop().flatten();
+        if start_values.is_some() {
             (self.watch.kept)();
         }
+        let before = if stated == of_model {
+            start_values.clone()
+        } else {
+            self.functions(std::slice::from_ref(&stated)).pop().flatten()
+        };
         let asked = usize::try_from(wish.starts.unwrap_or(0)).unwrap_or(usize::MAX).min(1 << 16);
-        let n_points = if before.is_none() { asked.max(64) } else { asked };
+        let n_points = if start_values.is_none() { asked.max(64) } else { asked };
         let points: Vec<Vec<f64>> = (0..n_points).map(|k| sobol(k, self.ranges.len())).collect();
         let from = self.begun(source, wish)?;
         let found = counted(&points);
@@ -96,7 +99,7 @@ impl Search<'_> {
         }
 
         // Scales: the size of every function among the points that have values.
-        let all: Vec<&Vec<f64>> = before.iter().chain(found.iter().flatten()).collect();
+        let all: Vec<&Vec<f64>> = start_values.iter().chain(found.iter().flatten()).collect();
         if all.is_empty() && (self.watch.stop)() {
             return Err(DesignError::Stopped);
         }
@@ -177,7 +180,7 @@ impl Search<'_> {
         starts.truncate(FOLLOWED);
         if !from.is_empty() {
             starts.splice(0..0, from.into_iter().map(|x| (0.0, x)));
-        } else if before.is_some() {
+        } else if start_values.is_some() {
             starts.insert(0, (0.0, of_model.clone()));
         }
         (self.watch.kept)();
@@ -316,6 +319,7 @@ impl Search<'_> {
             front: None,
             unfinished: None,
             model: source.with_values(&patches)?,
+            warnings: Vec::new(),
         })
     }
 

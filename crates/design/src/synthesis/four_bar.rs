@@ -329,7 +329,12 @@ pub(super) fn cognates(wish: &CognateWish) -> Result<Synthesis, DesignError> {
         ("third_pivot".to_owned(), vec![third.re, third.im]),
         ("point".to_owned(), vec![point.re, point.im]),
     ];
-    Ok(Synthesis { task: "cognates".to_owned(), facts: facts.into_iter().collect(), candidates })
+    Ok(Synthesis {
+        task: "cognates".to_owned(),
+        facts: facts.into_iter().collect(),
+        candidates,
+        ..Synthesis::default()
+    })
 }
 
 /// The text of a uniform bar of 1 kg, whose length is a parameter of its name, with points at both ends and `more`.

@@ -9,6 +9,7 @@
 //! polynomial of degree two or three in their ratio. Source: Freudenstein, Trans. ASME 77 (1955).
 
 use bksim::expr::{Pool, Tape};
+use bksim::model::message::short;
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Deserialize;
 
@@ -61,6 +62,9 @@ impl Scaled {
     }
 }
 
+/// Values beyond this many of those at the ends belong to a pole.
+const UNBOUNDED: f64 = 1e6;
+
 fn scaled(wish: &Wish, text: &str, phi: &[f64], psi: &[f64]) -> Result<Scaled, DesignError> {
     let bad = |why: &str| {
         let help = "write `function = \"log10(x)\"`, `x = [1, 2]`, and the first and last angle as `phi` and `psi`";
@@ -79,6 +83,15 @@ fn scaled(wish: &Wish, text: &str, phi: &[f64], psi: &[f64]) -> Result<Scaled, D
     found.y = [found.y(x[0]), found.y(x[1])];
     if !(found.y[0] - found.y[1]).is_normal() {
         return Err(bad("the function has the same value at both ends of its range, or none"));
+    }
+    // Nor may it leave all bounds in between: the follower would have to turn without end.
+    let size = |x: f64| Some(found.y(x).abs()).filter(|y| !y.is_nan()).unwrap_or(f64::INFINITY);
+    let (most, at) = largest(&size, x);
+    if most > UNBOUNDED * (found.y[0].abs() + found.y[1].abs()) {
+        let message = format!("the function has no finite value near x = {}", short(at));
+        let help = "end the range before that place, or begin after it";
+        let fault = DesignError::fault(codes::BAD_QUESTION, message, help);
+        return Err(fault);
     }
     Ok(found)
 }
@@ -150,7 +163,7 @@ pub(super) fn solve(wish: &Wish) -> Result<Synthesis, DesignError> {
     }
     let error = |c: &Candidate| c.numbers.get("structural_error_max").copied().unwrap_or(0.0);
     candidates.sort_by(|a, b| error(a).total_cmp(&error(b)));
-    Ok(Synthesis { task: "function".to_owned(), facts, candidates })
+    Ok(Synthesis { task: "function".to_owned(), facts, candidates, ..Synthesis::default() })
 }
 
 /// K without offsets; of more than three points by least squares.

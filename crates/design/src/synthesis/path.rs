@@ -98,7 +98,7 @@ pub(super) fn solve(wish: &Wish) -> Result<Synthesis, DesignError> {
         return Err(none("no four-bar was found that passes these points", help));
     }
     facts.insert("real_four_bars".to_owned(), vec![candidates.len() as f64]);
-    Ok(Synthesis { task: "path".to_owned(), facts, candidates })
+    Ok(Synthesis { task: "path".to_owned(), facts, candidates, ..Synthesis::default() })
 }
 
 /// A four-bar in the first pose with its poses at all points, in units of the task, the first point in the origin.

@@ -371,5 +371,5 @@ pub(super) fn solve(wish: &Wish) -> Result<Synthesis, DesignError> {
         let help = "change a pose, widen `region`, or name other `lines_y`, `centres` or `pins`";
         return Err(none(&why, help));
     }
-    Ok(Synthesis { task: "poses".to_owned(), facts, candidates })
+    Ok(Synthesis { task: "poses".to_owned(), facts, candidates, ..Synthesis::default() })
 }

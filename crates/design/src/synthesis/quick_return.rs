@@ -79,7 +79,7 @@ pub(super) fn solve(wish: &Wish) -> Result<Synthesis, DesignError> {
         ));
     }
     let facts = [("alpha".to_owned(), vec![alpha])].into_iter().collect();
-    Ok(Synthesis { task: "quick_return".to_owned(), facts, candidates })
+    Ok(Synthesis { task: "quick_return".to_owned(), facts, candidates, ..Synthesis::default() })
 }
 
 /// Crank pivot and lengths of crank and coupler, with the ends of the output's path at (−S/2, 0) and (S/2, 0).

@@ -468,3 +468,21 @@ vary = { s = [0.3, 0.9] }
     is_close(found.after, (46.0 + 10.0 * u) * (1.0 + 4.0 * u * u), 1e-7);
     assert!(found.converged, "{found:?}");
 }
+
+/// A start outside of its range is evaluated where the model states it, and the search begins at the nearest end.
+#[test]
+fn a_start_outside_of_its_range_has_its_own_value_and_a_warning() {
+    let asked = |range: &str| {
+        let question = format!("minimize = \"max(abs(outputs.moment))\"\nvary = {{ k = {range} }}");
+        solved(&arm(&question))
+    };
+    let around = asked("[\"700 N/m\", \"900 N/m\"]");
+    assert!(around.warnings.is_empty(), "{:?}", around.warnings);
+    let beyond = asked("[\"850 N/m\", \"900 N/m\"]");
+    let before = around.before.expect("a value");
+    is_close(beyond.before.expect("a value"), before, 1e-9);
+    let [warning] = beyond.warnings.as_slice() else { panic!("{:?}", beyond.warnings) };
+    assert_eq!(warning.code.0, "M127");
+    assert!(warning.message.contains("800 N/m"), "{}", warning.message);
+    assert!((850.0..=900.0).contains(&value(&beyond, "k")));
+}

@@ -289,6 +289,31 @@ fn straight_lines_have_their_lengths_and_deviations() {
     assert!(scaled.candidates.iter().all(|c| (c.numbers["length"] - 0.2).abs() < 1e-12));
 }
 
+/// A task of a function over a range.
+fn generator(function: &str, range: &str) -> String {
+    format!(
+        "[synthesize]\ntask = \"function\"\nfunction = \"{function}\"\nx = {range}\nphi = [\"30 deg\", \"90 deg\"]\npsi = [\"60 deg\", \"120 deg\"]\n"
+    )
+}
+
+#[test]
+fn angles_in_degrees_without_a_unit_are_noticed() {
+    let found = solved(
+        "[synthesize]\ntask = \"poses\"\nposes = [[0, 0, 0], [1, 0, 30], [1, 1, 60]]\ncentres = [[0, -1], [1, -1]]\n",
+    );
+    let [warning] = found.warnings.as_slice() else { panic!("{:?}", found.warnings) };
+    assert_eq!(warning.code.0, "M034");
+    assert_eq!(warning.help.as_deref(), Some("write \"30 deg\", or \"30 rad\" if it is right"));
+    // Where nothing is found, they may be the cause.
+    let text = "[synthesize]\ntask = \"function\"\nphi = [30, 60, 90]\npsi = [60, 90, 120]\n";
+    let faults = synthesize(text).expect_err("no linkage").diagnostics();
+    let codes: Vec<&str> = faults.iter().map(|fault| fault.code.0).collect();
+    assert_eq!(codes, ["O007", "M034", "M034"]);
+    let with_units = text.replace("[30, 60, 90]", "[\"30 deg\", \"60 deg\", \"90 deg\"]");
+    let with_units = with_units.replace("[60, 90, 120]", "[1.1, 1.6, 2.0]");
+    assert!(solved(&with_units).warnings.is_empty());
+}
+
 #[test]
 fn tasks_without_a_solution_are_refused() {
     for (text, code) in [
@@ -296,6 +321,10 @@ fn tasks_without_a_solution_are_refused() {
         ("[synthesize]\ntask = \"dance\"\n", "O001"),
         ("[parameters]\n", "O002"),
         ("[synthesize]\ntask = \"poses\"\nposes = [[0, 0, 0], [1, 0, 1]]\n", "O001"),
+        // Poles on a place that is looked at, and between two.
+        (&generator("1/x", "[-1, 1]"), "O001"),
+        (&generator("1/(x - 0.3217)", "[-1, 1]"), "O001"),
+        (&generator("tan(x)", "[1, 2]"), "O001"),
     ] {
         let error = synthesize(text).expect_err("a fault");
         assert_eq!(error.diagnostics()[0].code.0, code, "{text}: {error}");

@@ -373,6 +373,42 @@ fn limits_that_cannot_follow_are_refused() {
 }
 
 #[test]
+fn limits_as_large_as_the_length_are_noticed() {
+    let own =
+        FOUR_BAR.find("limits = ").map(|at| FOUR_BAR[at..].lines().next().unwrap_or_default());
+    let text =
+        FOUR_BAR.replace(own.expect("limits"), "limits = { a = \"±100 mm\", b = \"±0.1 mm\" }");
+    let found = solved(&text);
+    let [warning] = found.warnings.as_slice() else { panic!("{:?}", found.warnings) };
+    assert_eq!(warning.code.0, "O013");
+    assert!(warning.message.contains("from -0.04 m to 0.16 m"), "{}", warning.message);
+    let place = &warning.labels[0].span;
+    assert_eq!(&text[place.clone()], "a");
+    assert!(text[..place.start].ends_with("limits = { "), "{}", &text[..place.start]);
+    assert!(solved(FOUR_BAR).warnings.is_empty());
+}
+
+#[test]
+fn faults_of_a_question_are_said_without_words_of_the_reader() {
+    for (line, said) in [
+        ("limits = { a = 0.1 }", "expected a limit in quotes"),
+        ("at = [1, 2]", "found a list in place of a table"),
+        ("of = \"rocker.angle\"\nlimit = { a = \"±0.1 mm\" }", "there is no key `limit`"),
+    ] {
+        let head = FOUR_BAR.split("[tolerance]").next().unwrap_or_default();
+        let text = format!("{head}[tolerance]\n{line}\n");
+        let error = ToleranceWish::of_model(&text).expect_err("a fault");
+        let fault = &error.diagnostics()[0];
+        assert!(fault.message.contains(said), "{line}: {}", fault.message);
+        for word in ["enum", "sequence", "map,", "variant", "untagged"] {
+            assert!(!fault.message.contains(word), "{}", fault.message);
+        }
+        let place = fault.labels[0].span.start;
+        assert!(place > head.len(), "{line}: {place}");
+    }
+}
+
+#[test]
 fn a_swing_and_its_ends_have_their_bands() {
     let of = "of = [\"max(rocker.angle)\", \"min(rocker.angle)\", \"peak_to_peak(rocker.angle)\"]";
     let text = FOUR_BAR

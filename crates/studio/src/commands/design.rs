@@ -193,6 +193,7 @@ pub(crate) fn optimize(args: &Optimize, as_json: bool, nesting: usize) -> Result
     let found = asked
         .answered("optimizing", |watch| bksim_design::optimize(&asked.source, &wish, watch))?;
     let Some(found) = found else { return Ok(asked.ended()) };
+    asked.loaded.warnings.extend(found.warnings.iter().cloned());
     let text = words::optimized(&asked.words(), &found);
     let figure = figure::front(&asked.source.name, &found);
     asked.told("optimize", &found, &text, (Some(&found.model), figure))
@@ -260,7 +261,7 @@ pub(crate) fn tolerance(
     as_json: bool,
     nesting: usize,
 ) -> Result<Status, Failure> {
-    let asked = asked(&args.model, (args.output.as_deref(), &args.drawn), (as_json, nesting))?;
+    let mut asked = asked(&args.model, (args.output.as_deref(), &args.drawn), (as_json, nesting))?;
     let fault = |error: DesignError| failure(&asked.loaded.source, &error);
     let mut wish = ToleranceWish::of_model(&asked.source.text).map_err(fault)?;
     wish.of.extend(args.of.iter().cloned());
@@ -291,6 +292,7 @@ pub(crate) fn tolerance(
     let found =
         asked.answered("sampling", |watch| bksim_design::tolerance(&asked.source, &wish, watch))?;
     let Some(found) = found else { return Ok(asked.ended()) };
+    asked.loaded.warnings.extend(found.warnings.iter().cloned());
     let text = words::toleranced(&asked.words(), &found);
     let figure = figure::toleranced(&asked.source.name, &found);
     asked.told("tolerance", &found, &text, (found.model.as_deref(), Some(figure)))
@@ -316,8 +318,10 @@ pub(crate) fn synthesize(args: &Synthesize, as_json: bool) -> Result<Status, Fai
     if as_json {
         let mut body = serde_json::to_value(&found).unwrap_or(Value::Null);
         body["outputs"] = written.into();
+        body["diagnostics"] = render::json_all(&source, &found.warnings);
         output::json("synthesize", body)?;
     } else {
+        render::print_all(&source, &found.warnings);
         output::text(&words::synthesized(&found))?;
         for name in written {
             output::report(&format!("wrote {name}"))?;
