@@ -420,6 +420,30 @@ fn a_band_brake_helps_itself_forwards_only() {
     }
 }
 
+/// At rest it holds r F (e^{μφ} − 1) against turning forwards, and r F (1 − e^{−μφ}) against turning backwards.
+#[test]
+fn a_band_brake_at_rest_holds_less_backwards() {
+    let turn = (0.25 * 1.5 * std::f64::consts::PI).exp();
+    let [forwards, backwards] = [20.0 * (turn - 1.0), 20.0 * (1.0 - 1.0 / turn)];
+    let within = Within { relative: 1e-9, absolute: 1e-9 };
+    for (torque, rest) in [
+        (0.99 * forwards, 0.0),
+        (-0.99 * backwards, 0.0),
+        (forwards + 6.0, 6.0),
+        (-backwards - 6.0, -6.0),
+        (-30.0, backwards - 30.0),
+    ] {
+        let text = alone("band-brake", "1 s").replace("if(t > 0.2 s, 100 N, 0 N)", "100 N");
+        let text = text.replace("\"40 rad/s\"", "0")
+            + &format!(
+                "[loads.weight]\ntype = \"torque\"\njoint = \"bearing\"\nvalue = {torque}\n"
+            );
+        let motion = solve(&derive(model(&text)));
+        let end = motion.samples.last().expect("a sample");
+        close(&format!("{torque} N m"), end.v[0], rest / 0.6 * end.t, within);
+    }
+}
+
 /// With its valve closed the air is a spring, p Vⁿ; open, it fills as its choked valve lets it.
 #[test]
 fn a_pneumatic_cylinder_keeps_its_gas_law_and_fills_at_the_speed_of_sound() {
