@@ -11,6 +11,7 @@ use super::units::{Quantity, find_unit};
 use super::value::Scope;
 use super::value::{Kind, Lowered, PURE};
 use super::words::cut;
+use super::written_unit::WrittenUnit;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
 use crate::joint::motion_words;
@@ -81,6 +82,9 @@ impl Reader<'_> {
             }
             ([_], Some(Meaning::Faulty)) => return None,
             ([_], Some(Meaning::Measure(_))) => self.names.coordinate(name)?,
+            ([_], None) if let Some(known) = self.result_named(name, context.scope) => {
+                return Some(Lowered { span, ..known });
+            }
             ([owner, rest @ ..], _) => {
                 let accelerations = || self.names.acceleration(owner, rest);
                 let is_result = context.scope == Scope::Output;
@@ -110,6 +114,16 @@ impl Reader<'_> {
         };
         let kind = Kind::Known(quantity.dimension());
         Some(Lowered { is_angle: quantity.is_angle(), ..Lowered::new(expr, kind, None, span) })
+    }
+
+    /// A signal that a coupling or a beam adds to the results, which outputs may use.
+    fn result_named(&self, name: &str, scope: Scope) -> Option<Lowered> {
+        let signal = self.belt_signals.iter().find(|signal| signal.name == name);
+        let signal = signal.filter(|_| scope == Scope::Output)?;
+        let unit = WrittenUnit::parse(&signal.unit);
+        let (kind, is_angle) =
+            unit.map_or((PURE, false), |unit| (Kind::Known(unit.dimension), unit.is_angle));
+        Some(Lowered { is_angle, ..Lowered::new(signal.value, kind, None, signal.span.clone()) })
     }
 
     /// The size of a reaction, of the signals of its components; `name` is `reactions.A.force`.

@@ -99,6 +99,7 @@ impl Reader<'_> {
             self.joint_ends.iter().map(|ends| ends.map(|ends| ends.map(|end| end.body))).collect();
         let mut controllers = self.read_controllers(root);
         let couplings = self.read_couplings(root);
+        self.read_results(root, &mut controllers);
         controllers.signals.append(&mut self.belt_signals);
         controllers.signals.sort_by_key(|signal| signal.is_output);
         self.check_forces(&couplings);

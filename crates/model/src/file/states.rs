@@ -102,15 +102,7 @@ impl Reader<'_> {
             let kind = self.read_state_start(state, id, &fields, &mut controllers.initial);
             opened.push((state, fields, kind));
         }
-        let no_table = Table::default();
-        let n_before = all.len();
-        let outputs = entries_of(root, "outputs").iter().enumerate().map(|(idx, entry)| {
-            let Entry { key, key_span, node } = entry;
-            let (value_idx, span) = (n_before + idx, key_span.clone());
-            (ControllerEntry { value_idx, name: key, span, table: &no_table }, node)
-        });
-        let outputs: Vec<(ControllerEntry<'_>, &Node)> = outputs.collect();
-        self.read_signals(root, (&signals, &outputs), &mut controllers);
+        self.read_signals(root, (&signals, &[]), &mut controllers);
         for (id, (state, fields, start)) in opened.into_iter().enumerate() {
             let Some((read, own)) =
                 start.as_ref().and_then(|_| self.read_state_rate(state, &fields))
@@ -125,6 +117,20 @@ impl Reader<'_> {
             controllers.initial.iter_mut().filter(is_own).for_each(|i| i.value = start.expr);
         }
         controllers
+    }
+
+    /// Reads outputs, which may use signals that couplings and beams add to the results.
+    pub(super) fn read_results(&mut self, root: &Table, controllers: &mut Controllers) {
+        let no_table = Table::default();
+        let n_before: usize =
+            ["states", "signals"].iter().map(|section| sub_tables(root, section).len()).sum();
+        let outputs = entries_of(root, "outputs").iter().enumerate().map(|(idx, entry)| {
+            let Entry { key, key_span, node } = entry;
+            let (value_idx, span) = (n_before + idx, key_span.clone());
+            (ControllerEntry { value_idx, name: key, span, table: &no_table }, node)
+        });
+        let outputs: Vec<(ControllerEntry<'_>, &Node)> = outputs.collect();
+        self.read_signals(root, (&[], &outputs), controllers);
     }
 
     /// The start of a state, whose dimension is that of the state.
