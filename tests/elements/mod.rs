@@ -19,4 +19,5 @@ mod plain_drawings;
 mod reeving;
 mod ropes;
 mod teeth;
+mod winding;
 mod worms;

@@ -54,6 +54,7 @@ pub fn inverse(
     actuators: &Actuators,
 ) -> Result<Inverse, AnalysisError> {
     known_along_a_motion(&model, times)?;
+    model.forget_turns();
     motions.iter().try_for_each(|motion| motion.check_times(times))?;
     without_rates(&model)?;
     let mut channels = channels(&mut model, motions, &actuators.named)?;

@@ -69,8 +69,9 @@ impl Loaded {
     ///
     /// # Errors
     /// [`AnalysisError::Rejected`] when there is none, or a signal is sampled or latched.
-    pub fn of(model: Model) -> Result<Self, AnalysisError> {
+    pub fn of(mut model: Model) -> Result<Self, AnalysisError> {
         without_memory(&model)?;
+        model.forget_turns();
         Self::at_start(Mechanism::derive(model, Vec::new())?)
     }
 
@@ -392,7 +393,8 @@ pub(crate) fn known_along_a_motion(model: &Model, times: &Range) -> Result<(), A
 /// # Errors
 /// [`AnalysisError::Rejected`] with the first of them.
 pub(crate) fn without_memory(model: &Model) -> Result<(), AnalysisError> {
-    model.held.first().map_or(Ok(()), |signal| Err(remembers(signal)))?;
+    let remembering = model.held.iter().find(|signal| !signal.is_count());
+    remembering.map_or(Ok(()), |signal| Err(remembers(signal)))?;
     without_contacts(model)?;
     without_reactions(model)
 }
@@ -457,7 +459,7 @@ fn remembers(signal: &HeldSignal) -> AnalysisError {
             let what = format!("sampled signal `{}`", signal.name);
             refused((what, &signal.span, "held from tick to tick"), note, help)
         }
-        HeldChange::Event { .. } => {
+        HeldChange::Event { .. } | HeldChange::HalfTurn { .. } => {
             let help = "leave it out, or give it a value as a parameter";
             let what = format!("latched signal `{}`", signal.name);
             refused((what, &signal.span, "held between events"), note, help)

@@ -188,6 +188,7 @@ impl<'m> Writer<'m> {
                         tables.latches.push(signal);
                     }
                 }
+                HeldChange::HalfTurn { .. } => (),
             }
         }
         if !tables.latches.is_empty() {

@@ -86,7 +86,7 @@ fn usual(model: &Model, system: &SymbolicSystem) -> Vec<(Variable, Expr)> {
         let found = quantities.named(&format!("signals.{}", signal.name));
         all.extend(found.map(|(value, _)| (variable, value)));
     }
-    for held in &model.held {
+    for held in model.held.iter().filter(|held| !held.is_count()) {
         let variable = Variable::new(&held.name, "", "signal that is held between events");
         all.push((variable, pool.symbol_expr(held.held)));
     }

@@ -15,6 +15,7 @@ pub fn signal_values(model: &Model, kinematics: &Kinematics) -> Vec<(SymbolId, E
     if !model.at_start.is_empty() {
         values.extend(values_at_start(model, kinematics, &model.at_start));
     }
+    values.extend(model.uncounted.iter().map(|&count| (count, model.pool.zero())));
     values
 }
 

@@ -74,6 +74,9 @@ pub struct Model<P = Pool> {
     pub clocks: Vec<Clock>,
     /// Signals that are held: those computed at ticks, each after those it uses, then those latched by events.
     pub held: Vec<HeldSignal>,
+    /// Symbols of counts of half turns that are zero, as in questions about single poses: each direction is within half
+    /// a turn of that of the start.
+    pub uncounted: Vec<SymbolId>,
     /// Tables, laws and paths that are functions by name, in the order of their first use.
     pub functions: Vec<NamedFunction>,
     /// Tables of one argument, in file order.
@@ -133,6 +136,7 @@ impl<P> Model<P> {
             named_signals: self.named_signals.clone(),
             clocks: self.clocks.clone(),
             held: self.held.clone(),
+            uncounted: self.uncounted.clone(),
             functions: self.functions.clone(),
             measured: self.measured.clone(),
             table_calls: self.table_calls.clone(),
@@ -179,9 +183,16 @@ impl Model {
             HeldChange::Event { rows } => {
                 rows.iter().flat_map(|row| [row.condition, row.value]).collect()
             }
+            HeldChange::HalfTurn { .. } => Vec::new(),
         });
         let mut all = of_loads.chain(of_states).chain(of_held);
         all.any(|expr| self.pool.depends_on(expr, signal.symbol))
+    }
+
+    /// Counts no half turns of ropes and belts from here on: for questions that no run answers.
+    pub fn forget_turns(&mut self) {
+        let counts = self.held.extract_if(.., |signal| signal.is_count());
+        self.uncounted.extend(counts.map(|signal| signal.held));
     }
 
     /// Forgets what the author says about cuts; the parts of beams, which no cut can take apart, stay whole.

@@ -36,6 +36,8 @@ pub struct RopeNode {
     /// Turn of the rope about a pulley, rad, on and on from the start: an expression of signals. The rope touches where
     /// this is not below zero.
     pub turn: Option<Expr>,
+    /// True if the author states the whole turns about it.
+    pub is_counted: bool,
     /// True if the rope leaves it where the turn is below zero, else it is held to it.
     pub leaves: bool,
 }

@@ -82,6 +82,12 @@ pub enum HeldChange {
         /// In file order; the first that comes to hold counts.
         rows: Vec<LatchRow>,
     },
+    /// Half a turn of a direction against the start: the signal counts them, so that the angle below stays within one
+    /// turn and the whole one runs on.
+    HalfTurn {
+        /// Angle since the start less π times the count, rad: an expression of signals and of the count.
+        left_over: Expr,
+    },
 }
 
 /// A condition, and the value that a latched signal takes where it comes to hold.
@@ -97,8 +103,13 @@ impl HeldSignal {
     /// The rows of a latched signal; none of one that is sampled.
     pub fn rows(&self) -> &[LatchRow] {
         match &self.change {
-            HeldChange::Tick { .. } => &[],
+            HeldChange::Tick { .. } | HeldChange::HalfTurn { .. } => &[],
             HeldChange::Event { rows } => rows,
         }
+    }
+
+    /// True of a count of half turns, which changes no value of the motion.
+    pub fn is_count(&self) -> bool {
+        matches!(self.change, HeldChange::HalfTurn { .. })
     }
 }

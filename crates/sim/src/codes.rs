@@ -55,4 +55,5 @@ bksim_model::codes! {
     PARADOX = "R025", "friction that leaves no unique motion";
     ROPE_LEAVES = "R026", "a rope that leaves a pulley";
     ROPE_WOUND = "R027", "a rope that goes nearly once around a pulley";
+    OTHER_SIDE = "R034", "a rope that comes to a post from its other side";
 }

@@ -12,6 +12,7 @@ pub mod formulate;
 pub mod free_body;
 mod function;
 pub mod functions;
+mod half_turns;
 pub mod held_assembly;
 mod held_rows;
 pub mod hybrid;

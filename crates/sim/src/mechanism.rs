@@ -62,7 +62,8 @@ impl Mechanism {
     /// # Errors
     /// [`Rejected`] when an expression of the model cannot be compiled.
     pub fn positions(mut model: Model) -> Result<Self, Rejected> {
-        // Nor have controllers a part in them.
+        // Nor have controllers a part in them, and nothing counts turns.
+        model.forget_turns();
         model.held.clear();
         model.named_signals.clear();
         take_sides(&mut model);

@@ -1,4 +1,7 @@
-//! Turns of ropes about the pulleys that they are held to, by which it is noticed where a rope would leave one.
+//! Turns of ropes about pulleys and posts, by which it is noticed where a rope would leave one that it is held to, or
+//! come to one from its other side.
+
+use std::f64::consts::TAU;
 
 use bksim_expr::{Expr, SymbolId, TapeError};
 use bksim_mbs::signal::signal_values;
@@ -10,14 +13,20 @@ use bksim_model::{Model, Rope};
 use crate::codes;
 use crate::function::{Buffers, Function};
 
-/// A turn below this, rad, is no rounding of one that is zero.
-const STRAIGHT: f64 = -1e-9;
+/// A turn that is less than it may be by this, rad, is so by rounding.
+const ROUNDING: f64 = 1e-9;
 /// A turn above this at the start, rad, is more likely that of a rope on the other side.
 const NEARLY_ROUND: f64 = 5.0;
 
-/// The turns of all ropes about what they go over and do not leave, as a function of positions.
+/// The turns of all ropes about what they go over, as a function of positions.
 #[derive(Clone, Debug)]
-pub(crate) struct RopeTurns(Function);
+pub(crate) struct RopeTurns {
+    turns: Function,
+    /// The least that each may be, rad: of one that may be left a whole turn back, where the rope comes to its other side.
+    least: Vec<f64>,
+    /// Whether each is below a turn at the start: the rope is held there, and the author states no whole turns.
+    is_single: Vec<bool>,
+}
 
 impl RopeTurns {
     /// `None` of a mechanism without such ropes; `parameters` are those of its functions.
@@ -32,21 +41,26 @@ impl RopeTurns {
     ) -> Result<Option<Self>, TapeError> {
         let measures = signal_values(model, &system.kinematics);
         let turns: Vec<Expr> =
-            held(model).map(|(.., turn)| model.pool.substitute(turn, &measures)).collect();
+            turning(model).map(|(.., turn)| model.pool.substitute(turn, &measures)).collect();
         if turns.is_empty() {
             return Ok(None);
         }
-        Function::compile(model, &turns, &[&[model.time], q], parameters).map(Self).map(Some)
+        let turns = Function::compile(model, &turns, &[&[model.time], q], parameters)?;
+        let nodes: Vec<_> = turning(model).map(|(rope, k, _)| rope.nodes[k]).collect();
+        let least = nodes.iter().map(|node| if node.leaves { -TAU } else { 0.0 }).collect();
+        let is_single = nodes.iter().map(|node| !(node.leaves || node.is_counted)).collect();
+        Ok(Some(Self { turns, least, is_single }))
     }
 
     /// Buffers for these parameters.
     pub(crate) fn buffers(&self, parameters: &[f64]) -> Buffers {
-        self.0.buffers(parameters)
+        self.turns.buffers(parameters)
     }
 
-    /// The first of the turns that is below zero, by its number.
+    /// The first of the turns that is less than it may be, by its number.
     pub(crate) fn left(&self, buffers: &mut Buffers, t: f64, q: &[f64]) -> Option<usize> {
-        self.0.evaluate(buffers, &[&[t], q]).iter().position(|&turn| turn < STRAIGHT)
+        let turns = self.turns.evaluate(buffers, &[&[t], q]).iter().zip(&self.least);
+        turns.into_iter().position(|(turn, least)| *turn < least - ROUNDING)
     }
 
     /// The first of the turns that goes nearly once around, by its number, with its size, rad.
@@ -56,23 +70,24 @@ impl RopeTurns {
         t: f64,
         q: &[f64],
     ) -> Option<(usize, f64)> {
-        let turns = self.0.evaluate(buffers, &[&[t], q]);
-        turns.iter().copied().enumerate().find(|&(_, turn)| turn > NEARLY_ROUND)
+        let turns = self.turns.evaluate(buffers, &[&[t], q]);
+        let is_single = &self.is_single;
+        turns.iter().copied().enumerate().find(|&(k, turn)| turn > NEARLY_ROUND && is_single[k])
     }
 }
 
-/// The ropes with the nodes that they are held to, and their turns.
-fn held(model: &Model) -> impl Iterator<Item = (&Rope, usize, Expr)> {
+/// The ropes with the nodes that they turn about, and their turns.
+fn turning(model: &Model) -> impl Iterator<Item = (&Rope, usize, Expr)> {
     let nodes = model
         .ropes
         .iter()
         .flat_map(|rope| rope.nodes.iter().enumerate().map(move |(k, node)| (rope, k, node)));
-    nodes.filter_map(|(rope, k, node)| Some((rope, k, node.turn.filter(|_| !node.leaves)?)))
+    nodes.filter_map(|(rope, k, node)| Some((rope, k, node.turn?)))
 }
 
 /// The warning that a rope goes nearly once around a pulley at the start; `number` is that of the turn.
 pub(crate) fn rope_wound(model: &Model, number: usize, turn: f64) -> Option<Diagnostic> {
-    let (rope, node, _) = held(model).nth(number)?;
+    let (rope, node, _) = turning(model).nth(number)?;
     let is_left = rope.nodes[node].is_left;
     let (own, other) = if is_left { ("left", "right") } else { ("right", "left") };
     let message = format!(
@@ -87,17 +102,30 @@ pub(crate) fn rope_wound(model: &Model, number: usize, turn: f64) -> Option<Diag
     )))
 }
 
-/// The warning that a rope would leave a pulley from a sample on; `number` is that of the turn.
+/// The warning that a rope would leave a pulley from a sample on, or come to a post from its other side; `number` is that
+/// of the turn.
 pub(crate) fn rope_left(model: &Model, number: usize, t: f64) -> Option<Diagnostic> {
-    let (rope, node, _) = held(model).nth(number)?;
-    let message = format!(
-        "rope `{}` would leave place {} of `over` at t = {} s, and is held to it",
-        rope.name,
-        node + 1,
-        short(t)
-    );
-    let fault = Diagnostic::warning(codes::ROPE_LEAVES, message);
-    Some(fault.at(rope.span.clone(), "this rope").help(
-        "write `leaves = true` of this place for a rope that leaves it and comes to it again, or end the run before",
-    ))
+    let (rope, node, _) = turning(model).nth(number)?;
+    let (place, is_left) = (node + 1, rope.nodes[node].is_left);
+    let fault = if rope.nodes[node].leaves {
+        let (own, other) = if is_left { ("left", "right") } else { ("right", "left") };
+        let message = format!(
+            "rope `{}` comes to place {place} of `over` from its other side at t = {} s, and goes through it",
+            rope.name,
+            short(t)
+        );
+        Diagnostic::warning(codes::OTHER_SIDE, message).help(format!(
+            "end the run before, or write `turn = \"{other}\"` in place of \"{own}\" if the rope touches it there alone"
+        ))
+    } else {
+        let message = format!(
+            "rope `{}` would leave place {place} of `over` at t = {} s, and is held to it",
+            rope.name,
+            short(t)
+        );
+        Diagnostic::warning(codes::ROPE_LEAVES, message).help(
+            "write `leaves = true` of this place for a rope that leaves it and comes to it again, or end the run before",
+        )
+    };
+    Some(fault.at(rope.span.clone(), "this rope"))
 }

@@ -8,13 +8,14 @@
 //! Between ticks x is a number like a mode: a parameter of everything that is compiled. A run ends a step
 //! exactly at a tick and goes on from there as from an event. Signals that conditions latch are held with these.
 
-use bksim_dae::{Loader, Saver, SolveError};
+use bksim_dae::{Loader, Saver, SolveError, Step};
 use bksim_expr::{SymbolId, TapeError};
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{ClockId, HeldChange, HeldSignal, MOST_OUTPUTS, Model, SolveOptions};
 
 use crate::function::{Buffers, Function};
+use crate::half_turns::{HalfTurn, HalfTurns};
 use crate::input::{InputValues, Inputs, input_symbols, without_inputs};
 
 /// Part of a period within which two instants are one tick: times that are sums and products of others
@@ -29,6 +30,7 @@ pub(crate) struct SampledSignals {
     n_clocks: usize,
     /// Each after those it uses.
     signals: Vec<CompiledSignal>,
+    half_turns: HalfTurns,
 }
 
 #[derive(Clone, Debug)]
@@ -81,6 +83,7 @@ pub struct Sampling<'a> {
     clocks: Vec<Ticks>,
     starts: Vec<f64>,
     buffers: Vec<Buffers>,
+    half_turns: Buffers,
     inputs: InputValues,
 }
 
@@ -111,7 +114,9 @@ impl SampledSignals {
             Ok(Some(CompiledSignal { signal, clock, value }))
         };
         let signals = model.held.iter().enumerate().filter_map(|held| signal(held).transpose());
+        let half_turns = HalfTurns::compile(model, &measures, [&time, &q, &held], &own)?;
         Ok(Self {
+            half_turns,
             constants: Function::compile(model, &constants, &[], &own)?,
             n_clocks: model.clocks.len(),
             signals: signals.collect::<Result<_, TapeError>>()?,
@@ -134,6 +139,7 @@ impl SampledSignals {
             clocks: clocks.collect(),
             starts: starts.to_vec(),
             buffers: self.signals.iter().map(|s| s.value.buffers(parameters)).collect(),
+            half_turns: self.half_turns.buffers(parameters),
             inputs: InputValues::new(inputs),
         }
     }
@@ -221,6 +227,21 @@ impl Sampling<'_> {
     pub fn next(&self, held: &Held) -> Option<Tick> {
         let ticks = self.clocks.iter().map(|clock| clock.after(held.t));
         ticks.min_by(|a, b| a.t.total_cmp(&b.t))
+    }
+
+    /// True if ropes or belts have turns to count.
+    pub(crate) fn counts_half_turns(&self) -> bool {
+        !self.signals.half_turns.is_empty()
+    }
+
+    /// The first half turn of a rope or belt that is to be counted in a step.
+    pub(crate) fn half_turn_in(&mut self, step: &Step<'_>, held: &Held) -> Option<HalfTurn> {
+        self.signals.half_turns.first_in(&mut self.half_turns, step, &held.values)
+    }
+
+    /// Counts the half turns of ropes and belts up to a state.
+    pub(crate) fn count_half_turns(&mut self, t: f64, q: &[f64], held: &mut Held) {
+        self.signals.half_turns.count(&mut self.half_turns, (t, q), &mut held.values);
     }
 
     /// Takes the values of the signals whose clocks tick at `t`, at a state.

@@ -125,6 +125,7 @@ impl Placed {
         model.initial.clear();
         model.orientations.clear();
         model.named_signals.clear();
+        model.forget_turns();
         model.held.clear();
         model.states.clear();
         model.forget_cuts();

@@ -4,17 +4,19 @@
 //! d = c₂ − c₁,  δ = r₂ − r₁            radii below zero where the belt turns right around a wheel
 //! s = √(d·d − δ²)                      free length of the strand
 //! e = (s d − δ ẑ × d)/d·d              its direction
-//! ℓ = s − s₀ + (r₁ − r₂) ∠(e₀, e) − r₁ α₁ + r₂ α₂    what it has gained between two marks on the wheels
+//! ℓ = s − s₀ + (r₁ − r₂) ψ − r₁ α₁ + r₂ α₂       what it has gained between two marks on the wheels
 //! w = π + atan2(∓ e₁ × e₂, −e₁·e₂)     wrap between two strands, 0 … 2π
 //! ```
 //!
-//! Values with a zero are those where the start puts the wheels, and α are the angles of the wheels since then.
+//! Values with a zero are those where the start puts the wheels, and α are the angles of the wheels since then. ψ, the
+//! angle from e₀ to e, counts all turns in a run, and is within half a turn in answers about single poses.
 
 use std::cmp::Ordering;
 
 use bksim_expr::{Expr, Function};
 
 use super::codes;
+use super::names::PREVIOUS;
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Value};
 use super::units::Quantity;
@@ -26,7 +28,7 @@ use crate::diagnostic::Diagnostic;
 use crate::ids::{BeltId, BodyId, GROUND, JointId};
 use crate::joint::MotionKind;
 use crate::measure::{Axis, Measure, Signal};
-use crate::state::NamedSignal;
+use crate::state::{HeldChange, HeldSignal, NamedSignal};
 
 /// The senses in which a belt turns around a wheel.
 const TURNS: [(&str, bool); 2] = [("left", true), ("right", false)];
@@ -58,6 +60,8 @@ pub(super) struct Wheel {
 pub(super) struct Strand {
     pub(super) length: Twin<Expr>,
     pub(super) direction: Twin<[Expr; 2]>,
+    /// Angle of its direction since the start, rad, on and on; zero where nothing depends on it.
+    pub(super) turn: Expr,
     /// The length it has gained between two marks on the wheels, m.
     pub(super) gain: Expr,
 }
@@ -146,7 +150,7 @@ impl Reader<'_> {
         // The strands and the whole way.
         let n = wheels.len();
         let strands: Vec<Strand> =
-            (0..n).map(|k| self.strand(&wheels[k], &wheels[(k + 1) % n])).collect();
+            (0..n).map(|k| self.strand(name, [&wheels[k], &wheels[(k + 1) % n]], false)).collect();
         let wraps: Vec<Twin<Expr>> =
             (0..n).map(|k| self.wrap(turns[k], &strands[(k + n - 1) % n], &strands[k])).collect();
         let way = |of: fn(Twin<Expr>) -> Expr| {
@@ -337,7 +341,14 @@ impl Reader<'_> {
         Twin { now, first }
     }
 
-    pub(super) fn strand(&self, from: &Wheel, to: &Wheel) -> Strand {
+    /// The strand of a belt or rope between two wheels; its turn is counted where its gain depends on that, or it is asked
+    /// for.
+    pub(super) fn strand(
+        &mut self,
+        owner: &str,
+        [from, to]: [&Wheel; 2],
+        is_asked_for: bool,
+    ) -> Strand {
         let pool = &self.pool;
         let line = |centers: [[Expr; 2]; 2]| {
             let [x, y] = [0, 1].map(|i| pool.sub(centers[1][i], centers[0][i]));
@@ -351,20 +362,55 @@ impl Reader<'_> {
         let first = line([from.center.first, to.center.first]);
         let is_fixed = from.is_fixed && to.is_fixed;
         let now = if is_fixed { first } else { line([from.center.now, to.center.now]) };
-        let turned = pool.sub(pool.mul(to.radius, to.angle), pool.mul(from.radius, from.angle));
-        let gain = if is_fixed {
-            turned
+        let is_wound = from.radius != to.radius || is_asked_for;
+        let turn = if is_fixed || !is_wound {
+            self.pool.zero()
         } else {
-            let [cross, dot] = self.between_directions(first.1, now.1);
-            let turn = self.angle_of(cross, dot);
-            let rolled = pool.mul(pool.sub(from.radius, to.radius), turn);
-            pool.sum([pool.sub(now.0, first.0), rolled, turned])
+            self.counted_turn(owner, first.1, now.1)
         };
+        let pool = &self.pool;
+        let rolled = pool.mul(pool.sub(from.radius, to.radius), turn);
+        let turned = pool.sub(pool.mul(to.radius, to.angle), pool.mul(from.radius, from.angle));
+        let gain = pool.sum([pool.sub(now.0, first.0), rolled, turned]);
         Strand {
             length: Twin { now: now.0, first: first.0 },
             direction: Twin { now: now.1, first: first.1 },
+            turn,
             gain,
         }
+    }
+
+    /// Angle from a direction at the start to the present one, rad, on and on.
+    ///
+    /// ```text
+    /// π k + atan2(c e₀ × e, c e₀ · e),  c = cos π k       k half turns, which a run counts
+    /// ```
+    fn counted_turn(&mut self, owner: &str, first: [Expr; 2], now: [Expr; 2]) -> Expr {
+        let mut number = 1;
+        let mut name = format!("{owner}_half_turns_{number}");
+        while self.names.plain(&name).is_some() || self.counts.iter().any(|of| of.name == name) {
+            number += 1;
+            name = format!("{owner}_half_turns_{number}");
+        }
+        let pool = &self.pool;
+        let [count, previous] =
+            [name.clone(), format!("'{PREVIOUS}_{name}")].map(|name| pool.symbol(&name));
+        let half_turns = pool.mul(pool.pi(), count);
+        let sense = pool.call(Function::Cos, &[half_turns]).expect("one argument");
+        let [cross, dot] = self.between_directions(first, now).map(|part| pool.mul(sense, part));
+        let left_over = self.angle_of(cross, dot);
+        let turn = pool.add(half_turns, left_over);
+        let symbol = |expr| pool.symbol_id(expr).expect("a symbol was just made");
+        let signal = HeldSignal {
+            held: symbol(count),
+            previous: symbol(previous),
+            name,
+            start: pool.zero(),
+            change: HeldChange::HalfTurn { left_over },
+            span: 0..0,
+        };
+        self.counts.push(signal);
+        turn
     }
 
     /// Cross product and dot product of two directions.

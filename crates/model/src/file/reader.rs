@@ -27,7 +27,7 @@ use crate::load::Load;
 use crate::load_case::LoadCase;
 use crate::measure::Signal;
 use crate::rope::Rope;
-use crate::state::NamedSignal;
+use crate::state::{HeldSignal, NamedSignal};
 use crate::table::{MeasuredCurve, NamedFunction, TableCall};
 
 /// Faults after which further ones are no longer explained; comparing names takes time.
@@ -87,6 +87,8 @@ pub(super) struct Reader<'a> {
     pub(super) belt_signals: Vec<NamedSignal>,
     /// Symbols that stand for positions at the start.
     pub(super) at_start: Vec<Signal>,
+    /// Counts of the half turns of ropes and belts.
+    pub(super) counts: Vec<HeldSignal>,
     /// Symbols of the signals that conditions latch.
     pub(super) latched: Vec<Expr>,
     pub(super) faults: Vec<Diagnostic>,

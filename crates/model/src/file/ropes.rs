@@ -4,7 +4,7 @@
 //! it does not slip over has gained
 //!
 //! ```text
-//! ℓ = Σ s_k − s_k0 + (r_k − r_k+1) ∠(e_k0, e_k) + r_b α_b − r_a α_a      α the turns of what holds its ends
+//! ℓ = Σ s_k − s_k0 + (r_k − r_k+1) ψ_k + r_b α_b − r_a α_a      α the turns of what holds its ends
 //! ```
 //!
 //! Such a part is a condition ℓ + w₀ = l, a limit ℓ + w₀ ≤ l where the rope may become slack, or pulls with
@@ -34,8 +34,8 @@ pub(super) const ROPE_KEYS: &[&str] =
     &["type", "over", "length", "EA", "stiffness", "damping", "slack", "restitution"];
 
 /// Keys of what a rope goes over; `pulley` and `drum` are the same thing inside and at an end.
-const NODE_KEYS: [&str; 8] =
-    ["pulley", "drum", "radius", "turn", "slips", "mu", "static", "leaves"];
+const NODE_KEYS: [&str; 9] =
+    ["pulley", "drum", "radius", "turn", "whole_turns", "slips", "mu", "static", "leaves"];
 
 /// The senses in which a rope goes around a pulley.
 const TURNS: [(&str, bool); 2] = [("left", true), ("right", false)];
@@ -52,6 +52,8 @@ struct Stop {
     mu: Option<[Expr; 2]>,
     /// True if the rope may leave it.
     leaves: bool,
+    /// Whole turns of the rope about it at the start besides those that it needs, where they are stated.
+    whole_turns: Option<Expr>,
 }
 
 /// How a rope resists being longer.
@@ -133,6 +135,7 @@ impl Reader<'_> {
                 holds: is_end,
                 mu: None,
                 leaves: false,
+                whole_turns: None,
             });
         };
         let owner = format!("`over` of {}", fields.owner);
@@ -169,9 +172,10 @@ impl Reader<'_> {
         let center = center?;
         let holds = is_end || !(slips || is_eye || center.body == GROUND || mu.is_some());
         let leaves = self.rope_leaves(&own, (is_end, holds))?;
+        let whole_turns = self.whole_turns(&own, is_end || is_eye)?;
         let signed = if is_left { radius.expr } else { self.pool.neg(radius.expr) };
         let wheel = self.rope_wheel(center, signed, holds || mu.is_some(), node, fields)?;
-        Some(Stop { wheel, center, is_left, holds, mu, leaves })
+        Some(Stop { wheel, center, is_left, holds, mu, leaves, whole_turns })
     }
 
     /// Coefficients of the friction of a rope, `Some(None)` where they are not stated.
@@ -332,34 +336,39 @@ impl Reader<'_> {
         length: Option<Expr>,
     ) -> Vec<Coupling> {
         let n_spans = stops.len() - 1;
-        let mut spans: Vec<Strand> =
-            (0..n_spans).map(|k| self.strand(&stops[k].wheel, &stops[k + 1].wheel)).collect();
+        let has_arc = |k: usize| {
+            (1..n_spans).contains(&k)
+                && (stops[k].leaves || !self.pool.is_zero(stops[k].wheel.radius))
+        };
+        let is_around: Vec<bool> = (0..stops.len()).map(has_arc).collect();
+        let mut spans: Vec<Strand> = (0..n_spans)
+            .map(|k| {
+                let wheels = [&stops[k].wheel, &stops[k + 1].wheel];
+                self.strand(name, wheels, is_around[k] || is_around[k + 1])
+            })
+            .collect();
         let mut turns = vec![None; stops.len()];
-        for k in 1..n_spans {
+        for k in (1..n_spans).filter(|&k| stops[k].leaves) {
             let wheels = [&stops[k - 1].wheel, &stops[k].wheel, &stops[k + 1].wheel];
-            let beside = Beside { wheels, is_left: stops[k].is_left };
+            let Stop { is_left, whole_turns, .. } = stops[k];
+            let beside = Beside { owner: name, wheels, is_left, whole_turns };
             let [before, after] = &mut spans[k - 1..=k] else { unreachable!("two spans") };
-            if stops[k].leaves {
-                turns[k] = Some(self.leave(&beside, [before, after]));
-            } else if !self.pool.is_zero(stops[k].wheel.radius) {
-                let first = self.wrap(stops[k].is_left, before, after).first;
-                turns[k] = Some(self.turn_about(beside.is_left, [before, after], first));
-            }
+            turns[k] = Some(self.leave(&beside, [before, after]));
         }
         // Arcs around what the rope goes over; that of a place which it may leave is in the span before it.
-        let arc = |reader: &Self, k: usize| {
-            if stops[k].leaves {
-                return Twin { now: reader.pool.zero(), first: reader.pool.zero() };
-            }
-            let wrap = reader.wrap(stops[k].is_left, &spans[k - 1], &spans[k]);
-            let radius = stops[k].wheel.radius;
-            let radius = if stops[k].is_left { radius } else { reader.pool.neg(radius) };
-            Twin {
-                now: reader.pool.mul(radius, wrap.now),
-                first: reader.pool.mul(radius, wrap.first),
-            }
-        };
-        let arcs: Vec<Twin<Expr>> = (1..n_spans).map(|k| arc(self, k)).collect();
+        let zero = self.pool.zero();
+        let mut arcs = vec![Twin { now: zero, first: zero }; n_spans - 1];
+        for k in (1..n_spans).filter(|&k| is_around[k] && !stops[k].leaves) {
+            let Stop { is_left, ref wheel, whole_turns, .. } = stops[k];
+            let sides = [&spans[k - 1], &spans[k]];
+            let least = self.wrap(is_left, sides[0], sides[1]).first;
+            let first = self.with_whole_turns(least, whole_turns);
+            let now = self.turn_about(is_left, sides, first);
+            let pool = &self.pool;
+            let radius = if is_left { wheel.radius } else { pool.neg(wheel.radius) };
+            arcs[k - 1] = Twin { now: pool.mul(radius, now), first: pool.mul(radius, first) };
+            turns[k] = Some(now);
+        }
         let total = |reader: &Self, of: fn(&Twin<Expr>) -> Expr| {
             let lengths = spans.iter().map(|span| of(&span.length));
             reader.pool.sum(lengths.chain(arcs.iter().map(of)).collect::<Vec<_>>())
@@ -402,7 +411,7 @@ impl Reader<'_> {
             let span = fields.location(&["length", "over"]);
             for node in (from + 1..to).filter(|&node| stops[node].mu.is_some()) {
                 let before: Vec<Expr> = spans[from..node].iter().map(|span| span.gain).collect();
-                let wrap = self.wrap(stops[node].is_left, &spans[node - 1], &spans[node]).now;
+                let wrap = turns[node].unwrap_or(self.pool.zero());
                 let kind = LoadKind::Capstan {
                     rope: id,
                     section: number,
@@ -464,7 +473,8 @@ impl Reader<'_> {
         }
         let node = |(stop, turn): (&Stop, Option<Expr>)| {
             let Stop { center, is_left, leaves, .. } = *stop;
-            RopeNode { center, radius: stop.wheel.radius, is_left, grips: stop.holds, turn, leaves }
+            let (grips, is_counted) = (stop.holds, stop.whole_turns.is_some());
+            RopeNode { center, radius: stop.wheel.radius, is_left, grips, turn, leaves, is_counted }
         };
         let nodes = stops.iter().zip(turns).map(node).collect();
         let span = fields.location(&["over"]);

@@ -38,7 +38,8 @@ pub(super) fn at_rest(
 ) -> Option<Diagnostic> {
     let load = model.loads.first()?;
     let is_at_rest = start.v.iter().all(|v| *v == 0.0) && largest(&start.a) <= REST;
-    let switches = !compiled.indicators.is_empty() || !model.held.is_empty();
+    let switches =
+        !compiled.indicators.is_empty() || model.held.iter().any(|signal| !signal.is_count());
     let acts_by_itself =
         !model.states.is_empty() || !model.inputs.is_empty() || !model.drives.is_empty();
     let is_timed = model

@@ -130,7 +130,7 @@ fn without_value(model: &Model, signal: usize, t: f64) -> Diagnostic {
     let signal = &model.held[signal];
     let occasion = match signal.change {
         HeldChange::Tick { .. } => "at the tick",
-        HeldChange::Event { .. } => "where it is latched,",
+        HeldChange::Event { .. } | HeldChange::HalfTurn { .. } => "where it is latched,",
     };
     let message =
         format!("signal `{}` has no finite value {occasion} at t = {} s", signal.name, short(t));

@@ -202,7 +202,7 @@ fn below_noise(model: &Model, options: &SolveOptions, summary: &Summary) -> Opti
     // Laws from outside and sampled signals jump between steps, and so do higher derivatives where tables, laws of
     // cams and curves go from piece to piece: the error of a step with a jump does not fall with its size, which
     // is no noise.
-    let is_sampled = !model.inputs.is_empty() || !model.held.is_empty();
+    let is_sampled = !model.inputs.is_empty() || model.held.iter().any(|signal| !signal.is_count());
     let is_in_pieces =
         !(model.table_calls.is_empty() && model.laws.is_empty() && model.curves.is_empty());
     let is_regular = summary.singular_poses.is_empty();

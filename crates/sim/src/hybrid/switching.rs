@@ -1,6 +1,6 @@
 //! The modes of a run, from event to event.
 
-use bksim_dae::{Loader, Saver, SolveError};
+use bksim_dae::{Loader, Saver, SolveError, Step};
 
 use super::bands::Bands;
 use super::consistent::{ConsistentModes, Hit, Instant, NoConsistentModes};
@@ -9,6 +9,7 @@ use super::mode_search::consistent_modes;
 use super::monitor::{Crossed, EventMonitor};
 use super::signs::{signed_modes, take_signs};
 use crate::compiled::CompiledSystem;
+use crate::half_turns::HalfTurn;
 use crate::modes::indicators::{Indicator, IndicatorEvaluator};
 use crate::modes::{ContactMode, Modes};
 use crate::sampled::{Sampling, Tick};
@@ -252,6 +253,22 @@ impl<'a> Switching<'a> {
             return Ok(None);
         }
         self.enter(&[], holding, (t, q, v), changes).map(Some)
+    }
+
+    /// True if ropes or belts have turns to count.
+    pub(crate) fn counts_half_turns(&self) -> bool {
+        self.sampling.counts_half_turns()
+    }
+
+    /// The first half turn of a rope or belt that is to be counted in a step.
+    pub(crate) fn half_turn_in(&mut self, step: &Step<'_>) -> Option<HalfTurn> {
+        self.sampling.half_turn_in(step, &self.modes.held)
+    }
+
+    /// Counts the half turns of ropes and belts up to a state.
+    pub(crate) fn count_half_turns(&mut self, t: f64, q: &[f64]) {
+        self.sampling.count_half_turns(t, q, &mut self.modes.held);
+        self.rebind();
     }
 
     /// Finds the modes from an instant on, before which these conditions held, and takes them.

@@ -26,6 +26,10 @@ pub(super) enum PhaseEnd {
     Switched(Crossed),
     /// A clock ticks where the run stands now.
     Tick,
+    /// A rope or belt has gone on by half a turn, which is counted.
+    HalfTurn,
+    /// A step, which is no part of the run, went on too far from half a turn at about this time.
+    HalfTurnAhead(f64),
     /// The integrator cannot go on; `None` when the motion left its branch.
     Failed(Option<SolveError>),
 }

@@ -1,10 +1,11 @@
 //! [`PhaseMechanism`]: the mechanism in the modes of the present phase.
 
-use bksim_dae::{Loader, Saver, SolveError};
+use bksim_dae::{Loader, Saver, SolveError, Step};
 
 use super::problem::Problem;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
+use crate::half_turns::HalfTurn;
 use crate::hybrid::{Change, ConsistentModes, Crossed, EventMonitor, NoConsistentModes, Switching};
 use crate::modes::Modes;
 use crate::multiplier::{MultiplierSystem, largest};
@@ -149,6 +150,22 @@ impl<'a> PhaseMechanism<'a> {
             self.inactive.clone_from(&entered.inactive);
         }
         Ok(entered)
+    }
+
+    /// True if ropes or belts have turns to count.
+    pub(super) fn counts_half_turns(&self) -> bool {
+        self.switching.counts_half_turns()
+    }
+
+    /// The first half turn of a rope or belt that is to be counted in a step.
+    pub(super) fn half_turn_in(&mut self, step: &Step<'_>) -> Option<HalfTurn> {
+        self.switching.half_turn_in(step)
+    }
+
+    /// Counts the half turns of ropes and belts up to `state`.
+    pub(super) fn count_half_turns(&mut self, state: &State) {
+        self.switching.count_half_turns(state.t, &state.q);
+        self.evaluator = self.compiled.evaluator(&self.switching.parameters);
     }
 
     /// Saves the modes; the inactive rows are saved elsewhere.

@@ -4,9 +4,11 @@ use bksim_dae::{Cause, Control, SolveError};
 
 use super::dense::DenseOutput;
 use super::ending::PhaseEnd;
+use super::mechanism::PhaseMechanism;
 use super::observer::Observer;
 use super::problem::Problem;
 use super::progress::{Halt, Run, StepOutcome};
+use super::sample::Sample;
 use super::singular::{CLOSE, REGULAR, SingularMonitor};
 use super::summary::{Integrator, MethodChange, Reason};
 use crate::hybrid::{ConsistentModes, Crossed, Passage};
@@ -36,6 +38,8 @@ impl Run<'_> {
             | PhaseEnd::Reached
             | PhaseEnd::Switched(_)
             | PhaseEnd::Tick
+            | PhaseEnd::HalfTurn
+            | PhaseEnd::HalfTurnAhead(_)
             | PhaseEnd::OtherRows(_) => (Integrator::Radau, Reason::Regular),
         };
         if reason == Reason::NoGain {
@@ -175,5 +179,23 @@ impl Run<'_> {
     pub(super) fn rank_margin(&mut self) -> f64 {
         let State { t, q, v } = &self.reached;
         self.multipliers.rank_margin_at(&self.mechanism.evaluator.dynamics(*t, q, v))
+    }
+
+    /// Notes where, since the state that was reached last, the motion passed over into another assembly.
+    pub(super) fn watch_assembly(&mut self) {
+        let Self { assembly_monitor: Some(monitor), mechanism, reached, summary, .. } = self else {
+            return;
+        };
+        let PhaseMechanism { evaluator, inactive, .. } = mechanism;
+        let State { t, q, v } = reached;
+        summary.assembly_changes.extend(monitor.observe(evaluator, inactive, None, (*t, q, v)));
+    }
+
+    /// Hands out the end of the last step of a run that ends early.
+    pub(super) fn hand_out_last(&mut self, observer: &mut dyn Observer) {
+        let Self { sampler, mechanism, summary, reached, .. } = self;
+        let Sample { step_size, .. } = sampler.sample;
+        let dense = DenseOutput::instant(reached.as_ref(), step_size, summary.stats);
+        sampler.take_last(&dense, mechanism, summary, observer);
     }
 }

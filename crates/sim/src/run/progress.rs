@@ -17,7 +17,6 @@
 use bksim_dae::{Checkpoint, Control, Noise, SolveError, Stats, StepSpan};
 
 use super::checkpoint::{Fingerprint, RunCheckpoint, Unfit};
-use super::dense::DenseOutput;
 use super::ending::PhaseEnd;
 use super::explicit::{ExplicitStart, ExplicitStepper};
 use super::implicit::{RadauStart, RadauStepper};
@@ -26,7 +25,6 @@ use super::observer::Observer;
 use super::pace::Pace;
 use super::phase::{Attempt, Phase};
 use super::problem::Problem;
-use super::sample::Sample;
 use super::sampler::Sampler;
 use super::singular::SingularMonitor;
 use super::stepper::Stepper;
@@ -54,9 +52,11 @@ pub struct Run<'a> {
     pub(super) multipliers: MultiplierSystem,
     pub(super) singular_monitor: SingularMonitor,
     /// Watches the assembly that the model holds, if it holds one.
-    assembly_monitor: Option<AssemblyMonitor<'a>>,
+    pub(super) assembly_monitor: Option<AssemblyMonitor<'a>>,
     /// Until when explicit steps pass a singular pose in Radau's place.
     pub(super) passing: Option<f64>,
+    /// The time beyond which half a turn of a rope or belt is to be counted first.
+    half_turn: Option<f64>,
     /// Where a phase failed last.
     pub(super) failed_at: Option<f64>,
     /// Counters of the phases before this one, and their noise.
@@ -158,16 +158,6 @@ impl<'a> Run<'a> {
         Ok(run)
     }
 
-    /// Notes where, since the state that was reached last, the motion passed over into another assembly.
-    pub(super) fn watch_assembly(&mut self) {
-        let Self { assembly_monitor: Some(monitor), mechanism, reached, summary, .. } = self else {
-            return;
-        };
-        let PhaseMechanism { evaluator, inactive, .. } = mechanism;
-        let State { t, q, v } = reached;
-        summary.assembly_changes.extend(monitor.observe(evaluator, inactive, None, (*t, q, v)));
-    }
-
     pub(super) fn new(problem: Problem<'a>) -> Self {
         let Problem { start, options, .. } = problem;
         let mechanism = PhaseMechanism::new(problem);
@@ -188,6 +178,7 @@ impl<'a> Run<'a> {
             assembly_monitor: AssemblyMonitor::of(problem.compiled, mechanism.parameters()),
             mechanism,
             passing: None,
+            half_turn: None,
             failed_at: None,
             before: Stats::default(),
             noise_before: Noise::default(),
@@ -416,15 +407,26 @@ impl<'a> Run<'a> {
     /// Goes over to the next phase, if there is one.
     fn end_phase(&mut self, end: PhaseEnd) -> Result<StepOutcome, Halt> {
         let is_at_tick = self.tick_here().is_some();
-        if matches!(end, PhaseEnd::Reached) && !is_at_tick {
+        // A phase may end short of the end, to count half a turn there.
+        let is_short = matches!(end, PhaseEnd::Reached)
+            && self.half_turn.take().is_some()
+            && self.reached.t != self.problem.options.t_end;
+        if matches!(end, PhaseEnd::Reached) && !is_at_tick && !is_short {
             return Ok(StepOutcome::Reached);
         }
         (self.before, self.noise_before) = (self.summary.stats, self.summary.noise);
         match self.or_switched(end) {
             PhaseEnd::Switched(crossed) => self.pass_event(&crossed)?,
             // What stood short of a tick has reached it without a step.
-            PhaseEnd::Reached => self.enter_tick()?,
+            PhaseEnd::Reached if is_at_tick => self.enter_tick()?,
+            PhaseEnd::Reached => (),
+            PhaseEnd::HalfTurnAhead(t) => self.half_turn = Some(t),
             PhaseEnd::Tick => (),
+            PhaseEnd::HalfTurn => {
+                self.half_turn = None;
+                self.mechanism.count_half_turns(&self.reached);
+                self.sampler.count_half_turns(&self.mechanism);
+            }
             PhaseEnd::OtherRows(inactive) => {
                 self.mechanism.inactive = inactive;
                 self.enter_rows();
@@ -449,12 +451,15 @@ impl<'a> Run<'a> {
             Progress::Saved(saved) => Some(saved),
             Progress::Between => None,
         };
-        let Self { problem, mechanism, reached, sampler, .. } = self;
+        let Self { problem, mechanism, reached, sampler, half_turn, .. } = self;
         // Up to the next tick.
         let tick = mechanism.next_tick();
         let end = problem.options.t_end;
         let t_end =
             tick.filter(|tick| tick.is_before(end)).map_or(end, |tick| tick.t.max(reached.t));
+        let forward = (t_end - reached.t).signum();
+        let is_nearer = |t: &f64| (t - reached.t) * forward > 0.0 && (t_end - t) * forward > 0.0;
+        let t_end = half_turn.filter(is_nearer).unwrap_or(t_end);
         sampler.hold_back(tick);
         let mut monitor = mechanism.monitor(reached);
         let stepper: Box<dyn Stepper + 'a> = match self.method {
@@ -488,13 +493,5 @@ impl<'a> Run<'a> {
             self.summary.stats += self.before;
         }
         PhaseEnd::Failed(Some(error))
-    }
-
-    /// Hands out the end of the last step of a run that ends early.
-    pub(super) fn hand_out_last(&mut self, observer: &mut dyn Observer) {
-        let Self { sampler, mechanism, summary, reached, .. } = self;
-        let Sample { step_size, .. } = sampler.sample;
-        let dense = DenseOutput::instant(reached.as_ref(), step_size, summary.stats);
-        sampler.take_last(&dense, mechanism, summary, observer);
     }
 }

@@ -128,6 +128,15 @@ impl Sampler {
     /// Goes on in other modes.
     pub(super) fn enter(&mut self, mechanism: &PhaseMechanism<'_>) {
         self.multipliers = mechanism.multipliers();
+        self.count_half_turns(mechanism);
+    }
+
+    /// Goes on with the half turns of ropes that the mechanism has counted.
+    pub(super) fn count_half_turns(&mut self, mechanism: &PhaseMechanism<'_>) {
+        let turns = mechanism.compiled().rope_turns.as_ref().zip(self.turns.as_mut());
+        if let Some((turns, buffers)) = turns {
+            *buffers = turns.buffers(mechanism.parameters());
+        }
     }
 
     /// True where a step may have more samples than are kept of one in which a run is stopped.

@@ -13,6 +13,7 @@ use super::race::STABLE;
 use super::singular::{NOTICEABLE, Sighting, better_rows};
 use super::stepper::Stepper;
 use super::summary::Integrator;
+use crate::half_turns::HalfTurn;
 use crate::hybrid::Crossed;
 use crate::multiplier::MultiplierSystem;
 use bksim_model::Method;
@@ -39,6 +40,21 @@ impl<'a> Run<'a> {
             && let Some(crossed) = monitor.first_in(&stepper.last_step()?)
         {
             return Ok(Attempt::Step(Some(crossed)));
+        }
+
+        // Or before half a turn of a rope or belt, which is counted there.
+        if self.mechanism.counts_half_turns() {
+            match self.mechanism.half_turn_in(&stepper.last_step()?) {
+                Some(HalfTurn::At(t)) => {
+                    return Ok(Attempt::Step(Some(Crossed { t, fired: Vec::new() })));
+                }
+                Some(HalfTurn::Ahead(t)) => {
+                    self.summary.stats = *stepper.stats();
+                    self.summary.stats += self.before;
+                    return Ok(Attempt::End(PhaseEnd::HalfTurnAhead(t)));
+                }
+                None => (),
+            }
         }
 
         // Throw it away where the equations lose their unique solution, or another branch begins.
@@ -80,8 +96,10 @@ impl<'a> Run<'a> {
         if let Some(crossed) = crossed {
             let control = self.pass_to(&crossed, stepper, observer)?;
             self.note_stop(control, stop);
-            let end = (!self.sampler.is_cut).then_some(PhaseEnd::Switched(crossed));
-            return Ok(end);
+            // Half a turn switches nothing.
+            let is_half_turn = crossed.fired.is_empty();
+            let end = if is_half_turn { PhaseEnd::HalfTurn } else { PhaseEnd::Switched(crossed) };
+            return Ok((!self.sampler.is_cut).then_some(end));
         }
 
         // Hand out its samples, and stand at its end.

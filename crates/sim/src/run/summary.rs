@@ -38,7 +38,8 @@ pub struct Summary {
     pub driving: Option<(f64, LoadId)>,
     /// The constraint row of a taut rope that has pushed, with the first sample at which it did, s.
     pub pushing: Option<(f64, usize)>,
-    /// The place, by its number, that a rope held to it would have left, with the first sample at which it would, s.
+    /// The place, by its number, that a rope held to it would have left, or that a rope has come to from its other side,
+    /// with the first sample after that, s.
     pub left: Option<(f64, usize)>,
     /// The place, by its number, that a rope goes nearly once around at the start, and the turn, rad.
     pub wound: Option<(usize, f64)>,
