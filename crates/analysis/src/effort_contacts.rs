@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 
 use bksim_expr::{Expr, SymbolId, Tape, Workspace};
 use bksim_mbs::contact::{Contact, Law};
-use bksim_model::{Model, MotionKind};
+use bksim_model::{LoadKind, Model, MotionKind};
 
 use crate::error::AnalysisError;
 use crate::loaded::Loaded;
@@ -44,6 +44,8 @@ pub(crate) struct EffortContact {
     pub(crate) span: bksim_model::diagnostic::Span,
     /// Constraint row of the contact.
     pub(crate) row: usize,
+    /// True of a rope that may become slack.
+    pub(crate) is_rope: bool,
     /// `min` or `max` of a stop; none of friction.
     pub(crate) limit: Option<&'static str>,
     /// 1 rad or the longest link.
@@ -205,6 +207,7 @@ fn contact_of(loaded: &Loaded, contact: &Contact) -> EffortContact {
     EffortContact {
         name: load.name.clone(),
         span: load.span.clone(),
+        is_rope: matches!(load.kind, LoadKind::Rope { .. }),
         row: contact.row,
         limit: is_stop.then_some(row.direction),
         unit: if row.effort == MotionKind::Rotation { 1.0 } else { loaded.size },

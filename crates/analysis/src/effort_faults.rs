@@ -12,6 +12,7 @@ use nalgebra::DMatrix;
 use crate::PoseQuantity;
 use crate::codes;
 use crate::effort_channels::Channel;
+use crate::effort_contacts::EffortContact;
 use crate::error::AnalysisError;
 use crate::loaded::Loaded;
 
@@ -49,21 +50,34 @@ pub(crate) fn through_stop(
     refused(fault.at(load.span.clone(), label).note("no effort moves a body through a stop"))
 }
 
-/// A stop that the motion needs, which would have to pull from `t` on.
-pub(crate) fn stop_lets_go((name, span): (&str, &Span), t: f64, first: f64) -> AnalysisError {
-    let message = format!("the stop `{name}` would have to pull at t = {} s", short(t));
-    let help = if t == first {
-        "press the bodies together by a spring or a load, or prescribe the motion of the body that the stop moves".to_owned()
+/// A stop that the motion needs, which would have to pull from `t` on, or a rope, which would have to push.
+pub(crate) fn stop_lets_go(contact: &EffortContact, t: f64, first: f64) -> AnalysisError {
+    let EffortContact { name, span, is_rope, .. } = contact;
+    let (message, label) = if *is_rope {
+        (format!("the rope `{name}` would have to push at t = {} s", short(t)), "only pulls")
     } else {
-        let end = first + 0.99 * (t - first);
-        format!(
-            "end the times before: `--times \"{}:{} s:101\"`, or press the bodies together by a stronger spring",
-            short(first),
-            short(end)
-        )
+        (format!("the stop `{name}` would have to pull at t = {} s", short(t)), "only pushes")
+    };
+    let end = short(first + 0.99 * (t - first));
+    let help = match (*is_rope, t == first) {
+        (true, true) => {
+            "pull it taut by a spring or a load, or prescribe the motion of the body that it moves"
+                .to_owned()
+        }
+        (true, false) => format!(
+            "end the times before: `--times \"{}:{end} s:101\"`, or pull the rope taut by a spring or a load",
+            short(first)
+        ),
+        (false, true) => {
+            "press the bodies together by a spring or a load, or prescribe the motion of the body that the stop moves".to_owned()
+        }
+        (false, false) => format!(
+            "end the times before: `--times \"{}:{end} s:101\"`, or press the bodies together by a stronger spring",
+            short(first)
+        ),
     };
     let fault = Diagnostic::error(codes::STOP_LETS_GO, message)
-        .at(span.clone(), "only pushes")
+        .at(span.clone(), label)
         .note("from there on the motion of the body that it moves is free, so that no motion is given")
         .help(help);
     refused(fault)

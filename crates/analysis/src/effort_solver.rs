@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use crate::PoseQuantity;
 use crate::actuation::{Actuation, EffortEquations, EffortLimit};
 use crate::effort_channels::Channel;
-use crate::effort_contacts::{EffortContacts, MotionSize, Touch};
+use crate::effort_contacts::{EffortContact, EffortContacts, MotionSize, Touch};
 use crate::effort_faults::{friction_jams, shared_reaction};
 use crate::effort_forces::{EffortInstant, FoundEfforts, Wanted};
 use crate::effort_ranges::{EffortRanges, effort_ranges};
@@ -189,9 +189,9 @@ impl<'a> EffortSolver<'a> {
         self.contacts.all.iter().position(|contact| contact.row == self.bearing[stop])
     }
 
-    /// Name and place of a contact.
-    pub(crate) fn contact(&self, k: usize) -> (&str, &bksim_model::diagnostic::Span) {
-        (&self.contacts.all[k].name, &self.contacts.all[k].span)
+    /// A stop or friction.
+    pub(crate) fn contact(&self, k: usize) -> &EffortContact {
+        &self.contacts.all[k]
     }
 
     /// Sizes of what is missing along the prescribed motions, in units of the motions.

@@ -138,6 +138,23 @@ fn a_stop_that_would_have_to_pull_is_named_with_the_instant() {
     }
 }
 
+/// A drum that lowers its load by more than g would have to push it by the rope.
+#[test]
+fn a_rope_that_would_have_to_push_is_told_from_a_stop() {
+    let text = "[ground]\npoints = { O = [0, 0], G = [-0.15, -5] }\n\
+        [bodies]\ndrum = { points = { Z = [0, 0] }, mass = 10, inertia = 0.3 }\n\
+        load = { points = { Z = [0, 0] }, mass = 20 }\n\
+        [joints]\nA = { type = \"revolute\", between = [\"ground.O\", \"drum\"] }\n\
+        g = { type = \"prismatic\", between = [\"ground.G\", \"load\"], axis = [0, 1] }\n\
+        [couplings.rope]\ntype = \"rope\"\nslack = true\n\
+        over = [\"load.Z\", { drum = \"drum.Z\", radius = 0.15, turn = \"right\" }]\n\
+        [loads]\ngravity = { type = \"gravity\", acceleration = [0, -9.81] }\n\
+        [drives.d]\njoint = \"A\"\nmotion = \"-10 rad/s*t + 50 rad/s^2*t^2\"\n[solve]\nt_end = 0.2\n";
+    let times = Range { from: 0.0, to: 0.1, n: 3 };
+    let (code, message, _) = refusal(inverse(model(text), &[], &times, &Actuators::default()));
+    assert!(code == "Q017" && message.contains("the rope `rope` would have to push"), "{message}");
+}
+
 /// A follower that a stop lifts where it is closed: apart from its cam at the start, the stop is named.
 #[test]
 fn a_stop_that_is_open_at_the_start_is_named_where_motions_are_free() {
