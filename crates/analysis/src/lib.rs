@@ -155,7 +155,7 @@ pub use positions::Positions;
 pub use quantity::{PoseQuantity, pose_quantities};
 pub use region::union;
 pub use singular_start::diagnose_singular_start;
-pub use state::{OtherState, Place, State};
+pub use state::{OtherState, Place, Search, State};
 pub use statics::{Statics, statics};
 pub use swept::Swept;
 pub use table::{Column, Table};

@@ -10,7 +10,7 @@ use bksim_sim::Mechanism;
 use bksim_sim::start::Start;
 use nalgebra::DVector;
 
-use crate::around::{Around, around};
+use crate::around::{Around, Way, around};
 use crate::codes;
 use crate::error::AnalysisError;
 use crate::path::{Law, NoPath, Path};
@@ -57,17 +57,15 @@ fn found(
     let rates = DVector::from_vec(rows.scaled(&start.v));
     let mut path = Path::of_all(&mut rows, (Law { t: start.t, ..Law::default() }, false));
     let z = path.unknowns(&x);
+    // A motion that passes over along one of the branches has chosen it.
+    let follows = |ways: &[Way]| {
+        let along = |way: &Way| way.tangent.dot(&rates).abs() >= ALONG * rates.norm();
+        is_passing && ways.iter().any(along)
+    };
     let no_path = match around(&mut path, &z) {
         Around::Nowhere(directions) if !is_passing => NoPath::Nowhere(directions),
-        Around::Nowhere(_) => return Ok(Vec::new()),
-        Around::Crossing(ways)
-            if is_passing
-                && ways.iter().any(|w| w.tangent.dot(&rates).abs() >= ALONG * rates.norm()) =>
-        {
-            return Ok(Vec::new());
-        }
-        Around::Crossing(ways) if ways.len() > 1 => NoPath::Crossing(ways),
-        Around::Crossing(_) | Around::Regular(_) => return Ok(Vec::new()),
+        Around::Crossing(ways) if ways.len() > 1 && !follows(&ways) => NoPath::Crossing(ways),
+        _ => return Ok(Vec::new()),
     };
     let quantities = pose_quantities(model, system);
     let functions: Vec<_> = quantities.iter().map(|quantity| quantity.value).collect();

@@ -31,10 +31,8 @@ pub struct State {
     pub number: Option<usize>,
     /// The other equilibria.
     pub others: Vec<OtherState>,
-    /// True where there are no more equilibria on the assembly of the start.
-    pub is_complete: bool,
-    /// False where no others were searched for, as of mechanisms with many unknowns.
-    pub is_searched: bool,
+    /// The search for them, on the assembly of the start.
+    pub search: Search,
     /// Rates of the start that the answer leaves out: it is as if at rest.
     pub left_out: Vec<(String, f64, String)>,
     /// True if the motion goes on to other linear equations: these are of this instant alone.
@@ -43,6 +41,17 @@ pub struct State {
     pub by_quaternions: bool,
     /// Kinks of the forces in the state: linear equations are those of one side.
     pub kinks: Vec<Kink>,
+}
+
+/// Extent of a search for other equilibria.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Search {
+    /// There are no more than were found.
+    Complete,
+    /// There may be more than were found.
+    Partial,
+    /// None were searched for, as of mechanisms with many unknowns.
+    None,
 }
 
 /// Another equilibrium that an answer could be about.
@@ -69,8 +78,7 @@ impl State {
             stability: None,
             number: None,
             others: Vec::new(),
-            is_complete: true,
-            is_searched: true,
+            search: Search::Complete,
             left_out: Vec::new(),
             is_passing: false,
             by_quaternions: false,
@@ -142,8 +150,11 @@ impl Balance<'_> {
             stability: Some(own.stability),
             number: Some(place + 1),
             others,
-            is_complete: poses.is_complete,
-            is_searched: poses.is_searched,
+            search: match (poses.is_searched, poses.is_complete) {
+                (false, _) => Search::None,
+                (true, false) => Search::Partial,
+                (true, true) => Search::Complete,
+            },
             ..State::of_motion(self.loaded, about, Vec::new())
         };
         Ok((own, state))

@@ -84,7 +84,8 @@ fn place(pose: &[(String, f64)]) -> String {
 }
 
 fn unit_of(name: &str) -> &'static str {
-    if name.ends_with(".angle") || name.starts_with("transmission ") { "rad" } else { "m" }
+    let is_angle = name.rsplit('.').next() == Some("angle");
+    if is_angle || name.starts_with("transmission ") { "rad" } else { "m" }
 }
 
 fn shown(value: f64, unit: &str) -> String {

@@ -69,7 +69,7 @@ pub use measure_names::{ENERGIES, free_motion_names, reaction_words};
 pub use mesh::{Mesh, MeshFault, MeshMoments};
 pub use model::{CoordinatePolicy, Model, Parameter};
 pub use range::StatedRange;
-pub use rope::{Rope, RopeNode, RopeSection};
+pub use rope::{Rope, RopeGrip, RopeNode, RopeSection};
 pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};
 pub use state::{Clock, HeldChange, HeldSignal, LatchRow, NamedSignal, State};
 pub use table::{FunctionPiece, MeasuredCurve, NamedFunction, TableCall};

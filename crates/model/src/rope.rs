@@ -22,6 +22,15 @@ pub struct Rope {
     pub span: Span,
 }
 
+/// Motion of a rope along what it touches.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum RopeGrip {
+    /// None, as of an end, and of a pulley that the rope takes with it.
+    Holds,
+    /// It slides over a pulley or post.
+    Slips,
+}
+
 /// An end of a rope, or something that it goes over.
 #[derive(Clone, Copy, Debug)]
 pub struct RopeNode {
@@ -31,8 +40,8 @@ pub struct RopeNode {
     pub radius: Expr,
     /// True if the rope turns left around it.
     pub is_left: bool,
-    /// True of an end, and of a pulley that the rope does not slip over.
-    pub grips: bool,
+    /// The rope against the surface that it touches.
+    pub grip: RopeGrip,
     /// Turn of the rope about a pulley, rad, on and on from the start: an expression of signals. The rope touches where
     /// this is not below zero.
     pub turn: Option<Expr>,

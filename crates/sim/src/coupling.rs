@@ -10,8 +10,8 @@ use bksim_mbs::worm::Worm;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
 use bksim_model::{
-    Belt, BodyId, Coupling, CouplingKind, GROUND, Measure, Model, MotionKind, Rope, Space, Vector,
-    Wheels,
+    Belt, BodyId, Coupling, CouplingKind, GROUND, Measure, Model, MotionKind, Rope, RopeGrip,
+    Space, Vector, Wheels,
 };
 
 use crate::belt::{NoStrand, Way, span_between};
@@ -57,8 +57,9 @@ fn gripped(model: &Model, system: &SymbolicSystem, rope: &Rope) -> Option<Diagno
         coordinates.iter().any(|(symbol, _)| model.pool.depends_on(angle, *symbol))
     };
     let inner = 1..rope.nodes.len().saturating_sub(1);
-    let place = (inner.map(|k| (k, &rope.nodes[k])))
-        .find(|(_, node)| node.grips && node.center.body != GROUND && !turns(node.center.body));
+    let place = (inner.map(|k| (k, &rope.nodes[k]))).find(|(_, node)| {
+        node.grip == RopeGrip::Holds && node.center.body != GROUND && !turns(node.center.body)
+    });
     let (k, node) = place?;
     let center = model.anchor_name(node.center);
     let body = &model.bodies[node.center.body.0].name;

@@ -293,10 +293,12 @@ impl Reader<'_> {
             }
             '=' if what.starts_with("`relation`") => {
                 let (left, right) = (before.trim(), after.trim());
-                let difference = match right.contains([' ', '+', '-']) {
-                    true => format!("{left} - ({right})"),
-                    false => format!("{left} - {right}"),
+                let right = if right.contains([' ', '+', '-']) {
+                    format!("({right})")
+                } else {
+                    right.to_owned()
                 };
+                let difference = format!("{left} - {right}");
                 let help = self.first_readable([Some(difference)])?;
                 Some(format!("{help}: a relation is an expression that is zero"))
             }

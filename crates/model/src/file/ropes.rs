@@ -26,7 +26,7 @@ use crate::ids::{GROUND, RopeId};
 use crate::joint::MotionKind;
 use crate::load::{Load, LoadKind};
 use crate::measure::{Axis, Measure};
-use crate::rope::{Rope, RopeNode, RopeSection};
+use crate::rope::{Rope, RopeGrip, RopeNode, RopeSection};
 use crate::state::NamedSignal;
 
 /// Keys of a rope.
@@ -473,8 +473,9 @@ impl Reader<'_> {
         }
         let node = |(stop, turn): (&Stop, Option<Expr>)| {
             let Stop { center, is_left, leaves, .. } = *stop;
-            let (grips, is_counted) = (stop.holds, stop.whole_turns.is_some());
-            RopeNode { center, radius: stop.wheel.radius, is_left, grips, turn, leaves, is_counted }
+            let grip = if stop.holds { RopeGrip::Holds } else { RopeGrip::Slips };
+            let is_counted = stop.whole_turns.is_some();
+            RopeNode { center, radius: stop.wheel.radius, is_left, grip, turn, leaves, is_counted }
         };
         let nodes = stops.iter().zip(turns).map(node).collect();
         let span = fields.location(&["over"]);

@@ -78,8 +78,12 @@ impl ModeSearch<'_> {
 
         // What contacts feel of each other's forces.
         let mut held = modes.clone();
-        closed.iter().for_each(|&k| held.contacts[k] = ContactMode::Closed);
-        tracks.iter().for_each(|&k| held.contacts[k] = ContactMode::Stick(0.0));
+        for &k in &closed {
+            held.contacts[k] = ContactMode::Closed;
+        }
+        for &k in &tracks {
+            held.contacts[k] = ContactMode::Stick(0.0);
+        }
         let Some(response) = self.response_in(&held, &closed, &tracks) else { return Ok(None) };
         let all: Vec<usize> = closed.iter().chain(&tracks).copied().collect();
         let free = all.iter().map(|&k| without.contact_accelerations[k]);
@@ -99,7 +103,7 @@ impl ModeSearch<'_> {
             cone.lets_go = has_let_go;
         }
         let (a, b) = response.as_cones(&rates, &DVector::zeros(closed.len()));
-        let problem = Cones { a: &a, b: &b, cones: &cones };
+        let problem = Cones { a: &a, b: &b, places: &cones };
         if let Some(at) = problem.weak() {
             let has_several = b[at] >= 0.0;
             return Err(NoConsistentModes::Paradox { contact: closed[at], has_several });
@@ -114,7 +118,8 @@ impl ModeSearch<'_> {
             let pushes = p[cone.normal] > APART * largest_force;
             let stays = parting[cone.normal].abs() <= APART * size;
             let has_let_go = self.has_fired(Indicator::Contact(k)) && self.was_active(k);
-            if !pushes && !(stays && keeps_idle && !has_let_go) {
+            let is_kept = pushes || stays && keeps_idle && !has_let_go;
+            if !is_kept {
                 continue;
             }
             modes.contacts[k] = ContactMode::Closed;
@@ -168,7 +173,7 @@ impl Response {
     ) -> Option<Outcome> {
         let (a, b) = self.as_cones(&self.rates, parting);
         let cones = cones_of(parting.len(), rubbing.mu, rubbing.pressed_by);
-        let impulses = Cones { a: &a, b: &b, cones: &cones }.solve()?.p;
+        let impulses = Cones { a: &a, b: &b, places: &cones }.solve()?.p;
         let rates = &self.rates + &self.w * &impulses;
         Some(Outcome { impulses, rates })
     }

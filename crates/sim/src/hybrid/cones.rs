@@ -48,7 +48,7 @@ pub(super) struct Cones<'a> {
     pub(super) a: &'a DMatrix<f64>,
     /// Parting and slip without forces.
     pub(super) b: &'a DVector<f64>,
-    pub(super) cones: &'a [Cone],
+    pub(super) places: &'a [Cone],
 }
 
 /// Forces with what each contact does.
@@ -81,18 +81,18 @@ impl Cones<'_> {
             let a = |column: usize| self.a[(cone.normal, column)];
             a(cone.normal) <= cone.mu * (a(j) * c + a(k) * s)
         };
-        self.cones.iter().find(is_weak).map(|cone| cone.normal)
+        self.places.iter().find(is_weak).map(|cone| cone.normal)
     }
 
     /// The forces; `None` where the rounds do not converge.
     pub(super) fn solve(&self) -> Option<Forces> {
         let n = self.b.len();
         let mut p = DVector::zeros(n);
-        let mut grips = vec![Grip::Apart; self.cones.len()];
+        let mut grips = vec![Grip::Apart; self.places.len()];
         let mut change = f64::INFINITY;
         for round in 1..=MOST_ROUNDS {
             let before = p.clone();
-            for (cone, grip) in self.cones.iter().zip(&mut grips) {
+            for (cone, grip) in self.places.iter().zip(&mut grips) {
                 *grip = self.solve_one(cone, &mut p)?;
             }
             let size = p.amax();
@@ -211,7 +211,7 @@ impl Cones<'_> {
                 matrix.row_mut(row).copy_from(&self.a.row(row));
                 right[row] = -rates[row];
             };
-            for (cone, grip) in self.cones.iter().zip(&near.grips) {
+            for (cone, grip) in self.places.iter().zip(&near.grips) {
                 let i = cone.normal;
                 if *grip == Grip::Apart {
                     for row in cone.rows() {
@@ -267,7 +267,7 @@ impl Cones<'_> {
         let rates = self.b + self.a * &p;
         let (force, rate) = (FITS * p.amax(), FITS * self.b.amax().max(rates.amax()));
         let mut grips = near.grips.clone();
-        for (cone, grip) in self.cones.iter().zip(&mut grips) {
+        for (cone, grip) in self.places.iter().zip(&mut grips) {
             let i = cone.normal;
             let fits = match (&grip, cone.along) {
                 (Grip::Apart, _) => rates[i] >= -rate,
@@ -318,7 +318,7 @@ mod tests {
                 lets_go: false,
             }];
             let Forces { p, grips } =
-                Cones { a: &a, b: &b, cones: &cones }.solve().expect("forces");
+                Cones { a: &a, b: &b, places: &cones }.solve().expect("forces");
             assert!((p[0] - 2.0).abs() < 1e-14, "{p}");
             let expected =
                 if slides { [-0.6 * 2.0 * mu, 0.8 * 2.0 * mu] } else { [-3.0 / 3.5, 4.0 / 3.5] };
@@ -344,7 +344,7 @@ mod tests {
             slip: None,
             lets_go: false,
         });
-        let Forces { p, .. } = Cones { a: &a, b: &b, cones: &cones }.solve().expect("forces");
+        let Forces { p, .. } = Cones { a: &a, b: &b, places: &cones }.solve().expect("forces");
         let rates = &b + &a * &p;
         for n in [0, 3] {
             assert!(

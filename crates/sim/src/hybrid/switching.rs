@@ -124,7 +124,8 @@ impl<'a> Switching<'a> {
         own: &[f64],
         options: &SolveOptions,
         modes: &Modes,
-        ((t, q, v), lambda): ((f64, &[f64], &[f64]), &[f64]),
+        (t, q, v): (f64, &[f64], &[f64]),
+        lambda: &[f64],
     ) -> Self {
         let mut parameters = modes.parameters_with_modes(own);
         let mut evaluator = compiled.indicators.at(&parameters);

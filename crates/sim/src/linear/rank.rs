@@ -47,8 +47,12 @@ fn dense_dependent_rows(jacobian: &SparseRows) -> Dependence {
     // They follow from any others, and take no part.
     let with_empty = |some: &[usize]| {
         let mut marked = vec![true; jacobian.n_rows()];
-        rows.iter().for_each(|&row| marked[row] = false);
-        some.iter().for_each(|&k| marked[rows[k]] = true);
+        for &row in &rows {
+            marked[row] = false;
+        }
+        for &k in some {
+            marked[rows[k]] = true;
+        }
         (0..marked.len()).filter(|&row| marked[row]).collect()
     };
     let (dependent, involved) = (with_empty(&found.dependent), with_empty(&found.involved));

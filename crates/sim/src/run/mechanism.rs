@@ -36,7 +36,8 @@ impl<'a> PhaseMechanism<'a> {
             parameters,
             options,
             &start.modes,
-            ((start.t, &start.q, &start.v), &start.lambda),
+            (start.t, &start.q, &start.v),
+            &start.lambda,
         );
         Self {
             compiled,

@@ -419,9 +419,8 @@ impl<'a> Run<'a> {
             PhaseEnd::Switched(crossed) => self.pass_event(&crossed)?,
             // What stood short of a tick has reached it without a step.
             PhaseEnd::Reached if is_at_tick => self.enter_tick()?,
-            PhaseEnd::Reached => (),
+            PhaseEnd::Reached | PhaseEnd::Tick => (),
             PhaseEnd::HalfTurnAhead(t) => self.half_turn = Some(t),
-            PhaseEnd::Tick => (),
             PhaseEnd::HalfTurn => {
                 self.half_turn = None;
                 self.mechanism.count_half_turns(&self.reached);

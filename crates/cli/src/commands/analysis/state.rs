@@ -1,6 +1,6 @@
 //! The state that an answer is about, in words and as JSON, with values in the units of the file.
 
-use bksim::analysis::{About, OtherState, Place, Stability, State, WayRates, in_words};
+use bksim::analysis::{About, OtherState, Place, Search, Stability, State, WayRates, in_words};
 use bksim::model::file::ShownUnits;
 use serde_json::{Value, json};
 
@@ -26,10 +26,10 @@ pub fn about(state: &State, units: &ShownUnits) -> String {
         place => format!(": {place}"),
     };
     let stability = state.stability.map_or(String::new(), |s| format!(", {}", word(s)));
-    let found = if state.is_complete { "" } else { " found" };
+    let found = if state.search == Search::Complete { "" } else { " found" };
     let others = match (state.number, state.others.len()) {
         (None, _) => String::new(),
-        (_, 0) if !state.is_searched => "; others were not searched for".to_owned(),
+        (_, 0) if state.search == Search::None => "; others were not searched for".to_owned(),
         (_, 0) => format!("; no other{found}"),
         (_, n) => format!("; {n} {}{found}", if n == 1 { "other" } else { "others" }),
     };
@@ -148,8 +148,8 @@ pub fn json(state: &State, units: &ShownUnits) -> Value {
         "stability": state.stability.map(word),
         "number": state.number,
         "others": state.others.iter().map(other).collect::<Vec<_>>(),
-        "complete": state.is_complete,
-        "searched": state.is_searched,
+        "complete": state.search == Search::Complete,
+        "searched": state.search != Search::None,
         "passing": state.is_passing,
         "quaternions": state.by_quaternions,
         "kinks": state.kinks.iter().map(|kink| {
