@@ -227,3 +227,28 @@ fn a_string_that_comes_to_a_post_from_its_other_side_is_warned_about() {
     assert!(x < 0.0 && x > -0.5, "{x}");
     assert_eq!(left("right"), None);
 }
+
+/// A signal is read before the ropes of which an output takes its value.
+#[test]
+fn a_signal_that_uses_an_output_of_a_rope_is_refused() {
+    let text = |section: &str| {
+        let text = string("\"ground.O\"", "", "x = 0.3, y = -1, vx = 0, vy = 0", WEIGHT);
+        text.replace("[outputs]\n", "[outputs]\nway = \"2*rope_length\"\nmore = \"way + 1 m\"\n")
+            + "t_end = 1\n"
+            + section
+    };
+    let mechanism = derive(model(&text("")));
+    let motion = solve(&mechanism);
+    let length = 0.3_f64.hypot(1.0);
+    close(
+        "more",
+        signal(&mechanism, &motion.samples[0], "more"),
+        2.0 * length + 1.0,
+        within(1e-12),
+    );
+    let found = read(&Source::new(&text("[signals.s]\nvalue = \"more\"\n"), "test")).diagnostics;
+    assert!(
+        found.iter().any(|fault| fault.is_error() && fault.message.contains("`more`")),
+        "{found:?}"
+    );
+}

@@ -115,7 +115,7 @@ pub(crate) fn rope_left(model: &Model, number: usize, t: f64) -> Option<Diagnost
             short(t)
         );
         Diagnostic::warning(codes::OTHER_SIDE, message).help(format!(
-            "end the run before, or write `turn = \"{other}\"` in place of \"{own}\" if the rope touches it there alone"
+            "end the run before, or write `turn = \"{other}\"` in place of \"{own}\" if that is the side of the rope"
         ))
     } else {
         let message = format!(

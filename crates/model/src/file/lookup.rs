@@ -59,7 +59,8 @@ impl Reader<'_> {
                 let Some(known) = self.value_of(idx) else {
                     // Constants and motions of drives are read before all of these; elsewhere one that could not be read
                     // was reported there.
-                    if matches!(context.scope, Scope::Constant | Scope::Time) {
+                    let waits = self.waiting.contains(&idx) && context.scope != Scope::Output;
+                    if matches!(context.scope, Scope::Constant | Scope::Time) || waits {
                         self.not_constant(name, span, context);
                     }
                     return None;

@@ -304,6 +304,7 @@ impl<'a> Reader<'a> {
             flexible: Vec::new(),
             belt_signals: Vec::new(),
             at_start: Vec::new(),
+            waiting: Vec::new(),
             counts: Vec::new(),
             latched: Vec::new(),
             joint_ends: Vec::new(),

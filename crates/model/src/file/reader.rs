@@ -87,6 +87,8 @@ pub(super) struct Reader<'a> {
     pub(super) belt_signals: Vec<NamedSignal>,
     /// Symbols that stand for positions at the start.
     pub(super) at_start: Vec<Signal>,
+    /// Values of outputs that wait for the signals of couplings and beams.
+    pub(super) waiting: Vec<usize>,
     /// Counts of the half turns of ropes and belts.
     pub(super) counts: Vec<HeldSignal>,
     /// Symbols of the signals that conditions latch.

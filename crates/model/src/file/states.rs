@@ -102,7 +102,13 @@ impl Reader<'_> {
             let kind = self.read_state_start(state, id, &fields, &mut controllers.initial);
             opened.push((state, fields, kind));
         }
-        self.read_signals(root, (&signals, &[]), &mut controllers);
+        let no_table = Table::default();
+        let outputs = outputs_of(root, &no_table);
+        self.waiting = self.waiting_outputs(&outputs);
+        let is_early =
+            |(entry, _): &(ControllerEntry<'_>, _)| !self.waiting.contains(&entry.value_idx);
+        let early: Vec<_> = outputs.into_iter().filter(is_early).collect();
+        self.read_signals(root, (&signals, &early), &mut controllers);
         for (id, (state, fields, start)) in opened.into_iter().enumerate() {
             let Some((read, own)) =
                 start.as_ref().and_then(|_| self.read_state_rate(state, &fields))
@@ -119,18 +125,46 @@ impl Reader<'_> {
         controllers
     }
 
-    /// Reads outputs, which may use signals that couplings and beams add to the results.
+    /// Reads the outputs that use signals which couplings and beams add to the results.
     pub(super) fn read_results(&mut self, root: &Table, controllers: &mut Controllers) {
+        let is_late =
+            |(entry, _): &(ControllerEntry<'_>, _)| self.waiting.contains(&entry.value_idx);
         let no_table = Table::default();
-        let n_before: usize =
-            ["states", "signals"].iter().map(|section| sub_tables(root, section).len()).sum();
-        let outputs = entries_of(root, "outputs").iter().enumerate().map(|(idx, entry)| {
-            let Entry { key, key_span, node } = entry;
-            let (value_idx, span) = (n_before + idx, key_span.clone());
-            (ControllerEntry { value_idx, name: key, span, table: &no_table }, node)
-        });
-        let outputs: Vec<(ControllerEntry<'_>, &Node)> = outputs.collect();
-        self.read_signals(root, (&[], &outputs), controllers);
+        let late: Vec<_> = outputs_of(root, &no_table).into_iter().filter(is_late).collect();
+        self.read_signals(root, (&[], &late), controllers);
+    }
+
+    /// The values of outputs with names that nothing has before couplings and beams are read, and of outputs that use
+    /// them.
+    fn waiting_outputs(&mut self, outputs: &[(ControllerEntry<'_>, &Node)]) -> Vec<usize> {
+        let n_faults = self.faults.len();
+        let names = |(entry, node): &(ControllerEntry<'_>, &Node)| -> Vec<String> {
+            let quoted = node.text(self.text);
+            let syntax = quoted.and_then(|quoted| self.parse(&quoted, entry.name, "A.angle"));
+            let names = syntax.as_ref().map(|syntax| names_used(syntax).concat());
+            names.unwrap_or_default().into_iter().map(str::to_owned).collect()
+        };
+        let used: Vec<Vec<String>> = outputs.iter().map(names).collect();
+        // Faults are told where the outputs are read.
+        self.faults.truncate(n_faults);
+        let is_unknown =
+            |name: &String| !name.contains('.') && name != "pi" && self.names.plain(name).is_none();
+        let mut is_waiting: Vec<bool> =
+            used.iter().map(|names| names.iter().any(is_unknown)).collect();
+        loop {
+            let waits = |name: &String| {
+                let of_name = outputs.iter().position(|(entry, _)| entry.name == name);
+                of_name.is_some_and(|k| is_waiting[k])
+            };
+            let more: Vec<bool> = used.iter().map(|names| names.iter().any(waits)).collect();
+            let more: Vec<bool> = is_waiting.iter().zip(more).map(|(a, b)| *a || b).collect();
+            if more == is_waiting {
+                break;
+            }
+            is_waiting = more;
+        }
+        let all = outputs.iter().zip(is_waiting);
+        all.filter(|(_, waits)| *waits).map(|((entry, _), _)| entry.value_idx).collect()
     }
 
     /// The start of a state, whose dimension is that of the state.
@@ -431,6 +465,17 @@ fn ordered(used: &[[Vec<usize>; 2]]) -> (Vec<usize>, Vec<usize>) {
         way.push(next);
     }
     (order, way)
+}
+
+/// The outputs of a file, whose values follow those of states and signals.
+fn outputs_of<'t>(root: &'t Table, table: &'t Table) -> Vec<(ControllerEntry<'t>, &'t Node)> {
+    let n_before = sub_tables(root, "states").len() + sub_tables(root, "signals").len();
+    let output = |(idx, entry): (usize, &'t Entry)| {
+        let Entry { key, key_span, node } = entry;
+        let (value_idx, span) = (n_before + idx, key_span.clone());
+        (ControllerEntry { value_idx, name: key, span, table }, node)
+    };
+    entries_of(root, "outputs").iter().enumerate().map(output).collect()
 }
 
 /// A dimension in words.
