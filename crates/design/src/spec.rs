@@ -185,8 +185,9 @@ pub(crate) fn place(text: &str, about: &str) -> Option<Range<usize>> {
     let root = DeTable::parse(text).ok()?;
     let mut found = Vec::new();
     for name in QUESTIONS {
-        let section = root.get_ref().get(name).map(|node| node.get_ref());
-        section.into_iter().for_each(|section| tokens(section, &mut found));
+        if let Some(section) = root.get_ref().get(name) {
+            tokens(section.get_ref(), &mut found);
+        }
     }
     let written = |span: &Range<usize>| text[span.clone()].trim_matches(['"', '\'']);
     let exact = found.iter().find(|span| written(span) == about);

@@ -2,7 +2,7 @@
 
 use crate::support::{Problem, model, number};
 use bksim_analysis::{
-    About, AnalysisError, Channels, Modes, bode, exported_linear, linearize, modes,
+    About, AnalysisError, Channels, Modes, Search, bode, exported_linear, linearize, modes,
 };
 
 fn close(found: f64, expected: f64, tolerance: f64) {
@@ -336,7 +336,11 @@ fn a_chain_of_many_links_swings_as_a_rope() {
         );
     }
     let found = modes(model(&text), About::Static).expect("modes");
-    assert!(!found.state.is_searched && found.state.others.is_empty(), "{:?}", found.state.others);
+    assert!(
+        found.state.search == Search::None && found.state.others.is_empty(),
+        "{:?}",
+        found.state.others
+    );
     assert_eq!(found.modes.len(), n);
     let length = 0.1 * n as f64;
     for (mode, zero) in found.modes.iter().zip([2.404_825_557_7, 5.520_078_110_3]) {

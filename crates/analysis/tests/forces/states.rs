@@ -1,7 +1,9 @@
 //! The state that an answer is about: the nearest equilibrium whatever its stability, by name, and the others.
 
 use crate::support::model;
-use bksim_analysis::{About, AnalysisError, Channels, Stability, linearize, modes, statics};
+use bksim_analysis::{
+    About, AnalysisError, Channels, Search, Stability, linearize, modes, statics,
+};
 
 const G: f64 = 9.81;
 
@@ -23,7 +25,7 @@ fn a_degree_from_upright_is_the_upright_pendulum() {
     assert!((found.a[(1, 0)] - G).abs() < 1e-9, "{}", found.a);
     let state = &found.state;
     assert_eq!((state.number, state.stability), (Some(1), Some(Stability::Unstable)));
-    assert!(state.place[0].1.abs() < 1e-9 && state.is_complete, "{state:?}");
+    assert!(state.place[0].1.abs() < 1e-9 && state.search == Search::Complete, "{state:?}");
     let [other] = &state.others[..] else { panic!("{state:?}") };
     assert_eq!((other.number, other.stability), (2, Stability::Stable));
     assert!((other.place[0].1.abs() - std::f64::consts::PI).abs() < 1e-9, "{other:?}");

@@ -66,6 +66,11 @@ pub(super) fn windows(source: &Source, over: &str) -> Result<Vec<[f64; 2]>, Desi
             let mut solve = source.model(&[], false)?.solve;
             source.changes.apply(&mut solve);
             let span = solve.t_end - solve.t_start;
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "not negative, and saturates"
+            )]
             let n = (span.abs() / solve.interval()).floor() as usize;
             let every = solve.interval().copysign(span);
             match solve.outputs {

@@ -8,7 +8,9 @@ use crate::optima::{is_close, solved, value};
 fn many_quantities_are_varied_by_the_adjoint() {
     const N: usize = 12;
     let names: Vec<String> = (1..=N).map(|k| format!("a{k}")).collect();
-    let parameters: String = names.iter().map(|name| format!("{name} = \"0.1 N\"\n")).collect();
+    let parameters: Vec<String> =
+        names.iter().map(|name| format!("{name} = \"0.1 N\"\n")).collect();
+    let parameters = parameters.concat();
     let force: Vec<String> = (1..=N).map(|k| format!("a{k}*sin({k}*t/(1 s))")).collect();
     let squares: Vec<String> = names.iter().map(|name| format!("{name}^2")).collect();
     let vary: Vec<String> =
