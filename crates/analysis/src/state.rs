@@ -50,7 +50,7 @@ pub enum Search {
     Complete,
     /// There may be more than were found.
     Partial,
-    /// None were searched for, as of mechanisms with many unknowns.
+    /// Nothing was searched for, as of mechanisms with many unknowns.
     None,
 }
 

@@ -136,7 +136,7 @@ impl SymbolicSystem {
 /// A kink or jump of an expression.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Switch {
-    /// u(t, q, v) or u(t, q, v, λ), with the modes of kinks inside it: where it changes sign the expression kinks.
+    /// u(t, q, v, λ), with the modes of kinks inside it: where it changes sign the expression kinks.
     pub function: Expr,
     /// Symbol of σ, the sign of u; zero leaves an expression that depends on multipliers as it is written.
     pub mode: SymbolId,

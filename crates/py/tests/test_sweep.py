@@ -74,7 +74,9 @@ def test_a_case_is_solved_again_with_its_values(crank: bksim.Model, tmp_path: Pa
         sol = pickle.loads(pickle.dumps(swept)).solve(case)
         assert sol.t[-1] == 0.2
         assert sol["state.x3"][-1] == swept["final(state.x3)"][case]
-        assert sol["reactions.A.fy"].min() == swept["min(reactions.A.fy)"][case]
+        # The least value is searched between the samples, too.
+        sampled, least = sol["reactions.A.fy"].min(), swept["min(reactions.A.fy)"][case]
+        assert least <= sampled <= least + 1e-3 * abs(least)
     swept.solve(4, t_end=0.1).save(tmp_path / "case-4.mcap")
     assert bksim.open(tmp_path / "case-4.mcap").t[-1] == 0.1
     with pytest.raises(IndexError, match="0 to 5"):

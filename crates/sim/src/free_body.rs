@@ -27,7 +27,7 @@ pub enum Origin {
 #[derive(Clone, Debug)]
 struct Part {
     origin: Origin,
-    /// Those that decide where the sum acts come first.
+    /// Wrenches, first the ones that decide where the sum acts.
     wrenches: Vec<Wrench>,
     n_places: usize,
     /// The sign of the reaction on this body.

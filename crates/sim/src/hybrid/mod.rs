@@ -4,7 +4,7 @@
 //! parameter that stays as it is until the next event:
 //!
 //! ```text
-//! abs(u)           σ u                            σ = sign u(t, q, v)
+//! abs(u)           σ u                            σ = sign u(t, q, v, λ)
 //! sign(u)          σ
 //! min, max, if     the branch that σ selects      u = a − b of the two that are compared
 //! stop             κ φ(t, q) = 0                  κ = 1 in contact, else 0;  φ ≤ 0, λ ≥ 0, λ φ = 0
