@@ -7,7 +7,7 @@ use bksim_analysis::{
 use bksim_model::Model;
 use serde_json::{Value, json};
 
-use crate::numbers::{angle, length};
+use crate::numbers::{angle, length, rounded};
 
 /// Tables of the limits of a model, `{"tables": [{"title", "heads", "rows"}]}`, or `{"refused": …}` with the reason.
 pub(crate) fn limits(model: Model) -> Value {
@@ -89,5 +89,10 @@ fn unit_of(name: &str) -> &'static str {
 }
 
 fn shown(value: f64, unit: &str) -> String {
-    if unit == "rad" { angle(value) } else { length(value) }
+    match unit {
+        "rad" => angle(value),
+        // Large machines are not measured in millimetres.
+        _ if value.abs() >= 10.0 => format!("{} m", rounded(value)),
+        _ => length(value),
+    }
 }

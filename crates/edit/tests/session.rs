@@ -400,10 +400,8 @@ fn limits_and_transmission_angles_are_those_of_the_lengths() {
     let degrees = dragged["transmissions"][0]["degrees"].as_f64().expect("an angle");
     let least = value(&angle(0.3 - 0.1));
     assert!((degrees - least).abs() < 1e-3, "{degrees} {least}");
-    let two =
-        session.answer(&json!({ "do": "open", "text": FIVE_LINK, "name": "five" }).to_string());
-    assert_eq!(two.json["is_whole"], true);
-    let refused = ask(&mut session, &json!({ "do": "limits" })).json;
+    let two = include_str!("../../../examples/cart-pole/model.toml");
+    let refused = ask(&mut opened(two), &json!({ "do": "limits" })).json;
     assert!(refused["refused"].as_str().is_some_and(|why| why.contains('2')), "{refused}");
 }
 
