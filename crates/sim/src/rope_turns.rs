@@ -24,7 +24,7 @@ pub(crate) struct RopeTurns {
     turns: Function,
     /// The least that each may be, rad: of one that may be left a whole turn back, where the rope comes to its other side.
     least: Vec<f64>,
-    /// Whether each is below a turn at the start: the rope is held there, and the author states no whole turns.
+    /// By node, true if the rope begins within one turn: it is held there, and no whole turns are stated.
     is_single: Vec<bool>,
 }
 

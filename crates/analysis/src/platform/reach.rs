@@ -30,7 +30,7 @@ pub(crate) struct Reach {
     base: (UnitQuaternion<f64>, Vector3<f64>),
     size: f64,
     t: f64,
-    /// Whether there are ways: points on circles have no lengths to be released.
+    /// True if lengths can be released; points on circles have none.
     has_ways: bool,
 }
 

@@ -15,7 +15,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Whether a contact is apart, sticks or slides in a solution.
+/// State of a contact in a solution: apart, sticking or sliding.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Grip {
     /// No force.

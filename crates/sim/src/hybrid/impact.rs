@@ -36,7 +36,7 @@ pub(crate) struct Rubbing<'a> {
     pub(crate) mu: &'a [f64],
     /// The stops that press each, by their numbers among those of the impact.
     pub(crate) pressed_by: &'a [Vec<usize>],
-    /// Whether tracks are the two directions of tangent planes, which follow each other.
+    /// True if tracks come in pairs: the two directions of a tangent plane, one after the other.
     pub(crate) is_spatial: bool,
 }
 

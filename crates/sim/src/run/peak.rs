@@ -14,7 +14,7 @@ const ALONG: f64 = 1e-4;
 /// middle is largest; it may be one of the others, too. A value that is NaN is less than all.
 ///
 /// # Errors
-/// Those of `value`.
+/// Errors of evaluating `value`.
 pub fn peak<E>(
     value: &mut dyn FnMut(f64) -> Result<f64, E>,
     [first, middle, last]: [(f64, f64); 3],

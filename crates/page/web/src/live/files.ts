@@ -1,5 +1,9 @@
 // Files that a reader keeps: the picture as PNG or SVG, the curves as a table.
 
+import type { Charts } from './charts';
+import type { Stage } from './stage';
+import type { Answer } from './types';
+
 /** Offers a file for download. */
 export function download(name: string, content: Blob): void {
   const url = URL.createObjectURL(content);
@@ -26,4 +30,25 @@ export function saveTable(name: string, columns: Column[]): void {
   const head = columns.map((column) => cell(column.unit ? `${column.name} [${column.unit}]` : column.name));
   const rows = Array.from(columns[0].values, (_, k) => columns.map(({ values }) => String(values[k])).join(','));
   download(`${name}.csv`, new Blob([`${[head.join(','), ...rows].join('\n')}\n`], { type: 'text/csv' }));
+}
+
+/** Everything that can be kept: of the page, its stage, its curves and its text. */
+export interface Kept {
+  name: string;
+  stage: Stage;
+  charts: Charts;
+  text: string;
+  picture(request: object): Promise<Answer<{ svg: string | null }>>;
+}
+
+/** Downloads the picture, the curves, or the text. */
+export function keep(as: string, { name, stage, charts, text, picture }: Kept): void {
+  if (as === 'png') savePicture(name, stage.canvas);
+  if (as === 'svg') {
+    void picture({ do: 'picture', numbers: Array.from(stage.numbers), view: stage.view }).then(({ json }) => {
+      if (json.svg) saveLines(name, json.svg);
+    });
+  }
+  if (as === 'csv') saveTable(name, charts.columns());
+  if (as === 'toml') download(`${name}.toml`, new Blob([text], { type: 'application/toml' }));
 }

@@ -7,35 +7,24 @@ import { Charts } from './charts';
 import { Dimensions } from './dimensions';
 import { Frame, embed } from './embed';
 import { Thread, unpacked } from './engine';
+import { blankScene, type Embedded } from './embedded';
 import { Formulas } from './formulas';
 import { Elements, Text, Values, showFaults, showFreedoms, showLimits, showTransmissions, showWays } from './panels';
 import { Keeper } from './keeper';
-import { download, saveLines, savePicture, saveTable } from './files';
+import { keep } from './files';
 import { Player } from './player';
 import { Running, type Recorded } from './running';
 import { fragmentOf, partOf, textOf } from './share';
 import { Stage } from './stage';
 import { Study } from './study';
 import { tools } from './tools';
-import { Underlay, metresOf, type Outlines } from './underlay';
+import { Underlay, metresOf } from './underlay';
 import { faultWords, takeCodes, translate, word } from './words';
-import type { Answer, Dragged, Edit, Equations, Freedoms, Limits, Moved, Scene, State, Theme, Ways, World } from './types';
-
-interface Embedded {
-  name: string;
-  text: string;
-  colors: Record<'light' | 'dark', Theme['colors']>;
-  /** Whether the page is served, and the file is written by it. */
-  served: boolean;
-  under: Outlines | null;
-}
+import type { Answer, Dragged, Edit, Equations, Freedoms, Limits, Moved, State, Ways, World } from './types';
 
 const data = JSON.parse(element('live').textContent ?? '') as Embedded;
 const stage = new Stage(element('picture') as HTMLCanvasElement, () => {});
-const blank: Scene = {
-  planar: true, bodies: ['ground'], shapes: [], spans: [], cords: [], markers: [], pin: 0.01,
-  themes: Object.fromEntries(Object.entries(data.colors).map(([name, colors]) => [name, { colors, paints: [], sections: [] }])),
-};
+const blank = blankScene(data);
 const ORIGIN = new Float64Array([0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0]);
 
 let engine: Thread;
@@ -393,7 +382,7 @@ function wire(): void {
   element('export').addEventListener('change', ({ target: list }) => {
     const { value } = list as HTMLSelectElement;
     (list as HTMLSelectElement).value = '';
-    keep(value);
+    keep(value, { name: data.name, stage, charts, text: state?.text ?? '', picture: (request) => engine.ask(request) });
   });
   underlay.wire(stage.camera, () => stage.redraw(), (isThere) => {
     if (isThere) choose('measure');
@@ -444,19 +433,6 @@ function wire(): void {
     else return;
     event.preventDefault();
   });
-}
-
-/** Downloads the picture, the curves, or the text. */
-function keep(as: string): void {
-  if (as === 'png') savePicture(data.name, stage.canvas);
-  if (as === 'svg') {
-    const { numbers, view } = { numbers: Array.from(stage.numbers), view: stage.view };
-    void engine.ask<{ svg: string | null }>({ do: 'picture', numbers, view }).then(({ json }) => {
-      if (json.svg) saveLines(data.name, json.svg);
-    });
-  }
-  if (as === 'csv') saveTable(data.name, charts.columns());
-  if (as === 'toml') download(`${data.name}.toml`, new Blob([state?.text ?? ''], { type: 'application/toml' }));
 }
 
 async function begin(): Promise<void> {

@@ -5,7 +5,9 @@ import { css } from '../colors.js';
 import { Drawing, lengthText, outline } from '../scene.js';
 import type { Shown } from '../extras.js';
 import { positionOf } from '../poses.js';
+import { extent, snapped } from './geometry';
 import { hit, worldAt, type Hit } from './picking';
+import type { Tool } from './tool';
 import type { Force, Joint, Pixel, Point, Scene, Shape, State, Theme, World } from './types';
 
 const MARGIN = 48;
@@ -18,24 +20,6 @@ const STILL = 4;
 
 /** Force of an arrow, N for each metre that it is long. */
 export const NEWTONS = 100;
-
-/** What a tool does with the hand; places are in the world, m. */
-export interface Tool {
-  name: string;
-  hint: string;
-  press(hit: Hit | null, world: World): void;
-  move(world: World): void;
-  lift(world: World, isClick: boolean): void;
-  cancel(): void;
-  /** Moves what is selected; false where nothing is. */
-  nudge?(by: Pixel): boolean;
-  /** A line from a first click to the hand, while the second is waited for. */
-  readonly from: World | null;
-  /** Places that were clicked before it. */
-  readonly way?: World[];
-  /** Corners of a band that is drawn around bodies. */
-  readonly band?: [World, World] | null;
-}
 
 export class Stage {
   readonly camera = new Camera(true);
@@ -501,16 +485,4 @@ export class Stage {
     this.nth = (this.nth + 1) % Math.max(1, places.length);
     return places[this.nth] ?? cursor;
   }
-}
-
-/** Diagonal of the box around points. */
-export function extent(points: number[][]): number {
-  const size = (i: number) => points.reduce((most, p) => Math.max(most, p[i]), -Infinity) - points.reduce((least, p) => Math.min(least, p[i]), Infinity);
-  return points.length > 0 ? Math.hypot(size(0), size(1), size(2)) : 0;
-}
-
-/** The next place of a grid with this step. */
-function snapped([x, y, z]: World, step: number): World {
-  const round = (value: number) => Number((Math.round(value / step) * step).toPrecision(12));
-  return [round(x), round(y), z];
 }

@@ -1,4 +1,4 @@
-// What a motion shows on request: paths of points, arrows of velocities and reactions, one body cut free.
+// A motion studied on request: paths of points, arrows of velocities and reactions, one body cut free.
 
 import { ArrowScale } from '../arrows.js';
 import { css } from '../colors.js';
@@ -9,7 +9,8 @@ import { outline } from '../scene.js';
 import type { Motion } from './player';
 import { make } from './panels';
 import { poseAt } from './running';
-import { extent, type Stage } from './stage';
+import { extent } from './geometry';
+import type { Stage } from './stage';
 import type { Acting, Marker, Scene, Theme } from './types';
 import { word } from './words';
 

@@ -2,7 +2,8 @@
 
 import { positionOf } from '../poses.js';
 import { localOf, type Hit } from './picking';
-import { NEWTONS, type Stage, type Tool } from './stage';
+import { NEWTONS, type Stage } from './stage';
+import type { Tool } from './tool';
 import type { Edit, World } from './types';
 
 /** What tools need of the page. */
